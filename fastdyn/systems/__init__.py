@@ -1,0 +1,28 @@
+"""
+The systems of the course: ``fastdyn.systems.satellite(GM=1, R=1, V=1).solve().plot()``.
+
+Every file of this folder that defines a `System` is found here and its class is offered under
+the system's name, so a new system is a new file and nothing else.
+"""
+
+import importlib
+import inspect
+import pkgutil
+
+from fastdyn.systems.system import State, System, parameter, quantity
+
+__all__ = ["SYSTEMS", "State", "System", "parameter", "quantity"]
+
+
+def _discovered() -> dict[str, type[System]]:
+    found = {}
+    for entry in pkgutil.iter_modules(__path__):
+        module = importlib.import_module(f"{__name__}.{entry.name}")
+        for member in vars(module).values():
+            if inspect.isclass(member) and issubclass(member, System) and member is not System:
+                found[member.name] = member
+    return dict(sorted(found.items()))
+
+
+SYSTEMS = _discovered()
+globals().update(SYSTEMS)

@@ -1,0 +1,54 @@
+"""Jacobi's amplitude, accurate up to the separatrix, for the exact solution of the pendulum."""
+
+import numpy as np
+
+
+def quarter_period(m1):
+    """Complete elliptic integral K(1 - m1), from the complement m1 of the parameter."""
+    means, _ = _means(m1)
+    return np.pi / (2.0 * means[-1])
+
+
+def amplitude(u, m1):
+    """
+    Jacobi's amplitude am(u | m = 1 - m1), not wrapped.
+
+    Parameters
+    ----------
+    u : array_like
+        Argument.
+    m1 : float
+        Complement of the parameter, 0 < m1 <= 1.
+
+    Returns
+    -------
+    ndarray
+        Angle phi with sn = sin phi, cn = cos phi, dn = sqrt(cos² phi + m1 sin² phi).
+
+    Notes
+    -----
+    Descending Landen transformation by the arithmetic-geometric mean (Abramowitz and Stegun
+    16.4). ``scipy.special.ellipj`` takes m instead of m1 and loses the digits that 1 - m loses:
+    at m = 1 - 1e-9, ten periods out, it is wrong by 1e-8, and beyond 1 - 1e-10 it is a series for
+    small u alone. Here each arcsine is taken as an arctangent, which keeps full accuracy.
+    """
+    means, other = _means(m1)
+    half_turns = np.round(np.asarray(u, float) * means[-1] / np.pi)
+    rest = np.asarray(u, float) - half_turns * (np.pi / means[-1])
+    phi = 2.0 ** (len(means) - 1) * means[-1] * rest
+    for n in range(len(means) - 1, 0, -1):
+        c = 0.5 * (means[n - 1] - other[n - 1])
+        sine, cosine = np.sin(phi), np.cos(phi)
+        phi = 0.5 * (phi + np.arctan2(c * sine, np.hypot(means[n] * cosine, other[n] * sine)))
+    return phi + np.pi * half_turns
+
+
+def _means(m1):
+    """Arithmetic and geometric means, down to their common limit."""
+    means, other = [1.0], [float(np.sqrt(m1))]
+    while means[-1] - other[-1] > 1e-9 * means[-1] or len(means) < 2:
+        a, b = means[-1], other[-1]
+        means.append(0.5 * (a + b))
+        other.append(float(np.sqrt(a * b)))
+    a, b = means[-1], other[-1]
+    return [*means, 0.5 * (a + b)], [*other, float(np.sqrt(a * b))]

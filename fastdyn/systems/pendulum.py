@@ -1,0 +1,275 @@
+"""Pendulum on a light cable, with the angle as its coordinate (course 3.3.2, example 4)."""
+
+import dataclasses
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from fastdyn.systems.elliptic import amplitude, quarter_period
+from fastdyn.systems.system import State, System, parameter, quantity
+
+COURSE = "course 3.3.2, example 4"
+
+
+@quantity("J", "energy E")
+def energy(t, w, g, l, V0, m):
+    """First integral of the motion: kinetic plus potential energy, zero at rest at the bottom."""
+    theta, omega = w
+    lift = 2.0 * np.sin(0.5 * theta) ** 2  # 1 - cos theta, without its cancellation
+    return m * (0.5 * (l * omega) ** 2 + g * l * lift)
+
+
+@quantity("N", "cable tension R")
+def tension(t, w, g, l, V0, m):
+    """Force in the cable, m (l theta'² + g cos theta); a cable goes slack where it is zero."""
+    theta, omega = w
+    return m * (l * omega * omega + g * np.cos(theta))
+
+
+def slack(t, w, g, l, V0, m):
+    """The tension, for the event that it falls to zero; the angle means nothing afterwards."""
+    theta, omega = w
+    return m * (l * omega * omega + g * math.cos(theta))
+
+
+def bottom(t, w, g, l, V0, m):
+    """Zero where the pendulum passes its lowest point."""
+    theta, _ = w
+    return math.sin(0.5 * theta)
+
+
+def top(t, w, g, l, V0, m):
+    """Zero where a whirling pendulum passes its highest point."""
+    theta, _ = w
+    return math.cos(0.5 * theta)
+
+
+def turning(t, w, g, l, V0, m):
+    """Zero where a swinging pendulum turns back."""
+    _, omega = w
+    return omega
+
+
+slack.terminal = True
+slack.direction = -1
+
+
+@dataclasses.dataclass(frozen=True)
+class Pendulum(System):
+    """
+    Pendulum on a light cable, pushed off at its lowest point.
+
+    Equation of motion, from Newton's law with the cable force R eliminated::
+
+        theta'' = -(g/l) sin theta        R/m = l theta'² + g cos theta
+
+    State ``[theta, omega]`` with omega = theta', in rad and rad/s, theta counted from the
+    vertical and not wrapped. It starts at theta = 0 with the horizontal velocity V0, so
+    omega = V0/l. The course takes l = 1 and V0 = 0.1 in its script for the same pendulum in
+    Cartesian coordinates, and t = 20.
+
+    Parameters
+    ----------
+    g : float
+        Acceleration of gravity, m/s².
+    l : float
+        Length of the cable, m.
+    V0 : float
+        Horizontal velocity at launch, m/s, of either sign.
+    m : float
+        Mass, kg; it scales energy and tension only.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an unknown parameter, one that is not a finite number, or g, l or m not above zero.
+
+    Notes
+    -----
+    With w0 = sqrt(g/l) and k = V0 / (2 sqrt(g l)) the exact solution is
+
+    - swinging, k < 1: theta = 2 asin(k sn(w0 t | k²)), period 4 K(k²) / w0;
+    - separatrix, k = 1: theta = 4 atan(exp(w0 t)) - pi, which takes for ever to reach the top;
+    - whirling, k > 1: theta = 2 am(k w0 t | 1/k²), one turn in 2 K(1/k²) / (k w0).
+
+    The course's am has the range from -pi to pi, so that its angle jumps at the top; here the
+    angle goes on growing. For V0 far below sqrt(g l), theta ~ V0/sqrt(g l) sin(w0 t).
+
+    The equation holds while the cable is taut, R > 0. The two integrals of the motion, energy and
+    elapsed time, say that it goes slack at cos theta = (2 - V0²/(g l))/3 if V0² lies between
+    2 g l and 5 g l. ``solve(events="slack")`` notices this and stops; without the event the
+    solution is that of a rigid rod.
+
+    Source: Applied mechanics course, chapter 3.3.2, example 4 (motion of a pendulum).
+    """
+
+    name = "pendulum"
+    title = "Pendulum"
+    states = (
+        State("theta", "rad", "angle from the vertical"),
+        State("omega", "rad/s", "angular velocity"),
+    )
+    t_end = 20.0
+    invariants = {"energy": energy}
+    quantities = {"tension": tension}
+    events = {"slack": slack, "bottom": bottom, "top": top, "turning": turning}
+    derived = {
+        "regime": "",
+        "modulus": "",
+        "natural_frequency": "rad/s",
+        "period": "s",
+        "small_angle_period": "s",
+        "largest_angle": "rad",
+        "slack_angle": "rad",
+        "slack_time": "s",
+    }
+
+    g: float = parameter(9.81, "m/s²", "acceleration of gravity", source=COURSE, positive=True)
+    l: float = parameter(1.0, "m", "length of the cable", source=COURSE, positive=True)  # noqa: E741
+    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch", source=COURSE)
+    m: float = parameter(1.0, "kg", "mass", source="any; it scales the forces", positive=True)
+
+    @staticmethod
+    def rhs(t, w, g, l, V0, m):
+        """Derivative of the state; V0 enters through the initial state, m not at all."""
+        theta, omega = w
+        return [omega, -g / l * math.sin(theta)]
+
+    def initial_state(self):
+        """State (0, V0/l)."""
+        return (0.0, self.V0 / self.l)
+
+    @property
+    def natural_frequency(self) -> float:
+        """Angular frequency of small swings, w0 = sqrt(g/l), rad/s."""
+        return math.sqrt(self.g / self.l)
+
+    @property
+    def modulus(self) -> float:
+        """k = |V0| / (2 sqrt(g l)): below 1 the pendulum swings, above 1 it whirls."""
+        return abs(self.V0) / (2.0 * math.sqrt(self.g * self.l))
+
+    @property
+    def regime(self) -> str:
+        """``'swinging'``, ``'separatrix'`` (k is 1 to within its rounding) or ``'whirling'``."""
+        beyond = self._k_squared_beyond_one
+        if abs(beyond) <= 4.0 * np.finfo(float).eps:
+            return "separatrix"
+        return "swinging" if beyond < 0.0 else "whirling"
+
+    @property
+    def period(self) -> float:
+        """Time of a full swing, or of a full turn when whirling, s; infinite between the two."""
+        if self.regime == "separatrix":
+            return math.inf
+        if self.regime == "swinging":
+            return 4.0 * quarter_period(-self._k_squared_beyond_one) / self.natural_frequency
+        m1, k = self._k_squared_beyond_one / self.modulus**2, self.modulus
+        return 2.0 * quarter_period(m1) / (k * self.natural_frequency)
+
+    @property
+    def small_angle_period(self) -> float:
+        """Period of small swings, 2 pi sqrt(l/g), s."""
+        return 2.0 * math.pi / self.natural_frequency
+
+    @property
+    def largest_angle(self) -> float:
+        """Angle at which a swinging pendulum turns back, rad; infinite when whirling."""
+        if self.regime == "whirling":
+            return math.inf
+        k_squared_left = max(0.0, -self._k_squared_beyond_one)
+        return 2.0 * math.atan2(self.modulus, math.sqrt(k_squared_left))
+
+    @property
+    def slack_angle(self) -> float:
+        """Size of the angle at which the cable goes slack, rad; NaN if it stays taut."""
+        cosine = (2.0 - 4.0 * self.modulus**2) / 3.0
+        return math.acos(cosine) if -1.0 < cosine < 0.0 else math.nan
+
+    @property
+    def slack_time(self) -> float:
+        """Time at which the cable first goes slack, s; NaN if it stays taut."""
+        angle = self.slack_angle
+        return math.nan if math.isnan(angle) else self.time_to(math.copysign(angle, self.V0))
+
+    def time_to(self, theta) -> float:
+        """
+        Second integral of the motion: the time at which the pendulum first gets to an angle.
+
+        Parameters
+        ----------
+        theta : float
+            Angle in rad, with the sign of V0.
+
+        Returns
+        -------
+        float
+            Time in seconds, NaN for an angle that is not reached.
+        """
+        from scipy.special import ellipkinc  # takes longer to import than the rest of fastdyn
+
+        sine, k = math.sin(0.5 * theta), self.modulus
+        if theta * self.V0 < 0.0 or abs(theta) > self.largest_angle:
+            return math.nan
+        if self.regime == "whirling":
+            return float(ellipkinc(0.5 * abs(theta), 1.0 / k**2)) / (k * self.natural_frequency)
+        if self.regime == "separatrix":
+            return math.atanh(abs(sine)) / self.natural_frequency
+        return float(ellipkinc(math.asin(min(1.0, abs(sine) / k)), k**2)) / self.natural_frequency
+
+    def exact(self, t):
+        """Exact state in all three regimes, the angle not wrapped; shape (2,) or (2, n_points)."""
+        w0, k, beyond = self.natural_frequency, self.modulus, self._k_squared_beyond_one
+        sense = math.copysign(1.0, self.V0)
+        s = w0 * np.asarray(t, float)
+        if self.regime == "separatrix":
+            small = np.exp(-np.abs(s))
+            omega = 4.0 * w0 * small / (1.0 + small**2)
+            return sense * np.array([4.0 * np.arctan(np.tanh(0.5 * s)), omega])
+        if self.regime == "swinging":
+            phi = amplitude(s, -beyond)
+            dn = np.sqrt(np.cos(phi) ** 2 - beyond * np.sin(phi) ** 2)
+            theta = 2.0 * np.arctan2(k * np.sin(phi), dn)
+            return sense * np.array([theta, 2.0 * k * w0 * np.cos(phi)])
+        m1 = beyond / k**2
+        phi = amplitude(k * s, m1)
+        dn = np.sqrt(np.cos(phi) ** 2 + m1 * np.sin(phi) ** 2)
+        return sense * np.array([2.0 * phi, 2.0 * k * w0 * dn])
+
+    def small_angle(self, t):
+        """
+        Solution for small angles, theta ~ V0/sqrt(g l) sin(w0 t); shape (2,) or (2, n_points).
+
+        Notes
+        -----
+        For an amplitude A the true period is longer by the fraction A²/16 + ..., so the error
+        grows as A³/16 w0 t until the two are out of step.
+        """
+        s = self.natural_frequency * np.asarray(t, float)
+        peak = self.V0 / math.sqrt(self.g * self.l)
+        return np.array([peak * np.sin(s), self.V0 / self.l * np.cos(s)])
+
+    def figure(self, results, **options):
+        """Angle with the exact one, and tension, against time; see `System.figure`."""
+        from fastdyn import plot
+
+        with plot.slides():
+            figure, (angle, force) = plot.column(2, **options)
+            for label, result in results.items():
+                t, y = plot.curve(result)
+                angle.plot(t, y[0], label=label)
+                force.plot(t, self.along(tension, t, y), label=label)
+            angle.plot(t, plot.exact_curve(self, t)[0], "k--", lw=1.2, label="exact")
+            angle.set_ylabel("angle theta (rad)")
+            angle.legend(loc="upper right")
+            force.axhline(0.0, color="0.3", lw=1.0)
+            force.axhspan(min(0.0, force.get_ylim()[0]), 0.0, color="0.85", label="slack")
+            force.set(xlabel="t (s)", ylabel="cable tension R (N)")
+        return figure
+
+    @property
+    def _k_squared_beyond_one(self):
+        """k² - 1, from the parameters in rational arithmetic: near the separatrix it is small."""
+        g, length, V0 = Fraction(self.g), Fraction(self.l), Fraction(self.V0)
+        return float(V0**2 / (4 * g * length) - 1)

@@ -1,0 +1,236 @@
+"""Satellite in orbit around a fixed planet (course 3.3.3, example 2)."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from fastdyn.systems.kepler import eccentric_anomaly
+from fastdyn.systems.system import State, System, parameter, quantity
+
+COURSE = "course 3.3.3, example 2"
+
+
+@quantity("m²/s²", "energy E/m")
+def energy(t, w, GM, R, V):
+    """Kinetic plus potential energy per unit mass, v²/2 - GM/r, with v² = vx² + vy²."""
+    x, y, vx, vy = w
+    return 0.5 * (vx * vx + vy * vy) - GM / np.sqrt(x * x + y * y)
+
+
+@quantity("m²/s", "angular momentum H/m")
+def angular_momentum(t, w, GM, R, V):
+    """Angular momentum about the planet per unit mass, x vy - y vx."""
+    x, y, vx, vy = w
+    return x * vy - y * vx
+
+
+@quantity("m", "distance r")
+def distance(t, w, GM, R, V):
+    """Distance from the planet's centre."""
+    x, y, _, _ = w
+    return np.sqrt(x * x + y * y)
+
+
+def apsis(t, w, GM, R, V):
+    """Zero where the distance is smallest or largest (everywhere, on a circular orbit)."""
+    x, y, vx, vy = w
+    return x * vx + y * vy
+
+
+def periapsis(t, w, GM, R, V):
+    """Zero, and rising, where the distance is smallest."""
+    x, y, vx, vy = w
+    return x * vx + y * vy
+
+
+def apoapsis(t, w, GM, R, V):
+    """Zero, and falling, where the distance is largest."""
+    x, y, vx, vy = w
+    return x * vx + y * vy
+
+
+def revolution(t, w, GM, R, V):
+    """Zero, and rising with the motion, where the launch direction, the +x axis, is passed."""
+    x, y, _, _ = w
+    # The angle from the +x axis, so that the crossing of the -x axis is no zero.
+    return math.copysign(1.0, V) * math.atan2(y, x)
+
+
+periapsis.direction = 1
+apoapsis.direction = -1
+revolution.direction = 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Satellite(System):
+    """
+    Satellite in orbit around a fixed planet, in the plane of its orbit.
+
+    Equations of motion, with r² = x² + y²::
+
+        x'' = -GM x / r³        y'' = -GM y / r³
+
+    State ``[x, y, vx, vy]`` in m and m/s. The satellite is launched from (R, 0) with velocity
+    (0, V); the course takes GM = R = V = 1, a circular orbit, and t = 100 s, almost 16
+    revolutions.
+
+    Parameters
+    ----------
+    GM : float
+        Gravitational constant times the planet's mass, m³/s².
+    R : float
+        Distance at launch, m.
+    V : float
+        Speed at launch, perpendicular to the radius, m/s; negative for clockwise motion.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an unknown parameter, one that is not a finite number, or GM or R not above zero.
+
+    Notes
+    -----
+    Energy E/m = v²/2 - GM/r and angular momentum H/m = x vy - y vx are constant.
+
+    Launched perpendicular to the radius, the satellite starts at an end of the major axis of
+    its ellipse: the near end if V² > GM/R, the far end if V² < GM/R. With the signed eccentricity
+    e = R V²/GM - 1 one formula serves both::
+
+        x = a (cos u - e)       y = a sqrt(1 - e²) sin u       sqrt(GM/a³) t = u - e sin u
+
+    **Erratum.** The course's script computes the speed for the energy as
+    ``vmag = sqrt(w_values(i,1)^2 + w_values(i,2)^2)``, which is the distance: components 1 and 2
+    are x and y. The speed is in components 3 and 4. On the exact circular orbit with
+    GM = R = V = 1 both are 1, so the slip does not show there; on any other orbit the printed
+    formula makes the energy vary although the motion is exact.
+
+    Source: Applied mechanics course, chapter 3.3.3, example 2 (satellite orbit calculation).
+    """
+
+    name = "satellite"
+    title = "Satellite orbit"
+    states = (
+        State("x", "m", "position"),
+        State("y", "m", "position"),
+        State("vx", "m/s", "velocity"),
+        State("vy", "m/s", "velocity"),
+    )
+    t_end = 100.0
+    invariants = {"energy": energy, "angular_momentum": angular_momentum}
+    quantities = {"distance": distance}
+    events = {
+        "apsis": apsis,
+        "periapsis": periapsis,
+        "apoapsis": apoapsis,
+        "revolution": revolution,
+    }
+    derived = {
+        "period": "s",
+        "semi_major_axis": "m",
+        "eccentricity": "",
+        "circular_speed": "m/s",
+        "escape_speed": "m/s",
+    }
+
+    GM: float = parameter(
+        1.0, "m³/s²", "gravitational constant times mass", source=COURSE, positive=True
+    )
+    R: float = parameter(1.0, "m", "distance at launch", source=COURSE, positive=True)
+    V: float = parameter(1.0, "m/s", "speed at launch, across the radius", source=COURSE)
+
+    @staticmethod
+    def rhs(t, w, GM, R, V):
+        """Derivative of the state; R and V enter through the initial state alone."""
+        x, y, vx, vy = w
+        r = math.sqrt(x * x + y * y)
+        pull = -GM / (r * r * r)
+        return [vx, vy, pull * x, pull * y]
+
+    def initial_state(self):
+        """State (R, 0, 0, V)."""
+        return (self.R, 0.0, 0.0, self.V)
+
+    @property
+    def circular_speed(self) -> float:
+        """Speed of the circular orbit at distance R, sqrt(GM/R)."""
+        return math.sqrt(self.GM / self.R)
+
+    @property
+    def escape_speed(self) -> float:
+        """Speed at which the satellite does not come back, sqrt(2 GM/R)."""
+        return math.sqrt(2.0 * self.GM / self.R)
+
+    @property
+    def signed_eccentricity(self) -> float:
+        """R V²/GM - 1: positive for a launch at the near end of the ellipse, else negative."""
+        return self.R * self.V**2 / self.GM - 1.0
+
+    @property
+    def eccentricity(self) -> float:
+        """0 for a circle, below 1 for an ellipse, 1 for a parabola or a radial fall."""
+        return abs(self.signed_eccentricity)
+
+    @property
+    def semi_major_axis(self) -> float:
+        """Half the longest diameter, 1/(2/R - V²/GM), m; ValueError if there is no ellipse."""
+        self._require_ellipse()
+        return 1.0 / (2.0 / self.R - self.V**2 / self.GM)
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution, 2 pi sqrt(a³/GM), s; ValueError if there is no ellipse."""
+        return 2.0 * math.pi * math.sqrt(self.semi_major_axis**3 / self.GM)
+
+    def exact(self, t):
+        """
+        Exact state from Kepler's equation, shape (4,) or (4, n_points).
+
+        Raises
+        ------
+        ValueError
+            If V is zero (a radial fall) or at least the escape speed (no ellipse).
+        """
+        t = np.asarray(t, float)
+        a, e = self.semi_major_axis, self.signed_eccentricity
+        b = self.R * self.V * math.sqrt(a / self.GM)  # sqrt(1 - e²) a, with the sense of V
+        n = math.sqrt(self.GM / a**3)
+        u = eccentric_anomaly(n * t, e)
+        rate = n / (1.0 - e * np.cos(u))
+        return np.array(
+            [a * (np.cos(u) - e), b * np.sin(u), -a * np.sin(u) * rate, b * np.cos(u) * rate]
+        )
+
+    def figure(self, results, **options):
+        """
+        Orbits beside the exact ellipse, above energy and angular momentum against time.
+
+        See `System.figure`; the options go to `matplotlib.pyplot.figure`.
+        """
+        from fastdyn import plot
+
+        duration = max(result.t[-1] for result in results.values())
+        ellipse = plot.exact_curve(self, np.linspace(0.0, min(duration, self._lap), 721))[:2]
+        reach = 1.2 * max(self.R, np.nanmax(np.abs(ellipse), initial=0.0))
+        with plot.slides():
+            figure, above, below = plot.two_rows(len(results), 2, **options)
+            for number, (axes, (label, result)) in enumerate(zip(above, results.items())):
+                axes.plot(*plot.curve(result)[1][:2], color=f"C{number}", lw=1.2, label=label)
+                axes.plot(*ellipse, "k--", lw=1.2, label="exact")
+                axes.plot(0, 0, "o", color="0.4", ms=12)
+                axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=label)
+                axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
+            plot.invariants(below, self, results)
+        return figure
+
+    def _require_ellipse(self):
+        if 1.0 - self.eccentricity > np.finfo(float).eps:
+            return
+        if self.V**2 < self.GM / self.R:
+            why = "a launch without speed across the radius falls straight onto the planet"
+        else:
+            why = "at or above the escape speed the satellite does not come back"
+        raise ValueError(
+            f"The satellite with V = {self.V:g} m/s is on no ellipse: {why}. "
+            f"Choose V between 0 and {self.escape_speed:g} m/s, either sense."
+        )

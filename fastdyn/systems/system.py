@@ -1,0 +1,277 @@
+"""What a mechanical system is: equations, parameters, invariants, exact solution, figure.
+
+A new system is one file in this folder: a frozen dataclass that inherits from `System`, whose
+fields are its parameters. Nothing else has to be told about it; `fastdyn list`, `fastdyn run`,
+`fastdyn tour` and the tests find it by what it defines.
+"""
+
+import dataclasses
+import math
+import numbers
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from fastdyn.solve import solve_ivp
+
+
+class State(NamedTuple):
+    """Name, unit and meaning of one component of the state."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+def parameter(default, unit, meaning, *, source="", positive=False) -> Any:
+    """
+    Declare one parameter as a field of a `System`.
+
+    Parameters
+    ----------
+    default : float
+        Value when none is given.
+    unit : str
+        SI unit, as it appears in tables and on axes.
+    meaning : str
+        What the number is, in a few words.
+    source : str
+        Where the default comes from.
+    positive : bool
+        Refuse values that are not greater than zero.
+    """
+    about = {"unit": unit, "meaning": meaning, "source": source, "positive": positive}
+    return dataclasses.field(default=default, metadata=about)
+
+
+def quantity(unit, label=None):
+    """Give a function of (t, y, \\*parameters) a unit and a label for axes and tables."""
+
+    def attach(function):
+        function.unit = unit
+        function.label = label or function.__name__.replace("_", " ")
+        return function
+
+    return attach
+
+
+@dataclasses.dataclass(frozen=True)
+class System:
+    """
+    One system of the course; subclasses fill in the class attributes and methods below.
+
+    Attributes
+    ----------
+    name, title : str
+        The name under which the registry knows the system, and a heading.
+    states : tuple of State
+        The components of the state, in order.
+    t_end : float
+        Default end of the run, in seconds; runs start at t = 0.
+    rhs : callable
+        Plain function ``rhs(t, y, *parameters)``; unpacks y, returns a list.
+    invariants : dict of str to callable
+        Functions of ``(t, y, *parameters)`` that the exact motion keeps constant. They see one
+        state of shape (n,) when compiled, or all columns at once, shape (n, n_points), in Python.
+    quantities : dict of str to callable
+        Other functions of the same form: reactions, distances, angles.
+    events : dict of str to callable
+        Event functions by name, in SciPy's form with ``terminal`` and ``direction``.
+    derived : dict of str to str
+        Answers that follow from the parameters alone, properties of the class, and their units.
+
+    Notes
+    -----
+    All parameters, in the order of the fields, are passed to every one of these functions, so
+    that changing a value never recompiles anything.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    states: ClassVar[tuple[State, ...]]
+    t_end: ClassVar[float]
+    rhs: ClassVar[Callable]
+    invariants: ClassVar[Mapping[str, Callable]] = {}
+    quantities: ClassVar[Mapping[str, Callable]] = {}
+    events: ClassVar[Mapping[str, Callable]] = {}
+    derived: ClassVar[Mapping[str, str]] = {}
+
+    def __new__(cls, *values, **named):
+        allowed = [field.name for field in dataclasses.fields(cls)]
+        unknown = [name for name in named if name not in allowed]
+        if unknown:
+            raise TypeError(
+                f"{cls.name} has no parameter {', '.join(f'`{name}`' for name in unknown)}; "
+                f"its parameters are {', '.join(allowed)}."
+            )
+        return super().__new__(cls)
+
+    def __post_init__(self):
+        for field in dataclasses.fields(self):
+            value = _checked(self.name, field, getattr(self, field.name))
+            object.__setattr__(self, field.name, value)
+
+    @property
+    def args(self) -> tuple:
+        """Values of the parameters in the order in which the functions take them."""
+        return tuple(getattr(self, field.name) for field in dataclasses.fields(self))
+
+    def initial_state(self) -> tuple[float, ...]:
+        """State at t = 0, from the parameters."""
+        raise NotImplementedError(f"{self.name} does not define its initial state.")
+
+    def exact(self, t) -> np.ndarray:
+        """
+        Exact solution from the initial state at t = 0.
+
+        Parameters
+        ----------
+        t : float or array_like, shape (n_points,)
+            Times in seconds.
+
+        Returns
+        -------
+        ndarray, shape (n,) or (n, n_points)
+
+        Raises
+        ------
+        ValueError
+            Where no exact solution is known, for this system or for these parameters.
+        """
+        raise ValueError(f"No exact solution of the {self.name} is known to fastdyn.")
+
+    def solve(self, t_span=None, y0=None, method="RK45", **options):
+        """
+        Integrate the equations of motion; `fastdyn.solve_ivp` with the system filled in.
+
+        Parameters
+        ----------
+        t_span : pair of float, optional
+            Start and end in seconds, (0, `t_end`) unless given.
+        y0 : array_like, shape (n,), optional
+            Initial state, `initial_state()` unless given.
+        method : str
+            As for `fastdyn.solve_ivp`.
+        **options
+            As for `fastdyn.solve_ivp`, with two differences: `events` may also name events of
+            the system (``events="slack"``), and the default tolerances of the adaptive methods
+            are rtol = 1e-6 and atol = 1e-9, because SciPy's 1e-3 and 1e-6 let the course's
+            satellite fall onto its planet.
+
+        Returns
+        -------
+        OdeResult
+            With `system` set, so that ``plot()``, ``invariants()`` and ``error()`` work.
+        """
+        if "args" in options:
+            raise TypeError(f"`args` of the {self.name} are its parameters; set them by name.")
+        if "events" in options:
+            options["events"] = self._event_functions(options["events"])
+        if "step" not in options:
+            options.setdefault("rtol", 1e-6)
+            options.setdefault("atol", 1e-9)
+        t_span = (0.0, self.t_end) if t_span is None else t_span
+        start = self.initial_state() if y0 is None else y0
+        result = solve_ivp(self.rhs, t_span, start, method=method, args=self.args, **options)
+        result.system = self._as_started(t_span[0], y0)
+        return result
+
+    def along(self, function, t, y) -> np.ndarray:
+        """Values of ``function(t, y, *parameters)`` at every column of y, shape (n_points,)."""
+        t, y = np.atleast_1d(t).astype(float), self._columns(y)
+        try:
+            values = np.asarray(function(t, y, *self.args), float)
+            if values.shape == t.shape:
+                return values
+        except (TypeError, ValueError):
+            pass  # a function with branches takes one state at a time
+        columns = zip(t, y.T, strict=True)
+        return np.array([function(time, state, *self.args) for time, state in columns], float)
+
+    def invariants_along(self, result) -> dict[str, np.ndarray]:
+        """Every invariant at every point of a result, by name."""
+        return {
+            name: self.along(function, result.t, result.y)
+            for name, function in self.invariants.items()
+        }
+
+    def exact_along(self, t) -> np.ndarray:
+        """
+        Exact solution of a run, as `exact`, refused for a run that started elsewhere.
+
+        Raises
+        ------
+        ValueError
+            Where `exact` does, and if the run did not start from `initial_state()` at t = 0.
+        """
+        if getattr(self, "_started_elsewhere", False):
+            raise ValueError(
+                f"The exact solution of the {self.name} starts at t = 0 from its own initial "
+                "state; solve without `y0` and from t = 0 to compare with it."
+            )
+        return self.exact(np.asarray(t, float))
+
+    def error(self, result) -> np.ndarray:
+        """Computed minus exact state, shape (n, n_points); raises as `exact_along` does."""
+        return self._columns(result.y) - self.exact_along(result.t)
+
+    def figure(self, results, **options):
+        """
+        Draw one result, or several for comparison.
+
+        Parameters
+        ----------
+        results : dict of str to OdeResult
+            Results by the label that the legend shows.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from fastdyn import plot
+
+        return plot.components(results, **options)
+
+    def _columns(self, y):
+        """State as an array of shape (n, n_points); SciPy's empty output is a list."""
+        return np.asarray(y, float).reshape(len(self.states), -1)
+
+    def _event_functions(self, events):
+        if isinstance(events, str) or callable(events):
+            events = [events]
+        if events is None or not isinstance(events, Iterable):
+            return events
+        return [self._event(event) for event in events]
+
+    def _event(self, event):
+        if not isinstance(event, str):
+            return event
+        if event not in self.events:
+            known = ", ".join(self.events) or "none"
+            raise ValueError(f"{self.name} has no event '{event}'; its events are: {known}.")
+        return self.events[event]
+
+    def _as_started(self, begin, y0):
+        """Itself, or a copy that knows that its run started where `exact` does not hold."""
+        if begin == 0.0 and (y0 is None or np.array_equal(y0, self.initial_state())):
+            return self
+        copy = dataclasses.replace(self)
+        object.__setattr__(copy, "_started_elsewhere", True)
+        return copy
+
+
+def _checked(system, field, value):
+    """Value of a parameter as a float, or a sentence about what is wrong with it."""
+    if "unit" not in field.metadata:
+        return value
+    unit = field.metadata["unit"]
+    about = f"Parameter `{field.name}` of the {system} ({field.metadata['meaning']}, {unit})"
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{about} must be one real number, but {value!r} was given.")
+    value = float(value)
+    if not math.isfinite(value):
+        raise ValueError(f"{about} must be finite, but {value} was given.")
+    if field.metadata["positive"] and value <= 0.0:
+        raise ValueError(f"{about} must be greater than zero, but {value:g} was given.")
+    return value

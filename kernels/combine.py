@@ -1,0 +1,307 @@
+"""The one place that knows how a value of the state is stored.
+
+A value is a tuple of numbers (small n: the compiler keeps it in registers) or a row of the work
+array (any n).  The functions here are written as LLVM code generators, so that a step written
+with them is straight-line code for a tuple and one loop for a row, with the same operations on
+each component in the same order: both give the same bits.
+
+Everywhere `out` is the row that receives the result, or None for tuples.
+"""
+
+from fractions import Fraction
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import lower_constant
+from numba.extending import intrinsic, models, register_model, typeof_impl
+from numba.np import arrayobj
+
+LANES = 4  # partial results of `fold`, in every storage, so that rows can be added four at a time
+
+
+class Row:
+    """A row of a Butcher tableau: exact fractions, known to the compiler.
+
+    Parameters
+    ----------
+    text : str
+        Fractions or decimals as printed in the source, separated by blanks: ``"3/40 9/40"``.
+    """
+
+    def __init__(self, text=""):
+        self.exact = tuple(Fraction(word) for word in text.split())
+        self.floats = tuple(float(a) for a in self.exact)
+
+    def __len__(self):
+        return len(self.exact)
+
+    def __sub__(self, other):
+        difference = Row()
+        difference.exact = tuple(a - b for a, b in zip(self.exact, other.exact, strict=True))
+        difference.floats = tuple(float(a) for a in difference.exact)
+        return difference
+
+
+class RowType(types.Type):
+    """The type of one Row.  The numbers are part of the type: no memory, no zero multiplied."""
+
+    def __init__(self, exact):
+        self.exact = exact
+        super().__init__(name=f"Row({', '.join(map(str, exact))})")
+
+
+register_model(RowType)(models.OpaqueModel)
+
+
+@typeof_impl.register(Row)
+def _typeof_row(value, context):
+    return RowType(value.exact)
+
+
+@lower_constant(RowType)
+def _constant_row(context, builder, ty, value):
+    return context.get_dummy_value()
+
+
+ROW = types.Array(types.float64, 1, "C")
+
+
+def _size(context, builder, ty, value):
+    return builder.extract_value(arrayobj.make_array(ty)(context, builder, value).shape, 0)
+
+
+def _data(context, builder, ty, value):
+    return arrayobj.make_array(ty)(context, builder, value).data
+
+
+def view(context, builder, pointer, n):
+    """A C-contiguous float64 array over borrowed memory."""
+    array = arrayobj.make_array(ROW)(context, builder)
+    size = context.get_constant(types.intp, 8)
+    arrayobj.populate_array(
+        array, data=pointer, shape=[n], strides=[size], itemsize=size, meminfo=None
+    )
+    return array._getvalue()
+
+
+def _map(context, builder, out, operands, body):
+    """Write body(builder, [component of each operand]) for each component.
+
+    `out` and each operand are (type, value); returns a tuple value or the row `out`.
+    """
+    ty, value = operands[0]
+    if isinstance(ty, types.BaseTuple):
+        result = [
+            body(builder, [builder.extract_value(v, i) for _, v in operands])
+            for i in range(len(ty))
+        ]
+        return context.make_tuple(builder, ty, result)
+    pointers = [_data(context, builder, t, v) for t, v in operands]
+    target = _data(context, builder, *out)
+    with cgutils.for_range(builder, _size(context, builder, ty, value)) as loop:
+        components = [builder.load(builder.gep(p, [loop.index])) for p in pointers]
+        builder.store(body(builder, components), builder.gep(target, [loop.index]))
+    return out[1]
+
+
+def _weighted(builder, exact, components):
+    """sum(a * k) over the nonzero a, left to right."""
+    total = None
+    for a, k in zip(exact, components, strict=True):
+        if a != 0:
+            term = builder.fmul(ir.Constant(ir.DoubleType(), float(a)), k)
+            total = term if total is None else builder.fadd(total, term)
+    return total
+
+
+@intrinsic
+def combine(typingctx, out, y, h, row, k):
+    """y + h * sum(a_i k_i)."""
+    if len(row.exact) != len(k):
+        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+
+    def codegen(context, builder, signature, args):
+        _, _, step, _, stages = args
+        stages = [(t, builder.extract_value(stages, i)) for i, t in enumerate(k)]
+        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        exact = [a for a, _ in used]
+
+        def body(builder, c):
+            return builder.fadd(c[0], builder.fmul(step, _weighted(builder, exact, c[1:])))
+
+        return _map(context, builder, (out, args[0]), [(y, args[1]), *(s for _, s in used)], body)
+
+    return y(out, y, types.float64, row, k), codegen
+
+
+@intrinsic
+def weigh(typingctx, out, h, row, k):
+    """h * sum(a_i k_i)."""
+    if len(row.exact) != len(k):
+        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+
+    def codegen(context, builder, signature, args):
+        stages = [(t, builder.extract_value(args[3], i)) for i, t in enumerate(k)]
+        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        exact = [a for a, _ in used]
+
+        def body(builder, c):
+            return builder.fmul(args[1], _weighted(builder, exact, c))
+
+        return _map(context, builder, (out, args[0]), [s for _, s in used], body)
+
+    return k[0](out, types.float64, row, k), codegen
+
+
+@intrinsic
+def assign(typingctx, out, value):
+    """A copy of `value` in `out`; a tuple is its own copy."""
+
+    def codegen(context, builder, signature, args):
+        return _map(context, builder, (out, args[0]), [(value, args[1])], lambda b, c: c[0])
+
+    return value(out, value), codegen
+
+
+@intrinsic
+def fold(typingctx, function, merge, start, values):
+    """Accumulate ``total = function(total, component of each of values)`` over the components.
+
+    Four partial results run side by side (component i goes to number i % 4), in every storage;
+    ``merge`` joins them.  Both functions are compiled and take and return numbers; `values` is
+    a tuple of state values.
+    """
+    join = merge.get_call_type(typingctx, (types.float64, types.float64), {})
+    inner = function.get_call_type(typingctx, (types.float64,) * (len(values) + 1), {})
+
+    def codegen(context, builder, signature, args):
+        call = context.get_function(function, inner)
+        both = context.get_function(merge, join)
+        parts = [(t, builder.extract_value(args[3], i)) for i, t in enumerate(values)]
+        sums = [cgutils.alloca_once_value(builder, args[2]) for _ in range(LANES)]
+
+        def add(lane, components):
+            builder.store(call(builder, [builder.load(sums[lane]), *components]), sums[lane])
+
+        ty, value = parts[0]
+        if isinstance(ty, types.BaseTuple):
+            for i in range(len(ty)):
+                add(i % LANES, [builder.extract_value(v, i) for _, v in parts])
+        else:
+            n = _size(context, builder, ty, value)
+            pointers = [_data(context, builder, t, v) for t, v in parts]
+
+            def at(index):
+                return [builder.load(builder.gep(p, [index])) for p in pointers]
+
+            whole = builder.and_(n, ir.Constant(n.type, -LANES))
+            zero, four = ir.Constant(n.type, 0), ir.Constant(n.type, LANES)
+            with cgutils.for_range_slice(builder, zero, whole, four, inc=True) as (i, _):
+                for lane in range(LANES):
+                    add(lane, at(builder.add(i, ir.Constant(n.type, lane))))
+            for lane in range(LANES - 1):
+                index = builder.add(whole, ir.Constant(n.type, lane))
+                with builder.if_then(builder.icmp_signed("<", index, n)):
+                    add(lane, at(index))
+        a, b, c, d = (builder.load(s) for s in sums)
+        return both(builder, (both(builder, (a, b)), both(builder, (c, d))))
+
+    return types.float64(function, merge, types.float64, values), codegen
+
+
+def _row_pointer(context, builder, ty, work, index):
+    array = arrayobj.make_array(ty)(context, builder, work)
+    return builder.gep(array.data, [builder.mul(index, builder.extract_value(array.shape, 1))])
+
+
+def _row(context, builder, ty, work, index):
+    n = builder.extract_value(arrayobj.make_array(ty)(context, builder, work).shape, 1)
+    return view(context, builder, _row_pointer(context, builder, ty, work, index), n)
+
+
+@intrinsic
+def slot(typingctx, form, work, index):
+    """Row `index` of `work` as the place for a result; None when values are tuples."""
+    if isinstance(form, types.NoneType):
+        return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
+    return types.none(form, work, types.intp), lambda c, *_: c.get_dummy_value()
+
+
+@intrinsic
+def fetch(typingctx, form, work, index):
+    """Row `index` of `work` as a value: `form` is None for the row itself, else a tuple of n."""
+    if isinstance(form, types.NoneType):
+        return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
+
+    def codegen(context, builder, signature, args):
+        pointer = _row_pointer(context, builder, work, args[1], args[2])
+        parts = [builder.load(cgutils.gep(builder, pointer, i)) for i in range(len(form))]
+        return context.make_tuple(builder, form, parts)
+
+    return form(form, work, types.intp), codegen
+
+
+@intrinsic
+def keep(typingctx, work, index, values):
+    """Leave a tuple of values in consecutive rows of `work`, from `index` on.
+
+    Rows are written in place by whoever computes them, so only tuples need storing.
+    """
+    signature = types.none(work, types.intp, values)
+    if values[0] == ROW:
+        return signature, lambda context, *_: context.get_dummy_value()
+
+    def codegen(context, builder, signature, args):
+        for j, ty in enumerate(values):
+            row = builder.add(args[1], ir.Constant(args[1].type, j))
+            pointer = _row_pointer(context, builder, work, args[0], row)
+            value = builder.extract_value(args[2], j)
+            for i in range(len(ty)):
+                builder.store(builder.extract_value(value, i), cgutils.gep(builder, pointer, i))
+        return context.get_dummy_value()
+
+    return signature, codegen
+
+
+@intrinsic
+def halves(typingctx, value):
+    """The two halves of a value, (q, v) of a state [q, v]; (None, None) of no place."""
+    if isinstance(value, types.NoneType):
+        none = types.Tuple((types.none, types.none))
+        return none(value), lambda c, b, s, a: c.make_tuple(b, none, [c.get_dummy_value()] * 2)
+    if value == ROW:
+        pair = types.UniTuple(ROW, 2)
+
+        def split(context, builder, signature, args):
+            array = arrayobj.make_array(ROW)(context, builder, args[0])
+            m = builder.lshr(builder.extract_value(array.shape, 0), ir.Constant(ir.IntType(64), 1))
+            parts = [array.data, builder.gep(array.data, [m])]
+            return context.make_tuple(
+                builder, pair, [view(context, builder, p, m) for p in parts]
+            )
+
+        return pair(value), split
+    m = len(value) // 2
+    half = types.UniTuple(types.float64, m)
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], i) for i in range(2 * m)]
+        both = [context.make_tuple(builder, half, p) for p in (parts[:m], parts[m:])]
+        return context.make_tuple(builder, signature.return_type, both)
+
+    return types.UniTuple(half, 2)(value), codegen
+
+
+@intrinsic
+def join(typingctx, out, first, second):
+    """The value [first, second]; the halves of the row `out` are in place already."""
+    if first == ROW:
+        return ROW(out, first, second), lambda c, b, s, a: a[0]
+    whole = types.UniTuple(types.float64, len(first) + len(second))
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(v, i) for v in args[1:] for i in range(len(first))]
+        return context.make_tuple(builder, whole, parts)
+
+    return whole(out, first, second), codegen

@@ -1,0 +1,53 @@
+"""What a method is, to the code that runs it."""
+
+from typing import NamedTuple
+
+
+class Method(NamedTuple):
+    """A method: its step, its loop, and what the loop needs to know.
+
+    Parameters
+    ----------
+    name : str
+    order : int
+    error_order : int
+        Order of the error estimate, 0 for fixed steps.
+    n_stages : int
+        Evaluations of the derivative in a step, tried or accepted.
+    n_rows : int
+        Rows of stages that the method keeps in the work array.
+    last : int
+        The stage that is the derivative at the end of a step.
+    advance : function
+        The loop, `adaptive.advance` or `fixed.advance`.
+    step : function
+    arguments : tuple
+        What the loop takes between `step` and `form`.
+    start : function
+        ``start(state, work, block, order)``, the first derivative and step.
+    n_dense : int
+        Rows of the interpolant.
+    enrich : function
+        ``enrich(rhs, t, h, work, block, d)`` fills the rows beyond F2, returns its evaluations.
+    dense_order : int
+    second_order : bool
+        Whether the method integrates q'' = a(t, q): the derivative it calls is the acceleration.
+    tableau : dict
+        Coefficients as printed, for the tests of the order conditions.
+    """
+
+    name: str
+    order: int
+    error_order: int
+    n_stages: int
+    n_rows: int
+    last: int
+    advance: object
+    step: object
+    arguments: tuple
+    start: object
+    n_dense: int
+    enrich: object
+    dense_order: int
+    second_order: bool = False
+    tableau: dict = {}

@@ -1,0 +1,37 @@
+"""The record that evolves, the rows of the work array, and the status codes.
+
+A solve in progress is three arrays: `state` (one record of STATE), `work` (rows of n numbers)
+and `block` (what a compiled function needs to be called, see `calls.py`).  Copying them is a
+checkpoint; every kernel reads them when it starts and leaves them complete when it returns.
+"""
+
+import numpy as np
+
+STATE = np.dtype(
+    [
+        ("t", "f8"),  # time reached
+        ("t_old", "f8"),  # time before the last accepted step
+        ("t_end", "f8"),
+        ("t_stop", "f8"),  # return after the step that reaches it
+        ("t_start", "f8"),
+        ("direction", "f8"),  # +1 or -1
+        ("h", "f8"),  # size of the next step to try, without sign
+        ("h_max", "f8"),
+        ("error", "f8"),  # norm of the last error estimate; accepted below 1
+        ("n_accepted", "i8"),
+        ("n_rejected", "i8"),
+        ("n_extra", "i8"),  # evaluations outside the steps: start, dense output
+    ]
+)
+
+# Rows of `work`.  A method's stages follow from row K on.
+Y, Y_OLD, STAGE, RTOL, ATOL, K = 0, 1, 2, 3, 4, 5
+
+# What a kernel returns.
+RUNNING = 0  # the step budget is used up; call again
+FINISHED = 1  # t == t_end
+FULL = 2  # an output array is full; give it room and call again
+EVENT = 3  # a terminal event occurred
+STEP_TOO_SMALL = 4
+NON_FINITE = 5  # the derivative at the start is not finite
+RAISED = 6  # the user's function raised; the exception waits in Python

@@ -1,0 +1,227 @@
+"""The loop above the steps: output, dense output, events.
+
+It calls a stepping kernel through its address, one step at a time where every step must be
+looked at and otherwise up to the next output time, so that one compiled loop serves each
+method in both tiers.
+"""
+
+import numpy as np
+from numba import njit
+
+from .calls import OPTIONS, RAISED, by_pointer, call, resume, word
+from .dense import hermite, polynomial
+from .roots import crossing
+from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, Y
+from .state import RAISED as RAISED_STATUS
+
+# What is wanted and how much of it there is.
+OUTPUT = np.dtype(
+    [
+        ("every_step", "i8"),  # store each step; else the times of t_eval
+        ("dense", "i8"),  # store each step's polynomial
+        ("n_out", "i8"),  # points in this piece of the output
+        ("n_total", "i8"),  # points in all pieces
+        ("n_dense", "i8"),
+        ("n_events", "i8"),  # occurrences in this piece
+        ("i_eval", "i8"),  # next entry of t_eval
+        ("t_last", "f8"),  # last time stored
+    ]
+)
+
+# One per event function.
+EVENTS = np.dtype(
+    [
+        ("block", "i8"),  # address of the function's block
+        ("g", "f8"),  # value at the last step
+        ("g_new", "f8"),
+        ("root", "f8"),  # where it crossed in this step
+        ("direction", "f8"),
+        ("count", "i8"),
+        ("limit", "i8"),  # stop at this many; 0 means never
+        ("active", "i8"),  # crossed in this step
+    ]
+)
+
+
+@njit(**OPTIONS)
+def _evaluate_events(events, t, y, scratch):
+    """g_new of each event; False if one raised."""
+    for i in range(len(events)):
+        call(events[i].block, t, y, scratch)
+        if word(events[i].block, RAISED) != 0:
+            return False
+        events[i].g_new = scratch[0]
+    return True
+
+
+@njit(**OPTIONS)
+def open_events(events, t, y, scratch):
+    """The values at the start, before the first step."""
+    if not _evaluate_events(events, t, y, scratch):
+        return RAISED_STATUS
+    for i in range(len(events)):
+        events[i].g = events[i].g_new
+    return RUNNING
+
+
+@njit(**OPTIONS)
+def _find_active(events):
+    """Mark the events that changed sign in their direction; the number of them."""
+    n = 0
+    for i in range(len(events)):
+        e = events[i]
+        up = e.g <= 0.0 and e.g_new >= 0.0
+        down = e.g >= 0.0 and e.g_new <= 0.0
+        wanted = (up and e.direction >= 0.0) or (down and e.direction <= 0.0)
+        e.active = 1 if wanted else 0
+        n += e.active
+        e.g = e.g_new
+    return n
+
+
+@njit(**OPTIONS)
+def _locate(events, d, t_old, t, direction, scratch):
+    """Root of each active event; index of the first one to end the run, or -1."""
+    first = -1
+    for i in range(len(events)):
+        e = events[i]
+        if e.active:
+            e.root = crossing(e.block, d, t_old, t, scratch[0], scratch[1])
+            e.count += 1
+            if e.limit > 0 and e.count >= e.limit:
+                if first < 0 or direction * (e.root - events[first].root) < 0.0:
+                    first = i
+    return first
+
+
+@njit(**OPTIONS)
+def _record(events, final, d, t_old, h, direction, e_index, e_t, e_y, n):
+    """Store the active events, none later than the final one; the new count."""
+    for i in range(len(events)):
+        e = events[i]
+        if not e.active:
+            continue
+        if final >= 0:
+            later = direction * (e.root - events[final].root)
+            if later > 0.0 or (later == 0.0 and i > final):
+                continue
+        e_index[n], e_t[n] = i, e.root
+        polynomial(d, (e.root - t_old) / h, e_y[n])
+        n += 1
+    return n
+
+
+@njit(**OPTIONS)
+def _interpolate(enrich, last, s, work, block, d):
+    """The polynomial of the last step, in the rows of d."""
+    h = s.t - s.t_old
+    hermite(h, last, work, d)
+    s.n_extra += enrich(by_pointer, s.t_old, h, work, block, d)
+
+
+@njit(**OPTIONS)
+def watch(
+    enrich,
+    last,
+    advance,
+    state,
+    work,
+    block,
+    out,
+    t_out,
+    y_out,
+    d_out,
+    span_out,
+    t_eval,
+    events,
+    e_index,
+    e_t,
+    e_y,
+    scratch,
+    n_steps,
+):
+    """Take at most `n_steps` steps by the kernel at address `advance`, and store what is wanted.
+
+    Parameters
+    ----------
+    enrich : function
+    last : int
+        See `method.Method`.
+    state, work, block : arrays
+        The solve; see `state.py` and `calls.py`.
+    out, t_out, y_out : arrays
+        OUTPUT record, times (room,), values (room, n).
+    d_out, span_out : arrays
+        Polynomials (room, rows, n), and their t_old and h (room, 2); one place is always free.
+    t_eval : array
+    events, e_index, e_t, e_y : arrays
+        EVENTS records; which, when and where, with room for every event of one step.
+    scratch : array, (2, n)
+
+    Returns
+    -------
+    int
+        RUNNING, FINISHED, FULL, EVENT, or a failure.
+    """
+    s, o = state[0], out[0]
+    direction, t_end = s.direction, s.t_end
+    each = o.every_step != 0 or o.dense != 0 or len(events) > 0
+    while n_steps > 0:
+        if (
+            (o.every_step != 0 and o.n_out == len(t_out))
+            or o.n_dense == len(d_out)
+            or o.n_events + len(events) > len(e_t)
+        ):
+            return FULL
+        s.t_stop = t_eval[o.i_eval] if not each and o.i_eval < len(t_eval) else t_end
+        before = s.n_accepted
+        status = resume(advance, state, work, block, 1 if each else n_steps)
+        n_steps -= s.n_accepted - before
+        if status >= STEP_TOO_SMALL:
+            return status
+        if s.n_accepted == before:
+            return status
+        t_old, h = s.t_old, s.t - s.t_old
+        t = t_end if direction * (s.t - t_end) > 0.0 else s.t
+        due = o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0
+        d = d_out[o.n_dense]
+        ready = o.dense != 0 or due or t != s.t
+        if ready:
+            _interpolate(enrich, last, s, work, block, d)
+        if o.dense != 0:
+            span_out[o.n_dense, 0], span_out[o.n_dense, 1] = t_old, h
+            o.n_dense += 1
+        if len(events) > 0:
+            if t == s.t:
+                scratch[0] = work[Y]
+            else:
+                polynomial(d, (t - t_old) / h, scratch[0])
+            if not _evaluate_events(events, t, scratch[0], scratch[1]):
+                return RAISED_STATUS
+            if _find_active(events) > 0:
+                if not ready:
+                    _interpolate(enrich, last, s, work, block, d)
+                final = _locate(events, d, t_old, t, direction, scratch)
+                o.n_events = _record(
+                    events, final, d, t_old, h, direction, e_index, e_t, e_y, o.n_events
+                )
+                if final >= 0:
+                    status, t = EVENT, events[final].root
+        if o.every_step != 0:
+            if o.dense != 0 and o.n_total > 1 and o.t_last == t:
+                o.n_dense -= 1
+            else:
+                t_out[o.n_out] = o.t_last = t
+                if t == s.t:
+                    y_out[o.n_out] = work[Y]
+                else:
+                    polynomial(d, (t - t_old) / h, y_out[o.n_out])
+                o.n_out += 1
+                o.n_total += 1
+        while o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0:
+            t_out[o.i_eval] = t_eval[o.i_eval]
+            polynomial(d, (t_eval[o.i_eval] - t_old) / h, y_out[o.i_eval])
+            o.i_eval += 1
+        if status != RUNNING:
+            return status
+    return RUNNING
