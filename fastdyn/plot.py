@@ -7,6 +7,8 @@ comparing several are the same thing.
 """
 
 import contextlib
+import math
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +39,7 @@ def plot(result, label=None, **options):
         If the result holds no point.
     """
     several = isinstance(result, dict) and "y" not in result
-    results = result if several else {label or "computed": result}
+    results: dict[str, Any] = result if several else {label or "computed": result}
     if not results or any(len(one.t) == 0 for one in results.values()):
         raise ValueError("A result without points cannot be drawn; does `t_eval` hold any?")
     system = getattr(next(iter(results.values())), "system", None)
@@ -61,9 +63,10 @@ def components(results, **options):
         for number, axes in enumerate(panels):
             axes.set_ylabel(names[number] if names else f"y[{number}]")
         panels[-1].set_xlabel("t (s)" if system else "t")
-        panels[0].legend(loc="upper right")
+        if len(results) > 1:
+            legend(figure, panels[0])
         if len(first.y) > n_panels:
-            figure.suptitle(f"the first {n_panels} of {len(first.y)} components")
+            panels[0].set_title(f"the first {n_panels} of {len(first.y)} components")
     return figure
 
 
@@ -71,20 +74,46 @@ def invariants(panels, system, results):
     """
     Draw each invariant of a system against time, one panel each, with its value at the start.
 
-    An axis reaches at most twice that value away from it: a run that has failed must not flatten
-    the others.
+    Where it changes by less than a hundredth in all results, its change is drawn, which needs
+    fewer digits on the axis. An axis reaches at most twice the value at the start away from it:
+    a run that has failed must not flatten the others.
     """
     for axes, function in zip(panels, system.invariants.values(), strict=True):
-        start = np.nan
-        for label, result in results.items():
-            values = system.along(function, result.t, result.y)
-            start = values[0]
-            axes.plot(result.t, values, label=label)
-        axes.axhline(start, color="k", ls="--", lw=1.2)
-        low, high = axes.get_ylim()
-        reach = 2.0 * abs(start) or np.inf
-        axes.set_ylim(max(low, start - reach), min(high, start + reach))
-        axes.set(xlabel="t (s)", ylabel=_axis(function.label, function.unit))
+        curves = [system.along(function, one.t, one.y) for one in results.values()]
+        start = curves[0][0]
+        size = abs(start) or 1.0
+        steady = max(np.abs(values - start).max() for values in curves) < 0.01 * size
+        base = start if steady else 0.0
+        for result, values, label in zip(results.values(), curves, results, strict=True):
+            axes.plot(result.t, values - base, label=label)
+        axes.axhline(start - base, color="k", ls="--", lw=1.2)
+        shown = np.clip(np.concatenate(curves), start - 2.0 * size, start + 2.0 * size) - base
+        margin = 0.06 * (np.ptp(shown) or size)
+        axes.set_ylim(shown.min() - margin, shown.max() + margin)
+        axes.ticklabel_format(axis="y", scilimits=(-3, 4), useMathText=True)
+        label = f"change of {function.label}" if steady else function.label
+        axes.set(xlabel="t (s)", ylabel=function.unit)
+        axes.set_title(label)
+
+
+def plane(axes, exact, path, colour):
+    """
+    Draw a path in the (x, y) plane with the exact one, at equal scales.
+
+    Parameters
+    ----------
+    exact, path : ndarray, shape (2, n_points)
+        The axes show all of the exact path, all of the computed one if `exact` is NaN.
+    """
+    axes.plot(*path, color=colour, lw=1.2)
+    known = not np.isnan(exact).any()
+    if known:
+        axes.plot(*exact, "k--", lw=1.2, label="exact")
+    frame = exact if known else path
+    low, high = frame.min(axis=1), frame.max(axis=1)
+    middle, reach = 0.5 * (low + high), 0.6 * max((high - low).max(), 1e-300)
+    axes.set(xlim=middle[0] + reach * np.array([-1, 1]), aspect="equal")
+    axes.set(ylim=middle[1] + reach * np.array([-1, 1]), xlabel="x (m)", ylabel="y (m)")
 
 
 def drift(results, **options):
@@ -107,7 +136,7 @@ def drift(results, **options):
         for axes, function in zip(panels, system.invariants.values(), strict=True):
             axes.set(yscale="log", ylabel=f"change of\n{function.label}\n(relative)")
         panels[-1].set_xlabel("t (s)")
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+        legend(figure, panels[0])
     return figure
 
 
@@ -139,8 +168,9 @@ def curve(result, per_step=8):
 def slides():
     """Fonts, lines and colours that can be read from the back of a lecture room."""
     import matplotlib
+    from cycler import cycler
 
-    settings = {
+    settings: Any = {
         "font.size": 14,
         "axes.titlesize": 14,
         "legend.fontsize": 12,
@@ -149,11 +179,23 @@ def slides():
         "grid.alpha": 0.3,
         "axes.spines.top": False,
         "axes.spines.right": False,
-        "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
+        "axes.prop_cycle": cycler(color=COLOURS),
         "savefig.dpi": 100,
     }
     with matplotlib.rc_context(settings):
         yield
+
+
+def legend(figure, *panels):
+    """One legend above all panels, where it hides no data; equal labels are named once."""
+    entries = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    if "exact" in entries:
+        entries["exact"] = entries.pop("exact")  # after all that is computed
+    n_columns = min(len(entries), 2 if max(map(len, entries)) > 30 else 5)
+    figure.legend(entries.values(), entries, loc="outside upper center", ncols=n_columns)
 
 
 def column(n_panels, **options):
@@ -166,20 +208,26 @@ def column(n_panels, **options):
     return figure, list(panels[:, 0])
 
 
-def two_rows(n_above, n_below, **options):
-    """Figure with a tall row of panels above a low one."""
+def pictures_and_panels(n_pictures, n_panels, **options):
+    """Figure of square pictures with panels below, or beside a single picture."""
     from matplotlib import pyplot
 
-    options = {"figsize": (max(10.0, 4.6 * n_above), 8.5), "layout": "constrained"} | options
-    figure = pyplot.figure(**options)
-    rows = figure.add_gridspec(2, 1, height_ratios=(3, 2))
-    above = rows[0].subgridspec(1, n_above)
-    below = rows[1].subgridspec(1, n_below)
-    return (
-        figure,
-        [figure.add_subplot(cell) for cell in above],
-        [figure.add_subplot(cell) for cell in below],
-    )
+    size = (13.0, 6.5) if n_pictures == 1 else (4.6 * n_pictures, 8.5)
+    figure = pyplot.figure(**{"figsize": size, "layout": "constrained"} | options)
+    if n_pictures == 1:
+        grid = figure.add_gridspec(n_panels, 2)
+        return (
+            figure,
+            [figure.add_subplot(grid[:, 0])],
+            [figure.add_subplot(grid[row, 1]) for row in range(n_panels)],
+        )
+    width = math.lcm(n_pictures, n_panels)
+    grid = figure.add_gridspec(2, width, height_ratios=(3, 2))
+    rows = []
+    for row, count in enumerate((n_pictures, n_panels)):
+        cells = [grid[row, i * width // count : (i + 1) * width // count] for i in range(count)]
+        rows.append([figure.add_subplot(cell) for cell in cells])
+    return figure, *rows
 
 
 def save(figure, path):

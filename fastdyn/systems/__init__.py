@@ -9,9 +9,10 @@ import importlib
 import inspect
 import pkgutil
 
-from fastdyn.systems.system import State, System, parameter, quantity
+from fastdyn.systems.declare import State, event, parameter, quantity
+from fastdyn.systems.system import System
 
-__all__ = ["SYSTEMS", "State", "System", "parameter", "quantity"]
+__all__ = ["SYSTEMS", "State", "System", "event", "parameter", "quantity"]
 
 
 def _discovered() -> dict[str, type[System]]:
@@ -21,7 +22,7 @@ def _discovered() -> dict[str, type[System]]:
         for member in vars(module).values():
             if inspect.isclass(member) and issubclass(member, System) and member is not System:
                 found[member.name] = member
-    return dict(sorted(found.items()))
+    return dict(sorted(found.items(), key=lambda item: (item[1].source, item[0])))
 
 
 SYSTEMS = _discovered()

@@ -1,6 +1,62 @@
-"""Jacobi's amplitude, accurate up to the separatrix, for the exact solution of the pendulum."""
+"""Motions of the pendulum in Jacobi's elliptic functions, accurate up to the separatrix."""
 
 import numpy as np
+
+
+def swinging(phase, k, beyond):
+    """
+    Motion of a pendulum that turns back before the top, launched at the bottom.
+
+    Parameters
+    ----------
+    phase : ndarray
+        Time multiplied by the natural frequency.
+    k : float
+        Modulus, launch velocity divided by 2 sqrt(g l).
+    beyond : float
+        k² - 1, to its own relative accuracy.
+
+    Returns
+    -------
+    theta, rate : ndarray
+        Angle, and its derivative with respect to `phase`.
+    """
+    phi = amplitude(phase, -beyond)
+    dn = np.sqrt(np.cos(phi) ** 2 - beyond * np.sin(phi) ** 2)
+    return 2.0 * np.arctan2(k * np.sin(phi), dn), 2.0 * k * np.cos(phi)
+
+
+def separatrix(phase, k, beyond):
+    """Motion that comes to rest at the top after an infinite time; as `swinging`."""
+    decay = np.exp(-np.abs(phase))
+    return 4.0 * np.arctan(np.tanh(0.5 * phase)), 4.0 * decay / (1.0 + decay**2)
+
+
+def whirling(phase, k, beyond):
+    """Motion over the top, turn after turn; as `swinging`, the angle not wrapped."""
+    m1 = beyond / k**2
+    phi = amplitude(k * phase, m1)
+    return 2.0 * phi, 2.0 * k * np.sqrt(np.cos(phi) ** 2 + m1 * np.sin(phi) ** 2)
+
+
+def first_passage(half_angle, k):
+    """
+    Phase at which a pendulum launched at the bottom first passes an angle; NaN if it never does.
+
+    Parameters
+    ----------
+    half_angle : float
+        Half the angle, 0 or more.
+    k : float
+        Modulus, as for `swinging`.
+    """
+    from scipy.special import ellipkinc  # takes longer to import than the rest of fastdyn
+
+    if k > 1.0:
+        return float(ellipkinc(half_angle, 1.0 / k**2)) / k
+    if half_angle > 0.5 * np.pi or np.sin(half_angle) > k:
+        return np.nan
+    return float(ellipkinc(np.arcsin(np.sin(half_angle) / k), k**2)) if half_angle else 0.0
 
 
 def quarter_period(m1):

@@ -1,15 +1,16 @@
 """Pendulum on a light cable, with the angle as its coordinate (course 3.3.2, example 4)."""
 
+# ruff: noqa: E741 - the course calls the length l
 import dataclasses
 import math
 from fractions import Fraction
+from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems.elliptic import amplitude, quarter_period
-from fastdyn.systems.system import State, System, parameter, quantity
-
-COURSE = "course 3.3.2, example 4"
+from fastdyn.systems import elliptic
+from fastdyn.systems.declare import State, event, parameter, quantity
+from fastdyn.systems.system import System
 
 
 @quantity("J", "energy E")
@@ -27,6 +28,7 @@ def tension(t, w, g, l, V0, m):
     return m * (l * omega * omega + g * np.cos(theta))
 
 
+@event(direction=-1, terminal=True)
 def slack(t, w, g, l, V0, m):
     """The tension, for the event that it falls to zero; the angle means nothing afterwards."""
     theta, omega = w
@@ -51,10 +53,6 @@ def turning(t, w, g, l, V0, m):
     return omega
 
 
-slack.terminal = True
-slack.direction = -1
-
-
 @dataclasses.dataclass(frozen=True)
 class Pendulum(System):
     """
@@ -65,9 +63,8 @@ class Pendulum(System):
         theta'' = -(g/l) sin theta        R/m = l theta'² + g cos theta
 
     State ``[theta, omega]`` with omega = theta', in rad and rad/s, theta counted from the
-    vertical and not wrapped. It starts at theta = 0 with the horizontal velocity V0, so
-    omega = V0/l. The course takes l = 1 and V0 = 0.1 in its script for the same pendulum in
-    Cartesian coordinates, and t = 20.
+    vertical and not wrapped; from theta = 0 with omega = V0/l. Defaults and t = 20 s are those
+    of the course's script for the same pendulum in Cartesian coordinates.
 
     Parameters
     ----------
@@ -93,42 +90,40 @@ class Pendulum(System):
     - separatrix, k = 1: theta = 4 atan(exp(w0 t)) - pi, which takes for ever to reach the top;
     - whirling, k > 1: theta = 2 am(k w0 t | 1/k²), one turn in 2 K(1/k²) / (k w0).
 
-    The course's am has the range from -pi to pi, so that its angle jumps at the top; here the
-    angle goes on growing. For V0 far below sqrt(g l), theta ~ V0/sqrt(g l) sin(w0 t).
+    The course's am jumps from pi to -pi at the top; here the angle goes on growing.
 
-    The equation holds while the cable is taut, R > 0. The two integrals of the motion, energy and
-    elapsed time, say that it goes slack at cos theta = (2 - V0²/(g l))/3 if V0² lies between
-    2 g l and 5 g l. ``solve(events="slack")`` notices this and stops; without the event the
-    solution is that of a rigid rod.
+    The equation holds while R > 0. A cable goes slack at cos theta = (2 - V0²/(g l))/3 if V0²
+    lies between 2 g l and 5 g l. ``solve(events="slack")`` notices this and stops; without the
+    event the solution is that of a rigid rod.
 
-    Source: Applied mechanics course, chapter 3.3.2, example 4 (motion of a pendulum).
+    Source: course, chapter 3.3.2, example 4.
     """
 
     name = "pendulum"
     title = "Pendulum"
+    source = "course 3.3.2, example 4"
     states = (
         State("theta", "rad", "angle from the vertical"),
         State("omega", "rad/s", "angular velocity"),
     )
     t_end = 20.0
-    invariants = {"energy": energy}
-    quantities = {"tension": tension}
-    events = {"slack": slack, "bottom": bottom, "top": top, "turning": turning}
-    derived = {
+    invariants: ClassVar = {"energy": energy}
+    quantities: ClassVar = {"tension": tension}
+    events: ClassVar = {"slack": slack, "bottom": bottom, "top": top, "turning": turning}
+    derived: ClassVar = {
         "regime": "",
         "modulus": "",
         "natural_frequency": "rad/s",
         "period": "s",
-        "small_angle_period": "s",
         "largest_angle": "rad",
         "slack_angle": "rad",
         "slack_time": "s",
     }
 
-    g: float = parameter(9.81, "m/s²", "acceleration of gravity", source=COURSE, positive=True)
-    l: float = parameter(1.0, "m", "length of the cable", source=COURSE, positive=True)  # noqa: E741
-    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch", source=COURSE)
-    m: float = parameter(1.0, "kg", "mass", source="any; it scales the forces", positive=True)
+    g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
+    l: float = parameter(1.0, "m", "length of the cable", positive=True)
+    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch")
+    m: float = parameter(1.0, "kg", "mass", positive=True)
 
     @staticmethod
     def rhs(t, w, g, l, V0, m):
@@ -164,22 +159,18 @@ class Pendulum(System):
         if self.regime == "separatrix":
             return math.inf
         if self.regime == "swinging":
-            return 4.0 * quarter_period(-self._k_squared_beyond_one) / self.natural_frequency
+            return (
+                4.0 * elliptic.quarter_period(-self._k_squared_beyond_one) / self.natural_frequency
+            )
         m1, k = self._k_squared_beyond_one / self.modulus**2, self.modulus
-        return 2.0 * quarter_period(m1) / (k * self.natural_frequency)
-
-    @property
-    def small_angle_period(self) -> float:
-        """Period of small swings, 2 pi sqrt(l/g), s."""
-        return 2.0 * math.pi / self.natural_frequency
+        return 2.0 * elliptic.quarter_period(m1) / (k * self.natural_frequency)
 
     @property
     def largest_angle(self) -> float:
         """Angle at which a swinging pendulum turns back, rad; infinite when whirling."""
         if self.regime == "whirling":
             return math.inf
-        k_squared_left = max(0.0, -self._k_squared_beyond_one)
-        return 2.0 * math.atan2(self.modulus, math.sqrt(k_squared_left))
+        return 2.0 * math.atan2(self.modulus, math.sqrt(max(0.0, -self._k_squared_beyond_one)))
 
     @property
     def slack_angle(self) -> float:
@@ -207,35 +198,18 @@ class Pendulum(System):
         float
             Time in seconds, NaN for an angle that is not reached.
         """
-        from scipy.special import ellipkinc  # takes longer to import than the rest of fastdyn
-
-        sine, k = math.sin(0.5 * theta), self.modulus
-        if theta * self.V0 < 0.0 or abs(theta) > self.largest_angle:
+        if theta * self.V0 < 0.0:
             return math.nan
-        if self.regime == "whirling":
-            return float(ellipkinc(0.5 * abs(theta), 1.0 / k**2)) / (k * self.natural_frequency)
-        if self.regime == "separatrix":
-            return math.atanh(abs(sine)) / self.natural_frequency
-        return float(ellipkinc(math.asin(min(1.0, abs(sine) / k)), k**2)) / self.natural_frequency
+        return float(
+            elliptic.first_passage(0.5 * abs(theta), self.modulus) / self.natural_frequency
+        )
 
     def exact(self, t):
         """Exact state in all three regimes, the angle not wrapped; shape (2,) or (2, n_points)."""
-        w0, k, beyond = self.natural_frequency, self.modulus, self._k_squared_beyond_one
-        sense = math.copysign(1.0, self.V0)
-        s = w0 * np.asarray(t, float)
-        if self.regime == "separatrix":
-            small = np.exp(-np.abs(s))
-            omega = 4.0 * w0 * small / (1.0 + small**2)
-            return sense * np.array([4.0 * np.arctan(np.tanh(0.5 * s)), omega])
-        if self.regime == "swinging":
-            phi = amplitude(s, -beyond)
-            dn = np.sqrt(np.cos(phi) ** 2 - beyond * np.sin(phi) ** 2)
-            theta = 2.0 * np.arctan2(k * np.sin(phi), dn)
-            return sense * np.array([theta, 2.0 * k * w0 * np.cos(phi)])
-        m1 = beyond / k**2
-        phi = amplitude(k * s, m1)
-        dn = np.sqrt(np.cos(phi) ** 2 + m1 * np.sin(phi) ** 2)
-        return sense * np.array([2.0 * phi, 2.0 * k * w0 * dn])
+        w0 = self.natural_frequency
+        motion = getattr(elliptic, self.regime)
+        theta, rate = motion(w0 * np.asarray(t, float), self.modulus, self._k_squared_beyond_one)
+        return math.copysign(1.0, self.V0) * np.array([theta, w0 * rate])
 
     def small_angle(self, t):
         """
@@ -259,13 +233,15 @@ class Pendulum(System):
             for label, result in results.items():
                 t, y = plot.curve(result)
                 angle.plot(t, y[0], label=label)
-                force.plot(t, self.along(tension, t, y), label=label)
-            angle.plot(t, plot.exact_curve(self, t)[0], "k--", lw=1.2, label="exact")
-            angle.set_ylabel("angle theta (rad)")
-            angle.legend(loc="upper right")
-            force.axhline(0.0, color="0.3", lw=1.0)
-            force.axhspan(min(0.0, force.get_ylim()[0]), 0.0, color="0.85", label="slack")
+                force.plot(t, result.system.along(tension, t, y))
+                exact = plot.exact_curve(result.system, t)[0]
+                angle.plot(t, exact, "k--", lw=1.2, label="exact", zorder=3)
+            angle.set_ylabel("angle θ (rad)")
+            bottom_edge = min(force.get_ylim()[0], 0.0)
+            force.axhspan(bottom_edge, 0.0, color="0.88", zorder=0, label="R < 0: a cable is slack")
+            plot.legend(figure, angle, force)
             force.set(xlabel="t (s)", ylabel="cable tension R (N)")
+            force.set_ylim(bottom=bottom_edge)
         return figure
 
     @property

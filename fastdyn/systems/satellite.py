@@ -1,14 +1,15 @@
 """Satellite in orbit around a fixed planet (course 3.3.3, example 2)."""
 
 import dataclasses
+import itertools
 import math
+from typing import ClassVar
 
 import numpy as np
 
+from fastdyn.systems.declare import State, event, parameter, quantity
 from fastdyn.systems.kepler import eccentric_anomaly
-from fastdyn.systems.system import State, System, parameter, quantity
-
-COURSE = "course 3.3.3, example 2"
+from fastdyn.systems.system import System
 
 
 @quantity("m²/s²", "energy E/m")
@@ -38,28 +39,26 @@ def apsis(t, w, GM, R, V):
     return x * vx + y * vy
 
 
+@event(direction=1)
 def periapsis(t, w, GM, R, V):
     """Zero, and rising, where the distance is smallest."""
     x, y, vx, vy = w
     return x * vx + y * vy
 
 
+@event(direction=-1)
 def apoapsis(t, w, GM, R, V):
     """Zero, and falling, where the distance is largest."""
     x, y, vx, vy = w
     return x * vx + y * vy
 
 
+@event(direction=1)
 def revolution(t, w, GM, R, V):
     """Zero, and rising with the motion, where the launch direction, the +x axis, is passed."""
     x, y, _, _ = w
     # The angle from the +x axis, so that the crossing of the -x axis is no zero.
     return math.copysign(1.0, V) * math.atan2(y, x)
-
-
-periapsis.direction = 1
-apoapsis.direction = -1
-revolution.direction = 1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -105,11 +104,12 @@ class Satellite(System):
     GM = R = V = 1 both are 1, so the slip does not show there; on any other orbit the printed
     formula makes the energy vary although the motion is exact.
 
-    Source: Applied mechanics course, chapter 3.3.3, example 2 (satellite orbit calculation).
+    Source: course, chapter 3.3.3, example 2.
     """
 
     name = "satellite"
     title = "Satellite orbit"
+    source = "course 3.3.3, example 2"
     states = (
         State("x", "m", "position"),
         State("y", "m", "position"),
@@ -117,15 +117,15 @@ class Satellite(System):
         State("vy", "m/s", "velocity"),
     )
     t_end = 100.0
-    invariants = {"energy": energy, "angular_momentum": angular_momentum}
-    quantities = {"distance": distance}
-    events = {
+    invariants: ClassVar = {"energy": energy, "angular_momentum": angular_momentum}
+    quantities: ClassVar = {"distance": distance}
+    events: ClassVar = {
         "apsis": apsis,
         "periapsis": periapsis,
         "apoapsis": apoapsis,
         "revolution": revolution,
     }
-    derived = {
+    derived: ClassVar = {
         "period": "s",
         "semi_major_axis": "m",
         "eccentricity": "",
@@ -133,11 +133,9 @@ class Satellite(System):
         "escape_speed": "m/s",
     }
 
-    GM: float = parameter(
-        1.0, "m³/s²", "gravitational constant times mass", source=COURSE, positive=True
-    )
-    R: float = parameter(1.0, "m", "distance at launch", source=COURSE, positive=True)
-    V: float = parameter(1.0, "m/s", "speed at launch, across the radius", source=COURSE)
+    GM: float = parameter(1.0, "m³/s²", "gravitational constant times mass", positive=True)
+    R: float = parameter(1.0, "m", "distance at launch", positive=True)
+    V: float = parameter(1.0, "m/s", "speed at launch, across the radius")
 
     @staticmethod
     def rhs(t, w, GM, R, V):
@@ -210,18 +208,27 @@ class Satellite(System):
         from fastdyn import plot
 
         duration = max(result.t[-1] for result in results.values())
-        ellipse = plot.exact_curve(self, np.linspace(0.0, min(duration, self._lap), 721))[:2]
-        reach = 1.2 * max(self.R, np.nanmax(np.abs(ellipse), initial=0.0))
+        exact = plot.exact_curve(self, np.linspace(0.0, min(duration, self._lap), 721))
         with plot.slides():
-            figure, above, below = plot.two_rows(len(results), 2, **options)
-            for number, (axes, (label, result)) in enumerate(zip(above, results.items())):
-                axes.plot(*plot.curve(result)[1][:2], color=f"C{number}", lw=1.2, label=label)
-                axes.plot(*ellipse, "k--", lw=1.2, label="exact")
-                axes.plot(0, 0, "o", color="0.4", ms=12)
-                axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=label)
-                axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
-            plot.invariants(below, self, results)
+            figure, pictures, panels = plot.pictures_and_panels(len(results), 2, **options)
+            colours = itertools.cycle(plot.COLOURS)
+            for axes, colour, (label, result) in zip(
+                pictures, colours, results.items(), strict=False
+            ):
+                plot.plane(axes, exact[:2], plot.curve(result)[1][:2], colour)
+                axes.plot(0, 0, "o", color="0.4", ms=9, label="planet")
+                axes.set_title(label, color=colour)
+            plot.invariants(panels, self, results)
+            plot.legend(figure, *pictures)
         return figure
+
+    @property
+    def _lap(self):
+        """Period, or infinity where there is none."""
+        try:
+            return self.period
+        except ValueError:
+            return math.inf
 
     def _require_ellipse(self):
         if 1.0 - self.eccentricity > np.finfo(float).eps:

@@ -6,54 +6,13 @@ fields are its parameters. Nothing else has to be told about it; `fastdyn list`,
 """
 
 import dataclasses
-import math
-import numbers
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
 from fastdyn.solve import solve_ivp
-
-
-class State(NamedTuple):
-    """Name, unit and meaning of one component of the state."""
-
-    name: str
-    unit: str
-    meaning: str
-
-
-def parameter(default, unit, meaning, *, source="", positive=False) -> Any:
-    """
-    Declare one parameter as a field of a `System`.
-
-    Parameters
-    ----------
-    default : float
-        Value when none is given.
-    unit : str
-        SI unit, as it appears in tables and on axes.
-    meaning : str
-        What the number is, in a few words.
-    source : str
-        Where the default comes from.
-    positive : bool
-        Refuse values that are not greater than zero.
-    """
-    about = {"unit": unit, "meaning": meaning, "source": source, "positive": positive}
-    return dataclasses.field(default=default, metadata=about)
-
-
-def quantity(unit, label=None):
-    """Give a function of (t, y, \\*parameters) a unit and a label for axes and tables."""
-
-    def attach(function):
-        function.unit = unit
-        function.label = label or function.__name__.replace("_", " ")
-        return function
-
-    return attach
+from fastdyn.systems.declare import State, checked
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,6 +24,8 @@ class System:
     ----------
     name, title : str
         The name under which the registry knows the system, and a heading.
+    source : str
+        Chapter of the course that gives the equations and the defaults.
     states : tuple of State
         The components of the state, in order.
     t_end : float
@@ -89,6 +50,7 @@ class System:
 
     name: ClassVar[str]
     title: ClassVar[str]
+    source: ClassVar[str]
     states: ClassVar[tuple[State, ...]]
     t_end: ClassVar[float]
     rhs: ClassVar[Callable]
@@ -109,7 +71,7 @@ class System:
 
     def __post_init__(self):
         for field in dataclasses.fields(self):
-            value = _checked(self.name, field, getattr(self, field.name))
+            value = checked(self.name, field, getattr(self, field.name))
             object.__setattr__(self, field.name, value)
 
     @property
@@ -179,7 +141,7 @@ class System:
 
     def along(self, function, t, y) -> np.ndarray:
         """Values of ``function(t, y, *parameters)`` at every column of y, shape (n_points,)."""
-        t, y = np.atleast_1d(t).astype(float), self._columns(y)
+        t, y = np.atleast_1d(t).astype(float), self.columns(y)
         try:
             values = np.asarray(function(t, y, *self.args), float)
             if values.shape == t.shape:
@@ -188,6 +150,10 @@ class System:
             pass  # a function with branches takes one state at a time
         columns = zip(t, y.T, strict=True)
         return np.array([function(time, state, *self.args) for time, state in columns], float)
+
+    def columns(self, y) -> np.ndarray:
+        """State as an array of shape (n, n_points); SciPy's empty output is a list."""
+        return np.asarray(y, float).reshape(len(self.states), -1)
 
     def invariants_along(self, result) -> dict[str, np.ndarray]:
         """Every invariant at every point of a result, by name."""
@@ -214,7 +180,7 @@ class System:
 
     def error(self, result) -> np.ndarray:
         """Computed minus exact state, shape (n, n_points); raises as `exact_along` does."""
-        return self._columns(result.y) - self.exact_along(result.t)
+        return self.columns(result.y) - self.exact_along(result.t)
 
     def figure(self, results, **options):
         """
@@ -232,10 +198,6 @@ class System:
         from fastdyn import plot
 
         return plot.components(results, **options)
-
-    def _columns(self, y):
-        """State as an array of shape (n, n_points); SciPy's empty output is a list."""
-        return np.asarray(y, float).reshape(len(self.states), -1)
 
     def _event_functions(self, events):
         if isinstance(events, str) or callable(events):
@@ -259,19 +221,3 @@ class System:
         copy = dataclasses.replace(self)
         object.__setattr__(copy, "_started_elsewhere", True)
         return copy
-
-
-def _checked(system, field, value):
-    """Value of a parameter as a float, or a sentence about what is wrong with it."""
-    if "unit" not in field.metadata:
-        return value
-    unit = field.metadata["unit"]
-    about = f"Parameter `{field.name}` of the {system} ({field.metadata['meaning']}, {unit})"
-    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
-        raise TypeError(f"{about} must be one real number, but {value!r} was given.")
-    value = float(value)
-    if not math.isfinite(value):
-        raise ValueError(f"{about} must be finite, but {value} was given.")
-    if field.metadata["positive"] and value <= 0.0:
-        raise ValueError(f"{about} must be greater than zero, but {value:g} was given.")
-    return value

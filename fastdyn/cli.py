@@ -1,0 +1,161 @@
+"""The command ``fastdyn``: ``tour``, ``list`` and ``run SYSTEM``."""
+
+import argparse
+import dataclasses
+import sys
+
+import numpy as np
+
+
+def main(arguments=None):
+    """
+    Run the command line.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Words after the command, those of the process unless given.
+
+    Returns
+    -------
+    int
+        Exit status: 0 for success, 1 if a check or a run failed, 2 for wrong input.
+    """
+    import matplotlib
+
+    matplotlib.use("Agg")  # the command writes files and opens no window
+    options = _parser().parse_args(arguments)
+    try:
+        return options.command(options)
+    except (TypeError, ValueError, OSError) as error:
+        print(f"fastdyn: {error}", file=sys.stderr)
+        return 2
+
+
+def _parser():
+    from fastdyn.systems import SYSTEMS
+
+    parser = argparse.ArgumentParser(
+        prog="fastdyn", description="Equations of motion, solved, checked and drawn."
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    tour = commands.add_parser("tour", help="replay the course, with a table and figures")
+    tour.add_argument("systems", nargs="*", metavar="SYSTEM", help="only these (default: all)")
+    tour.add_argument("--out", default="fastdyn-tour", metavar="DIR", help="folder for figures")
+    tour.set_defaults(command=_tour)
+
+    listing = commands.add_parser("list", help="systems and their parameters")
+    listing.set_defaults(command=_list)
+
+    run = commands.add_parser("run", help="solve one system")
+    systems = run.add_subparsers(required=True, metavar="SYSTEM")
+    for name, system in SYSTEMS.items():
+        one = systems.add_parser(name, help=system.title, allow_abbrev=False)
+        _add_run_options(one, system)
+        one.set_defaults(command=_run, system=system)
+    return parser
+
+
+def _add_run_options(parser, system):
+    parameters = parser.add_argument_group("parameters")
+    for field in _parameters(system):
+        about = field.metadata
+        text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
+        parameters.add_argument(f"--{field.name}", type=float, metavar="VALUE", help=text)
+    solver = parser.add_argument_group("solution and output")
+    solver.add_argument("--t-end", type=float, default=system.t_end, help="end of the run (s)")
+    solver.add_argument("--method", default="RK45", help="RK45, ode45, DOP853, RK4 ...")
+    solver.add_argument("--rtol", type=float, help="relative tolerance, default 1e-6")
+    solver.add_argument("--atol", type=float, help="absolute tolerance, default 1e-9")
+    solver.add_argument("--step", type=float, help="step (s) of RK4 and VelocityVerlet")
+    solver.add_argument("--points", type=int, help="number of equally spaced points of output")
+    solver.add_argument("--plot", metavar="FILE", help="write the figure, .png, .pdf or .svg")
+    solver.add_argument("--csv", metavar="FILE", help="write t, state and invariants")
+
+
+def _tour(options):
+    from fastdyn import tour
+    from fastdyn.systems import SYSTEMS
+
+    unknown = [name for name in options.systems if name not in SYSTEMS]
+    if unknown:
+        raise ValueError(f"No system is called {unknown[0]}; choose from {', '.join(SYSTEMS)}.")
+    return 1 if tour.run(options.out, options.systems or None) else 0
+
+
+def _list(options):
+    from fastdyn.systems import SYSTEMS
+
+    for name, system in SYSTEMS.items():
+        state = ", ".join(f"{one.name} ({one.unit})" for one in system.states)
+        print(f"{name}: {system.title} ({system.source})")
+        print(f"  state {state}; t from 0 to {system.t_end:g} s")
+        for field in _parameters(system):
+            about = field.metadata
+            value = f"{field.default:g} {about['unit']}"
+            print(f"  {field.name:<5} = {value:<12} {about['meaning']}")
+        print(f"  invariants: {', '.join(system.invariants) or 'none'}")
+        print(f"  events: {', '.join(system.events) or 'none'}\n")
+    return 0
+
+
+def _run(options):
+    given = {field.name: getattr(options, field.name) for field in _parameters(options.system)}
+    system = options.system(**{name: value for name, value in given.items() if value is not None})
+    choices = {name: getattr(options, name) for name in ("rtol", "atol", "step")}
+    choices = {name: value for name, value in choices.items() if value is not None}
+    if options.points is not None:
+        choices["t_eval"] = np.linspace(0.0, options.t_end, options.points)
+    if options.plot:
+        choices["dense_output"] = True
+    result = system.solve((0.0, options.t_end), method=options.method, **choices)
+    _report(system, result, options.method)
+    if options.csv:
+        _write_csv(options.csv, system, result)
+    if options.plot:
+        from fastdyn import plot
+
+        plot.save(result.plot(label=options.method), options.plot)
+    return 0 if result.success else 1
+
+
+def _report(system, result, method):
+    print(f"{system}, {method}: {result.message}")
+    print(f"{result.n_accepted} steps, {result.n_rejected} rejected, {result.nfev} evaluations")
+    for name, unit in system.derived.items():
+        try:
+            value = getattr(system, name)
+        except ValueError:
+            continue  # an orbit that does not close has no period
+        text = value if isinstance(value, str) else f"{value:.10g}"
+        print(f"  {name.replace('_', ' ')} = {text} {unit}".rstrip())
+    if len(result.t) == 0:
+        return
+    print(f"At t = {result.t[-1]:.10g} s:")
+    try:
+        errors = [f"  (error {error:.1e})" for error in system.error(result)[:, -1]]
+    except ValueError:
+        errors = [""] * len(system.states)
+    for state, value, error in zip(system.states, result.y[:, -1], errors, strict=True):
+        print(f"  {state.name} = {value:.10g} {state.unit}{error}")
+    for name, values in result.invariants().items():
+        print(f"  {name.replace('_', ' ')} has changed by {values[-1] - values[0]:.3g}")
+
+
+def _write_csv(path, system, result):
+    columns = {"t": result.t}
+    columns |= {
+        state.name: y for state, y in zip(system.states, system.columns(result.y), strict=True)
+    }
+    columns |= result.invariants()
+    for name, function in system.quantities.items():
+        columns[name] = system.along(function, result.t, result.y)
+    header = ",".join(columns)
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, fmt="%.17g", delimiter=",", header=header, comments="")
+
+
+def _parameters(system):
+    """Fields that are numbers with a unit, the ones that a command line can set."""
+    return [field for field in dataclasses.fields(system) if "unit" in field.metadata]

@@ -1,0 +1,227 @@
+"""What a function refers to outside itself: globals, closure variables, attributes of `self`.
+
+Found in Numba's own reading of the bytecode, so that what is found is what is compiled.
+"""
+
+import builtins
+import functools
+import hashlib
+import types as python
+from typing import NamedTuple
+
+import numpy as np
+from numba.core import ir
+from numba.core.compiler import run_frontend
+from numba.core.dispatcher import Dispatcher
+
+from .values import Constant, is_function, kind
+
+MISSING = object()
+
+
+class Reference(NamedTuple):
+    """A root, "global", "free" or "self", and attributes taken of it."""
+
+    root: str
+    name: str
+    attributes: tuple = ()
+
+
+class Opaque(NamedTuple):
+    """The token of a value that cannot be part of compiled code."""
+
+    type_name: str
+    identity: int
+
+
+def track(blocks, n_definitions, owned):
+    """Yield (block, position, statement, path) for each use of an outside name in Numba IR.
+
+    `owned` says that the first argument is bound (`self`).  A path is a Reference; attributes
+    taken of a path extend it, and every prefix is yielded too.
+    """
+    paths = {}
+    for label in sorted(blocks):
+        block = blocks[label]
+        for i, statement in enumerate(block.body):
+            if not isinstance(statement, ir.Assign):
+                continue
+            value, path = statement.value, None
+            if isinstance(value, ir.Global):
+                path = Reference("global", value.name)
+            elif isinstance(value, ir.FreeVar):
+                path = Reference("free", value.name)
+            elif isinstance(value, ir.Arg) and owned and value.index == 0:
+                path = Reference("self", value.name)
+            elif isinstance(value, ir.Var):
+                path = paths.get(value.name)
+            elif isinstance(value, ir.Expr) and value.op == "getattr":
+                before = paths.get(value.value.name)
+                if before is not None:
+                    path = before._replace(attributes=(*before.attributes, value.attr))
+            if path is not None and n_definitions[statement.target.name] == 1:
+                paths[statement.target.name] = path
+                yield block, i, statement, path
+
+
+def count_definitions(blocks):
+    """How often each variable is assigned."""
+    counts = {}
+    for block in blocks.values():
+        for statement in block.find_insts(ir.Assign):
+            counts[statement.target.name] = counts.get(statement.target.name, 0) + 1
+    return counts
+
+
+@functools.lru_cache(4096)
+def _references(code, owned):
+    cells = tuple(python.CellType(None) for _ in code.co_freevars)
+    names = {name: None for name in _names(code) if not hasattr(builtins, name)}
+    function = python.FunctionType(code, names, code.co_name, None, cells)
+    blocks = run_frontend(function).blocks
+    counts = count_definitions(blocks)
+    found = {path for *_, path in track(blocks, counts, owned)}
+    inner = [c for c in code.co_consts if isinstance(c, python.CodeType)]
+    for nested in inner:
+        found |= {r for r in _references(nested, False) if r.root == "global"}
+    longest = {
+        r
+        for r in found
+        if not any(
+            o.root == r.root and o.name == r.name
+            and len(o.attributes) > len(r.attributes)
+            and o.attributes[: len(r.attributes)] == r.attributes
+            for o in found
+        )
+    }
+    return tuple(sorted(longest))
+
+
+def _names(code):
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, python.CodeType):
+            yield from _names(constant)
+
+
+def references(function, owned):
+    """The outside names that a Python function uses, as long paths.
+
+    Raises what Numba raises on bytecode that it cannot read.
+    """
+    return _references(function.__code__, owned)
+
+
+def _walks_into(value):
+    """Whether attributes of a value are looked up here, because Numba could not."""
+    if isinstance(value, python.ModuleType | type):
+        return True
+    plain = (str, bytes, int, float, complex, tuple, list, np.ndarray, np.generic, type(None))
+    return not isinstance(value, plain) and not callable(value)
+
+
+def resolve(reference, function, owner):
+    """The value that a path leads to now, and the number of attributes that were followed."""
+    if reference.root == "self":
+        value = owner
+    elif reference.root == "global":
+        value = function.__globals__.get(reference.name, MISSING)
+        if value is MISSING:
+            value = getattr(builtins, reference.name, MISSING)
+    else:
+        index = function.__code__.co_freevars.index(reference.name)
+        try:
+            value = function.__closure__[index].cell_contents
+        except ValueError:
+            value = MISSING
+    depth = 0
+    for attribute in reference.attributes:
+        if not (_walks_into(value) or (reference.root == "self" and depth == 0)):
+            break
+        value = getattr(value, attribute, MISSING)
+        depth += 1
+    return value, depth
+
+
+def frozen(value, seen=()):
+    """A hashable token that tells a constant from every other one; Opaque if there is none."""
+    if isinstance(value, bool | int | str | bytes | type(None) | type(Ellipsis)):
+        return (type(value).__name__, value)
+    if isinstance(value, float):
+        return ("float", float(value).hex())
+    if isinstance(value, complex):
+        return ("complex", value.real.hex(), value.imag.hex())
+    if isinstance(value, np.generic):
+        return ("scalar", value.dtype.str, value.tobytes())
+    if isinstance(value, tuple | list):
+        return (type(value).__qualname__, *(frozen(v, seen) for v in value))
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+        return ("array", value.dtype.str, value.shape, value.flags.c_contiguous, digest)
+    if isinstance(value, python.ModuleType):
+        return ("module", value.__name__)
+    if isinstance(value, Dispatcher):
+        options = tuple(sorted((k, repr(v)) for k, v in value.targetoptions.items()))
+        return ("njit", options, frozen(value.py_func, seen))
+    if isinstance(value, python.FunctionType):
+        return _frozen_function(value, seen)
+    if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
+        return ("method", _frozen_function(value.__func__, seen, value.__self__))
+    if isinstance(value, python.BuiltinFunctionType | np.ufunc | type) or callable(value):
+        name = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
+        module = getattr(value, "__module__", None)
+        if name and (module is None or module.split(".")[0] in LIBRARIES):
+            return ("builtin", module, name)
+    return Opaque(type(value).__qualname__, id(value))
+
+
+LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operator", "scipy"}
+
+
+def _frozen_function(function, seen, owner=None):
+    if function.__module__ and function.__module__.split(".")[0] in LIBRARIES - {"builtins"}:
+        return ("library", function.__module__, function.__qualname__)
+    if function in seen:
+        return ("recursion", seen.index(function))
+    seen = (*seen, function)
+    try:
+        outside = references(function, owner is not None)
+    except Exception:  # Numba says why when it is asked to compile
+        return Opaque("function", id(function))
+    values = tuple((r, frozen(resolve(r, function, owner)[0], seen)) for r in outside)
+    return ("function", code_token(function.__code__), frozen(function.__defaults__), values)
+
+
+@functools.lru_cache(4096)
+def code_token(code):
+    """Everything of a code object that machine code depends on."""
+    parts = [code.co_code, code.co_exceptiontable, code.co_names, code.co_varnames]
+    parts += [code.co_freevars, code.co_argcount, code.co_flags]
+    for constant in code.co_consts:
+        nested = isinstance(constant, python.CodeType)
+        parts.append(code_token(constant) if nested else frozen_constant(constant))
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+def frozen_constant(constant):
+    return repr(constant) if isinstance(constant, frozenset) else repr(frozen(constant))
+
+
+def contains_opaque(token):
+    """Whether a token has a part that only this process can identify."""
+    if isinstance(token, Opaque):
+        return True
+    if isinstance(token, Constant):
+        return contains_opaque(token.token)
+    return isinstance(token, tuple) and any(contains_opaque(t) for t in token)
+
+
+def outside_kind(value, seen=()):
+    """The kind of an outside value: floats and arrays are parameters, all else is constant."""
+    found = kind(value, lambda v: frozen(v, seen)) if isinstance(
+        value, float | complex | np.ndarray | np.floating | np.complexfloating
+    ) else Constant(frozen(value, seen), value)
+    return found
+
+
+__all__ = ["contains_opaque", "frozen", "is_function", "outside_kind", "references", "resolve"]

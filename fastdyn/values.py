@@ -1,0 +1,119 @@
+"""Python values as parameters of compiled code: their kind, and their words in a block.
+
+The kind of a value (`kind`) is what machine code depends on: "a float", "a C-contiguous array of
+int64 with 2 dimensions", "the constant None".  Numbers and arrays are run-time data, so their
+kind does not name their value, and a changed value costs nothing.
+"""
+
+import types as python
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+
+ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
+FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
+
+
+class Constant(NamedTuple):
+    """A value that is part of the code; `token` tells it from every other one."""
+
+    token: tuple
+    value: Any
+
+    def __eq__(self, other):
+        return isinstance(other, Constant) and self.token == other.token
+
+    def __hash__(self):
+        return hash(self.token)
+
+    def __repr__(self):
+        return repr(self.token)
+
+
+def is_function(value):
+    return isinstance(value, python.FunctionType | Dispatcher)
+
+
+def kind(value, freeze):
+    """The kind of a parameter.
+
+    Parameters
+    ----------
+    value : object
+    freeze : callable
+        Gives the token of anything that has to be a constant.
+
+    Returns
+    -------
+    tuple or Constant
+        FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", kinds) or a Constant.
+    """
+    cls = value.__class__
+    if cls is float:
+        return FLOAT
+    if cls is int:
+        return INT if -(2**63) <= value < 2**63 else Constant(freeze(value), value)
+    if cls is bool or isinstance(value, np.bool_):
+        return BOOL
+    if cls is np.ndarray:
+        return _array_kind(value, freeze)
+    if isinstance(value, np.generic | float | int | complex):
+        code = np.asarray(value).dtype.kind
+        return {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}.get(code) or Constant(
+            freeze(value), value
+        )
+    if cls is tuple:
+        return ("tuple", tuple(kind(v, freeze) for v in value))
+    if cls is list and value and not any(isinstance(v, list | tuple | str) for v in value):
+        return _array_kind(np.asarray(value), freeze)
+    return Constant(freeze(value), value)
+
+
+def _array_kind(value, freeze):
+    if value.ndim == 0 and value.dtype.kind == "f":
+        return FLOAT
+    code = value.dtype.str[1:]
+    if value.ndim == 0 or code not in ARRAY_DTYPES or not value.dtype.isnative:
+        return Constant(freeze(value), value)
+    return ("array", code, value.ndim)
+
+
+def n_words(kind):
+    """Words that a value of this kind takes in a block."""
+    if isinstance(kind, Constant):
+        return 0
+    if kind[0] == "array":
+        return 1 + kind[2]
+    if kind[0] == "tuple":
+        return sum(n_words(k) for k in kind[1])
+    return 2 if kind is COMPLEX or kind == COMPLEX else 1
+
+
+def pack(kind, value, words, at, alive):
+    """Write a value into `words` from index `at`; the index after it.
+
+    Memory that the words point to is appended to `alive`, to be held as long as they are used.
+    A contiguous array is passed in place: the function sees, and may make, later changes.
+    """
+    if isinstance(kind, Constant):
+        return at
+    name = kind[0]
+    if name == "float":
+        words.view(np.float64)[at] = value
+    elif name == "tuple":
+        for k, v in zip(kind[1], value, strict=True):
+            at = pack(k, v, words, at, alive)
+        return at
+    elif name == "array":
+        array = np.ascontiguousarray(value)
+        alive.append(array)
+        words[at] = array.ctypes.data
+        words[at + 1 : at + 1 + kind[2]] = array.shape
+        return at + 1 + kind[2]
+    elif name == "complex":
+        words.view(np.float64)[at : at + 2] = value.real, value.imag
+        return at + 2
+    else:
+        words[at] = value
+    return at + 1
