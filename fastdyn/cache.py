@@ -19,6 +19,7 @@ import numba
 import numpy as np
 from numba.core import compiler, serialize
 from numba.core.registry import cpu_target
+from numba.core.runtime import rtsys
 from numba.misc.appdirs import AppDirs
 
 MAGIC = b"fastdyn1"
@@ -48,7 +49,7 @@ def environment():
 
     sources = [
         *sorted(pathlib.Path(fastdyn.kernels.__file__).parent.glob("*.py")),
-        *(HERE / f"{name}.py" for name in ("adapt", "bodies", "rewrite", "specialise", "cache")),
+        *(HERE / f"{name}.py" for name in ("adapt", "bodies", "rewrite", "specialise", "values", "references")),
     ]
     digest = hashlib.sha256()
     for source in sources:
@@ -77,19 +78,30 @@ def compiled(key, build):
     build : callable
         Returns a Numba dispatcher and the signature to compile it for.
     """
-    if key is not None:
-        path = directory() / f"{hashlib.sha256((environment() + key).encode()).hexdigest()}.nbc"
-        result = _load(path)
-        if result is not None:
-            COUNTS["loaded"] += 1
-            return _finish(result)
+    found = key and stored(key)
+    if found:
+        return found
     dispatcher, signature = build()
     dispatcher.compile(signature)
     result = dispatcher.get_compile_result(signature)
     COUNTS["compiled"] += 1
+    if os.environ.get("FASTDYN_DEBUG"): print("compiled", key and key[:60], result.library.has_dynamic_globals)
     if key is not None and not result.library.has_dynamic_globals:
-        _store(path, result)
+        _store(_path(key), result)
     return _finish(result, dispatcher)
+
+
+def _path(key):
+    return directory() / f"{hashlib.sha256((environment() + key).encode()).hexdigest()}.nbc"
+
+
+def stored(key):
+    """The machine code for `key` if it is on disk, else None."""
+    result = _load(_path(key))
+    if result is None:
+        return None
+    COUNTS["loaded"] += 1
+    return _finish(result)
 
 
 def _finish(result, dispatcher=None):
@@ -109,6 +121,7 @@ def _load(path):
         os.utime(path)
     except OSError:
         return None
+    rtsys.initialize(cpu_target.target_context)  # loaded code may allocate
     return compiler.CompileResult._rebuild(cpu_target.target_context, *parts)
 
 

@@ -2,13 +2,13 @@
 
 from numba import njit
 
-from .calls import OPTIONS
+from .calls import FUSED
 from .calls import RAISED as RAISED_WORD
 from .combine import assign, fetch, keep, slot
 from .state import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, K, Y, Y_OLD
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def advance(rhs, step, control, exponent, last, form, state, work, block, n_steps):
     """Take at most `n_steps` accepted steps, no further than the step that reaches `t_stop`.
 

@@ -16,9 +16,13 @@ from numba.np import arrayobj
 
 from .combine import ROW, view
 
-ADDRESS, RAISED, FIRST = 0, 1, 2
+ADDRESS, RAISED, TIME, FAULT, FIRST = 0, 1, 2, 3, 4
 
 OPTIONS = {"error_model": "numpy", "nogil": True}  # of every kernel
+
+# Of kernels that take functions: a function left as a run-time argument would be a pointer into
+# this process, and the code could not be kept on disk.
+FUSED = {**OPTIONS, "forceinline": True}
 
 WORDS = types.Array(types.int64, 1, "C")
 FORM = (

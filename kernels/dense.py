@@ -10,7 +10,7 @@ a method of higher order adds rows.  Both ends of the step are met to round-off.
 
 from numba import njit
 
-from .calls import OPTIONS
+from .calls import FUSED, OPTIONS
 from .state import K, Y, Y_OLD
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
@@ -38,7 +38,7 @@ def polynomial(d, x, out):
         out[i] = d[0, i] + total
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def cubic(rhs, t, h, work, block, d):
     """Nothing to add: the interpolant is the Hermite cubic; 0 evaluations."""
     return 0

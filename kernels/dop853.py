@@ -8,7 +8,7 @@ II.6, as printed in the authors' program DOP853 to 30 digits.
 from numba import njit
 
 from . import adaptive, start
-from .calls import OPTIONS
+from .calls import FUSED
 from .combine import Row, combine, slot, weigh
 from .control import SCIPY, sum_of_squares
 from .dense import F
@@ -143,7 +143,7 @@ TABLEAU = {
 }
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
     """One step tried; 12 evaluations."""
     u = slot(form, work, STAGE)
@@ -169,7 +169,7 @@ def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
     return y_new, (*k, k13), error
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def enrich(rhs, t, h, work, block, d):
     """The four rows of the interpolant beyond the Hermite cubic; 3 evaluations."""
     y, u = slot(None, work, Y_OLD), slot(None, work, STAGE)

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from .calls import OPTIONS
+from .calls import FUSED, OPTIONS
 from .calls import RAISED as RAISED_WORD
 from .combine import assign, fetch, fold, keep, slot
 from .state import FINISHED, NON_FINITE, RAISED, RUNNING, K, Y, Y_OLD
@@ -21,7 +21,7 @@ def _add_size(total, y):
     return total + abs(y)
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def advance(rhs, step, last, form, state, work, block, n_steps):
     """Take at most `n_steps` steps of size state.h, no further than the one that reaches t_stop.
 

@@ -1,5 +1,6 @@
 """What a method is, to the code that runs it."""
 
+import math
 from typing import NamedTuple
 
 
@@ -32,6 +33,8 @@ class Method(NamedTuple):
     dense_order : int
     second_order : bool
         Whether the method integrates q'' = a(t, q): the derivative it calls is the acceleration.
+    h_max_share : float
+        Longest step as a share of the span, unless the caller gives one.
     tableau : dict
         Coefficients as printed, for the tests of the order conditions.
     """
@@ -50,4 +53,5 @@ class Method(NamedTuple):
     enrich: object
     dense_order: int
     second_order: bool = False
+    h_max_share: float = math.inf
     tableau: dict = {}

@@ -7,7 +7,7 @@ equation (5).
 from numba import njit
 
 from . import adaptive, start
-from .calls import OPTIONS
+from .calls import FUSED
 from .combine import Row, combine, slot, weigh
 from .control import SCIPY, rms
 from .dense import cubic
@@ -23,7 +23,7 @@ E = Row("5/72 -1/12 -1/9 1/8")
 TABLEAU = {"c": C, "a": (Row(), A2, A3, B), "b": B, "e": (E,)}
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
     """One step tried; 3 evaluations."""
     u = slot(form, work, STAGE)

@@ -8,7 +8,7 @@ the next one and the end slope of the interpolant.
 from numba import njit
 
 from . import fixed, start
-from .calls import OPTIONS
+from .calls import FUSED
 from .combine import Row, combine, slot
 from .dense import cubic
 from .method import Method
@@ -23,7 +23,7 @@ B = Row("1/6 1/3 1/3 1/6")
 TABLEAU = {"c": C, "a": (Row(), A2, A3, A4), "b": B}
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def step(rhs, t, y, h, k1, block, form, work):
     """One step; 4 evaluations."""
     u = slot(form, work, STAGE)

@@ -10,7 +10,7 @@ Equations I", section II.6.
 from numba import njit
 
 from . import adaptive, start
-from .calls import OPTIONS
+from .calls import FUSED
 from .combine import Row, combine, slot, weigh
 from .control import MATLAB, SCIPY, largest, rms
 from .dense import F
@@ -36,7 +36,7 @@ TABLEAU = {"c": C, "a": (Row(), A2, A3, A4, A5, A6, B), "b": B, "e": (E,), "d": 
 def make_step(norm):
     """The step, with its error measured by `norm`."""
 
-    @njit(**OPTIONS)
+    @njit(**FUSED)
     def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
         u = slot(form, work, STAGE)
         k2 = rhs(t + c[1] * h, combine(u, y, h, A2, (k1,)), block, slot(form, work, K + 1))
@@ -56,7 +56,7 @@ def make_step(norm):
     return step
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def enrich(rhs, t, h, work, block, d):
     """The row of the interpolant beyond the Hermite cubic; 0 evaluations."""
     k = (
@@ -86,5 +86,10 @@ SHARED = {
 }
 RK45 = Method("RK45", step=make_step(rms), arguments=(SCIPY, -1 / 5, 6), start=start.hairer, **SHARED)
 ODE45 = Method(
-    "ode45", step=make_step(largest), arguments=(MATLAB, -1 / 5, 6), start=start.matlab, **SHARED
+    "ode45",
+    step=make_step(largest),
+    arguments=(MATLAB, -1 / 5, 6),
+    start=start.matlab,
+    h_max_share=0.1,
+    **SHARED,
 )

@@ -8,7 +8,7 @@ equations (3) to (6): half a kick, a drift, half a kick.
 from numba import njit
 
 from . import fixed, start
-from .calls import OPTIONS
+from .calls import FUSED
 from .combine import Row, combine, halves, join, slot
 from .dense import cubic
 from .method import Method
@@ -18,7 +18,7 @@ HALF = Row("1/2")
 ONE = Row("1")
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def step(acceleration, t, y, h, k1, block, form, work):
     """One step; 1 evaluation.  Stages are the derivatives [v, a] at both ends."""
     q, v = halves(y)

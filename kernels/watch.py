@@ -8,7 +8,7 @@ method in both tiers.
 import numpy as np
 from numba import njit
 
-from .calls import OPTIONS, RAISED, by_pointer, call, resume, word
+from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, resume, word
 from .dense import hermite, polynomial
 from .roots import crossing
 from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, Y
@@ -111,7 +111,7 @@ def _record(events, final, d, t_old, h, direction, e_index, e_t, e_y, n):
     return n
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def _interpolate(enrich, last, s, work, block, d):
     """The polynomial of the last step, in the rows of d."""
     h = s.t - s.t_old
@@ -119,7 +119,7 @@ def _interpolate(enrich, last, s, work, block, d):
     s.n_extra += enrich(by_pointer, s.t_old, h, work, block, d)
 
 
-@njit(**OPTIONS)
+@njit(**FUSED)
 def watch(
     enrich,
     last,

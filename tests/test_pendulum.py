@@ -1,6 +1,7 @@
 """Claims about the pendulum: three regimes, long times, small angles, slack."""
 
 import math
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -107,4 +108,21 @@ def test_time_to_an_angle_inverts_the_exact_solution():
         assert [system.time_to(a) for a in angles] == pytest.approx(list(t), rel=1e-12)
         assert math.isnan(system.time_to(-angles[0]))
     assert math.isnan(pendulum(V0=5.0).time_to(2.0))
-    assert pendulum().time_to(0.0) == 0.0
+    assert math.isnan(pendulum(V0=5.0).time_to(2 * math.pi - 1.0))
+    assert pendulum().time_to(0.0) == pendulum(V0=0.0).time_to(0.0) == 0.0
+
+
+def test_tension_carries_the_weight_and_turns_the_motion():
+    system = pendulum(V0=8.0, l=2.0, m=3.0)
+    at_bottom, at_top = system.along(
+        system.quantities["tension"], [0.0, 1.0], [[0.0, math.pi], [4.0, 1.0]]
+    )
+    assert at_bottom == pytest.approx(3.0 * (2.0 * 16.0 + 9.81))
+    assert at_top == pytest.approx(3.0 * (2.0 * 1.0 - 9.81))
+
+
+def test_turning_angle_close_to_the_top_has_all_its_digits():
+    V0, g = EDGE * (1.0 - 1e-9), 9.81
+    k_squared = Decimal(V0) ** 2 / (4 * Decimal(g))
+    to_top = 2.0 * math.atan(math.sqrt((1 - k_squared) / k_squared))
+    assert math.pi - pendulum(V0=V0).largest_angle == pytest.approx(to_top, rel=0, abs=4 * EPS)

@@ -55,8 +55,9 @@ def test_kepler_equation_is_solved_to_rounding_and_continuously(e):
     assert np.all(np.diff(u[:4001]) > 0.0)
 
 
-def test_apsides_and_revolutions_come_at_half_periods():
-    system = satellite(V=1.2)
+@pytest.mark.parametrize("V", [1.2, -1.2])
+def test_apsides_and_revolutions_come_at_half_periods(V):
+    system = satellite(V=V)
     run = system.solve(
         (0.0, 50.0), rtol=1e-10, atol=1e-12, events=["periapsis", "apoapsis", "revolution"]
     )

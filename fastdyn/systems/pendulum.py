@@ -181,8 +181,7 @@ class Pendulum(System):
     @property
     def slack_time(self) -> float:
         """Time at which the cable first goes slack, s; NaN if it stays taut."""
-        angle = self.slack_angle
-        return math.nan if math.isnan(angle) else self.time_to(math.copysign(angle, self.V0))
+        return self.time_to(math.copysign(self.slack_angle, self.V0))
 
     def time_to(self, theta) -> float:
         """

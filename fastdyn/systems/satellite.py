@@ -55,10 +55,9 @@ def apoapsis(t, w, GM, R, V):
 
 @event(direction=1)
 def revolution(t, w, GM, R, V):
-    """Zero, and rising with the motion, where the launch direction, the +x axis, is passed."""
-    x, y, _, _ = w
-    # The angle from the +x axis, so that the crossing of the -x axis is no zero.
-    return math.copysign(1.0, V) * math.atan2(y, x)
+    """Zero, and rising, where the launch direction is passed; sign(V) y falls opposite to it."""
+    _, y, _, _ = w
+    return math.copysign(1.0, V) * y
 
 
 @dataclasses.dataclass(frozen=True)

@@ -155,12 +155,9 @@ class System:
         """State as an array of shape (n, n_points); SciPy's empty output is a list."""
         return np.asarray(y, float).reshape(len(self.states), -1)
 
-    def invariants_along(self, result) -> dict[str, np.ndarray]:
-        """Every invariant at every point of a result, by name."""
-        return {
-            name: self.along(function, result.t, result.y)
-            for name, function in self.invariants.items()
-        }
+    def evaluate_invariants(self, t, y) -> dict[str, np.ndarray]:
+        """Every invariant at every column of y, {name: array of shape (n_points,)}."""
+        return {name: self.along(function, t, y) for name, function in self.invariants.items()}
 
     def exact_along(self, t) -> np.ndarray:
         """

@@ -1,0 +1,303 @@
+"""The user's functions -> compiled functions of one known form; their arguments -> parameters.
+
+`bind` takes what the user wrote (function, lambda, method, partial, callable object, already
+jitted or not) and the current values of everything it uses, and returns a block that kernels can
+call.  What Numba cannot compile is called in Python from the same kernels, with one warning.
+"""
+
+import functools
+import inspect
+import os
+import types as python
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numba.core.dispatcher import Dispatcher
+
+from . import cache
+from .bodies import arguments, pointer_form, reader
+from .callback import Callback
+from .kernels.calls import FAULT, FIRST, FORM
+from .references import LIBRARIES, contains_opaque, frozen, outside_kind, references, resolve
+from .rewrite import Plan, compile_with
+from .values import Constant, is_function, kind, n_words, pack
+
+T, Y = object(), object()
+MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
+    "derivative": (("derivative", True), ("derivative", False), ("copy", False)),
+    "column": (("column", False),),
+    "acceleration": (("acceleration", True), ("acceleration", False)),
+    "event": (("event", True),),
+}
+
+
+class CompileWarning(UserWarning):
+    """A function could not be compiled and runs in Python."""
+
+
+class Parts(NamedTuple):
+    """What a callable is made of: a Python function, its `self`, and its positional arguments."""
+
+    function: Any
+    owner: Any
+    positional: tuple
+    options: dict
+
+
+class Function(NamedTuple):
+    """A compiled function of the user; `key` is None if only this process can identify it."""
+
+    key: str | None
+    address: int
+    build: Any
+    alive: Any
+
+
+class Bound(NamedTuple):
+    """A function with the values of one solve.  `python(t, y)` is the function as written."""
+
+    function: Function | None
+    block: np.ndarray
+    python: Any
+    alive: list
+    callback: Callback | None
+
+
+class Uncompilable(Exception):
+    """Why a function cannot be compiled."""
+
+
+_functions: dict = {}
+_not_lifted: set = set()
+_refused: dict = {}
+_called: dict = {}
+
+
+def _parts(fun, args):
+    """Take a callable apart; raises Uncompilable for what has no Python code."""
+    leading, keywords, options = (), {}, {}
+    while isinstance(fun, functools.partial):
+        leading, keywords = fun.args + leading, {**fun.keywords, **keywords}
+        fun = fun.func
+    owner = None
+    if isinstance(fun, python.MethodType):
+        fun, owner = fun.__func__, fun.__self__
+    if isinstance(fun, Dispatcher):
+        options = {k: v for k, v in fun.targetoptions.items() if k == "fastmath" and v}
+        fun = fun.py_func
+    if not isinstance(fun, python.FunctionType):
+        method = getattr(type(fun), "__call__", None)
+        if not isinstance(method, python.FunctionType):
+            raise Uncompilable(f"{type(fun).__name__} objects have no Python code to compile")
+        fun, owner = method, fun
+    code = fun.__code__
+    given = (() if owner is None else (None,)) + leading + (T, Y) + args
+    if keywords or code.co_kwonlyargcount or code.co_flags & inspect.CO_VARKEYWORDS:
+        bound = inspect.signature(fun).bind(*given, **keywords)
+        bound.apply_defaults()
+        if any(bound.kwargs.values()) or code.co_kwonlyargcount:
+            raise Uncompilable("it takes keyword-only arguments")
+        given = bound.args
+    missing = code.co_argcount - len(given)
+    if missing > 0 and fun.__defaults__:
+        given += fun.__defaults__[-missing:] if missing <= len(fun.__defaults__) else ()
+    return Parts(fun, owner, given, options)
+
+
+def _outside(function, owner):
+    """{path: (kind, value)} of everything the function refers to."""
+    lifted = id(function.__code__) not in _not_lifted
+    found = {}
+    for reference in references(function, owner is not None):
+        if reference.root == "self" and not reference.attributes:
+            continue
+        root = function.__globals__.get(reference.name)
+        if isinstance(root, python.ModuleType) and root.__name__ in LIBRARIES:
+            found[reference] = (Constant(("module", root.__name__), root), root)
+            continue
+        value, depth = resolve(reference, function, owner)
+        path = reference._replace(attributes=reference.attributes[:depth])
+        if path not in found:
+            k = outside_kind(value) if lifted else Constant(frozen(value), value)
+            found[path] = (k, value)
+    return found
+
+
+def bind(fun, args, mode, n):
+    """A block to call `fun(t, y, *args)` by, with the values that hold now.
+
+    Parameters
+    ----------
+    fun : callable
+    args : tuple
+    mode : str
+        "derivative", "column" (`vectorized=True`), "acceleration" or "event".
+    n : int
+        Length of the y that the function gets.
+
+    Returns
+    -------
+    Bound
+    """
+
+    def as_written(t, y):
+        return fun(t, y, *args)
+
+    alive = [fun, args]
+    fault = np.empty(n)
+    try:
+        parts = _parts(fun, args)
+        refusal = _refused.get((id(parts.function.__code__), mode))
+        if refusal is not None:
+            raise Uncompilable(refusal)
+        function, kinds = _function(parts, mode)
+    except Uncompilable as reason:
+        _warn_once(fun, mode, str(reason))
+        callback = Callback(as_written, mode, n)
+        block = np.zeros(FIRST, np.int64)
+        block[0], block[FAULT] = callback.address, fault.ctypes.data
+        return Bound(None, block, as_written, [*alive, callback, fault], callback)
+    block = np.zeros(FIRST + sum([n_words(k) for k, _ in kinds]), np.int64)
+    block[0], block[FAULT] = function.address, fault.ctypes.data
+    at = FIRST
+    for k, value in kinds:
+        at = pack(k, value, block, at, alive)
+    alive += [fault, function]
+    return Bound(function, block, as_written, alive, None)
+
+
+def _function(parts, mode):
+    """The compiled function, and (kind, value) of each of its parameters in order."""
+    code = parts.function.__code__
+    layout = tuple(
+        "t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional
+    )
+    try:
+        outside = _outside(parts.function, parts.owner)
+    except Exception as error:
+        raise Uncompilable(explain(error)) from error
+    kinds = tuple((path, k) for path, (k, _) in outside.items())
+    key = (id(code), mode, layout, kinds, tuple(parts.options.items()))
+    entry = _functions.get(key)
+    if entry is None:
+        try:
+            function = _compile(parts, mode, layout, outside)
+        except Uncompilable as reason:
+            if id(code) not in _not_lifted and any(n_words(k) for _, k in kinds):
+                _not_lifted.add(id(code))
+                try:
+                    return _function(parts, mode)
+                except Uncompilable:
+                    pass
+            _refused[id(code), mode] = str(reason)
+            _functions[id(code), mode] = code  # keeps the id taken
+            raise
+        entry = _functions[key] = (function, code)
+    values = [
+        (k, v) for k, v in zip(layout, parts.positional, strict=True) if v is not T and v is not Y
+    ]
+    return entry[0], values + list(outside.values())
+
+
+def _compile(parts, mode, layout, outside):
+    token = (mode, layout, tuple((p, k) for p, (k, _) in outside.items()), parts.options)
+    lasting = not contains_opaque((layout, tuple(k for k, _ in outside.values())))
+    name = repr((frozen(parts.function.__code__.co_name), _code(parts.function), token))
+    reasons = []
+    dialects = MODES[mode]
+    for fresh in (False, True):  # first what is on disk, in any dialect
+        for dialect in dialects:
+            key = repr((name, dialect)) if lasting else None
+            build = functools.partial(_build, parts, dialect, layout, outside)
+            try:
+                compiled = cache.compiled(key, lambda b=build: (b(), types.none(*FORM))) if fresh else (
+                    key and cache.stored(key)
+                )
+            except Exception as error:
+                if os.environ.get("FASTDYN_DEBUG"):
+                    raise
+                reasons.append(explain(error))
+                continue
+            if compiled:
+                return Function(key, compiled.address, functools.cache(build), compiled)
+    raise Uncompilable(reasons[0])
+
+
+def _code(function):
+    from .references import code_token
+
+    return code_token(function.__code__)
+
+
+def _build(parts, dialect, layout, outside):
+    """The dispatcher of the pointer form."""
+    mode, tuples = dialect
+    at = FIRST + sum(n_words(k) for k in layout if k not in ("t", "y"))
+    loads = {}
+    for path, (k, _) in outside.items():
+        if not isinstance(k, Constant):
+            loads[path] = reader(k, at)
+            at += n_words(k)
+    plan = Plan(parts.function, parts.owner, loads, True, tuples)
+    inner = compile_with(plan, parts.options)
+    ready = [
+        Constant(k.token, called_function(k.value))
+        if isinstance(k, Constant) and is_function(k.value)
+        else k
+        for k in layout
+    ]
+    return pointer_form(inner, arguments(ready, FIRST), mode)
+
+
+def called_function(value):
+    """The compiled form of a function that a user's function calls; None if it is not one."""
+    if isinstance(value, Dispatcher):
+        return value
+    owner = None
+    if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
+        value, owner = value.__func__, value.__self__
+    if not isinstance(value, python.FunctionType):
+        return None
+    if (value.__module__ or "").split(".")[0] in LIBRARIES - {"builtins"}:
+        return None
+    token = frozen(value if owner is None else python.MethodType(value, owner))
+    if token in _called:
+        return _called[token]
+    compiled = compile_with(Plan(value, owner, {}, False, False), {})
+    if owner is not None:
+        inner = compiled
+        compiled = njit(error_model="numpy", nogil=True)(lambda *given: inner(None, *given))
+    if not contains_opaque(token):
+        _called[token] = compiled
+    return compiled
+
+
+def explain(error):
+    """One sentence from Numba's report: what it could not compile, and the line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    skip = ("Failed in", "During:", "File ", "<source", "- Resolution", "There are", "[", "raised")
+    what = [s for s in lines if not s.startswith(skip) and "type inference" not in s]
+    at = [s for s in lines if s.startswith('File "')]
+    sentence = what[0].rstrip(".:") if what else type(error).__name__
+    if at:
+        file, _, line = at[0].partition(", line ")
+        sentence += f" ({file[6:].rstrip(chr(34))}, line {line.split(':')[0].strip()})"
+    return sentence
+
+
+def _warn_once(fun, mode, reason):
+    name = getattr(fun, "__qualname__", None) or repr(fun)
+    identity = (getattr(fun, "__code__", type(fun)), mode)
+    if identity in _warned:
+        return
+    _warned.add(identity)
+    warnings.warn(
+        f"{name} cannot be compiled and runs in Python, many times slower: {reason}",
+        CompileWarning,
+        stacklevel=5,
+    )
+
+
+_warned: set = set()

@@ -1,0 +1,310 @@
+"""Around a user's function: parameters out of the block, the result into place, errors noted.
+
+`pointer_form` gives a function its one compiled form ``function(t, y, n, block, out)``; see
+`kernels/calls.py`.
+"""
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.core import cgutils, errors
+from numba.extending import intrinsic, overload
+from numba.np import arrayobj
+
+from .kernels.calls import FAULT, FORM, OPTIONS, RAISED, TIME
+from .kernels.combine import view
+from .values import Constant
+
+WORDS = types.CPointer(types.int64)
+ROW = types.Array(types.float64, 1, "C")
+READONLY = types.Array(types.float64, 1, "C", readonly=True)
+SMALL = 8  # halves up to this size are padded on the stack
+
+
+def numba_type(kind):
+    """The Numba type of a parameter of this kind."""
+    if isinstance(kind, Constant):
+        from numba import typeof
+
+        return typeof(kind.value)
+    simple = {
+        "float": types.float64,
+        "int": types.int64,
+        "bool": types.boolean,
+        "complex": types.complex128,
+    }
+    if kind[0] in simple:
+        return simple[kind[0]]
+    if kind[0] == "tuple":
+        return types.BaseTuple.from_types([numba_type(k) for k in kind[1]])
+    from numba.np.numpy_support import from_dtype
+
+    return types.Array(from_dtype(np.dtype(kind[1])), kind[2], "C")
+
+
+def _read(context, builder, kind, words, at):
+    """LLVM value of a parameter at word `at`, and the index after it."""
+    ty = numba_type(kind)
+
+    def word(index, llvm_type=None):
+        pointer = cgutils.gep(builder, words, index)
+        if llvm_type is not None:
+            pointer = builder.bitcast(pointer, llvm_type.as_pointer())
+        return builder.load(pointer)
+
+    if isinstance(kind, Constant):
+        return context.get_constant_generic(builder, ty, kind.value), at
+    if kind[0] == "tuple":
+        parts = []
+        for k in kind[1]:
+            part, at = _read(context, builder, k, words, at)
+            parts.append(part)
+        return context.make_tuple(builder, ty, parts), at
+    if kind[0] == "array":
+        item = context.get_abi_sizeof(context.get_data_type(ty.dtype))
+        shape = [word(at + 1 + i) for i in range(ty.ndim)]
+        size = context.get_constant(types.intp, item)
+        strides = [size]
+        for extent in reversed(shape[1:]):
+            strides.insert(0, builder.mul(strides[0], extent))
+        array = arrayobj.make_array(ty)(context, builder)
+        pointer = builder.inttoptr(word(at), array.data.type)
+        arrayobj.populate_array(
+            array, data=pointer, shape=shape, strides=strides, itemsize=size, meminfo=None
+        )
+        return array._getvalue(), at + 1 + ty.ndim
+    if kind[0] == "complex":
+        number = context.make_complex(builder, ty)
+        number.real, number.imag = (word(at + i, ir.DoubleType()) for i in (0, 1))
+        return number._getvalue(), at + 2
+    if kind[0] == "float":
+        return word(at, ir.DoubleType()), at + 1
+    value = word(at)
+    return (builder.icmp_signed("!=", value, value.type(0)) if kind[0] == "bool" else value), at + 1
+
+
+def reader(kind, at):
+    """A compiled function ``read(block)`` for the parameter of this kind at word `at`."""
+
+    @intrinsic
+    def read(typingctx, block):
+        def codegen(context, builder, signature, args):
+            return _read(context, builder, kind, args[0], at)[0]
+
+        return numba_type(kind)(block), codegen
+
+    @njit(**OPTIONS)
+    def load(block):
+        return read(block)
+
+    return load
+
+
+def arguments(layout, place):
+    """An intrinsic ``values(t, y, block)``: the positional arguments of the user's function.
+
+    `layout` has "t", "y" or a kind for each; the first one is paired with the block.
+    """
+
+    @intrinsic
+    def values(typingctx, t, y, block):
+        tys = [t if k == "t" else y if k == "y" else numba_type(k) for k in layout]
+        tys[0] = types.Tuple((tys[0], WORDS))
+        whole = types.Tuple(tuple(tys))
+
+        def codegen(context, builder, signature, args):
+            parts, at = [], place
+            for k in layout:
+                if k in ("t", "y"):
+                    parts.append(args[0] if k == "t" else args[1])
+                else:
+                    part, at = _read(context, builder, k, args[2], at)
+                    parts.append(part)
+            parts[0] = context.make_tuple(builder, tys[0], [parts[0], args[2]])
+            return context.make_tuple(builder, whole, parts)
+
+        return whole(t, y, block), codegen
+
+    return values
+
+
+@intrinsic
+def _readonly(typingctx, y, n):
+    return READONLY(y, n), lambda c, b, s, a: view(c, b, a[0], a[1])
+
+
+@intrinsic
+def _array(typingctx, y, n):
+    return ROW(y, n), lambda c, b, s, a: view(c, b, a[0], a[1])
+
+
+@intrinsic
+def _padded(typingctx, q, m):
+    """[q, 0] on the stack, for m up to SMALL."""
+
+    def codegen(context, builder, signature, args):
+        place = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), 2 * SMALL))
+        for i in range(2 * SMALL):
+            builder.store(ir.Constant(ir.DoubleType(), 0.0), cgutils.gep(builder, place, 0, i))
+        target = cgutils.gep(builder, place, 0, 0)
+        with cgutils.for_range(builder, args[1]) as loop:
+            value = builder.load(builder.gep(args[0], [loop.index]))
+            builder.store(value, builder.gep(target, [loop.index]))
+        return view(context, builder, target, builder.add(args[1], args[1]))
+
+    return ROW(q, m), codegen
+
+
+def _store_row(value, out, skip):
+    if value.size != len(out) + skip:
+        raise ValueError("fun returned an array of the wrong length")
+    flat = value.ravel() if value.ndim > 1 else value
+    for i in range(len(out)):
+        out[i] = flat[i + skip]
+
+
+@intrinsic
+def _store_tuple(typingctx, value, out, skip):
+    def codegen(context, builder, signature, args):
+        data = arrayobj.make_array(ROW)(context, builder, args[1]).data
+        for i, ty in enumerate(value):
+            number = builder.extract_value(args[0], i)
+            number = context.cast(builder, number, ty, types.float64)
+            index = builder.sub(args[2], args[2].type(i))
+            index = builder.sub(args[2].type(i), args[2])
+            with builder.if_then(builder.icmp_signed(">=", index, args[2].type(0))):
+                builder.store(number, builder.gep(data, [index]))
+        return context.get_dummy_value()
+
+    return types.none(value, out, types.intp), codegen
+
+
+def store(value, out, skip):
+    """Write a user's result to `out`, without its first `skip` components."""
+    raise TypeError("compiled only")
+
+
+@overload(store, jit_options=OPTIONS)
+def _store(value, out, skip):
+    real = (types.Float, types.Integer, types.Boolean)
+    if isinstance(value, real):
+
+        def number(value, out, skip):
+            if len(out) + skip != 1:
+                raise ValueError("fun returned a number")
+            out[0] = value
+
+        return number
+    if isinstance(value, types.BaseTuple):
+        wrong = [t for t in value if not isinstance(t, real)]
+        if wrong:
+            raise errors.TypingError(f"the result has a component of type {wrong[0]}")
+        n = len(value)
+
+        def parts(value, out, skip):
+            if n != len(out) + skip:
+                raise ValueError("fun returned a sequence of the wrong length")
+            _store_tuple(value, out, skip)
+
+        return parts
+    if isinstance(value, types.Array) and isinstance(value.dtype, real):
+        if value.ndim == 0:
+            return lambda value, out, skip: store(value[()], out, skip)
+        return _store_row
+    if isinstance(value, types.List | types.ListType) and isinstance(value.dtype, real):
+        return lambda value, out, skip: _store_row(np.array(value), out, skip)
+    raise errors.TypingError(f"the result is of type {value}, not real numbers")
+
+
+def pointer_form(inner, values, mode):
+    """The compiled form of `inner`.
+
+    Parameters
+    ----------
+    inner : dispatcher
+        Called with the tuple that `values(t, y, block)` makes.
+    mode : str
+        "derivative"; "copy", the same on a private copy of y, for a function that writes to
+        it; "column", y as an (n, 1) array; "event", one number; "acceleration", the second
+        half of the derivative of [q, 0].
+    """
+    if mode == "event":
+
+        def body(t, y, n, block, out):
+            store(inner(*values(t, _readonly(y, n), block)), _array(out, 1), 0)
+
+    elif mode == "copy":
+
+        def body(t, y, n, block, out):
+            store(inner(*values(t, _readonly(y, n).copy(), block)), _array(out, n), 0)
+
+    elif mode == "column":
+
+        def body(t, y, n, block, out):
+            column = _readonly(y, n).reshape((n, 1))
+            store(inner(*values(t, column, block)), _array(out, n), 0)
+
+    elif mode == "acceleration":
+
+        def body(t, y, n, block, out):
+            if n <= SMALL:
+                w = _padded(y, n)
+            else:
+                w = np.zeros(2 * n)
+                w[:n] = _array(y, n)
+            store(inner(*values(t, w, block)), _array(out, n), n)
+
+    else:
+
+        def body(t, y, n, block, out):
+            store(inner(*values(t, _readonly(y, n), block)), _array(out, n), 0)
+
+    compiled_body = njit(**OPTIONS)(body)
+    single = mode == "event"
+
+    @intrinsic
+    def attempt(typingctx, t, y, n, block, out):
+        result = compiled_body.get_compile_result(types.none(*FORM))
+
+        def codegen(context, builder, signature, args):
+            context.active_code_library.add_linking_library(result.library)
+            status, _ = context.call_internal_no_propagate(
+                builder, result.fndesc, result.signature, args
+            )
+            return status.is_error
+
+        return types.boolean(*FORM), codegen
+
+    @njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
+    def function(t, y, n, block, out):
+        if attempt(t, y, n, block, out):
+            _note(t, y, n, block, out, 1 if single else n)
+
+    return function
+
+
+@intrinsic
+def _note_time(typingctx, block, t):
+    def codegen(context, builder, signature, args):
+        pointer = cgutils.gep(builder, args[0], TIME)
+        builder.store(args[1], builder.bitcast(pointer, ir.DoubleType().as_pointer()))
+        return context.get_dummy_value()
+
+    return types.none(block, types.float64), codegen
+
+
+@intrinsic
+def _pointer(typingctx, address):
+    pointer = types.CPointer(types.float64)
+    return pointer(types.int64), lambda c, b, s, a: b.inttoptr(a[0], c.get_value_type(pointer))
+
+
+@njit(**OPTIONS)
+def _note(t, y, n, block, out, n_out):
+    """Remember where the function raised, once, and return NaN."""
+    if block[RAISED] == 0:
+        block[RAISED] = 1
+        _note_time(block, t)
+        where = _array(_pointer(block[FAULT]), n)
+        where[:] = _array(y, n)
+    _array(out, n_out)[:] = np.nan

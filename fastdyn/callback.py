@@ -1,0 +1,95 @@
+"""A function that stays in Python, callable from compiled kernels.
+
+The kernels run without the interpreter lock; ctypes takes it for each call.  An exception cannot
+cross compiled code, so it is kept here, the block is marked, and `drive` raises it again.
+"""
+
+import ctypes
+
+import numpy as np
+
+from .kernels.calls import RAISED
+
+DOUBLES = ctypes.POINTER(ctypes.c_double)
+SIGNATURE = ctypes.CFUNCTYPE(  # Numba's calling convention: status, result and exception first
+    ctypes.c_int,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+    ctypes.c_double,
+    ctypes.c_void_p,
+    ctypes.c_ssize_t,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+)
+
+
+class Callback:
+    """The C function around ``fun(t, y)``; `exception` holds what it raised.
+
+    Parameters
+    ----------
+    fun : callable
+    mode : str
+        As in `adapt.bind`.
+    n : int
+    """
+
+    def __init__(self, fun, mode, n):
+        self.exception = None
+        self._fun, self._mode, self._arrays = fun, mode, {}
+        self._n_out = 1 if mode == "event" else n
+        self._function = SIGNATURE(self._call)
+        self.address = ctypes.cast(self._function, ctypes.c_void_p).value
+
+    def _array(self, address, n):
+        array = self._arrays.get((address, n))
+        if array is None:
+            array = np.ctypeslib.as_array(ctypes.cast(address, DOUBLES), (n,))
+            if len(self._arrays) > 1000:
+                self._arrays.clear()
+            self._arrays[address, n] = array
+        return array
+
+    def _call(self, result, exception, t, y, n, block, out):
+        target = self._array(out, self._n_out)
+        try:
+            if self.exception is not None:
+                return 0
+            target[:] = evaluate(self._fun, self._mode, t, self._array(y, n).copy())
+        except BaseException as error:
+            self.exception = error
+            ctypes.cast(block, ctypes.POINTER(ctypes.c_int64))[RAISED] = 1
+            target[:] = np.nan
+        return 0
+
+
+def evaluate(fun, mode, t, y):
+    """``fun(t, y)`` in Python, as the kernel wants it: checked, real, of the right length."""
+    n = len(y)
+    if mode == "event":
+        value = np.asarray(fun(t, y))
+        if value.size != 1 or value.dtype.kind not in "fiub":
+            raise TypeError(f"an event returned {value!r}; it must return one real number")
+        return value.reshape(1)
+    if mode == "acceleration":
+        y = np.concatenate([y, np.zeros(n)])
+    value = fun(t, y[:, None] if mode == "column" else y)
+    return derivative(value, len(y))[len(y) - n :]
+
+
+def derivative(value, n):
+    """A returned derivative as an array of n floats; raises with a sentence if it is not one."""
+    array = np.asarray(value)
+    if value is None or array.dtype.kind not in "fiubc":
+        raise TypeError(
+            f"`fun` returned {type(value).__name__}; it must return {n} numbers, "
+            "as a list, tuple or array"
+        )
+    if array.dtype.kind == "c":
+        raise TypeError("`fun` returned complex numbers; give a complex `y0` to solve for them")
+    if array.size != n or (array.ndim > 1 and array.shape != (n, 1)):
+        raise ValueError(
+            f"`fun` returned {array.size} values for a state of {n}; "
+            "it must return one derivative for each component of `y0`"
+        )
+    return array.reshape(n)

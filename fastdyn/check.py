@@ -1,0 +1,256 @@
+"""Arguments -> Problem.  All validation and all its messages live here.
+
+Where SciPy raises, so does this, with SciPy's exception and the start of its message.  What makes
+SciPy loop for ever or answer wrongly (NaN in a tolerance, a time, or t_eval) raises ValueError.
+"""
+
+import inspect
+import math
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .kernels import METHODS
+
+EPS = np.finfo(float).eps
+SCIPY_METHODS = ("Radau", "BDF", "LSODA")
+COMMON = {"max_steps", "progress", "on_interrupt", "tier"}
+ADAPTIVE = {"rtol", "atol", "max_step", "first_step"}
+LANDING = 1e-9  # a span this close to a whole number of steps is taken as whole
+TIERS = ("auto", "pointer", "specialised")
+
+
+class Problem(NamedTuple):
+    """A checked initial value problem.  Times are floats, `y0` float64 of shape (n,)."""
+
+    fun: Any
+    t0: float
+    tf: float
+    y0: np.ndarray
+    method: Any
+    t_eval: np.ndarray | None
+    dense_output: bool
+    events: list | None
+    args: tuple
+    mode: str
+    rtol: Any
+    atol: Any
+    h_max: float
+    h: float
+    max_steps: float
+    progress: bool
+    on_interrupt: str
+    tier: str
+
+
+def time_span(t_span):
+    """The two ends, finite."""
+    t0, tf = map(float, t_span)
+    if not (math.isfinite(t0) and math.isfinite(tf)):
+        raise ValueError(f"`t_span` must be two finite times; got ({t0}, {tf}).")
+    return t0, tf
+
+
+def initial_state(y0, name="y0"):
+    """The initial state as a new 1-D array of float64 or complex128, finite."""
+    y0 = np.asarray(y0)
+    if y0.dtype.kind not in "fiubc":
+        try:
+            y0 = y0.astype(float)
+        except (TypeError, ValueError):
+            raise TypeError(f"`{name}` must be numbers; got an array of {y0.dtype}.") from None
+    y0 = y0.astype(complex if y0.dtype.kind == "c" else float)
+    if y0.ndim != 1:
+        raise ValueError(f"`{name}` must be 1-dimensional.")
+    if not np.isfinite(y0).all():
+        raise ValueError(f"All components of the initial state `{name}` must be finite.")
+    return y0
+
+
+def method_named(method):
+    """Our method for a name or for SciPy's class of that name; None for SciPy to run."""
+    if isinstance(method, str):
+        if method in METHODS:
+            return METHODS[method]
+        if method in SCIPY_METHODS:
+            return None
+    elif inspect.isclass(method):
+        from scipy.integrate import DOP853, RK23, RK45, OdeSolver
+
+        if method in (RK23, RK45, DOP853):
+            return METHODS[method.__name__]
+        if issubclass(method, OdeSolver):
+            return None
+    names = ", ".join([*METHODS, *SCIPY_METHODS])
+    raise ValueError(
+        f"`method={method!r}` is unknown: `method` must be one of {names} or OdeSolver class."
+    )
+
+
+def extra_arguments(args):
+    """`args` as a tuple."""
+    if args is None:
+        return ()
+    try:
+        return tuple(args)
+    except TypeError as error:
+        raise TypeError(
+            "Supplied 'args' cannot be unpacked. Please supply `args`"
+            f" as a tuple (e.g. `args=({args},)`)"
+        ) from error
+
+
+def output_times(t_eval, t0, tf):
+    """`t_eval` as a 1-D array, inside the span and strictly monotonic."""
+    if t_eval is None:
+        return None
+    t_eval = np.asarray(t_eval)
+    if t_eval.ndim != 1:
+        raise ValueError("`t_eval` must be 1-dimensional.")
+    if t_eval.size:
+        low, high = (t0, tf) if t0 <= tf else (tf, t0)
+        if not (t_eval.min() >= low and t_eval.max() <= high):  # false for NaN too
+            if np.isnan(t_eval).any():
+                raise ValueError("`t_eval` must not contain NaN.")
+            raise ValueError("Values in `t_eval` are not within `t_span`.")
+        d = np.diff(t_eval)
+        if (tf > t0 and (d <= 0).any()) or (tf < t0 and (d >= 0).any()):
+            raise ValueError("Values in `t_eval` are not properly sorted.")
+    return t_eval
+
+
+def _tolerance(value, name, n):
+    if value.__class__ is not float:
+        value = np.asarray(value, dtype=float)
+        if value.ndim and value.shape != (n,):
+            raise ValueError(f"`{name}` has wrong shape.")
+        if np.isnan(value).any():
+            raise ValueError(f"`{name}` must not be NaN.")
+    elif value != value:
+        raise ValueError(f"`{name}` must not be NaN.")
+    return value
+
+
+def tolerances(rtol, atol, y0):
+    """`rtol`, `atol`: scalars or arrays of n, rtol raised to 100 eps where it is smaller."""
+    rtol, atol = _tolerance(rtol, "rtol", len(y0)), _tolerance(atol, "atol", len(y0))
+    if np.any(rtol < 100 * EPS):
+        warnings.warn(
+            "At least one element of `rtol` is too small. "
+            f"Setting `rtol = np.maximum(rtol, {100 * EPS})`.",
+            stacklevel=4,
+        )
+        rtol = np.maximum(rtol, 100 * EPS)
+    if np.any(atol < 0):
+        raise ValueError("`atol` must be positive.")
+    if np.any(atol == 0):
+        bare = np.flatnonzero((np.broadcast_to(atol, y0.shape) == 0) & (y0 == 0))
+        if bare.size:
+            raise ValueError(
+                f"`atol` is 0 where `y0` is 0 (component {bare[0]}): no error is small enough "
+                "there; give that component a positive `atol`."
+            )
+    return rtol, atol
+
+
+def step_limits(options, span):
+    """`max_step` (None if not given) and `first_step` (0 if not given)."""
+    h_max = options.get("max_step")
+    if h_max is not None and not h_max > 0:
+        raise ValueError("`max_step` must be positive.")
+    first = options.get("first_step")
+    if first is None:
+        return h_max, 0.0
+    if not first > 0:
+        raise ValueError("`first_step` must be positive.")
+    if first > span:
+        raise ValueError("`first_step` exceeds bounds.")
+    return h_max, float(first)
+
+
+def fixed_step(options, span, name):
+    """The step of a fixed-step method, adjusted by round-off where the span is a whole number."""
+    step = options.get("step")
+    if step is None:
+        raise ValueError(f"`method={name!r}` takes constant steps: give their size as `step`.")
+    step = float(step)
+    if not (step > 0 and math.isfinite(step)):
+        raise ValueError(f"`step` must be positive and finite; got {step}.")
+    n = round(span / step)
+    return span / n if n and abs(n * step - span) <= LANDING * step else step
+
+
+def event_list(events):
+    """Events as a list, each with its limit (0: not terminal) and direction."""
+    if events is None:
+        return None
+    checked = []
+    for event in (events,) if callable(events) else events:
+        terminal = getattr(event, "terminal", None)
+        limit = 0
+        if terminal is not None and terminal != 0:
+            if not (int(terminal) == terminal and terminal > 0):
+                raise ValueError(
+                    "The `terminal` attribute of each event must be a boolean or positive integer."
+                )
+            limit = int(terminal)
+        direction = getattr(event, "direction", 0)
+        if direction is None or direction != direction:
+            raise ValueError("The `direction` attribute of each event must be a number.")
+        checked.append((event, limit, float(direction)))
+    return checked
+
+
+def _running_options(options):
+    """The options that every method takes, checked."""
+    limit = options.get("max_steps")
+    if limit is not None and not limit >= 1:
+        raise ValueError(f"`max_steps` must be at least 1; got {limit}.")
+    for name, allowed in (("on_interrupt", ("raise", "return")), ("tier", TIERS)):
+        if options.get(name, allowed[0]) not in allowed:
+            raise ValueError(
+                f"`{name}={options[name]!r}` is unknown; choose from {', '.join(allowed)}."
+            )
+    return {
+        "max_steps": math.inf if limit is None else limit,
+        "progress": bool(options.get("progress", False)),
+        "on_interrupt": options.get("on_interrupt", "raise"),
+        "tier": options.get("tier", "auto"),
+    }
+
+
+def warn_unused(options, used):
+    """Warn, as SciPy does, of options that the method does not look at."""
+    unused = options.keys() - used
+    if unused:
+        warnings.warn(
+            "The following arguments have no effect for a chosen solver: "
+            f"{', '.join(f'`{name}`' for name in sorted(unused))}.",
+            stacklevel=4,
+        )
+
+
+def problem(fun, t_span, y0, method, t_eval, dense_output, events, args, mode, options):
+    """A Problem for one of our methods; `y0` is checked and real already."""
+    t0, tf = time_span(t_span)
+    span = abs(tf - t0)
+    running = _running_options(options)
+    if method.error_order:
+        warn_unused(options, ADAPTIVE | COMMON)
+        rtol, atol = tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
+        h_max, h = step_limits(options, span)
+        if h_max is None:
+            h_max = span * method.h_max_share
+    else:
+        warn_unused(options, {"step"} | COMMON)
+        rtol, atol, h_max = 0.0, 0.0, math.inf
+        h = fixed_step(options, span, method.name)
+    if mode == "acceleration" and len(y0) % 2:
+        raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
+    if method.name == "ode45" and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
+        raise ValueError("ode45 takes one `rtol`, and a positive `atol` for each component.")
+    return Problem(
+        fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
+        event_list(events), extra_arguments(args), mode, rtol, atol, h_max, h, **running,
+    )  # fmt: skip

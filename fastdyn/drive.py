@@ -1,0 +1,204 @@
+"""The chunk loop: advance, grow the output, show progress, stop on Ctrl-C."""
+
+import time
+
+import numpy as np
+
+from .kernels.calls import ADDRESS, FAULT, RAISED, TIME
+from .kernels.state import ATOL, FINISHED, FULL, RTOL, RUNNING, STATE, K, Y
+from .kernels.state import RAISED as RAISED_STATUS
+from .kernels.watch import EVENTS, OUTPUT
+from .specialise import Tier, events_kernel, start_kernel, watch_kernel
+
+CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier
+PIECE = 128  # points in the first piece of the output; later ones double
+PIECE_NUMBERS = 2**22  # numbers in one piece at most
+STEP_LIMIT, INTERRUPTED = 100, 101  # statuses beside those of the kernels
+
+
+class Output:
+    """Arrays that the kernels fill, in pieces, so that growing never copies what is there."""
+
+    def __init__(self, problem, n):
+        self.record = np.zeros(1, OUTPUT)
+        self._n, self._rows = n, problem.method.n_dense + 1
+        self._points, self._dense, self._events = [], [], []
+        self._m = len(problem.events or ())
+        self.every_step, self.dense = problem.t_eval is None, problem.dense_output
+        self.record["every_step"], self.record["dense"] = self.every_step, self.dense
+        self._n_places = PIECE if self.every_step else len(problem.t_eval)
+        self.t, self.y = np.empty(self._n_places), np.empty((self._n_places, n))
+        self._n_polynomials = PIECE if self.dense else 1
+        self._new_polynomials()
+        self._n_occurrences = PIECE if self._m else 0
+        self._new_events()
+
+    def _larger(self, size, numbers):
+        return max(min(2 * size, PIECE_NUMBERS // numbers), size if size <= PIECE else PIECE)
+
+    def _new_polynomials(self):
+        self.d = np.empty((self._n_polynomials, self._rows, self._n))
+        self.spans = np.empty((self._n_polynomials, 2))
+
+    def _new_events(self):
+        size = self._n_occurrences + self._m
+        self.e_index = np.empty(size, np.int64)
+        self.e_t, self.e_y = np.empty(size), np.empty((size, self._n))
+
+    def make_room(self):
+        """New arrays for those that are full; what they hold is kept aside."""
+        o = self.record[0]
+        if self.every_step and o["n_out"] == len(self.t):
+            self._points.append((self.t, self.y))
+            self._n_places = self._larger(self._n_places, self._n)
+            self.t, self.y = np.empty(self._n_places), np.empty((self._n_places, self._n))
+            o["n_out"] = 0
+        if self.dense and o["n_dense"] == len(self.d):
+            self._dense.append((self.d, self.spans))
+            self._n_polynomials = self._larger(self._n_polynomials, self._n * self._rows)
+            self._new_polynomials()
+            o["n_dense"] = 0
+        if self._m and o["n_events"] + self._m > len(self.e_t):
+            self._events.append(self._found(o["n_events"]))
+            self._n_occurrences = self._larger(self._n_occurrences, self._n)
+            self._new_events()
+            o["n_events"] = 0
+
+    def _found(self, n):
+        return self.e_index[:n], self.e_t[:n], self.e_y[:n]
+
+    def points(self):
+        """All stored (t, y), y of shape (n_points, n)."""
+        o = self.record[0]
+        n = o["n_out"] if self.every_step else o["i_eval"]
+        return _join([*self._points, (self.t[:n], self.y[:n])])
+
+    def polynomials(self):
+        """All stored (polynomials, spans)."""
+        n = self.record[0]["n_dense"]
+        return _join([*self._dense, (self.d[:n], self.spans[:n])])
+
+    def occurrences(self):
+        """t_events and y_events."""
+        index, t, y = _join([*self._events, self._found(self.record[0]["n_events"])])
+        which = [index == i for i in range(self._m)]
+        return [t[w] for w in which], [y[w] if w.any() else np.empty(0) for w in which]
+
+
+def _join(pieces):
+    return pieces[0] if len(pieces) == 1 else tuple(map(np.concatenate, zip(*pieces, strict=True)))
+
+
+def _begin(problem):
+    """The state record and the work array before the first step."""
+    n, p = len(problem.y0), problem
+    state = np.zeros(1, STATE)
+    direction = 1.0 if p.tf >= p.t0 else -1.0
+    state[0] = (p.t0, p.t0, p.tf, p.tf, p.t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
+    work = np.zeros((K + p.method.n_rows, n))
+    work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
+    return state, work
+
+
+def _event_table(problem, bound_events, state, work, scratch):
+    """EVENTS records with the values at the start, and the status."""
+    table = np.zeros(len(bound_events), EVENTS)
+    for row, bound, (_, limit, direction) in zip(
+        table, bound_events, problem.events or (), strict=True
+    ):
+        row["block"], row["limit"], row["direction"] = bound.block.ctypes.data, limit, direction
+    status = RUNNING
+    if bound_events:
+        status = events_kernel()(table, problem.t0, work[Y], scratch[1])
+    return table, status
+
+
+def _raise_kept(bounds):
+    """Raise what a user's function raised: from Python, or by asking it again in Python."""
+    for bound, evaluate in bounds:
+        if bound.block[RAISED]:
+            if bound.callback is not None and bound.callback.exception is not None:
+                raise bound.callback.exception
+            t = float(bound.block[TIME : TIME + 1].view(float)[0])
+            y = next(a for a in bound.alive if getattr(a, "ctypes", None) is not None
+                     and a.ctypes.data == bound.block[FAULT])  # fmt: skip
+            evaluate(t, y.copy())
+            raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {y!r}")
+
+
+def run(problem, bound, bound_events, evaluators):
+    """Solve; returns (status, state, work, output).
+
+    `evaluators` are Python functions (t, y) in the order of [bound, *bound_events], which check
+    the result; they are asked again where compiled code raised.
+    """
+    p = problem
+    state, work = _begin(p)
+    output = Output(p, len(p.y0))
+    scratch = np.empty((2, max(len(p.y0), 1)))
+    everyone = list(zip([bound, *bound_events], evaluators, strict=True))
+    tier = Tier(p.method.name, bound, len(p.y0), p.tier)
+    start, watch = start_kernel(p.method.name), watch_kernel(p.method.name)
+    block, t_eval = bound.block, np.empty(0) if p.t_eval is None else p.t_eval.astype(float)
+    bar = _bar(p) if p.progress else None
+    status = INTERRUPTED
+    try:
+        began = time.perf_counter()
+        status = start(state, work, block, float(p.method.error_order), p.method.last)
+        cost = time.perf_counter() - began
+        table, opened = _event_table(p, bound_events, state, work, scratch)
+        status = opened if status == RUNNING else status
+        if p.t_eval is None:
+            output.t[0], output.y[0] = p.t0, p.y0
+            output.record["n_out"] = output.record["n_total"] = 1
+            output.record["t_last"] = p.t0
+        chunk = max(1, int(CHUNK_SECONDS / (cost * (p.method.n_stages + 1))))
+        while status in (RUNNING, FULL):
+            before = int(state["n_accepted"][0])
+            if before >= p.max_steps:
+                status = STEP_LIMIT
+                break
+            n_steps = int(min(chunk, p.max_steps - before))
+            began = time.perf_counter()
+            status = watch(
+                tier.address, state, work, block, output.record, output.t, output.y, output.d,
+                output.spans, t_eval, table, output.e_index, output.e_t, output.e_y, scratch,
+                n_steps,
+            )  # fmt: skip
+            spent = time.perf_counter() - began
+            if status == FULL:
+                output.make_room()
+            elif status == RUNNING:
+                chunk = max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
+                tier.review()
+            if bar is not None:
+                bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
+    except KeyboardInterrupt:
+        if p.on_interrupt != "return":
+            raise
+        status = INTERRUPTED
+    finally:
+        if bar is not None:
+            bar.close()
+    if status == RAISED_STATUS:
+        try:
+            _raise_kept(everyone)
+        except KeyboardInterrupt:
+            if p.on_interrupt != "return":
+                raise
+            status = INTERRUPTED
+    tier.account()
+    return status, state, work, output
+
+
+def _bar(problem):
+    from tqdm.auto import tqdm
+
+    return tqdm(
+        total=abs(problem.tf - problem.t0),
+        desc=problem.method.name,
+        bar_format="{l_bar}{bar}| t {n:.4g}/{total:.4g} [{elapsed}<{remaining}]",
+    )
+
+
+__all__ = ["ADDRESS", "FINISHED", "INTERRUPTED", "STEP_LIMIT", "run"]

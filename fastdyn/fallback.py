@@ -1,0 +1,88 @@
+"""What SciPy solves for us: implicit methods with the compiled derivative, complex states,
+its own solver classes, and the trivial cases (no component, no span)."""
+
+import numpy as np
+
+from . import check
+from .adapt import bind
+from .callback import evaluate
+from .kernels.calls import RAISED
+from .result import OdeResult
+from .specialise import evaluate_kernel
+
+OWN_OPTIONS = check.COMMON | {"step"}
+
+
+def python_callable(fun, args, mode, n):
+    """``f(t, y)`` for SciPy, running compiled code where `fun` compiles."""
+    bound = bind(fun, args, mode, n)
+    kernel = evaluate_kernel()
+
+    def f(t, y):
+        out = np.empty(n)
+        given = np.ascontiguousarray(y, dtype=float)
+        kernel(bound.block, float(t), given, out)
+        if bound.block[RAISED]:
+            bound.block[RAISED] = 0
+            if bound.callback is not None and bound.callback.exception is not None:
+                raise bound.callback.exception
+            evaluate(bound.python, mode, t, given)
+            raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {given!r}")
+        return out
+
+    return f
+
+
+def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
+    """`scipy.integrate.solve_ivp` on a checked problem; returns our OdeResult."""
+    from scipy.integrate import solve_ivp
+
+    options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
+    args = check.extra_arguments(args)
+    check.output_times(t_eval, *check.time_span(t_span))
+    if y0.dtype == complex or y0.size == 0:
+        derivative = fun if not args else lambda t, y: fun(t, y, *args)
+    else:
+        check.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
+        mode = "column" if vectorized else "derivative"
+        derivative, vectorized = python_callable(fun, args, mode, len(y0)), False
+        f0 = evaluate(lambda t, y: fun(t, y, *args), mode, float(t_span[0]), y0.copy())
+        if not np.isfinite(f0).all():
+            return _not_finite(t_span[0], y0, t_eval)
+    events = _with_args(events, args)
+    jac = options.get("jac")
+    if callable(jac) and args:
+        options["jac"] = lambda t, y: jac(t, y, *args)
+    name = method if not isinstance(method, str) or method in check.SCIPY_METHODS else None
+    if name is None:
+        name = method if method in ("RK23", "RK45", "DOP853") else "RK45"
+    result = solve_ivp(
+        derivative, t_span, y0, name, t_eval, dense_output, events, vectorized, **options
+    )
+    return OdeResult(result)
+
+
+def _with_args(events, args):
+    """Events that take (t, y) alone, with their attributes."""
+    if events is None or not args:
+        return events
+    closed = []
+    for event in (events,) if callable(events) else events:
+
+        def with_args(t, y, event=event):
+            return event(t, y, *args)
+
+        for name in ("terminal", "direction"):
+            if hasattr(event, name):
+                setattr(with_args, name, getattr(event, name))
+        closed.append(with_args)
+    return closed
+
+
+def _not_finite(t0, y0, t_eval):
+    message = f"`fun` returned nan or inf at the start, t = {float(t0):.10g}."
+    t, y = ([], []) if t_eval is not None else (np.array([float(t0)]), y0[:, None])
+    return OdeResult(
+        t=t, y=y, sol=None, t_events=None, y_events=None, nfev=1, njev=0, nlu=0,
+        status=-1, message=message, success=False,
+    )  # fmt: skip

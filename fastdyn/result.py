@@ -1,0 +1,168 @@
+"""What a solve returns: OdeResult, OdeSolution, and the sentences for each status."""
+
+import numpy as np
+
+from .kernels.state import (
+    EVENT, FINISHED, NON_FINITE, RTOL, STEP_TOO_SMALL, K, Y,
+)  # fmt: skip
+
+SUCCESS = "The solver successfully reached the end of the integration interval."
+TERMINATED = "A termination event occurred."
+TOO_SMALL = "Required step size is less than spacing between numbers."
+BLOWN_UP = 1e8  # growth over the initial state that is called a blow-up
+
+
+class OdeResult(dict):
+    """A dict with attribute access, with SciPy's fields and a few more.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n_points,)
+    y : ndarray, shape (n, n_points)
+    sol : OdeSolution or None
+    t_events, y_events : list of ndarray or None
+    nfev, njev, nlu : int
+    status : int
+        0 the end was reached, 1 a terminal event, -1 failure, -2 interrupted.
+    message : str
+    success : bool
+    n_accepted, n_rejected : int
+        Steps (of our methods).
+    system : System or None
+        The system that was solved, if one was.
+    """
+
+    system = None
+
+    def __getattr__(self, name):
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __setattr__(self, name, value):
+        if name == "system":
+            object.__setattr__(self, name, value)
+        else:
+            self[name] = value
+
+    def __delattr__(self, name):
+        del self[name]
+
+    def __dir__(self):
+        return [*super().__dir__(), *self]
+
+    def __repr__(self):
+        width = max(map(len, self), default=0)
+        lines = []
+        for name, value in self.items():
+            text = repr(value).replace("\n", "\n" + " " * (width + 2))
+            lines.append(f"{name:>{width}}: {text}")
+        return "\n".join(lines)
+
+    def plot(self, **options):
+        """Draw the solution: the system's figure, or the components against time."""
+        from .plot import plot
+
+        return plot(self, **options)
+
+    def invariants(self):
+        """Invariants of the system along the solution, {name: array}."""
+        return self._system().evaluate_invariants(self.t, self.y)
+
+    def error(self):
+        """Difference from the exact solution, shape (n, n_points)."""
+        return self.y - self._system().exact(self.t)
+
+    def _system(self):
+        if self.system is None:
+            raise ValueError("this result is not of a System; solve with `System.solve`.")
+        return self.system
+
+
+class OdeSolution:
+    """The continuous solution: ``sol(t)`` has shape (n,), or (n, k) for k times.
+
+    Times outside the span are extrapolated from the nearest step, as SciPy does.
+
+    Parameters
+    ----------
+    ts : ndarray, shape (n_segments + 1,)
+        Ends of the segments, monotonic.
+    polynomials : ndarray, shape (n_segments, rows, n)
+    spans : ndarray, shape (n_segments, 2)
+        Start and length of the step that each polynomial belongs to.
+    """
+
+    def __init__(self, ts, polynomials, spans):
+        self.ts, self._d, self._spans = ts, polynomials, spans
+        self.n_segments = len(polynomials)
+        self.ascending = bool(ts[-1] >= ts[0])
+        self.t_min, self.t_max = (ts[0], ts[-1]) if self.ascending else (ts[-1], ts[0])
+
+    def __call__(self, t):
+        t = np.asarray(t, dtype=float)
+        if t.ndim > 1:
+            raise ValueError("`t` must be a float or a 1-D array.")
+        times = np.atleast_1d(t)
+        if self.ascending:
+            segment = np.searchsorted(self.ts, times, side="left") - 1
+        else:
+            segment = self.n_segments - np.searchsorted(self.ts[::-1], times, side="right")
+        segment = np.clip(segment, 0, self.n_segments - 1)
+        start, length = self._spans[segment].T
+        x = ((times - start) / length)[:, None]
+        d = self._d[segment]
+        total = np.zeros_like(d[:, 0])
+        for j in range(d.shape[1] - 1, 0, -1):
+            total = (d[:, j] + total) * (x if (j - 1) % 2 == 0 else 1 - x)
+        y = (d[:, 0] + total).T
+        return y[:, 0] if t.ndim == 0 else y
+
+    @property
+    def interpolants(self):
+        """One OdeSolution a segment, as SciPy's list of local interpolants."""
+        return [
+            OdeSolution(self.ts[i : i + 2], self._d[i : i + 1], self._spans[i : i + 1])
+            for i in range(self.n_segments)
+        ]
+
+
+def outcome(status, state, work, problem):
+    """SciPy's status and a message that says why, for a status of the kernels."""
+    s = state[0]
+    if status == FINISHED:
+        return 0, SUCCESS
+    if status == EVENT:
+        return 1, TERMINATED
+    t = f"t = {s['t']:.10g}"
+    if status == STEP_TOO_SMALL:
+        return -1, f"{TOO_SMALL} {_why(s, work, problem, t)}"
+    if status == NON_FINITE and s["n_accepted"] == 0 and problem.method.error_order:
+        bad = np.flatnonzero(~np.isfinite(work[K + problem.method.last]))[0]
+        return -1, f"`fun` returned nan or inf at the start, {t} (component {bad})."
+    if status == NON_FINITE:
+        return -1, (
+            f"The state is not finite after {t}: the solution blows up there, or the steps are "
+            "too long for it; reduce `step`."
+        )
+    return -1, (
+        f"`max_steps={problem.max_steps:g}` was reached at {t}, "
+        f"{abs(s['t'] - problem.t0) / abs(problem.tf - problem.t0):.1%} of the way: raise "
+        "`max_steps`, loosen `rtol` and `atol`, or take Radau or BDF if the problem is stiff."
+    )
+
+
+def _why(s, work, problem, t):
+    """Why an adaptive run came to a stop."""
+    if not np.isfinite(s["error"]):
+        return f"`fun` returns nan or inf just after {t}."
+    rate = work[K + problem.method.last]
+    growth = np.abs(work[Y]).max() / max(np.abs(problem.y0).max(), 1e-300)
+    if growth > BLOWN_UP:
+        return f"The solution blows up at {t}: it has grown {growth:.1e}-fold."
+    return (
+        f"The step at {t} shrank to {s['h']:.1e} and its error is still too large: the solution "
+        f"has a singularity or a jump there (largest derivative {np.abs(rate).max():.1e}), or "
+        f"rtol = {work[RTOL].max():.1e} is too loose to have kept it away from one."
+    )

@@ -1,0 +1,203 @@
+"""One pass over Numba's reading of a user's function, before types are inferred.
+
+Numba compiles what the user wrote, with three changes that keep its meaning:
+
+- outside numbers and arrays (globals, closure variables, attributes of `self`) become loads from
+  the parameter block, so that their values are never stale and never a reason to recompile;
+- plain Python functions that it calls become compiled ones;
+- a returned list, or ``np.array`` of a list, becomes a tuple: nothing is allocated.
+
+The first argument arrives as a pair (argument, block).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.core import ir, types
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.untyped_passes import InlineClosureLikes
+
+from .references import count_definitions, resolve, track
+
+ATTRIBUTE = "__fastdyn_plan__"
+
+
+class Plan(NamedTuple):
+    """What the pass must know of one function.
+
+    `loads` maps a Reference to the compiled function that reads it from the block, `paired` says
+    whether the first argument is a pair, `tuples` whether returned lists become tuples.
+    """
+
+    function: object
+    owner: object
+    loads: dict
+    paired: bool
+    tuples: bool
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class Rewrite(FunctionPass):
+    """The pass; functions without a plan are left alone."""
+
+    _name = "fastdyn_rewrite"
+
+    def __init__(self):
+        FunctionPass.__init__(self)
+
+    def run_pass(self, state):
+        plan = getattr(state.func_id.func, ATTRIBUTE, None)
+        if plan is None:
+            return False
+        blocks = state.func_ir.blocks
+        counts = count_definitions(blocks)
+        _replace_outside(blocks, counts, plan)
+        if plan.paired:
+            _unpair(blocks)
+        if plan.tuples:
+            _return_tuples(blocks, count_definitions(blocks))
+        state.func_ir._definitions = _definitions(state.func_ir)
+        return True
+
+
+class Compiler(CompilerBase):
+    """Numba's pipeline with the pass after closures are inlined."""
+
+    def define_pipelines(self):
+        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager.add_pass_after(Rewrite, InlineClosureLikes)
+        manager.finalize()
+        return [manager]
+
+
+def _definitions(func_ir):
+    from numba.core.ir_utils import build_definitions
+
+    return build_definitions(func_ir.blocks)
+
+
+def _replace_outside(blocks, counts, plan):
+    from .adapt import called_function
+
+    changes = {}
+    for block, i, statement, path in track(blocks, counts, plan.owner is not None):
+        if path.root == "self" and not path.attributes:
+            continue
+        value, depth = resolve(path, plan.function, plan.owner)
+        if depth < len(path.attributes):
+            continue
+        load = plan.loads.get(path)
+        if load is None:
+            value = called_function(value)
+            if value is None and path.root != "self":
+                continue
+            if value is None:
+                value = resolve(path, plan.function, plan.owner)[0]
+        changes.setdefault(id(block), (block, {}))[1][i] = (statement, load, value)
+    for block, found in changes.values():
+        body = []
+        for i, statement in enumerate(block.body):
+            if i not in found:
+                body.append(statement)
+                continue
+            _, load, value = found[i]
+            scope, loc = statement.target.scope, statement.loc
+            if load is None:
+                body.append(ir.Assign(ir.Global("value", value, loc), statement.target, loc))
+                continue
+            reader = scope.redefine("$fastdyn_load", loc)
+            body.append(ir.Assign(ir.Global("load", load, loc), reader, loc))
+            call = ir.Expr.call(reader, (scope.get_or_define("$fastdyn_block", loc),), (), loc)
+            body.append(ir.Assign(call, statement.target, loc))
+        block.body = body
+
+
+def _unpair(blocks):
+    """first = arg(0)  ->  pair = arg(0); first = pair[0]; block = pair[1]."""
+    block = blocks[min(blocks)]
+    for i, statement in enumerate(block.body):
+        if isinstance(statement, ir.Assign) and isinstance(statement.value, ir.Arg):
+            if statement.value.index == 0:
+                scope, loc = statement.target.scope, statement.loc
+                pair = scope.redefine("$fastdyn_pair", loc)
+                words = scope.get_or_define("$fastdyn_block", loc)
+                parts = [
+                    ir.Assign(
+                        ir.Expr.static_getitem(pair, k, None, loc), v, loc
+                    )
+                    for k, v in ((0, statement.target), (1, words))
+                ]
+                block.body[i : i + 1] = [ir.Assign(statement.value, pair, loc), *parts]
+                return
+
+
+def _return_tuples(blocks, counts):
+    """Turn each returned list display into a tuple, and drop np.array around one."""
+    made = {}
+    uses = {}
+    for block in blocks.values():
+        for statement in block.body:
+            for v in statement.list_vars():
+                uses[v.name] = uses.get(v.name, 0) + 1
+            if isinstance(statement, ir.Assign) and counts[statement.target.name] == 1:
+                made[statement.target.name] = statement
+    for block in blocks.values():
+        if isinstance(block.terminator, ir.Return):
+            _tuple_behind(block.terminator.value.name, made, uses)
+
+
+def _tuple_behind(name, made, uses):
+    # Each variable of the chain is named once where it is made and once where it is used.
+    statement = made.get(name)
+    if statement is None or uses.get(name, 0) > 2:
+        return
+    value = statement.value
+    if isinstance(value, ir.Var):
+        _tuple_behind(value.name, made, uses)
+    elif isinstance(value, ir.Expr) and value.op == "cast":
+        _tuple_behind(value.value.name, made, uses)
+    elif isinstance(value, ir.Expr) and value.op == "build_list":
+        statement.value = ir.Expr.build_tuple(value.items, value.loc)
+    elif isinstance(value, ir.Expr) and value.op == "call" and len(value.args) == 1:
+        function = _outside_value(value.func.name, made)
+        plain = all(k == "dtype" and _is_float(v.name, made) for k, v in value.kws)
+        inner = made.get(value.args[0].name)
+        if function in (np.array, np.asarray) and plain and inner is not None:
+            items = getattr(inner.value, "items", None)
+            displayed = getattr(inner.value, "op", "") in ("build_list", "build_tuple")
+            # list_vars names the argument twice: in args and, as Numba keeps it, in kws or func
+            if displayed and items is not None and uses[value.args[0].name] <= 3:
+                statement.value = ir.Expr.build_tuple(items, value.loc)
+
+
+def _outside_value(name, made):
+    statement = made.get(name)
+    value = statement.value if statement else None
+    if isinstance(value, ir.Global | ir.FreeVar):
+        return value.value
+    if isinstance(value, ir.Expr) and value.op == "getattr":
+        return getattr(_outside_value(value.value.name, made), value.attr, None)
+    return None
+
+
+def _is_float(name, made):
+    return _outside_value(name, made) in (float, np.float64)
+
+
+def compile_with(plan, options):
+    """A dispatcher of the plan's function that goes through the pass.
+
+    Each plan has a function object of its own: the same code, globals and closure.
+    """
+    source = plan.function
+    clone = type(source)(
+        source.__code__, source.__globals__, source.__name__, None, source.__closure__
+    )
+    clone.__qualname__, clone.__module__ = source.__qualname__, source.__module__
+    setattr(clone, ATTRIBUTE, plan)
+    return njit(pipeline_class=Compiler, error_model="numpy", nogil=True, **options)(clone)
+
+
+__all__ = ["Plan", "compile_with", "types"]

@@ -1,0 +1,199 @@
+"""solve_ivp and solve_second_order: the story of one solve."""
+
+import numpy as np
+
+from . import check
+from .adapt import bind
+from .callback import derivative, evaluate
+from .drive import INTERRUPTED, run
+from .fallback import by_scipy
+from .result import OdeResult, OdeSolution, outcome
+
+
+def solve_ivp(
+    fun,
+    t_span,
+    y0,
+    method="RK45",
+    t_eval=None,
+    dense_output=False,
+    events=None,
+    vectorized=False,
+    args=None,
+    **options,
+):
+    """Solve y' = fun(t, y) from y(t0) = y0, with compiled code.
+
+    Parameters, result and messages are those of `scipy.integrate.solve_ivp`; the differences:
+
+    Parameters
+    ----------
+    method : str or OdeSolver
+        Also "ode45" (the Dormand-Prince pair under MATLAB's step control), "RK4" and
+        "VelocityVerlet" (constant steps; the latter for y = [q, v] with q'' = a(t, q)).
+    step : float
+        Size of the constant steps.  Steps are never shortened: if the span is not a whole number
+        of them, the last one overshoots and the end is interpolated.
+    max_steps : int
+        Stop with status -1 after so many accepted steps.
+    progress : bool
+        Show a progress bar.
+    on_interrupt : {"raise", "return"}
+        On Ctrl-C, raise KeyboardInterrupt, or return what there is with status -2.
+    tier : {"auto", "pointer", "specialised"}
+        "specialised" compiles the fastest kernel for this function before the solve.
+
+    Returns
+    -------
+    OdeResult
+        Also with `n_accepted` and `n_rejected`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Arguments that make no sense, and a derivative of the wrong length or type.
+
+    Notes
+    -----
+    `fun` may be any Python callable.  What it uses from outside (arguments, closure variables,
+    globals, attributes of `self`) is read anew at each call.  A function that Numba cannot
+    compile is called in Python from the compiled kernels, with one CompileWarning.
+    """
+    ours = check.method_named(method)
+    y0 = check.initial_state(y0)
+    t0, tf = check.time_span(t_span)
+    if ours is None or y0.dtype == complex or y0.size == 0 or t0 == tf:
+        return by_scipy(
+            fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
+        )
+    mode = "column" if vectorized else "derivative"
+    if ours.second_order:
+        _check_second_order(fun, t0, y0, check.extra_arguments(args))
+        mode = "acceleration"
+    problem = check.problem(
+        fun, t_span, y0, ours, t_eval, dense_output, events, args, mode, options
+    )
+    return _solve(problem)
+
+
+def solve_second_order(
+    accel,
+    t_span,
+    q0,
+    v0,
+    method="VelocityVerlet",
+    t_eval=None,
+    dense_output=False,
+    events=None,
+    args=None,
+    **options,
+):
+    """Solve q'' = accel(t, q) from position q0 and velocity v0, at constant step.
+
+    Parameters
+    ----------
+    accel : callable
+        ``accel(t, q, *args)``, the acceleration, of the length m of q.
+    t_span, t_eval, dense_output, events, args
+        As in `solve_ivp`; events are functions of (t, y) with y = [q, v].
+    q0, v0 : array_like, shape (m,)
+    method : {"VelocityVerlet"}
+    **options
+        `step` (required), `max_steps`, `progress`, `on_interrupt`, `tier`; see `solve_ivp`.
+
+    Returns
+    -------
+    OdeResult
+        `y` has shape (2 m, n_points), position over velocity.
+    """
+    ours = check.method_named(method)
+    if ours is None or not ours.second_order:
+        raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); VelocityVerlet does.")
+    q0, v0 = check.initial_state(q0, "q0"), check.initial_state(v0, "v0")
+    if q0.shape != v0.shape or q0.dtype == complex or v0.dtype == complex:
+        raise ValueError(
+            f"`q0` and `v0` must be real and of one length; got shapes {q0.shape}, {v0.shape}."
+        )
+    y0 = np.concatenate([q0, v0])
+    problem = check.problem(
+        accel, t_span, y0, ours, t_eval, dense_output, events, args, "derivative", options
+    )
+    return _solve(problem)
+
+
+def _check_second_order(fun, t0, y0, args):
+    """Refuse a system that is not q' = v, v' = a(t, q)."""
+    if len(y0) % 2:
+        raise ValueError(f"VelocityVerlet takes a state [q, v]; got {len(y0)} components.")
+    m = len(y0) // 2
+    probe = y0.copy()
+    probe[m:] += 1.0 + np.arange(m)
+    first, second = (derivative(fun(t0, y.copy(), *args), 2 * m) for y in (y0, probe))
+    if not (np.array_equal(first[:m], y0[m:]) and np.array_equal(second[:m], probe[m:])):
+        raise ValueError(
+            "VelocityVerlet takes y = [q, v] with q' = v, and the first half of what `fun` "
+            "returns is not v; order the state as positions, then velocities, or take RK45."
+        )
+    if not np.array_equal(first[m:], second[m:], equal_nan=True):
+        raise ValueError(
+            "VelocityVerlet takes q'' = a(t, q), and the acceleration that `fun` returns depends "
+            "on the velocity; take RK45, DOP853 or RK4."
+        )
+
+
+_verified: set = set()
+
+
+def _verify(bound, check_value, t, y):
+    """Evaluate a function once in Python the first time it is seen, for its mistakes."""
+    place = (bound.function.address, len(y)) if bound.function else None
+    if place is None or place not in _verified:
+        check_value(t, y.copy())
+        if place is not None:
+            _verified.add(place)
+
+
+def _solve(problem):
+    p = problem
+    n = len(p.y0)
+    half = p.method.second_order
+    bound = bind(p.fun, p.args, p.mode, n // 2 if half else n)
+    bound_events = [bind(event, p.args, "event", n) for event, _, _ in p.events or ()]
+    modes = [p.mode] + ["event"] * len(bound_events)
+    evaluators = [
+        lambda t, y, b=b, mode=mode: evaluate(b.python, mode, t, y)
+        for b, mode in zip([bound, *bound_events], modes, strict=True)
+    ]
+    _verify(bound, evaluators[0], p.t0, p.y0[: n // 2] if half else p.y0)
+    status, state, work, output = run(p, bound, bound_events, evaluators)
+    return _result(p, status, state, work, output)
+
+
+def _result(problem, status, state, work, output):
+    p, s = problem, state[0]
+    if status == INTERRUPTED:
+        code, message = -2, f"Interrupted at t = {s['t']:.10g}; the result ends there."
+    else:
+        code, message = outcome(status, state, work, p)
+    t, y = output.points()
+    sol = None
+    if p.dense_output:
+        polynomials, spans = output.polynomials()
+        if len(polynomials):
+            ends = np.append(spans[:, 0], t[-1] if p.t_eval is None else spans[-1].sum())
+            sol = OdeSolution(ends, polynomials, spans)
+    t_events = y_events = None
+    if p.events is not None:
+        t_events, y_events = output.occurrences()
+    y = y.T
+    if p.t_eval is not None:
+        t = p.t_eval[: len(t)].copy()
+        if not len(t):
+            t, y = [], []
+    n_accepted, n_rejected = int(s["n_accepted"]), int(s["n_rejected"])
+    nfev = int(s["n_extra"]) + p.method.n_stages * (n_accepted + n_rejected)
+    return OdeResult(
+        t=t, y=y, sol=sol, t_events=t_events, y_events=y_events, nfev=nfev, njev=0, nlu=0,
+        status=code, message=message, success=code >= 0,
+        n_accepted=n_accepted, n_rejected=n_rejected,
+    )  # fmt: skip

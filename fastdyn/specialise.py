@@ -1,0 +1,203 @@
+"""Binds the kernels to a method and a right-hand side.  Two tiers, one text, the same bits.
+
+- pointer: one stepping kernel a method, on rows of the work array, calls any function through its
+  address.  Compiled once and kept on disk: a function never seen answers at once.
+- specialised: the function is inlined and the state is a tuple in registers, for n up to
+  MAX_TUPLE.  About twice as fast, and a second or two of compiling for each function.
+
+`Tier` decides when to change from the first to the second.
+"""
+
+import functools
+import time
+
+import numpy as np
+from numba import njit, typeof, types
+
+from . import cache
+from .kernels import METHODS
+from .kernels.calls import OPTIONS, WORDS, by_pointer, inlined
+from .kernels.state import STATE
+from .kernels.watch import EVENTS, OUTPUT, open_events, watch
+
+MAX_TUPLE = 16
+PATIENCE = 1.0  # seconds in the pointer tier before the specialised kernel is worth its compiling
+
+
+def _records(dtype):
+    return typeof(np.zeros(1, dtype))
+
+
+ROWS = types.Array(types.float64, 1, "C")
+TABLE = types.Array(types.float64, 2, "C")
+CUBE = types.Array(types.float64, 3, "C")
+INTEGERS = types.Array(types.int64, 1, "C")
+STATES, OUTPUTS, EVENT_TABLE = _records(STATE), _records(OUTPUT), _records(EVENTS)
+ADVANCE = types.int64(STATES, TABLE, WORDS, types.int64)
+START = types.int64(STATES, TABLE, WORDS, types.float64, types.int64)
+OPEN = types.int64(EVENT_TABLE, types.float64, ROWS, ROWS)
+WATCH = types.int64(
+    types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS,
+    EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
+)  # fmt: skip
+BY_ADDRESS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
+
+
+@functools.cache
+def start_kernel(name):
+    """``start(state, work, block, order, last)`` of a method."""
+    start = METHODS[name].start
+    return cache.compiled(f"start {start.py_func.__name__}", lambda: (start, START)).call
+
+
+@functools.cache
+def events_kernel():
+    """``open_events(events, t, y, scratch)``."""
+    return cache.compiled("events", lambda: (open_events, OPEN)).call
+
+
+@functools.cache
+def evaluate_kernel():
+    """``evaluate(block, t, y, out)``: one call of a user's function."""
+
+    def build():
+        @njit(**OPTIONS)
+        def evaluate(block, t, y, out):
+            by_pointer(t, y, block, out)
+
+        return evaluate, types.none(WORDS, types.float64, ROWS, ROWS)
+
+    return cache.compiled("evaluate", build).call
+
+
+@functools.cache
+def watch_kernel(name):
+    """`kernels.watch.watch` with the interpolant of a method."""
+    method = METHODS[name]
+    enrich, last = method.enrich, method.last
+
+    def build():
+        @njit(**OPTIONS)
+        def kernel(address, s, w, b, o, ts, ys, ds, spans, t_eval, events, ei, et, ey, sc, n):
+            return watch(
+                enrich, last, address, s, w, b, o, ts, ys, ds, spans, t_eval, events, ei, et, ey,
+                sc, n,
+            )  # fmt: skip
+
+        return kernel, WATCH
+
+    return cache.compiled(f"watch {enrich.py_func.__module__} {enrich.py_func.__name__} {last}", build).call
+
+
+def _stepping_kernel(name, rhs, form):
+    """The dispatcher of a method's loop around `rhs`."""
+    method = METHODS[name]
+    advance, step = method.advance, method.step
+    if len(method.arguments) == 3:
+        control, exponent, last = method.arguments
+
+        @njit(**BY_ADDRESS)
+        def kernel(state, work, block, n_steps):
+            return advance(
+                rhs, step, control, exponent, last, form, state, work, block, n_steps
+            )
+
+    else:
+        (last,) = method.arguments
+
+        @njit(**BY_ADDRESS)
+        def kernel(state, work, block, n_steps):
+            return advance(rhs, step, last, form, state, work, block, n_steps)
+
+    return kernel
+
+
+@functools.cache
+def pointer_kernel(name):
+    """The stepping kernel that serves every function."""
+    return cache.compiled(
+        f"advance {name}", lambda: (_stepping_kernel(name, by_pointer, None), ADVANCE)
+    )
+
+
+_specialised: dict = {}
+_seconds: dict = {}
+
+
+def specialised_kernel(name, function, n, build=True):
+    """The stepping kernel with `function` inlined, on tuples of n; None if not there.
+
+    With ``build=False`` only memory and disk are asked.
+    """
+    place = (name, function.key or function.address, n)
+    found = _specialised.get(place)
+    if found is None or (build and not found):
+        key = function.key and f"specialised {name} {n} {function.key}"
+        if build:
+            found = cache.compiled(key, lambda: (_inlining_kernel(name, function, n), ADVANCE))
+        else:
+            found = (key and cache.stored(key)) or False
+        _specialised[place] = found
+    return found or None
+
+
+def _inlining_kernel(name, function, n):
+    user = function.build()
+    form = (0.0,) * n
+
+    @njit(**OPTIONS)
+    def rhs(t, y, block, out):
+        return inlined(user, t, y, block)
+
+    return _stepping_kernel(name, rhs, form)
+
+
+class Tier:
+    """Which stepping kernel runs, and when to change: the policy.
+
+    Parameters
+    ----------
+    name : str
+        Of the method.
+    bound : adapt.Bound
+    n : int
+    tier : {"auto", "pointer", "specialised"}
+        "auto" takes the specialised kernel where it exists already, and otherwise compiles it
+        once this function has spent PATIENCE seconds in the pointer tier, over all its solves.
+    """
+
+    def __init__(self, name, bound, n, tier):
+        self._name, self._function, self._n = name, bound.function, n
+        self._place = (name, self._function and self._function.address, n)
+        possible = self._function is not None and 0 < n <= MAX_TUPLE and tier != "pointer"
+        self._open = possible and tier == "auto"
+        kernel = None
+        if possible:
+            build = tier == "specialised" or _seconds.get(self._place, 0.0) > PATIENCE
+            kernel = specialised_kernel(name, self._function, n, build)
+        if kernel is not None:
+            self._open = False
+        self._kernel = kernel or pointer_kernel(name)
+        self._since = time.perf_counter()
+
+    @property
+    def address(self):
+        """Address of the stepping kernel to call next."""
+        return self._kernel.address
+
+    def account(self):
+        """Add the time since the last look to what this function has cost so far."""
+        now = time.perf_counter()
+        _seconds[self._place] = _seconds.get(self._place, 0.0) + now - self._since
+        self._since = now
+
+    def review(self):
+        """Between two chunks: change the tier if that pays."""
+        if self._open:
+            self.account()
+            if _seconds[self._place] > PATIENCE:
+                self._kernel = specialised_kernel(self._name, self._function, self._n)
+                self._open = False
+
+
+__all__ = ["MAX_TUPLE", "Tier", "evaluate_kernel", "events_kernel", "start_kernel", "watch_kernel"]
