@@ -5,4 +5,16 @@ from .result import OdeResult, OdeSolution
 from .solve import solve_ivp, solve_second_order
 
 __version__ = "0.1.0"
+
+
+def __getattr__(name):
+    """Load the systems, and with them SciPy, when they are first asked for."""
+    import importlib
+
+    if name in ("systems", "System"):
+        systems = importlib.import_module("fastdyn.systems")
+        return systems if name == "systems" else systems.System
+    raise AttributeError(f"module 'fastdyn' has no attribute {name!r}")
+
+
 __all__ = ["CompileWarning", "OdeResult", "OdeSolution", "solve_ivp", "solve_second_order"]

@@ -51,6 +51,7 @@ class Function(NamedTuple):
 
     key: str | None
     address: int
+    n_words: int
     build: Any
     alive: Any
 
@@ -125,7 +126,7 @@ def _outside(function, owner):
     return found
 
 
-def bind(fun, args, mode, n):
+def bind(fun, args, mode, n, look=None):
     """A block to call `fun(t, y, *args)` by, with the values that hold now.
 
     Parameters
@@ -136,6 +137,8 @@ def bind(fun, args, mode, n):
         "derivative", "column" (`vectorized=True`), "acceleration" or "event".
     n : int
         Length of the y that the function gets.
+    look : callable, optional
+        Called before a function is compiled, to find in Python what is wrong with it.
 
     Returns
     -------
@@ -146,29 +149,29 @@ def bind(fun, args, mode, n):
         return fun(t, y, *args)
 
     alive = [fun, args]
-    fault = np.empty(n)
     try:
         parts = _parts(fun, args)
         refusal = _refused.get((id(parts.function.__code__), mode))
         if refusal is not None:
             raise Uncompilable(refusal)
-        function, kinds = _function(parts, mode)
+        function, kinds = _function(parts, mode, look)
     except Uncompilable as reason:
         _warn_once(fun, mode, str(reason))
         callback = Callback(as_written, mode, n)
         block = np.zeros(FIRST, np.int64)
-        block[0], block[FAULT] = callback.address, fault.ctypes.data
-        return Bound(None, block, as_written, [*alive, callback, fault], callback)
-    block = np.zeros(FIRST + sum([n_words(k) for k, _ in kinds]), np.int64)
-    block[0], block[FAULT] = function.address, fault.ctypes.data
+        block[0] = callback.address
+        return Bound(None, block, as_written, [*alive, callback], callback)
+    end = FIRST + function.n_words
+    block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
+    block[0], block[FAULT] = function.address, end
     at = FIRST
     for k, value in kinds:
         at = pack(k, value, block, at, alive)
-    alive += [fault, function]
+    alive.append(function)
     return Bound(function, block, as_written, alive, None)
 
 
-def _function(parts, mode):
+def _function(parts, mode, look):
     """The compiled function, and (kind, value) of each of its parameters in order."""
     code = parts.function.__code__
     layout = tuple(
@@ -182,13 +185,15 @@ def _function(parts, mode):
     key = (id(code), mode, layout, kinds, tuple(parts.options.items()))
     entry = _functions.get(key)
     if entry is None:
+        if look is not None:
+            look()
         try:
             function = _compile(parts, mode, layout, outside)
         except Uncompilable as reason:
             if id(code) not in _not_lifted and any(n_words(k) for _, k in kinds):
                 _not_lifted.add(id(code))
                 try:
-                    return _function(parts, mode)
+                    return _function(parts, mode, None)
                 except Uncompilable:
                     pass
             _refused[id(code), mode] = str(reason)
@@ -221,7 +226,8 @@ def _compile(parts, mode, layout, outside):
                 reasons.append(explain(error))
                 continue
             if compiled:
-                return Function(key, compiled.address, functools.cache(build), compiled)
+                size = sum(n_words(k) for k in (*layout, *(k for k, _ in outside.values())) if k not in ("t", "y"))
+                return Function(key, compiled.address, size, functools.cache(build), compiled)
     raise Uncompilable(reasons[0])
 
 

@@ -117,6 +117,8 @@ def arguments(layout, place):
             for k in layout:
                 if k in ("t", "y"):
                     parts.append(args[0] if k == "t" else args[1])
+                    if k == "y" and context.enable_nrt:
+                        context.nrt.incref(builder, y, args[1])  # the tuple owns it too
                 else:
                     part, at = _read(context, builder, k, args[2], at)
                     parts.append(part)
@@ -155,6 +157,7 @@ def _padded(typingctx, q, m):
     return ROW(q, m), codegen
 
 
+@njit(**OPTIONS)
 def _store_row(value, out, skip):
     if value.size != len(out) + skip:
         raise ValueError("fun returned an array of the wrong length")
@@ -210,7 +213,7 @@ def _store(value, out, skip):
     if isinstance(value, types.Array) and isinstance(value.dtype, real):
         if value.ndim == 0:
             return lambda value, out, skip: store(value[()], out, skip)
-        return _store_row
+        return lambda value, out, skip: _store_row(value, out, skip)
     if isinstance(value, types.List | types.ListType) and isinstance(value.dtype, real):
         return lambda value, out, skip: _store_row(np.array(value), out, skip)
     raise errors.TypingError(f"the result is of type {value}, not real numbers")
@@ -260,6 +263,7 @@ def pointer_form(inner, values, mode):
             store(inner(*values(t, _readonly(y, n), block)), _array(out, n), 0)
 
     compiled_body = njit(**OPTIONS)(body)
+    compiled_body.compile(FORM)  # here, so that what Numba says of the user's code is heard
     single = mode == "event"
 
     @intrinsic
@@ -294,9 +298,14 @@ def _note_time(typingctx, block, t):
 
 
 @intrinsic
-def _pointer(typingctx, address):
+def _floats_at(typingctx, block, index):
     pointer = types.CPointer(types.float64)
-    return pointer(types.int64), lambda c, b, s, a: b.inttoptr(a[0], c.get_value_type(pointer))
+
+    def codegen(context, builder, signature, args):
+        place = builder.gep(args[0], [args[1]])
+        return builder.bitcast(place, context.get_value_type(pointer))
+
+    return pointer(block, types.int64), codegen
 
 
 @njit(**OPTIONS)
@@ -305,6 +314,7 @@ def _note(t, y, n, block, out, n_out):
     if block[RAISED] == 0:
         block[RAISED] = 1
         _note_time(block, t)
-        where = _array(_pointer(block[FAULT]), n)
-        where[:] = _array(y, n)
+        where = _floats_at(block, block[FAULT])
+        for i in range(n):
+            where[i] = y[i]
     _array(out, n_out)[:] = np.nan

@@ -13,7 +13,7 @@ import numpy as np
 
 from .kernels import METHODS
 
-EPS = np.finfo(float).eps
+EPS = float(np.finfo(float).eps)
 SCIPY_METHODS = ("Radau", "BDF", "LSODA")
 COMMON = {"max_steps", "progress", "on_interrupt", "tier"}
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step"}
@@ -45,11 +45,19 @@ class Problem(NamedTuple):
 
 
 def time_span(t_span):
-    """The two ends, finite."""
+    """The two ends; the second may be infinite."""
     t0, tf = map(float, t_span)
-    if not (math.isfinite(t0) and math.isfinite(tf)):
-        raise ValueError(f"`t_span` must be two finite times; got ({t0}, {tf}).")
+    if not math.isfinite(t0) or math.isnan(tf):
+        raise ValueError(f"`t_span` must be two times that are not NaN; got ({t0}, {tf}).")
     return t0, tf
+
+
+def endless(tf, events, max_steps):
+    """Refuse a span without end if nothing else ends the run."""
+    if math.isinf(tf) and max_steps is None and not any(limit for _, limit, _ in events or ()):
+        raise ValueError(
+            f"`t_span` ends at {tf} and nothing stops the run: give a terminal event or `max_steps`."
+        )
 
 
 def initial_state(y0, name="y0"):
@@ -134,6 +142,8 @@ def _tolerance(value, name, n):
 
 def tolerances(rtol, atol, y0):
     """`rtol`, `atol`: scalars or arrays of n, rtol raised to 100 eps where it is smaller."""
+    if rtol.__class__ is float is atol.__class__ and rtol >= 100 * EPS and atol > 0:
+        return rtol, atol
     rtol, atol = _tolerance(rtol, "rtol", len(y0)), _tolerance(atol, "atol", len(y0))
     if np.any(rtol < 100 * EPS):
         warnings.warn(
@@ -177,7 +187,7 @@ def fixed_step(options, span, name):
     step = float(step)
     if not (step > 0 and math.isfinite(step)):
         raise ValueError(f"`step` must be positive and finite; got {step}.")
-    n = round(span / step)
+    n = round(span / step) if math.isfinite(span) else 0
     return span / n if n and abs(n * step - span) <= LANDING * step else step
 
 
@@ -236,6 +246,8 @@ def problem(fun, t_span, y0, method, t_eval, dense_output, events, args, mode, o
     t0, tf = time_span(t_span)
     span = abs(tf - t0)
     running = _running_options(options)
+    events = event_list(events)
+    endless(tf, events, options.get("max_steps"))
     if method.error_order:
         warn_unused(options, ADAPTIVE | COMMON)
         rtol, atol = tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
@@ -252,5 +264,5 @@ def problem(fun, t_span, y0, method, t_eval, dense_output, events, args, mode, o
         raise ValueError("ode45 takes one `rtol`, and a positive `atol` for each component.")
     return Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
-        event_list(events), extra_arguments(args), mode, rtol, atol, h_max, h, **running,
+        events, extra_arguments(args), mode, rtol, atol, h_max, h, **running,
     )  # fmt: skip

@@ -4,8 +4,8 @@ import time
 
 import numpy as np
 
-from .kernels.calls import ADDRESS, FAULT, RAISED, TIME
-from .kernels.state import ATOL, FINISHED, FULL, RTOL, RUNNING, STATE, K, Y
+from .kernels.calls import FAULT, RAISED, TIME
+from .kernels.state import ATOL, FULL, RTOL, RUNNING, STATE, K, Y
 from .kernels.state import RAISED as RAISED_STATUS
 from .kernels.watch import EVENTS, OUTPUT
 from .specialise import Tier, events_kernel, start_kernel, watch_kernel
@@ -120,8 +120,7 @@ def _raise_kept(bounds):
             if bound.callback is not None and bound.callback.exception is not None:
                 raise bound.callback.exception
             t = float(bound.block[TIME : TIME + 1].view(float)[0])
-            y = next(a for a in bound.alive if getattr(a, "ctypes", None) is not None
-                     and a.ctypes.data == bound.block[FAULT])  # fmt: skip
+            y = bound.block[bound.block[FAULT] :].view(float)
             evaluate(t, y.copy())
             raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {y!r}")
 
@@ -166,6 +165,7 @@ def run(problem, bound, bound_events, evaluators):
                 n_steps,
             )  # fmt: skip
             spent = time.perf_counter() - began
+            tier.spend(spent)
             if status == FULL:
                 output.make_room()
             elif status == RUNNING:
@@ -187,7 +187,6 @@ def run(problem, bound, bound_events, evaluators):
             if p.on_interrupt != "return":
                 raise
             status = INTERRUPTED
-    tier.account()
     return status, state, work, output
 
 
@@ -200,5 +199,3 @@ def _bar(problem):
         bar_format="{l_bar}{bar}| t {n:.4g}/{total:.4g} [{elapsed}<{remaining}]",
     )
 
-
-__all__ = ["ADDRESS", "FINISHED", "INTERRUPTED", "STEP_LIMIT", "run"]

@@ -14,7 +14,7 @@ from numba.core import ir
 from numba.core.compiler import run_frontend
 from numba.core.dispatcher import Dispatcher
 
-from .values import Constant, is_function, kind
+from .values import Constant, kind
 
 MISSING = object()
 
@@ -112,7 +112,7 @@ def references(function, owned):
     return _references(function.__code__, owned)
 
 
-def _walks_into(value):
+def walks_into(value):
     """Whether attributes of a value are looked up here, because Numba could not."""
     if isinstance(value, python.ModuleType | type):
         return True
@@ -136,7 +136,7 @@ def resolve(reference, function, owner):
             value = MISSING
     depth = 0
     for attribute in reference.attributes:
-        if not (_walks_into(value) or (reference.root == "self" and depth == 0)):
+        if not (walks_into(value) or (reference.root == "self" and depth == 0)):
             break
         value = getattr(value, attribute, MISSING)
         depth += 1
@@ -204,7 +204,9 @@ def code_token(code):
 
 
 def frozen_constant(constant):
-    return repr(constant) if isinstance(constant, frozenset) else repr(frozen(constant))
+    if isinstance(constant, frozenset):
+        return sorted(repr(frozen(c)) for c in constant)
+    return repr(frozen(constant))
 
 
 def contains_opaque(token):
@@ -216,12 +218,8 @@ def contains_opaque(token):
     return isinstance(token, tuple) and any(contains_opaque(t) for t in token)
 
 
-def outside_kind(value, seen=()):
+def outside_kind(value):
     """The kind of an outside value: floats and arrays are parameters, all else is constant."""
-    found = kind(value, lambda v: frozen(v, seen)) if isinstance(
-        value, float | complex | np.ndarray | np.floating | np.complexfloating
-    ) else Constant(frozen(value, seen), value)
-    return found
-
-
-__all__ = ["contains_opaque", "frozen", "is_function", "outside_kind", "references", "resolve"]
+    if isinstance(value, float | complex | np.ndarray | np.floating | np.complexfloating):
+        return kind(value, frozen)
+    return Constant(frozen(value), value)

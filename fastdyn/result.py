@@ -1,5 +1,7 @@
 """What a solve returns: OdeResult, OdeSolution, and the sentences for each status."""
 
+from typing import Any
+
 import numpy as np
 
 from .kernels.state import (
@@ -32,7 +34,7 @@ class OdeResult(dict):
         The system that was solved, if one was.
     """
 
-    system = None
+    system: Any = None
 
     def __getattr__(self, name):
         try:
@@ -72,7 +74,7 @@ class OdeResult(dict):
 
     def error(self):
         """Difference from the exact solution, shape (n, n_points)."""
-        return self.y - self._system().exact(self.t)
+        return self._system().error(self)
 
     def _system(self):
         if self.system is None:

@@ -10,6 +10,7 @@ Numba compiles what the user wrote, with three changes that keep its meaning:
 The first argument arrives as a pair (argument, block).
 """
 
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.untyped_passes import InlineClosureLikes
 
-from .references import count_definitions, resolve, track
+from .references import count_definitions, resolve, track, walks_into
 
 ATTRIBUTE = "__fastdyn_plan__"
 
@@ -90,11 +91,13 @@ def _replace_outside(blocks, counts, plan):
             continue
         load = plan.loads.get(path)
         if load is None:
-            value = called_function(value)
-            if value is None and path.root != "self":
+            function = called_function(value)
+            if function is not None:
+                value = function
+            elif walks_into(value) and not isinstance(value, ModuleType | type):
+                value = None  # an object: only what is read from it is needed
+            elif not path.attributes or isinstance(value, ModuleType) or callable(value):
                 continue
-            if value is None:
-                value = resolve(path, plan.function, plan.owner)[0]
         changes.setdefault(id(block), (block, {}))[1][i] = (statement, load, value)
     for block, found in changes.values():
         body = []

@@ -144,11 +144,11 @@ def _check_second_order(fun, t0, y0, args):
 _verified: set = set()
 
 
-def _verify(bound, check_value, t, y):
-    """Evaluate a function once in Python the first time it is seen, for its mistakes."""
-    place = (bound.function.address, len(y)) if bound.function else None
-    if place is None or place not in _verified:
-        check_value(t, y.copy())
+def _verify(bound, look, n):
+    """Evaluate a function in Python the first time it meets a state of n, for its mistakes."""
+    place = (bound.function.address, n) if bound.function else None
+    if place not in _verified:
+        look()
         if place is not None:
             _verified.add(place)
 
@@ -157,14 +157,19 @@ def _solve(problem):
     p = problem
     n = len(p.y0)
     half = p.method.second_order
-    bound = bind(p.fun, p.args, p.mode, n // 2 if half else n)
+    start = p.y0[: n // 2] if half else p.y0
+
+    def look():
+        evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, p.t0, start.copy())
+
+    bound = bind(p.fun, p.args, p.mode, len(start), look)
     bound_events = [bind(event, p.args, "event", n) for event, _, _ in p.events or ()]
     modes = [p.mode] + ["event"] * len(bound_events)
     evaluators = [
         lambda t, y, b=b, mode=mode: evaluate(b.python, mode, t, y)
         for b, mode in zip([bound, *bound_events], modes, strict=True)
     ]
-    _verify(bound, evaluators[0], p.t0, p.y0[: n // 2] if half else p.y0)
+    _verify(bound, look, len(start))
     status, state, work, output = run(p, bound, bound_events, evaluators)
     return _result(p, status, state, work, output)
 

@@ -9,7 +9,6 @@
 """
 
 import functools
-import time
 
 import numpy as np
 from numba import njit, typeof, types
@@ -178,26 +177,22 @@ class Tier:
         if kernel is not None:
             self._open = False
         self._kernel = kernel or pointer_kernel(name)
-        self._since = time.perf_counter()
 
     @property
     def address(self):
         """Address of the stepping kernel to call next."""
         return self._kernel.address
 
-    def account(self):
-        """Add the time since the last look to what this function has cost so far."""
-        now = time.perf_counter()
-        _seconds[self._place] = _seconds.get(self._place, 0.0) + now - self._since
-        self._since = now
+    def spend(self, seconds):
+        """Note the time of a chunk."""
+        if self._open:
+            _seconds[self._place] = _seconds.get(self._place, 0.0) + seconds
 
     def review(self):
         """Between two chunks: change the tier if that pays."""
-        if self._open:
-            self.account()
-            if _seconds[self._place] > PATIENCE:
-                self._kernel = specialised_kernel(self._name, self._function, self._n)
-                self._open = False
+        if self._open and _seconds[self._place] > PATIENCE:
+            self._kernel = specialised_kernel(self._name, self._function, self._n)
+            self._open = False
 
 
 __all__ = ["MAX_TUPLE", "Tier", "evaluate_kernel", "events_kernel", "start_kernel", "watch_kernel"]
