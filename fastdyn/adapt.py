@@ -7,7 +7,6 @@ call.  What Numba cannot compile is called in Python from the same kernels, with
 
 import functools
 import inspect
-import os
 import types as python
 import warnings
 from typing import Any, NamedTuple
@@ -89,7 +88,7 @@ def _parts(fun, args):
         options = {k: v for k, v in fun.targetoptions.items() if k == "fastmath" and v}
         fun = fun.py_func
     if not isinstance(fun, python.FunctionType):
-        method = getattr(type(fun), "__call__", None)
+        method = inspect.getattr_static(type(fun), "__call__", None)
         if not isinstance(method, python.FunctionType):
             raise Uncompilable(f"{type(fun).__name__} objects have no Python code to compile")
         fun, owner = method, fun
@@ -174,9 +173,7 @@ def bind(fun, args, mode, n, look=None):
 def _function(parts, mode, look):
     """The compiled function, and (kind, value) of each of its parameters in order."""
     code = parts.function.__code__
-    layout = tuple(
-        "t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional
-    )
+    layout = tuple("t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional)
     try:
         outside = _outside(parts.function, parts.owner)
     except Exception as error:
@@ -217,16 +214,20 @@ def _compile(parts, mode, layout, outside):
             key = repr((name, dialect)) if lasting else None
             build = functools.partial(_build, parts, dialect, layout, outside)
             try:
-                compiled = cache.compiled(key, lambda b=build: (b(), types.none(*FORM))) if fresh else (
-                    key and cache.stored(key)
+                compiled = (
+                    cache.compiled(key, lambda b=build: (b(), types.none(*FORM)))
+                    if fresh
+                    else (key and cache.stored(key))
                 )
             except Exception as error:
-                if os.environ.get("FASTDYN_DEBUG"):
-                    raise
                 reasons.append(explain(error))
                 continue
             if compiled:
-                size = sum(n_words(k) for k in (*layout, *(k for k, _ in outside.values())) if k not in ("t", "y"))
+                size = sum(
+                    n_words(k)
+                    for k in (*layout, *(k for k, _ in outside.values()))
+                    if k not in ("t", "y")
+                )
                 return Function(key, compiled.address, size, functools.cache(build), compiled)
     raise Uncompilable(reasons[0])
 

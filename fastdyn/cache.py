@@ -49,7 +49,10 @@ def environment():
 
     sources = [
         *sorted(pathlib.Path(fastdyn.kernels.__file__).parent.glob("*.py")),
-        *(HERE / f"{name}.py" for name in ("adapt", "bodies", "rewrite", "specialise", "values", "references")),
+        *(
+            HERE / f"{name}.py"
+            for name in ("adapt", "bodies", "rewrite", "specialise", "values", "references")
+        ),
     ]
     digest = hashlib.sha256()
     for source in sources:
@@ -85,7 +88,6 @@ def compiled(key, build):
     dispatcher.compile(signature)
     result = dispatcher.get_compile_result(signature)
     COUNTS["compiled"] += 1
-    if os.environ.get("FASTDYN_DEBUG"): print("compiled", key and key[:60], result.library.has_dynamic_globals)
     if key is not None and not result.library.has_dynamic_globals:
         _store(_path(key), result)
     return _finish(result, dispatcher)

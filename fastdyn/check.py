@@ -56,7 +56,8 @@ def endless(tf, events, max_steps):
     """Refuse a span without end if nothing else ends the run."""
     if math.isinf(tf) and max_steps is None and not any(limit for _, limit, _ in events or ()):
         raise ValueError(
-            f"`t_span` ends at {tf} and nothing stops the run: give a terminal event or `max_steps`."
+            f"`t_span` ends at {tf} and nothing stops the run before: "
+            "give a terminal event or `max_steps`."
         )
 
 

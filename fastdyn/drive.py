@@ -198,4 +198,3 @@ def _bar(problem):
         desc=problem.method.name,
         bar_format="{l_bar}{bar}| t {n:.4g}/{total:.4g} [{elapsed}<{remaining}]",
     )
-

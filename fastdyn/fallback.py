@@ -40,8 +40,7 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
     args = check.extra_arguments(args)
     if y0.size:
-        t0, tf = check.time_span(t_span)
-        check.endless(tf, check.event_list(events), None)
+        check.endless(check.time_span(t_span)[1], check.event_list(events), None)
     check.output_times(t_eval, *check.time_span(t_span))
     if y0.dtype == complex or y0.size == 0:
         derivative = fun if not args else lambda t, y: fun(t, y, *args)

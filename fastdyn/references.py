@@ -88,7 +88,8 @@ def _references(code, owned):
         r
         for r in found
         if not any(
-            o.root == r.root and o.name == r.name
+            o.root == r.root
+            and o.name == r.name
             and len(o.attributes) > len(r.attributes)
             and o.attributes[: len(r.attributes)] == r.attributes
             for o in found

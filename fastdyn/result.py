@@ -5,7 +5,13 @@ from typing import Any
 import numpy as np
 
 from .kernels.state import (
-    EVENT, FINISHED, NON_FINITE, RTOL, STEP_TOO_SMALL, K, Y,
+    EVENT,
+    FINISHED,
+    NON_FINITE,
+    RTOL,
+    STEP_TOO_SMALL,
+    K,
+    Y,
 )  # fmt: skip
 
 SUCCESS = "The solver successfully reached the end of the integration interval."

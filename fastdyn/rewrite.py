@@ -20,7 +20,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.untyped_passes import InlineClosureLikes
 
-from .references import count_definitions, resolve, track, walks_into
+from .references import MISSING, count_definitions, resolve, track, walks_into
 
 ATTRIBUTE = "__fastdyn_plan__"
 
@@ -87,7 +87,7 @@ def _replace_outside(blocks, counts, plan):
         if path.root == "self" and not path.attributes:
             continue
         value, depth = resolve(path, plan.function, plan.owner)
-        if depth < len(path.attributes):
+        if depth < len(path.attributes) or value is MISSING:
             continue
         load = plan.loads.get(path)
         if load is None:
@@ -127,9 +127,7 @@ def _unpair(blocks):
                 pair = scope.redefine("$fastdyn_pair", loc)
                 words = scope.get_or_define("$fastdyn_block", loc)
                 parts = [
-                    ir.Assign(
-                        ir.Expr.static_getitem(pair, k, None, loc), v, loc
-                    )
+                    ir.Assign(ir.Expr.static_getitem(pair, k, None, loc), v, loc)
                     for k, v in ((0, statement.target), (1, words))
                 ]
                 block.body[i : i + 1] = [ir.Assign(statement.value, pair, loc), *parts]

@@ -85,7 +85,8 @@ def watch_kernel(name):
 
         return kernel, WATCH
 
-    return cache.compiled(f"watch {enrich.py_func.__module__} {enrich.py_func.__name__} {last}", build).call
+    name = f"{enrich.py_func.__module__}.{enrich.py_func.__name__}"
+    return cache.compiled(f"watch {name} {last}", build).call
 
 
 def _stepping_kernel(name, rhs, form):
@@ -97,9 +98,7 @@ def _stepping_kernel(name, rhs, form):
 
         @njit(**BY_ADDRESS)
         def kernel(state, work, block, n_steps):
-            return advance(
-                rhs, step, control, exponent, last, form, state, work, block, n_steps
-            )
+            return advance(rhs, step, control, exponent, last, form, state, work, block, n_steps)
 
     else:
         (last,) = method.arguments

@@ -5,7 +5,7 @@ from numba import njit
 from .calls import FUSED
 from .calls import RAISED as RAISED_WORD
 from .combine import assign, fetch, keep, slot
-from .state import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, K, Y, Y_OLD
+from .state import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, K, Y
 
 
 @njit(**FUSED)

@@ -14,7 +14,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from .combine import ROW, view
+from .combine import ROW
 
 ADDRESS, RAISED, TIME, FAULT, FIRST = 0, 1, 2, 3, 4
 
@@ -119,9 +119,7 @@ def resume(typingctx, address, state, work, block, n_steps):
     def codegen(context, builder, signature, args):
         kind = context.call_conv.get_function_type(types.int64, given)
         function = builder.inttoptr(args[0], kind.as_pointer())
-        _, status = context.call_conv.call_function(
-            builder, function, types.int64, given, args[1:]
-        )
+        _, status = context.call_conv.call_function(builder, function, types.int64, given, args[1:])
         return status
 
     return types.int64(types.int64, *given), codegen

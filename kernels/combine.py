@@ -277,9 +277,7 @@ def halves(typingctx, value):
             array = arrayobj.make_array(ROW)(context, builder, args[0])
             m = builder.lshr(builder.extract_value(array.shape, 0), ir.Constant(ir.IntType(64), 1))
             parts = [array.data, builder.gep(array.data, [m])]
-            return context.make_tuple(
-                builder, pair, [view(context, builder, p, m) for p in parts]
-            )
+            return context.make_tuple(builder, pair, [view(context, builder, p, m) for p in parts])
 
         return pair(value), split
     m = len(value) // 2

@@ -11,7 +11,7 @@ a method of higher order adds rows.  Both ends of the step are met to round-off.
 from numba import njit
 
 from .calls import FUSED, OPTIONS
-from .state import K, Y, Y_OLD
+from .state import Y_OLD, K, Y
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
 

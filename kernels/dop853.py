@@ -13,7 +13,7 @@ from .combine import Row, combine, slot, weigh
 from .control import SCIPY, sum_of_squares
 from .dense import F
 from .method import Method
-from .state import STAGE, K, Y, Y_OLD
+from .state import STAGE, Y_OLD, K, Y
 
 C = Row(
     "0 0.526001519587677318785587544488e-01 0.789002279381515978178381316732e-01 "
@@ -151,13 +151,42 @@ def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
     k3 = rhs(t + c[2] * h, combine(u, y, h, A3, (k1, k2)), block, slot(form, work, K + 2))
     k4 = rhs(t + c[3] * h, combine(u, y, h, A4, (k1, k2, k3)), block, slot(form, work, K + 3))
     k5 = rhs(t + c[4] * h, combine(u, y, h, A5, (k1, k2, k3, k4)), block, slot(form, work, K + 4))
-    k6 = rhs(t + c[5] * h, combine(u, y, h, A6, (k1, k2, k3, k4, k5)), block, slot(form, work, K + 5))
-    k7 = rhs(t + c[6] * h, combine(u, y, h, A7, (k1, k2, k3, k4, k5, k6)), block, slot(form, work, K + 6))
-    k8 = rhs(t + c[7] * h, combine(u, y, h, A8, (k1, k2, k3, k4, k5, k6, k7)), block, slot(form, work, K + 7))
-    k9 = rhs(t + c[8] * h, combine(u, y, h, A9, (k1, k2, k3, k4, k5, k6, k7, k8)), block, slot(form, work, K + 8))
-    k10 = rhs(t + c[9] * h, combine(u, y, h, A10, (k1, k2, k3, k4, k5, k6, k7, k8, k9)), block, slot(form, work, K + 9))
-    k11 = rhs(t + c[10] * h, combine(u, y, h, A11, (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10)), block, slot(form, work, K + 10))
-    k12 = rhs(t + c[11] * h, combine(u, y, h, A12, (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11)), block, slot(form, work, K + 11))
+    k6 = rhs(
+        t + c[5] * h, combine(u, y, h, A6, (k1, k2, k3, k4, k5)), block, slot(form, work, K + 5)
+    )
+    k7 = rhs(
+        t + c[6] * h, combine(u, y, h, A7, (k1, k2, k3, k4, k5, k6)), block, slot(form, work, K + 6)
+    )
+    k8 = rhs(
+        t + c[7] * h,
+        combine(u, y, h, A8, (k1, k2, k3, k4, k5, k6, k7)),
+        block,
+        slot(form, work, K + 7),
+    )
+    k9 = rhs(
+        t + c[8] * h,
+        combine(u, y, h, A9, (k1, k2, k3, k4, k5, k6, k7, k8)),
+        block,
+        slot(form, work, K + 8),
+    )
+    k10 = rhs(
+        t + c[9] * h,
+        combine(u, y, h, A10, (k1, k2, k3, k4, k5, k6, k7, k8, k9)),
+        block,
+        slot(form, work, K + 9),
+    )
+    k11 = rhs(
+        t + c[10] * h,
+        combine(u, y, h, A11, (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10)),
+        block,
+        slot(form, work, K + 10),
+    )
+    k12 = rhs(
+        t + c[11] * h,
+        combine(u, y, h, A12, (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11)),
+        block,
+        slot(form, work, K + 11),
+    )
     k = (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12)
     y_new = combine(slot(form, work, Y), y, h, B, k)
     k13 = rhs(t + h, y_new, block, slot(form, work, K + 12))

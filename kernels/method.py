@@ -54,4 +54,4 @@ class Method(NamedTuple):
     dense_order: int
     second_order: bool = False
     h_max_share: float = math.inf
-    tableau: dict = {}
+    tableau: dict | None = None

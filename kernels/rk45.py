@@ -45,9 +45,7 @@ def make_step(norm):
         k5 = rhs(
             t + c[4] * h, combine(u, y, h, A5, (k1, k2, k3, k4)), block, slot(form, work, K + 4)
         )
-        k6 = rhs(
-            t + h, combine(u, y, h, A6, (k1, k2, k3, k4, k5)), block, slot(form, work, K + 5)
-        )
+        k6 = rhs(t + h, combine(u, y, h, A6, (k1, k2, k3, k4, k5)), block, slot(form, work, K + 5))
         y_new = combine(slot(form, work, Y), y, h, B, (k1, k2, k3, k4, k5, k6))
         k7 = rhs(t + h, y_new, block, slot(form, work, K + 6))
         k = (k1, k2, k3, k4, k5, k6, k7)
@@ -84,7 +82,9 @@ SHARED = {
     "dense_order": 4,
     "tableau": TABLEAU,
 }
-RK45 = Method("RK45", step=make_step(rms), arguments=(SCIPY, -1 / 5, 6), start=start.hairer, **SHARED)
+RK45 = Method(
+    "RK45", step=make_step(rms), arguments=(SCIPY, -1 / 5, 6), start=start.hairer, **SHARED
+)
 ODE45 = Method(
     "ode45",
     step=make_step(largest),

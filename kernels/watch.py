@@ -11,7 +11,7 @@ from numba import njit
 from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, resume, word
 from .dense import hermite, polynomial
 from .roots import crossing
-from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, Y
+from .state import EVENT, FULL, RUNNING, STEP_TOO_SMALL, Y
 from .state import RAISED as RAISED_STATUS
 
 # What is wanted and how much of it there is.
