@@ -24,6 +24,7 @@ from .rewrite import Plan, compile_with
 from .values import Constant, is_function, kind, n_words, pack
 
 T, Y = object(), object()
+NUMPY = ("numpy", "np")  # and a library under its own name: the code itself says what is meant
 MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
     "derivative": (("derivative", True), ("derivative", False), ("copy", False)),
     "column": (("column", False),),
@@ -107,15 +108,17 @@ def _parts(fun, args):
 
 
 def _outside(function, owner):
-    """{path: (kind, value)} of everything the function refers to."""
+    """{path: (kind, value)} of everything the function refers to, but for what libraries hold."""
     lifted = id(function.__code__) not in _not_lifted
     found = {}
     for reference in references(function, owner is not None):
-        if reference.root == "self" and not reference.attributes:
-            continue
-        root = function.__globals__.get(reference.name)
-        if isinstance(root, python.ModuleType) and root.__name__ in LIBRARIES:
-            found[reference] = (Constant(("module", root.__name__), root), root)
+        if reference.root == "global":
+            root = function.__globals__.get(reference.name)
+            if root.__class__ is python.ModuleType and root.__name__ in LIBRARIES:
+                if root.__name__ != reference.name and (root.__name__, reference.name) != NUMPY:
+                    found[reference] = (Constant(("module", root.__name__), root), root)
+                continue
+        elif reference.root == "self" and not reference.attributes:
             continue
         value, depth = resolve(reference, function, owner)
         path = reference._replace(attributes=reference.attributes[:depth])

@@ -1,6 +1,7 @@
 """The chunk loop: advance, grow the output, show progress, stop on Ctrl-C."""
 
 import time
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from .specialise import Tier, events_kernel, start_kernel, watch_kernel
 CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier
 PIECE = 128  # points in the first piece of the output; later ones double
 PIECE_NUMBERS = 2**22  # numbers in one piece at most
+NO_EVENTS = np.zeros(0, EVENTS)
+NO_TIMES = np.empty(0)
 STEP_LIMIT, INTERRUPTED = 100, 101  # statuses beside those of the kernels
 
 
@@ -20,14 +23,17 @@ class Output:
     """Arrays that the kernels fill, in pieces, so that growing never copies what is there."""
 
     def __init__(self, problem, n):
-        self.record = np.zeros(1, OUTPUT)
+        self.record: Any = np.zeros(1, OUTPUT)
         self._n, self._rows = n, problem.method.n_dense + 1
         self._points, self._dense, self._events = [], [], []
         self._m = len(problem.events or ())
         self.every_step, self.dense = problem.t_eval is None, problem.dense_output
-        self.record["every_step"], self.record["dense"] = self.every_step, self.dense
+        n_first = 1 if self.every_step else 0
+        self.record[0] = (self.every_step, self.dense, n_first, n_first, 0, 0, 0, problem.t0)
         self._n_places = PIECE if self.every_step else len(problem.t_eval)
         self.t, self.y = np.empty(self._n_places), np.empty((self._n_places, n))
+        if self.every_step:
+            self.t[0], self.y[0] = problem.t0, problem.y0
         self._n_polynomials = PIECE if self.dense else 1
         self._new_polynomials()
         self._n_occurrences = PIECE if self._m else 0
@@ -92,7 +98,7 @@ def _join(pieces):
 def _begin(problem):
     """The state record and the work array before the first step."""
     n, p = len(problem.y0), problem
-    state = np.zeros(1, STATE)
+    state: Any = np.zeros(1, STATE)
     direction = 1.0 if p.tf >= p.t0 else -1.0
     state[0] = (p.t0, p.t0, p.tf, p.tf, p.t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
     work = np.zeros((K + p.method.n_rows, n))
@@ -102,15 +108,14 @@ def _begin(problem):
 
 def _event_table(problem, bound_events, state, work, scratch):
     """EVENTS records with the values at the start, and the status."""
-    table = np.zeros(len(bound_events), EVENTS)
+    if not bound_events:
+        return NO_EVENTS, RUNNING
+    table: Any = np.zeros(len(bound_events), EVENTS)
     for row, bound, (_, limit, direction) in zip(
         table, bound_events, problem.events or (), strict=True
     ):
         row["block"], row["limit"], row["direction"] = bound.block.ctypes.data, limit, direction
-    status = RUNNING
-    if bound_events:
-        status = events_kernel()(table, problem.t0, work[Y], scratch[1])
-    return table, status
+    return table, events_kernel()(table, problem.t0, work[Y], scratch[1])
 
 
 def _raise_kept(bounds):
@@ -133,12 +138,13 @@ def run(problem, bound, bound_events, evaluators):
     """
     p = problem
     state, work = _begin(p)
+    s: Any = state[0]
     output = Output(p, len(p.y0))
     scratch = np.empty((2, max(len(p.y0), 1)))
     everyone = list(zip([bound, *bound_events], evaluators, strict=True))
     tier = Tier(p.method.name, bound, len(p.y0), p.tier)
     start, watch = start_kernel(p.method.name), watch_kernel(p.method.name)
-    block, t_eval = bound.block, np.empty(0) if p.t_eval is None else p.t_eval.astype(float)
+    block, t_eval = bound.block, NO_TIMES if p.t_eval is None else p.t_eval.astype(float)
     bar = _bar(p) if p.progress else None
     status = INTERRUPTED
     try:
@@ -147,13 +153,9 @@ def run(problem, bound, bound_events, evaluators):
         cost = time.perf_counter() - began
         table, opened = _event_table(p, bound_events, state, work, scratch)
         status = opened if status == RUNNING else status
-        if p.t_eval is None:
-            output.t[0], output.y[0] = p.t0, p.y0
-            output.record["n_out"] = output.record["n_total"] = 1
-            output.record["t_last"] = p.t0
         chunk = max(1, int(CHUNK_SECONDS / (cost * (p.method.n_stages + 1))))
         while status in (RUNNING, FULL):
-            before = int(state["n_accepted"][0])
+            before = int(s["n_accepted"])
             if before >= p.max_steps:
                 status = STEP_LIMIT
                 break
@@ -172,7 +174,7 @@ def run(problem, bound, bound_events, evaluators):
                 chunk = max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
                 tier.review()
             if bar is not None:
-                bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
+                bar.update(abs(float(s["t"]) - p.t0) - bar.n)
     except KeyboardInterrupt:
         if p.on_interrupt != "return":
             raise
