@@ -4,7 +4,10 @@ The kernels run without the interpreter lock; ctypes takes it for each call.  An
 cross compiled code, so it is kept here, the block is marked, and `drive` raises it again.
 """
 
+import contextlib
 import ctypes
+import signal
+import threading
 
 import numpy as np
 
@@ -35,7 +38,7 @@ class Callback:
     """
 
     def __init__(self, fun, mode, n):
-        self.exception = None
+        self.exception, self.inside, self.pending = None, False, None
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._n_out = 1 if mode == "event" else n
         self._function = SIGNATURE(self._call)
@@ -51,16 +54,46 @@ class Callback:
         return array
 
     def _call(self, result, exception, t, y, n, block, out):
-        target = self._array(out, self._n_out)
         try:
-            if self.exception is not None:
-                return 0
-            target[:] = evaluate(self._fun, self._mode, t, self._array(y, n).copy())
+            target = self._array(out, self._n_out)
+            if self.exception is None:
+                self.inside = True
+                if self.pending is not None:
+                    self.pending()
+                target[:] = evaluate(self._fun, self._mode, t, self._array(y, n).copy())
+                self.inside = False
         except BaseException as error:
+            self.inside = False
             self.exception = error
             ctypes.cast(block, ctypes.POINTER(ctypes.c_int64))[RAISED] = 1
-            target[:] = np.nan
+            self._array(out, self._n_out)[:] = np.nan
         return 0
+
+
+@contextlib.contextmanager
+def interruptible(callbacks):
+    """Keep Ctrl-C from being lost at the edge of a callback, where nothing can catch it.
+
+    A signal that arrives inside the user's function acts as it always does; one that arrives
+    outside waits for the next call.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    main = threading.current_thread() is threading.main_thread()
+    if not callbacks or not main or not callable(handler):
+        yield
+        return
+
+    def wait_for_a_call(number, frame):
+        if any(c.inside for c in callbacks):
+            handler(number, frame)
+        for c in callbacks:
+            c.pending = lambda: handler(number, frame)
+
+    signal.signal(signal.SIGINT, wait_for_a_call)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 def evaluate(fun, mode, t, y):

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from .callback import interruptible
 from .kernels.calls import FAULT, RAISED, TIME
 from .kernels.state import ATOL, FULL, RTOL, RUNNING, STATE, K, Y
 from .kernels.state import RAISED as RAISED_STATUS
@@ -146,6 +147,9 @@ def run(problem, bound, bound_events, evaluators):
     start, watch = start_kernel(p.method.name), watch_kernel(p.method.name)
     block, t_eval = bound.block, NO_TIMES if p.t_eval is None else p.t_eval.astype(float)
     bar = _bar(p) if p.progress else None
+    callbacks = [b.callback for b in (bound, *bound_events) if b.callback is not None]
+    if callbacks:
+        watch = interruptible(callbacks)(watch)
     status = INTERRUPTED
     try:
         began = time.perf_counter()

@@ -83,7 +83,9 @@ def _replace_outside(blocks, counts, plan):
     from .adapt import called_function
 
     changes = {}
-    for block, i, statement, path in track(blocks, counts, plan.owner is not None):
+    uses = list(track(blocks, counts, plan.owner is not None))
+    read_from = {p._replace(attributes=p.attributes[:-1]) for *_, p in uses if p.attributes}
+    for block, i, statement, path in uses:
         if path.root == "self" and not path.attributes:
             continue
         value, depth = resolve(path, plan.function, plan.owner)
@@ -94,8 +96,8 @@ def _replace_outside(blocks, counts, plan):
             function = called_function(value)
             if function is not None:
                 value = function
-            elif walks_into(value) and not isinstance(value, ModuleType | type):
-                value = None  # an object: only what is read from it is needed
+            elif walks_into(value) and not isinstance(value, ModuleType) and path in read_from:
+                value = None  # an object or class: only what is read from it is needed
             elif not path.attributes or isinstance(value, ModuleType) or callable(value):
                 continue
         changes.setdefault(id(block), (block, {}))[1][i] = (statement, load, value)

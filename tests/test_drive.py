@@ -1,0 +1,170 @@
+"""The chunk loop: cut anywhere, the bits are the same; it stops when asked; memory stays flat."""
+
+import signal
+import threading
+import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import scipy.integrate
+
+import fastdyn
+from fastdyn import drive
+from fastdyn.kernels import METHODS
+
+FIXED = {"RK4", "VelocityVerlet"}
+
+
+def spring(t, y, k):
+    q, v = y
+    return v, -k * q
+
+
+def rise(t, y, k):
+    return y[0]
+
+
+def solve(method, t_end=20.0, **options):
+    options |= {"step": 0.01} if method in FIXED else {"rtol": 1e-6, "atol": 1e-9}
+    return fastdyn.solve_ivp(spring, (0, t_end), [1.0, 0.0], method, args=(2.0,), **options)
+
+
+def same(a, b):
+    return all(
+        np.array_equal(x, y)
+        for x, y in [(a.t, b.t), (a.y, b.y), (a.nfev, b.nfev)]
+        + list(zip(a.t_events or [], b.t_events or [], strict=True))
+    )
+
+
+OUTPUTS = {
+    "steps": {},
+    "t_eval": {"t_eval": np.linspace(0, 20, 333)},
+    "dense": {"dense_output": True},
+    "events": {"events": rise},
+}
+
+
+@pytest.mark.parametrize("tier", ["pointer", "specialised"])
+@pytest.mark.parametrize("output", OUTPUTS)
+@pytest.mark.parametrize("method", METHODS)
+def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
+    whole = solve(method, tier=tier, **OUTPUTS[output])
+    monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)  # one step a chunk
+    monkeypatch.setattr(drive, "PIECE", 3)
+    monkeypatch.setattr(drive, "PIECE_NUMBERS", 64)
+    cut = solve(method, tier=tier, **OUTPUTS[output])
+    assert same(whole, cut)
+    if output == "dense":
+        t = np.linspace(-1, 21, 57)
+        assert np.array_equal(whole.sol(t), cut.sol(t))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch):
+    expected = solve(method, tier="pointer", t_eval=[20.0])
+    monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)
+    monkeypatch.setattr(fastdyn.specialise, "PATIENCE", 1e-5)
+    monkeypatch.setattr(fastdyn.specialise, "_specialised", {})
+    monkeypatch.setattr(fastdyn.cache, "stored", lambda key: None)
+    used = []
+    original = fastdyn.specialise.specialised_kernel
+
+    def watched(*args, **options):
+        kernel = original(*args, **options)
+        used.append(kernel)
+        return kernel
+
+    monkeypatch.setattr(fastdyn.specialise, "specialised_kernel", watched)
+    assert same(expected, solve(method, t_eval=[20.0]))
+    assert used[0] is None and used[-1] is not None
+
+
+def interrupt_soon(seconds=0.3):
+    timer = threading.Timer(seconds, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    return timer
+
+
+@pytest.mark.parametrize("tier", ["pointer", "specialised"])
+@pytest.mark.parametrize("method", ["RK45", "RK4"])
+def test_ctrl_c_raises_or_returns_what_there_is(method, tier):
+    solve(method, tier=tier, t_end=1.0)
+    forever = {"t_end": 1e9, "tier": tier, "t_eval": [0.5, 1e9]}
+    interrupt_soon()
+    with pytest.raises(KeyboardInterrupt):
+        solve(method, **forever)
+    interrupt_soon()
+    partial = solve(method, on_interrupt="return", **forever)
+    assert partial.status == -2 and not partial.success and "Interrupted at t" in partial.message
+    assert partial.t.tolist() == [0.5] and partial.n_accepted > 1000
+
+
+def test_ctrl_c_inside_a_python_function_arrives():
+    table = {}
+
+    def slow(t, y):
+        table["t"] = t
+        return -y
+
+    interrupt_soon()
+    with pytest.warns(fastdyn.CompileWarning), pytest.raises(KeyboardInterrupt):
+        fastdyn.solve_ivp(slow, (0, 1e9), [1.0], "RK4", step=1e-3, t_eval=[1e9])
+
+
+def test_progress_is_shown(capsys):
+    solve("RK45", progress=True)
+    assert "100%" in capsys.readouterr().err
+
+
+def test_max_steps_says_how_far_it_came_and_what_to_do():
+    r = solve("RK45", max_steps=7)
+    assert r.status == -1 and r.n_accepted == 7 and len(r.t) == 8
+    assert "max_steps" in r.message and "%" in r.message
+
+
+def peak(t_end):
+    solve("RK4", t_end, t_eval=[t_end])
+    tracemalloc.start()
+    solve("RK4", t_end, t_eval=[t_end])
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return most
+
+
+def test_memory_does_not_grow_with_steps():
+    small, large = peak(10.0), peak(10_000.0)  # 10^3 and 10^6 steps
+    assert large < small + 4096
+
+
+def test_compiled_code_allocates_nothing_per_step():
+    from numba.core.runtime import _nrt_python, rtsys
+
+    _nrt_python.memsys_enable_stats()
+    for tier in ("pointer", "specialised"):
+        solve("DOP853", tier=tier)
+        before = rtsys.get_allocation_stats().mi_alloc
+        solve("DOP853", 2000.0, tier=tier)
+        assert rtsys.get_allocation_stats().mi_alloc == before
+
+
+def test_long_output_is_whole():
+    r = fastdyn.solve_ivp(spring, (0, 3000), [1.0, 0.0], args=(2.0,), events=rise)
+    s = scipy.integrate.solve_ivp(spring, (0, 3000), [1.0, 0.0], args=(2.0,), events=rise)
+    assert r.t.shape == s.t.shape and r.nfev == s.nfev
+    assert [len(t) for t in r.t_events] == [len(t) for t in s.t_events]
+    assert len(r.t) > 8 * drive.PIECE
+
+
+def test_threads_do_not_disturb_each_other():
+    def one(k):
+        return fastdyn.solve_ivp(
+            spring, (0, 200), [1.0, 0.0], args=(k,), rtol=1e-8, dense_output=True, events=rise
+        )
+
+    ks = np.linspace(1, 5, 40)
+    alone = [one(k) for k in ks]
+    with ThreadPoolExecutor(8) as pool:
+        together = list(pool.map(one, ks))
+    assert all(same(a, b) for a, b in zip(alone, together, strict=True))
