@@ -170,7 +170,7 @@ def _why(s, work, problem, t):
     if growth > BLOWN_UP:
         return f"The solution blows up at {t}: it has grown {growth:.1e}-fold."
     return (
-        f"The step at {t} shrank to {s['h']:.1e} and its error is still too large: the solution "
-        f"has a singularity or a jump there (largest derivative {np.abs(rate).max():.1e}), or "
+        f"At {t} no step is short enough for the tolerance: the solution has a singularity or a "
+        f"jump there (largest derivative {np.abs(rate).max():.1e}), or "
         f"rtol = {work[RTOL].max():.1e} is too loose to have kept it away from one."
     )

@@ -44,6 +44,13 @@ EVENTS = np.dtype(
 
 
 @njit(**OPTIONS)
+def _copy(row, out):
+    # A loop: the assignment of a row to a row allocates, in case they overlap.
+    for i in range(len(row)):
+        out[i] = row[i]
+
+
+@njit(**OPTIONS)
 def _evaluate_events(events, t, y, scratch):
     """g_new of each event; False if one raised."""
     for i in range(len(events)):
@@ -193,7 +200,7 @@ def watch(
             o.n_dense += 1
         if len(events) > 0:
             if t == s.t:
-                scratch[0] = work[Y]
+                _copy(work[Y], scratch[0])
             else:
                 polynomial(d, (t - t_old) / h, scratch[0])
             if not _evaluate_events(events, t, scratch[0], scratch[1]):
@@ -213,7 +220,7 @@ def watch(
             else:
                 t_out[o.n_out] = o.t_last = t
                 if t == s.t:
-                    y_out[o.n_out] = work[Y]
+                    _copy(work[Y], y_out[o.n_out])
                 else:
                     polynomial(d, (t - t_old) / h, y_out[o.n_out])
                 o.n_out += 1

@@ -14,5 +14,5 @@ def test_the_code_blocks_run(capsys):
     scope = {}
     for block in blocks:
         exec(block, scope)
-    assert "blows up at t = 1" in capsys.readouterr().out
+    assert "blows up at t = 0.9999" in capsys.readouterr().out
     plt.close("all")
