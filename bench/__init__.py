@@ -1,0 +1,1 @@
+"""Benchmarks: ``python -m bench`` measures fastdyn beside SciPy and hand-written C++."""

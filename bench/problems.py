@@ -1,0 +1,72 @@
+"""The problems: right-hand sides, initial states, spans, and exact or reference end states."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Problem(NamedTuple):
+    """A right-hand side with its data; `args` are its parameters after (t, y)."""
+
+    name: str
+    fun: Any
+    t_span: tuple
+    y0: list
+    args: tuple
+
+
+def satellite(t, w, GM):
+    x, y, vx, vy = w
+    r2 = x * x + y * y
+    c = -GM / (r2 * math.sqrt(r2))
+    return [vx, vy, c * x, c * y]
+
+
+def projectile(t, w, drag, g):
+    vx, vy, vz = w[3], w[4], w[5]
+    s = drag * math.sqrt(vx * vx + vy * vy + vz * vz)
+    return [vx, vy, vz, -s * vx, -s * vy, -s * vz - g]
+
+
+def pendulum(t, w, g, length):
+    theta, omega = w
+    return [omega, -(g / length) * math.sin(theta)]
+
+
+def chain(t, y):
+    n = y.size // 2
+    out = np.empty(y.size)
+    q = y[:n]
+    out[:n] = y[n:]
+    out[n + 1 : -1] = q[:-2] - 2.0 * q[1:-1] + q[2:]
+    out[n] = q[1] - 2.0 * q[0]
+    out[-1] = q[-2] - 2.0 * q[-1]
+    return out
+
+
+PROBLEMS = (
+    Problem("satellite", satellite, (0.0, 100.0), [1.0, 0.0, 0.0, 1.0], (1.0,)),
+    Problem("projectile", projectile, (0.0, 5.0), [0.0, 0.0, 0.0, 10.0, 10.0, 20.0], (0.5, 9.81)),
+    Problem("pendulum", pendulum, (0.0, 20.0), [0.0, 0.1], (9.81, 1.0)),
+)
+
+
+def chain_of(n):
+    """A chain of n / 2 equal masses on springs between two walls, one end plucked."""
+    y0 = np.zeros(n)
+    y0[0] = 1.0
+    return Problem(f"chain {n}", chain, (0.0, 20.0), y0, ())
+
+
+def reference(problem):
+    """The end state: exact for the circular orbit, else DOP853 at rtol 1e-13."""
+    t = problem.t_span[1]
+    if problem.name == "satellite":
+        return np.array([math.cos(t), math.sin(t), -math.sin(t), math.cos(t)])
+    from scipy.integrate import solve_ivp
+
+    r = solve_ivp(
+        problem.fun, problem.t_span, problem.y0, "DOP853", rtol=1e-13, atol=1e-14, args=problem.args
+    )
+    return r.y[:, -1]

@@ -1,0 +1,61 @@
+"""Endpoint-only solves through the public call, against SciPy and C++."""
+
+import numpy as np
+import scipy.integrate
+from numba import njit
+
+import fastdyn
+
+from . import cpp
+from .problems import PROBLEMS, reference
+from .timing import interleaved
+
+RTOL, ATOL = 1e-6, 1e-9
+TARGET = 1.15
+
+
+def rows(quick):
+    """One row a solver: time, error, steps, and the ratio to C++."""
+    for method, order in (("RK45", 5), ("DOP853", 8)):
+        for problem in PROBLEMS:
+            yield from _problem(problem, method, order, quick)
+
+
+def _problem(problem, method, order, quick):
+    t_end = problem.t_span[1]
+    given = {"method": method, "t_eval": [t_end], "rtol": RTOL, "atol": ATOL, "args": problem.args}
+
+    def ours(**options):
+        r = fastdyn.solve_ivp(problem.fun, problem.t_span, problem.y0, **given, **options)
+        return r.y[:, -1], r.nfev
+
+    def scipys(fun):
+        r = scipy.integrate.solve_ivp(fun, problem.t_span, problem.y0, **given)
+        return r.y[:, -1], r.nfev
+
+    inner = njit(problem.fun)
+    jitted = njit(lambda t, y, *args: np.array(inner(t, y, *args)))
+    ours(tier="specialised")
+    references = cpp.solvers(problem, order, RTOL, ATOL)
+    compiled = {"fastdyn": ours, **references}
+    slow = {"SciPy": lambda: scipys(problem.fun), "SciPy + njit": lambda: scipys(jitted)}
+    exact = reference(problem)
+    answers = {name: solve() for name, solve in {**compiled, **slow}.items()}
+    times = interleaved(compiled, 20 if quick else 4000, 0.2 if quick else 4.0)
+    times |= interleaved({"fastdyn ": ours, **slow}, 3 if quick else 20)
+    fastest = min((times[name][0] for name in references), default=None)
+    mine = times["fastdyn"][0]
+    for name, (y, nfev) in answers.items():
+        yield {
+            "problem": problem.name,
+            "method": method,
+            "solver": name,
+            "min_us": times[name][0] * 1e6,
+            "median_us": times[name][1] * 1e6,
+            "error": float(abs(y - exact).max()),
+            "nfev": nfev,
+            "of_fastest_cpp": times[name][0] / fastest if fastest else None,
+            "of_fastdyn": times[name][0] / mine,
+            "target": f"<= {TARGET} C++" if name == "fastdyn" else "",
+            "met": bool(mine <= TARGET * fastest) if name == "fastdyn" and fastest else None,
+        }
