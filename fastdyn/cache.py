@@ -19,7 +19,7 @@ import numba
 import numpy as np
 from numba.core import compiler, serialize
 from numba.core.registry import cpu_target
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 from numba.misc.appdirs import AppDirs
 
 MAGIC = b"fastdyn1"
@@ -40,6 +40,10 @@ def directory():
     """Where entries are kept: under NUMBA_CACHE_DIR if that is set, else the user's cache."""
     base = os.environ.get("NUMBA_CACHE_DIR")
     return pathlib.Path(base or AppDirs(appname="numba", appauthor=False).user_cache_dir, "fastdyn")
+
+
+def _target() -> Any:
+    return cpu_target.target_context
 
 
 @functools.cache
@@ -65,7 +69,7 @@ def environment():
             numba.__version__,
             llvmlite.__version__,
             np.__version__,
-            cpu_target.target_context.codegen().magic_tuple(),
+            _target().codegen().magic_tuple(),
             [str(getattr(numba.config, name, None)) for name in switches],
         )
     )
@@ -123,8 +127,8 @@ def _load(path):
         os.utime(path)
     except OSError:
         return None
-    rtsys.initialize(cpu_target.target_context)  # loaded code may allocate
-    return compiler.CompileResult._rebuild(cpu_target.target_context, *parts)
+    rtsys.initialize(_target())  # loaded code may allocate
+    return compiler.CompileResult._rebuild(_target(), *parts)
 
 
 def _store(path, result):

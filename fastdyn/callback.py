@@ -8,6 +8,7 @@ import contextlib
 import ctypes
 import signal
 import threading
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class Callback:
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._n_out = 1 if mode == "event" else n
         self._function = SIGNATURE(self._call)
-        self.address = ctypes.cast(self._function, ctypes.c_void_p).value
+        self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
 
     def _array(self, address, n):
         array = self._arrays.get((address, n))

@@ -18,6 +18,9 @@ SCIPY_METHODS = ("Radau", "BDF", "LSODA")
 COMMON = {"max_steps", "progress", "on_interrupt", "tier"}
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step"}
 LANDING = 1e-9  # a span this close to a whole number of steps is taken as whole
+DEFAULTS = {
+    "max_steps": math.inf, "progress": False, "on_interrupt": "raise", "tier": "auto",
+}  # fmt: skip
 TIERS = ("auto", "pointer", "specialised")
 
 
@@ -64,6 +67,10 @@ def endless(tf, events, max_steps):
 def initial_state(y0, name="y0"):
     """The initial state as a new 1-D array of float64 or complex128, finite."""
     y0 = np.asarray(y0)
+    if y0.dtype.kind in "fi" and y0.ndim == 1:
+        y0 = y0.astype(float)
+        if math.isfinite(y0.dot(y0)):  # one pass; where the square overflows, look again below
+            return y0
     if y0.dtype.kind not in "fiubc":
         try:
             y0 = y0.astype(float)
@@ -215,6 +222,8 @@ def event_list(events):
 
 def _running_options(options):
     """The options that every method takes, checked."""
+    if not options:
+        return DEFAULTS
     limit = options.get("max_steps")
     if limit is not None and not limit >= 1:
         raise ValueError(f"`max_steps` must be at least 1; got {limit}.")
@@ -233,7 +242,7 @@ def _running_options(options):
 
 def warn_unused(options, used):
     """Warn, as SciPy does, of options that the method does not look at."""
-    unused = options.keys() - used
+    unused = options.keys() - used if options else ()
     if unused:
         warnings.warn(
             "The following arguments have no effect for a chosen solver: "

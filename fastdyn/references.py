@@ -7,7 +7,7 @@ import builtins
 import functools
 import hashlib
 import types as python
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core import ir
@@ -169,11 +169,11 @@ def frozen(value, seen=()):
     if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
         return ("method", _frozen_function(value.__func__, seen, value.__self__))
     if isinstance(value, python.BuiltinFunctionType | np.ufunc | type) or callable(value):
-        name = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
+        name: Any = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
         module = getattr(value, "__module__", None)
         if name and (module is None or module.split(".")[0] in LIBRARIES):
             return ("builtin", module, name)
-    return Opaque(type(value).__qualname__, id(value))
+    return Opaque(str(type(value).__qualname__), id(value))
 
 
 LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operator", "scipy"}

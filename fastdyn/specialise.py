@@ -9,6 +9,7 @@
 """
 
 import functools
+from typing import Any
 
 import numpy as np
 from numba import njit, typeof, types
@@ -175,7 +176,7 @@ class Tier:
             kernel = specialised_kernel(name, self._function, n, build)
         if kernel is not None:
             self._open = False
-        self._kernel = kernel or pointer_kernel(name)
+        self._kernel: Any = kernel or pointer_kernel(name)
 
     @property
     def address(self):

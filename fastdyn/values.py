@@ -79,15 +79,15 @@ def _array_kind(value, freeze):
     return ("array", code, value.ndim)
 
 
-def n_words(kind):
+def n_words(kind: Any) -> int:
     """Words that a value of this kind takes in a block."""
     if isinstance(kind, Constant):
         return 0
     if kind[0] == "array":
         return 1 + kind[2]
     if kind[0] == "tuple":
-        return sum(n_words(k) for k in kind[1])
-    return 2 if kind is COMPLEX or kind == COMPLEX else 1
+        return sum([n_words(k) for k in kind[1]])
+    return 2 if kind == COMPLEX else 1
 
 
 def pack(kind, value, words, at, alive):

@@ -33,8 +33,12 @@ def solve(method, t_end=20.0, **options):
 def same(a, b):
     return all(
         np.array_equal(x, y)
-        for x, y in [(a.t, b.t), (a.y, b.y), (a.nfev, b.nfev)]
-        + list(zip(a.t_events or [], b.t_events or [], strict=True))
+        for x, y in [
+            (a.t, b.t),
+            (a.y, b.y),
+            (a.nfev, b.nfev),
+            *zip(a.t_events or [], b.t_events or [], strict=True),
+        ]
     )
 
 

@@ -94,7 +94,7 @@ def fills_list(t, y):
 
 
 def comprehends(t, y):
-    return np.array([v for v in (y[1], -2 * y[0])])
+    return np.array([v * 1.0 for v in (y[1], -2 * y[0])])
 
 
 def branches(t, y):
