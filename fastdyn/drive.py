@@ -112,9 +112,9 @@ def _event_table(problem, bound_events, state, work, scratch):
     if not bound_events:
         return NO_EVENTS, RUNNING
     table: Any = np.zeros(len(bound_events), EVENTS)
-    for row, bound, (_, limit, direction) in zip(
-        table, bound_events, problem.events or (), strict=True
-    ):
+    for i, bound in enumerate(bound_events):
+        _, limit, direction = problem.events[i]
+        row = table[i]
         row["block"], row["limit"], row["direction"] = bound.block.ctypes.data, limit, direction
     return table, events_kernel()(table, problem.t0, work[Y], scratch[1])
 
