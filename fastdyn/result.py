@@ -146,9 +146,9 @@ def outcome(status, state, work, problem):
     t = f"t = {s['t']:.10g}"
     if status == STEP_TOO_SMALL:
         return -1, f"{TOO_SMALL} {_why(s, work, problem, t)}"
-    if status == NON_FINITE and s["n_accepted"] == 0 and problem.method.error_order:
-        bad = np.flatnonzero(~np.isfinite(work[K + problem.method.last]))[0]
-        return -1, f"`fun` returned nan or inf at the start, {t} (component {bad})."
+    bad = np.flatnonzero(~np.isfinite(work[K + problem.method.last]))
+    if status == NON_FINITE and s["n_accepted"] == 0 and bad.size:
+        return -1, f"`fun` returned nan or inf at the start, {t} (component {bad[0]})."
     if status == NON_FINITE:
         return -1, (
             f"The state is not finite after {t}: the solution blows up there, or the steps are "

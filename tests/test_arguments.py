@@ -58,7 +58,7 @@ AS_SCIPY = [
 ]
 
 
-@pytest.mark.parametrize("changes", AS_SCIPY, ids=str)
+@pytest.mark.parametrize("changes", AS_SCIPY, ids=lambda changes: "-".join(changes))
 def test_errors_are_scipys(changes):
     with pytest.raises(Exception) as theirs:
         scipy.integrate.solve_ivp(**base(**changes))
