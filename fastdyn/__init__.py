@@ -1,6 +1,6 @@
 """fastdyn: equations of motion, integrated at compiled speed behind SciPy's solve_ivp."""
 
-from .adapt import CompileWarning
+from .refusal import CompileWarning
 from .result import OdeResult, OdeSolution
 from .solve import solve_ivp, solve_second_order
 

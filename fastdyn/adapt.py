@@ -8,7 +8,6 @@ call.  What Numba cannot compile is called in Python from the same kernels, with
 import functools
 import inspect
 import types as python
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from .bodies import arguments, pointer_form, reader
 from .callback import Callback
 from .kernels.calls import FAULT, FIRST, FORM
 from .references import LIBRARIES, contains_opaque, frozen, outside_kind, references, resolve
+from .refusal import Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
 from .values import Constant, is_function, kind, n_words, pack
 
@@ -31,10 +31,6 @@ MODES = {  # how a function may be compiled, best first: (mode, returned lists b
     "acceleration": (("acceleration", True), ("acceleration", False)),
     "event": (("event", True),),
 }
-
-
-class CompileWarning(UserWarning):
-    """A function could not be compiled and runs in Python."""
 
 
 class Parts(NamedTuple):
@@ -64,10 +60,6 @@ class Bound(NamedTuple):
     python: Any
     alive: list
     callback: Callback | None
-
-
-class Uncompilable(Exception):
-    """Why a function cannot be compiled."""
 
 
 _functions: dict = {}
@@ -158,7 +150,7 @@ def bind(fun, args, mode, n, look=None):
             raise Uncompilable(refusal)
         function, kinds = _function(parts, mode, look)
     except Uncompilable as reason:
-        _warn_once(fun, mode, str(reason))
+        warn_once(fun, mode, str(reason))
         callback = Callback(as_written, mode, n)
         block = np.zeros(FIRST, np.int64)
         block[0] = callback.address
@@ -282,32 +274,3 @@ def called_function(value):
     if not contains_opaque(token):
         _called[token] = compiled
     return compiled
-
-
-def explain(error):
-    """One sentence from Numba's report: what it could not compile, and the line."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    skip = ("Failed in", "During:", "File ", "<source", "- Resolution", "There are", "[", "raised")
-    what = [s for s in lines if not s.startswith(skip) and "type inference" not in s]
-    at = [s for s in lines if s.startswith('File "')]
-    sentence = what[0].rstrip(".:") if what else type(error).__name__
-    if at:
-        file, _, line = at[0].partition(", line ")
-        sentence += f" ({file[6:].rstrip(chr(34))}, line {line.split(':')[0].strip()})"
-    return sentence
-
-
-def _warn_once(fun, mode, reason):
-    name = getattr(fun, "__qualname__", None) or repr(fun)
-    identity = (getattr(fun, "__code__", type(fun)), mode)
-    if identity in _warned:
-        return
-    _warned.add(identity)
-    warnings.warn(
-        f"{name} cannot be compiled and runs in Python, many times slower: {reason}",
-        CompileWarning,
-        stacklevel=5,
-    )
-
-
-_warned: set = set()

@@ -53,10 +53,7 @@ def environment():
 
     sources = [
         *sorted(pathlib.Path(fastdyn.kernels.__file__).parent.glob("*.py")),
-        *(
-            HERE / f"{name}.py"
-            for name in ("adapt", "bodies", "rewrite", "specialise", "values", "references")
-        ),
+        *sorted(HERE.glob("*.py")),
     ]
     digest = hashlib.sha256()
     for source in sources:

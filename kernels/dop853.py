@@ -9,10 +9,11 @@ from numba import njit
 
 from . import adaptive, start
 from .calls import FUSED
-from .combine import Row, combine, slot, weigh
+from .combine import combine, slot, weigh
 from .control import SCIPY, sum_of_squares
 from .dense import F
 from .method import Method
+from .row import Row
 from .state import STAGE, Y_OLD, K, Y
 
 C = Row(

@@ -8,10 +8,11 @@ from numba import njit
 
 from . import adaptive, start
 from .calls import FUSED
-from .combine import Row, combine, slot, weigh
+from .combine import combine, slot, weigh
 from .control import SCIPY, rms
 from .dense import cubic
 from .method import Method
+from .row import Row
 from .state import STAGE, K, Y
 
 C = Row("0 1/2 3/4 1")

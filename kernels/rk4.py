@@ -9,9 +9,10 @@ from numba import njit
 
 from . import fixed, start
 from .calls import FUSED
-from .combine import Row, combine, slot
+from .combine import combine, slot
 from .dense import cubic
 from .method import Method
+from .row import Row
 from .state import STAGE, K, Y
 
 C = Row("0 1/2 1/2 1")

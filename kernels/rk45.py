@@ -11,10 +11,11 @@ from numba import njit
 
 from . import adaptive, start
 from .calls import FUSED
-from .combine import Row, combine, slot, weigh
+from .combine import combine, slot, weigh
 from .control import MATLAB, SCIPY, largest, rms
 from .dense import F
 from .method import Method
+from .row import Row
 from .state import STAGE, K, Y
 
 C = Row("0 1/5 3/10 4/5 8/9 1 1")

@@ -9,9 +9,10 @@ from numba import njit
 
 from . import fixed, start
 from .calls import FUSED
-from .combine import Row, combine, halves, join, slot
+from .combine import combine, halves, join, slot
 from .dense import cubic
 from .method import Method
+from .row import Row
 from .state import STAGE, K, Y
 
 HALF = Row("1/2")
