@@ -12,6 +12,7 @@ from .timing import interleaved
 
 RTOL, ATOL = 1e-6, 1e-9
 TARGET = 1.15
+STRETCH = 100
 
 
 def rows(quick):
@@ -19,6 +20,44 @@ def rows(quick):
     for method, order in (("RK45", 5), ("DOP853", 8)):
         for problem in PROBLEMS:
             yield from _problem(problem, method, order, quick)
+            yield from _kernel(problem, method, order, quick)
+
+
+def _kernel(problem, method, order, quick):
+    """A span STRETCH times as long, where the call itself no longer counts, against C++ alone.
+
+    The error is the distance from the end state of the first C++ solver.
+    """
+    t_end = problem.t_span[1] * (1 if quick else STRETCH)
+    long = problem._replace(t_span=(0.0, t_end))
+    given = {"method": method, "t_eval": [t_end], "rtol": RTOL, "atol": ATOL, "args": long.args}
+
+    def ours():
+        r = fastdyn.solve_ivp(long.fun, long.t_span, long.y0, **given)
+        return r.y[:, -1], r.nfev
+
+    solvers = {"fastdyn": ours, **cpp.solvers(long, order, RTOL, ATOL)}
+    if len(solvers) == 1:
+        return
+    answers = {name: solve() for name, solve in solvers.items()}
+    times = interleaved(solvers, 3 if quick else 200, 3.0)
+    fastest = min(times[name][0] for name in solvers if name != "fastdyn")
+    other = next(answers[name][0] for name in solvers if name != "fastdyn")
+    for name, (y, nfev) in answers.items():
+        ratio = times[name][0] / fastest
+        yield {
+            "problem": f"{problem.name}, span x {STRETCH}",
+            "method": method,
+            "solver": name,
+            "min_us": times[name][0] * 1e6,
+            "median_us": times[name][1] * 1e6,
+            "error": float(abs(y - other).max()),
+            "nfev": nfev,
+            "of_fastest_cpp": ratio,
+            "of_fastdyn": times[name][0] / times["fastdyn"][0],
+            "target": f"<= {TARGET} C++" if name == "fastdyn" else "",
+            "met": bool(ratio <= TARGET) if name == "fastdyn" else None,
+        }
 
 
 def _problem(problem, method, order, quick):
