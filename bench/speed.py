@@ -28,7 +28,8 @@ def _kernel(problem, method, order, quick):
 
     The error is the distance from the end state of the first C++ solver.
     """
-    t_end = problem.t_span[1] * (1 if quick else STRETCH)
+    stretch = 1 if quick else STRETCH
+    t_end = problem.t_span[1] * stretch
     long = problem._replace(t_span=(0.0, t_end))
     given = {"method": method, "t_eval": [t_end], "rtol": RTOL, "atol": ATOL, "args": long.args}
 
@@ -46,7 +47,7 @@ def _kernel(problem, method, order, quick):
     for name, (y, nfev) in answers.items():
         ratio = times[name][0] / fastest
         yield {
-            "problem": f"{problem.name}, span x {STRETCH}",
+            "problem": f"{problem.name}, span x {stretch}",
             "method": method,
             "solver": name,
             "min_us": times[name][0] * 1e6,
