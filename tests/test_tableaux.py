@@ -1,17 +1,28 @@
 """Order conditions of every table, in rational arithmetic, one for each rooted tree.
 
 J. C. Butcher, "Numerical Methods for Ordinary Differential Equations" (2016), section 31: a method
-has order p if sum(b_i Phi_i(tree)) = 1 / gamma(tree) for every tree with at most p nodes.
+has order p if sum(b_i Phi_i(tree)) = 1 / gamma(tree) for every tree with at most p nodes, and its
+interpolant has order p if the same holds for b_i(x) and x^n / gamma(tree), n the nodes of the tree.
 """
 
 import functools
+import math
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from fastdyn.kernels import METHODS
+from fastdyn.kernels.dense import hermite, polynomial
+from fastdyn.kernels.state import Y_OLD, K, Y
 
+EPS = float(np.finfo(float).eps)
 TABLED = {name: m for name, m in METHODS.items() if m.tableau is not None}
+PAIRS = [name for name, m in TABLED.items() if m.error_order]
+EMBEDDED = {name: (m.error_order,) for name, m in TABLED.items()} | {"DOP853": (5, 3)}
+
+# Significant digits of the shortest rounded coefficients in a source that prints decimals.
+DIGITS = {"DOP853": 28}
 
 
 @functools.cache
@@ -24,138 +35,178 @@ def trees(n):
 def _forests(n, largest):
     if n == 0:
         return ((),)
-    found = []
-    for size in range(1, min(n, largest) + 1):
-        for first in trees(size):
-            for rest in _forests(n - size, size):
-                found.append(tuple(sorted((first, *rest))))
-    return tuple(set(found))
+    found = set()
+    for size_of_first in range(1, min(n, largest) + 1):
+        for first in trees(size_of_first):
+            for rest in _forests(n - size_of_first, size_of_first):
+                found.add(tuple(sorted((first, *rest))))
+    return tuple(found)
 
 
+@functools.cache
 def size(tree):
     return 1 + sum(map(size, tree))
 
 
 @functools.cache
 def density(tree):
-    product = size(tree)
-    for subtree in tree:
-        product *= density(subtree)
-    return product
+    return size(tree) * math.prod(map(density, tree))
 
 
 class Table:
-    """A tableau as fractions, with the elementary weights of its stages."""
+    """A tableau as fractions, with the derivative at the end of the step among its stages."""
 
-    def __init__(self, tableau):
-        self.a = [list(row.exact) for row in tableau["a"]]
-        self.n = len(self.a)
-        self.c = tableau["c"].exact
-        self.b = self.padded(tableau["b"])
-        self.errors = [self.padded(row) for row in tableau.get("e", ())]
-        self.dense = [self.padded(row) for row in tableau.get("d", ())]
+    def __init__(self, name):
+        method, tableau = TABLED[name], TABLED[name].tableau
+        a, c = [row.exact for row in tableau["a"]], list(tableau["c"].exact)
+        self.b_alone, self.last = tableau["b"].exact, method.last
+        if len(a) <= self.last:
+            a, c = [*a, self.b_alone], [*c, Fraction(1)]
+        self.n = len(a)
+        self.a, self.c = [self.padded(row) for row in a], c
+        self.b = self.padded(self.b_alone)
+        self.errors = [self.padded(row.exact) for row in tableau.get("e", ())]
+        self.extra = [self.padded(row.exact) for row in tableau.get("d", ())]
+        self.digit = Fraction(10) ** (1 - DIGITS[name]) if name in DIGITS else Fraction(0)
+        self._sizes = [[abs(x) for x in row] for row in self.a]
         self._weights = {}
 
     def padded(self, row):
-        return list(row.exact) + [Fraction(0)] * (self.n - len(row))
+        return [*row, *[Fraction(0)] * (self.n - len(row))]
+
+    def unit(self, i):
+        return [Fraction(int(i == j)) for j in range(self.n)]
 
     def stage_weights(self, tree):
-        """Product over subtrees of sum(a_ij Phi_j), for each stage i."""
+        """Product over subtrees of sum(a_ij Phi_j) for each stage i, and the same of |a_ij|."""
         if tree not in self._weights:
-            product = [Fraction(1)] * self.n
-            for subtree in tree:
-                inner = self.stage_weights(subtree)
-                for i in range(self.n):
-                    product[i] *= sum(a * w for a, w in zip(self.a[i], inner, strict=False))
-            self._weights[tree] = product
+            exact, bound = [Fraction(1)] * self.n, [Fraction(1)] * self.n
+            for inner, outer in map(self.stage_weights, tree):
+                exact = [p * dot(row, inner) for p, row in zip(exact, self.a, strict=True)]
+                bound = [p * dot(row, outer) for p, row in zip(bound, self._sizes, strict=True)]
+            self._weights[tree] = exact, bound
         return self._weights[tree]
 
-    def residual(self, b, tree, x=1):
-        weight = sum(w * p for w, p in zip(b, self.stage_weights(tree), strict=True))
-        return weight - Fraction(x) ** size(tree) / density(tree)
+    def holds(self, tree, b, sizes=None, x=1):
+        """Whether the condition of a tree holds, as far as the printed digits can say.
 
-    def worst(self, b, order, x=1):
-        return max(abs(self.residual(b, tree, x)) for n in range(1, order + 1) for tree in trees(n))
+        A weight is a sum of products of one coefficient a node, each off by `digit` at most.
+        """
+        exact, bound = self.stage_weights(tree)
+        residual = dot(b, exact) - Fraction(x) ** size(tree) / density(tree)
+        allowed = dot(sizes or map(abs, b), bound)
+        return abs(residual) <= ((1 + self.digit) ** size(tree) - 1) * allowed
+
+    def order(self, b, sizes=None, x=1):
+        """The order of the weights b, at most 9."""
+        for n in range(1, 10):
+            if not all(self.holds(tree, b, sizes, x) for tree in trees(n)):
+                return n - 1
+        return 9
+
+    def interpolant(self, x):
+        """Weights b_i(x) of the dense output, and a bound on the sum of what they are made of."""
+        first, final = self.unit(0), self.unit(self.last)
+        rows = [
+            self.b,
+            [k - rise for k, rise in zip(first, self.b, strict=True)],
+            [2 * r - k - e for r, k, e in zip(self.b, first, final, strict=True)],
+            *self.extra,
+        ]
+        factors = [math.prod([x, 1 - x][i % 2] for i in range(j + 1)) for j in range(len(rows))]
+        b = [dot(factors, column) for column in zip(*rows, strict=True)]
+        sizes = [[abs(v) for v in row] for row in (self.b, *self.extra)]
+        sizes[1:1] = [
+            [k + r for k, r in zip(first, sizes[0], strict=True)],
+            [2 * r + k + e for r, k, e in zip(sizes[0], first, final, strict=True)],
+        ]
+        return b, [dot(factors, column) for column in zip(*sizes, strict=True)]
+
+
+def dot(a, b):
+    return sum((p * q for p, q in zip(a, b, strict=True) if p and q), Fraction(0))
 
 
 @functools.cache
 def table(name):
-    return Table(TABLED[name].tableau)
-
-
-def rounding(name):
-    """What the printed digits of a table allow: nothing for fractions, 30 digits for DOP853."""
-    return Fraction(1, 10**24) if name == "DOP853" else 0
+    return Table(name)
 
 
 def test_the_trees_are_counted_right():
-    assert [len(trees(n)) for n in range(1, 9)] == [1, 1, 2, 4, 9, 20, 48, 115]
+    assert [len(trees(n)) for n in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
+
+
+def test_the_densities_count_the_orderings_of_the_trees():
+    # n! / (gamma sigma) orderings of a tree of n nodes; over all trees they sum to (n - 1)!.
+    def symmetry(tree):
+        kinds = set(tree)
+        return math.prod(
+            math.factorial(tree.count(k)) * symmetry(k) ** tree.count(k) for k in kinds
+        )
+
+    for n in range(1, 10):
+        orderings = [Fraction(math.factorial(n), density(t) * symmetry(t)) for t in trees(n)]
+        assert sum(orderings) == math.factorial(n - 1)
+
+
+@pytest.mark.parametrize("name", TABLED)
+def test_every_stage_uses_those_before_it(name):
+    t = table(name)
+    assert all(x == 0 for i, row in enumerate(t.a) for x in row[i:])
+    assert len(t.a) == len(t.c) == TABLED[name].n_rows
 
 
 @pytest.mark.parametrize("name", TABLED)
 def test_stage_times_are_row_sums(name):
     t = table(name)
-    assert all(abs(sum(row) - c) <= rounding(name) for row, c in zip(t.a, t.c, strict=False))
+    for row, c in zip(t.a, t.c, strict=True):
+        assert abs(sum(row) - c) <= t.digit * (sum(map(abs, row)) + c)
 
 
 @pytest.mark.parametrize("name", TABLED)
 def test_order_is_as_stated_and_no_higher(name):
-    t, order = table(name), TABLED[name].order
-    assert t.worst(t.b, order) <= rounding(name)
-    assert t.worst(t.b, order + 1) > Fraction(1, 10**6)
-
-
-@pytest.mark.parametrize("name", [n for n, m in TABLED.items() if m.error_order])
-def test_error_rows_belong_to_methods_of_lower_order(name):
     t = table(name)
-    orders = {"DOP853": (5, 3)}.get(name, (TABLED[name].error_order,))
-    for e, order in zip(t.errors, orders, strict=True):
+    assert t.order(t.b) == TABLED[name].order
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_error_rows_are_differences_to_methods_of_lower_order(name):
+    t = table(name)
+    for e, order in zip(t.errors, EMBEDDED[name], strict=True):
         embedded = [b - x for b, x in zip(t.b, e, strict=True)]
-        assert t.worst(embedded, order) <= rounding(name)
-        assert t.worst(embedded, order + 1) > Fraction(1, 10**6)
-
-
-@pytest.mark.parametrize("name", [n for n, m in TABLED.items() if m.error_order])
-def test_last_stage_is_the_first_of_the_next_step(name):
-    t, last = table(name), TABLED[name].last
-    assert t.padded(TABLED[name].tableau["a"][last]) == t.b if last < t.n else True
-
-
-def interpolant(name, x):
-    """Weights b_i(x) of the dense output, from the nested form of kernels/dense.py."""
-    t, method = table(name), TABLED[name]
-    n = max(t.n, method.last + 1)
-    unit = [[Fraction(int(i == j)) for j in range(n)] for i in range(n)]
-    b = t.b + [Fraction(0)] * (n - t.n)
-    rows = [
-        b,
-        [k - rise for k, rise in zip(unit[0], b, strict=True)],
-        [2 * r - k - e for r, k, e in zip(b, unit[0], unit[method.last], strict=True)],
-        *(row + [Fraction(0)] * (n - t.n) for row in t.dense),
-    ]
-    total = [Fraction(0)] * n
-    for j in reversed(range(len(rows))):
-        factor = x if j % 2 == 0 else 1 - x
-        total = [(r + s) * factor for r, s in zip(rows[j], total, strict=True)]
-    return total
+        sizes = [abs(b) + abs(x) for b, x in zip(t.b, e, strict=True)]
+        assert abs(sum(e)) <= t.digit * sum(map(abs, e))
+        assert t.order(embedded, sizes) == order
 
 
 @pytest.mark.parametrize("name", TABLED)
-def test_dense_output_has_its_order_everywhere_in_the_step(name):
-    method = TABLED[name]
-    full = Table(method.tableau | {"a": _with_end_stage(method), "c": method.tableau["c"]})
-    for x in (Fraction(1, 7), Fraction(1, 2), Fraction(9, 10)):
-        b = interpolant(name, x)
-        assert full.worst(b, method.dense_order, x) <= rounding(name) * 1000
-        assert full.worst(b, method.dense_order + 1, x) > Fraction(1, 10**8)
+def test_last_stage_is_the_derivative_at_the_end_of_the_step(name):
+    t = table(name)
+    assert t.a[t.last] == t.b and t.c[t.last] == 1
+    assert TABLED[name].n_stages == t.last  # stage 0 is the last of the step before
 
 
-def _with_end_stage(method):
-    """The rows of a, with the derivative at the end of the step in place `last`."""
-    rows = list(method.tableau["a"])
-    b = method.tableau["b"]
-    if len(rows) <= method.last:
-        return (*rows, b)
-    if rows[method.last].exact != b.exact:
-        rows.insert(method.last, b)
-    return tuple(rows)
+@pytest.mark.parametrize("x", [Fraction(1, 7), Fraction(1, 2), Fraction(9, 10)], ids=str)
+@pytest.mark.parametrize("name", TABLED)
+def test_dense_output_has_its_order_inside_the_step(name, x):
+    t, order = table(name), TABLED[name].dense_order
+    b, sizes = t.interpolant(x)
+    assert t.order(b, sizes, x) == order
+
+
+@pytest.mark.parametrize("name", TABLED)
+def test_the_compiled_interpolant_is_the_one_examined(name):
+    # Stages e_1 ... e_n, so that component i of the state shows the weight of stage i.
+    t, h = table(name), 0.25
+    work, d = np.zeros((K + t.n, t.n)), np.zeros((4 + len(t.extra), t.n))
+    work[K:], work[Y] = np.eye(t.n), 0.5 + h * np.array(t.b, dtype=float)
+    work[Y_OLD] = 0.5
+    hermite.py_func(h, t.last, work, d)
+    d[4:] = h * np.array(t.extra, dtype=float).reshape(-1, t.n)
+    found = np.empty(t.n)
+    for x in (Fraction(0), Fraction(1, 8), Fraction(1, 2), Fraction(7, 8), Fraction(1)):
+        polynomial.py_func(d, float(x), found)
+        b, _ = t.interpolant(x)
+        allowed = 4 * EPS * len(d) * np.abs(d).sum(axis=0)
+        assert (np.abs(found - 0.5 - h * np.array(b, dtype=float)) <= allowed).all()
+    assert TABLED[name].n_dense == len(d) - 1
