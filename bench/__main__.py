@@ -5,10 +5,11 @@ import datetime
 import json
 import pathlib
 
-from . import first_call, fixed_cost, memory, scaling, speed
+from . import first_call, fixed_cost, memory, same_steps, scaling, speed
 from .timing import machine
 
 GROUPS = {
+    "same_steps": same_steps,
     "speed": speed,
     "fixed_cost": fixed_cost,
     "first_call": first_call,
@@ -47,7 +48,8 @@ def main():
     for name in options.only:
         record[name] = list(GROUPS[name].rows(options.quick))
         print(f"\n{name}: {GROUPS[name].__doc__.splitlines()[0]}")
-        show(record[name])
+        if record[name]:
+            show(record[name])
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(record, indent=1))
     print(f"\nwritten to {path}")

@@ -1,14 +1,17 @@
 // Reference integrators in C++: DOPRI5 and DOP853 with the step control of scipy.integrate, for a
-// right-hand side known at compile time.  Endpoint only.
+// right-hand side known at compile time, and DOPRI5 for a chain of springs of any length.
+// Endpoint only.  Each entry leaves y0 alone and writes the end state to y and to counts the
+// evaluations, accepted and rejected steps, so that it can be called again with nothing to reset.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "tableaux.hpp"
 
-template <class T, int S, int N, int... J>
-inline double weighted(const double (&k)[T::stages + 1][N], int i, std::integer_sequence<int, J...>) {
+template <class T, int S, class K, int... J>
+inline double weighted(const K &k, int i, std::integer_sequence<int, J...>) {
   double sum = 0;
   bool first = true;
   (
@@ -22,8 +25,8 @@ inline double weighted(const double (&k)[T::stages + 1][N], int i, std::integer_
   return sum;
 }
 
-template <class T, int R, int N, int... J>
-inline double error_of(const double (&k)[T::stages + 1][N], int i, std::integer_sequence<int, J...>) {
+template <class T, int R, class K, int... J>
+inline double error_of(const K &k, int i, std::integer_sequence<int, J...>) {
   double sum = 0;
   ([&] { if constexpr (T::e[R][J] != 0) sum += T::e[R][J] * k[J][i]; }(), ...);
   return sum;
@@ -34,7 +37,7 @@ inline void stages(const F &f, double t, const double (&y)[F::n], double h, doub
                    double (&k)[T::stages + 1][F::n]) {
   if constexpr (S <= T::stages) {
     for (int i = 0; i < F::n; ++i)
-      u[i] = y[i] + h * weighted<T, S, F::n>(k, i, std::make_integer_sequence<int, S>{});
+      u[i] = y[i] + h * weighted<T, S>(k, i, std::make_integer_sequence<int, S>{});
     f(t + T::c[S] * h, u, k[S]);
     stages<T, F, S + 1>(f, t, y, h, u, k);
   }
@@ -65,11 +68,11 @@ double first_step(const F &f, double t, const double (&y)[F::n], const double (&
 }
 
 template <class T, class F>
-void solve(const F &f, double t, double t_end, double *state, double rtol, double atol, long *counts) {
+void solve(const F &f, double t, double t_end, const double *y0, double *state, double rtol, double atol, long *counts) {
   constexpr int n = F::n, s = T::stages;
   const double exponent = -1.0 / T::order;
   double y[n], u[n], k[s + 1][n];
-  std::copy(state, state + n, y);
+  std::copy(y0, y0 + n, y);
   f(t, y, k[0]);
   double h = first_step(f, t, y, k[0], t_end - t, T::order - 1, rtol, atol);
   long accepted = 0, rejected = 0;
@@ -84,10 +87,10 @@ void solve(const F &f, double t, double t_end, double *state, double rtol, doubl
       stages<T, F>(f, t, y, step, u, k);
       for (int i = 0; i < n; ++i) {
         const double scale = atol + std::max(std::abs(y[i]), std::abs(u[i])) * rtol;
-        double e = error_of<T, 0, n>(k, i, std::make_integer_sequence<int, s + 1>{}) / scale;
+        double e = error_of<T, 0>(k, i, std::make_integer_sequence<int, s + 1>{}) / scale;
         sum[0] += e * e;
         if constexpr (T::order == 8) {
-          e = error_of<T, 1, n>(k, i, std::make_integer_sequence<int, s + 1>{}) / scale;
+          e = error_of<T, 1>(k, i, std::make_integer_sequence<int, s + 1>{}) / scale;
           sum[1] += e * e;
         }
       }
@@ -143,14 +146,106 @@ struct Pendulum {
   }
 };
 
-#define ENTRY(name, F)                                                                            \
-  extern "C" void name(int order, double t, double t_end, double *y, const double *p, double rtol, \
-                       double atol, long *counts) {                                               \
-    if (order == 8)                                                                               \
-      solve<Dop853>(F{p}, t, t_end, y, rtol, atol, counts);                                       \
-    else                                                                                          \
-      solve<Dopri5>(F{p}, t, t_end, y, rtol, atol, counts);                                       \
+// Springs between two walls: y is [q, v], the number of components known at run time.
+struct Chain {
+  int n;
+  void operator()(const double *__restrict y, double *__restrict d) const {
+    const int m = n / 2;
+    for (int i = 0; i < m; ++i) d[i] = y[m + i];
+    d[m] = y[1] - 2 * y[0];
+    for (int i = 1; i < m - 1; ++i) d[m + i] = y[i - 1] - 2 * y[i] + y[i + 1];
+    d[n - 1] = y[m - 2] - 2 * y[m - 1];
+  }
+};
+
+// The mean of size(i)^2, in eight partial sums: one sum alone would keep compilers from vectors.
+template <class V>
+inline double mean_square(int n, const V &size) {
+  constexpr int lanes = 8;
+  double sum[lanes] = {};
+  int i = 0;
+  for (; i + lanes <= n; i += lanes)
+    for (int j = 0; j < lanes; ++j) sum[j] += size(i + j) * size(i + j);
+  for (; i < n; ++i) sum[0] += size(i) * size(i);
+  double all = 0;
+  for (double x : sum) all += x;
+  return all / n;
+}
+
+template <int S = 1>
+inline void chain_stages(const Chain &f, const double *y, double h, double *__restrict u,
+                         double *const (&k)[7]) {
+  if constexpr (S <= 6) {
+    for (int i = 0; i < f.n; ++i)
+      u[i] = y[i] + h * weighted<Dopri5, S>(k, i, std::make_integer_sequence<int, S>{});
+    f(u, k[S]);
+    chain_stages<S + 1>(f, y, h, u, k);
+  }
+}
+
+void solve_chain(const Chain &f, double t, double t_end, const double *y0, double *state, double rtol,
+                 double atol, long *counts) {
+  const int n = f.n;
+  std::vector<double> memory(9 * n);
+  double *y = memory.data(), *u = y + n, *k[7];
+  for (int j = 0; j < 7; ++j) k[j] = y + (2 + j) * n;
+  std::copy(y0, y0 + n, y);
+  f(y, k[0]);
+  const auto norm = [&](const double *x, double shift) {
+    return std::sqrt(mean_square(n, [&](int i) {
+      return (x[i] - shift * k[0][i]) / (atol + std::abs(y[i]) * rtol);
+    }));
+  };
+  const double d0 = norm(y, 0), d1 = norm(k[0], 0), span = t_end - t;
+  const double h0 = std::min(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1, span);
+  for (int i = 0; i < n; ++i) u[i] = y[i] + h0 * k[0][i];
+  f(u, k[1]);
+  const double d2 = norm(k[1], 1) / h0;
+  const double h1 = d1 <= 1e-15 && d2 <= 1e-15 ? std::max(1e-6, h0 * 1e-3)
+                                               : std::pow(0.01 / std::max(d1, d2), 1.0 / 5);
+  double h = std::min({100 * h0, h1, span});
+  long accepted = 0, rejected = 0;
+  bool refused = false;
+  while (t < t_end) {
+    const double h_min = 10 * std::abs(std::nextafter(t, INFINITY) - t);
+    if (refused && h < h_min) break;
+    const double t_new = std::min(t + std::max(h, h_min), t_end), step = t_new - t;
+    chain_stages(f, y, step, u, k);
+    const double error = step * std::sqrt(mean_square(n, [&](int i) {
+      const double scale = atol + std::max(std::abs(y[i]), std::abs(u[i])) * rtol;
+      return error_of<Dopri5, 0>(k, i, std::make_integer_sequence<int, 7>{}) / scale;
+    }));
+    const double factor = error == 0 ? 10 : 0.9 * std::pow(error, -1.0 / 5);
+    if (error < 1) {
+      h = step * std::min(refused ? 1.0 : 10.0, factor);
+      t = t_new;
+      std::swap(y, u);
+      std::swap(k[0], k[6]);
+      ++accepted;
+    } else {
+      h = step * std::max(0.2, factor);
+      ++rejected;
+    }
+    refused = !(error < 1);
+  }
+  std::copy(y, y + n, state);
+  counts[0] = 2 + 6 * (accepted + rejected);
+  counts[1] = accepted;
+  counts[2] = rejected;
+}
+
+#define ENTRY(name, F)                                                                              \
+  extern "C" void name(int order, int, double t, double t_end, const double *y0, double *y,          \
+                       const double *p, double rtol, double atol, long *counts) {                    \
+    if (order == 8)                                                                                 \
+      solve<Dop853>(F{p}, t, t_end, y0, y, rtol, atol, counts);                                     \
+    else                                                                                            \
+      solve<Dopri5>(F{p}, t, t_end, y0, y, rtol, atol, counts);                                     \
   }
 ENTRY(satellite, Satellite)
 ENTRY(projectile, Projectile)
 ENTRY(pendulum, Pendulum)
+extern "C" void chain(int, int n, double t, double t_end, const double *y0, double *y, const double *,
+                      double rtol, double atol, long *counts) {
+  solve_chain(Chain{n}, t, t_end, y0, y, rtol, atol, counts);
+}
