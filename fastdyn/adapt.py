@@ -17,13 +17,14 @@ from numba.core.dispatcher import Dispatcher
 from . import cache
 from .bodies import arguments, pointer_form, reader
 from .callback import Callback
-from .kernels.calls import FAULT, FIRST, FORM
+from .kernels.calls import BARE, FAULT, FIRST, FORM
 from .references import LIBRARIES, contains_opaque, frozen, outside_kind, references, resolve
 from .refusal import Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
 from .values import Constant, is_function, kind, n_words, pack
 
 T, Y = object(), object()
+KEYWORDS = inspect.CO_VARKEYWORDS
 NUMPY = ("numpy", "np")  # and a library under its own name: the code itself says what is meant
 MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
     "derivative": (("derivative", True), ("derivative", False), ("copy", False)),
@@ -70,24 +71,24 @@ _called: dict = {}
 
 def _parts(fun, args):
     """Take a callable apart; raises Uncompilable for what has no Python code."""
-    leading, keywords, options = (), {}, {}
-    while isinstance(fun, functools.partial):
-        leading, keywords = fun.args + leading, {**fun.keywords, **keywords}
-        fun = fun.func
-    owner = None
-    if isinstance(fun, python.MethodType):
-        fun, owner = fun.__func__, fun.__self__
-    if isinstance(fun, Dispatcher):
-        options = {k: v for k, v in fun.targetoptions.items() if k == "fastmath" and v}
-        fun = fun.py_func
-    if not isinstance(fun, python.FunctionType):
-        method = inspect.getattr_static(type(fun), "__call__", None)
-        if not isinstance(method, python.FunctionType):
-            raise Uncompilable(f"{type(fun).__name__} objects have no Python code to compile")
-        fun, owner = method, fun
+    leading, keywords, options, owner = (), {}, {}, None
+    if fun.__class__ is not python.FunctionType:
+        while isinstance(fun, functools.partial):
+            leading, keywords = fun.args + leading, {**fun.keywords, **keywords}
+            fun = fun.func
+        if isinstance(fun, python.MethodType):
+            fun, owner = fun.__func__, fun.__self__
+        if isinstance(fun, Dispatcher):
+            options = {k: v for k, v in fun.targetoptions.items() if k == "fastmath" and v}
+            fun = fun.py_func
+        if not isinstance(fun, python.FunctionType):
+            method = inspect.getattr_static(type(fun), "__call__", None)
+            if not isinstance(method, python.FunctionType):
+                raise Uncompilable(f"{type(fun).__name__} objects have no Python code to compile")
+            fun, owner = method, fun
     code = fun.__code__
     given = (() if owner is None else (None,)) + leading + (T, Y) + args
-    if keywords or code.co_kwonlyargcount or code.co_flags & inspect.CO_VARKEYWORDS:
+    if keywords or code.co_kwonlyargcount or code.co_flags & KEYWORDS:
         bound = inspect.signature(fun).bind(*given, **keywords)
         bound.apply_defaults()
         if any(bound.kwargs.values()) or code.co_kwonlyargcount:
@@ -158,9 +159,10 @@ def bind(fun, args, mode, n, look=None):
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
     block[0], block[FAULT] = function.address, end
-    at = FIRST
-    for k, value in kinds:
-        at = pack(k, value, block, at, alive)
+    if kinds:
+        at, floats = FIRST, block.view(np.float64)
+        for k, value in kinds:
+            at = pack(k, value, block, floats, at, alive)
     alive.append(function)
     return Bound(function, block, as_written, alive, None)
 
@@ -168,12 +170,14 @@ def bind(fun, args, mode, n, look=None):
 def _function(parts, mode, look):
     """The compiled function, and (kind, value) of each of its parameters in order."""
     code = parts.function.__code__
-    layout = tuple("t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional)
+    layout = tuple(
+        ["t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional]
+    )
     try:
         outside = _outside(parts.function, parts.owner)
     except Exception as error:
         raise Uncompilable(explain(error)) from error
-    kinds = tuple((path, k) for path, (k, _) in outside.items())
+    kinds = tuple([(path, k) for path, (k, _) in outside.items()])
     key = (id(code), mode, layout, kinds, tuple(parts.options.items()))
     entry = _functions.get(key)
     if entry is None:
@@ -192,10 +196,9 @@ def _function(parts, mode, look):
             _functions[id(code), mode] = code  # keeps the id taken
             raise
         entry = _functions[key] = (function, code)
-    values = [
-        (k, v) for k, v in zip(layout, parts.positional, strict=True) if v is not T and v is not Y
-    ]
-    return entry[0], values + list(outside.values())
+    given = zip(layout, parts.positional, strict=True)
+    values = [pair for pair in given if pair[0].__class__ is not str]  # neither t nor y
+    return entry[0], [*values, *outside.values()] if outside else values
 
 
 def _compile(parts, mode, layout, outside):
@@ -270,7 +273,7 @@ def called_function(value):
     compiled = compile_with(Plan(value, owner, {}, False, False), {})
     if owner is not None:
         inner = compiled
-        compiled = njit(error_model="numpy", nogil=True)(lambda *given: inner(None, *given))
+        compiled = njit(**BARE)(lambda *given: inner(None, *given))
     if not contains_opaque(token):
         _called[token] = compiled
     return compiled

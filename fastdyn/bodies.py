@@ -4,6 +4,8 @@
 `kernels/calls.py`.
 """
 
+import math
+
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
@@ -11,7 +13,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from .kernels.calls import FAULT, FORM, OPTIONS, RAISED, TIME
+from .kernels.calls import BARE, FAULT, FORM, RAISED, TIME
 from .kernels.combine import view
 from .store import store
 from .values import Constant
@@ -94,7 +96,7 @@ def reader(kind, at):
 
         return numba_type(kind)(block), codegen
 
-    @njit(**OPTIONS)
+    @njit(**BARE)
     def load(block):
         return read(block)
 
@@ -201,9 +203,8 @@ def pointer_form(inner, values, mode):
         def body(t, y, n, block, out):
             store(inner(*values(t, _readonly(y, n), block)), _array(out, n), 0)
 
-    compiled_body = njit(**OPTIONS)(body)
+    compiled_body = njit(**BARE)(body)
     compiled_body.compile(FORM)  # here, so that what Numba says of the user's code is heard
-    single = mode == "event"
 
     @intrinsic
     def attempt(typingctx, t, y, n, block, out):
@@ -214,46 +215,27 @@ def pointer_form(inner, values, mode):
             status, _ = context.call_internal_no_propagate(
                 builder, result.fndesc, result.signature, args
             )
-            return status.is_error
+            with builder.if_then(status.is_error, likely=False):
+                _note(builder, *args, single=mode == "event")
+            return context.get_dummy_value()
 
-        return types.boolean(*FORM), codegen
+        return types.none(*FORM), codegen
 
-    @njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
+    @njit(**BARE)
     def function(t, y, n, block, out):
-        if attempt(t, y, n, block, out):
-            _note(t, y, n, block, out, 1 if single else n)
+        attempt(t, y, n, block, out)
 
     return function
 
 
-@intrinsic
-def _note_time(typingctx, block, t):
-    def codegen(context, builder, signature, args):
-        pointer = cgutils.gep(builder, args[0], TIME)
-        builder.store(args[1], builder.bitcast(pointer, ir.DoubleType().as_pointer()))
-        return context.get_dummy_value()
-
-    return types.none(block, types.float64), codegen
-
-
-@intrinsic
-def _floats_at(typingctx, block, index):
-    pointer = types.CPointer(types.float64)
-
-    def codegen(context, builder, signature, args):
-        place = builder.gep(args[0], [args[1]])
-        return builder.bitcast(place, context.get_value_type(pointer))
-
-    return pointer(block, types.int64), codegen
-
-
-@njit(**OPTIONS)
-def _note(t, y, n, block, out, n_out):
-    """Remember where the function raised, once, and return NaN."""
-    if block[RAISED] == 0:
-        block[RAISED] = 1
-        _note_time(block, t)
-        where = _floats_at(block, block[FAULT])
-        for i in range(n):
-            where[i] = y[i]
-    _array(out, n_out)[:] = np.nan
+def _note(builder, t, y, n, block, out, single):
+    """Remember where the function raised, the first time, and return NaN."""
+    real, word = ir.DoubleType(), n.type
+    raised = cgutils.gep(builder, block, RAISED)
+    with builder.if_then(builder.icmp_signed("==", builder.load(raised), word(0))):
+        builder.store(word(1), raised)
+        builder.store(t, builder.bitcast(cgutils.gep(builder, block, TIME), real.as_pointer()))
+        kept = builder.gep(block, [builder.load(cgutils.gep(builder, block, FAULT))])
+        cgutils.raw_memcpy(builder, builder.bitcast(kept, y.type), y, n, 8)
+    with cgutils.for_range(builder, word(1) if single else n) as loop:
+        builder.store(real(math.nan), builder.gep(out, [loop.index]))

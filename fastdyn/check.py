@@ -16,11 +16,10 @@ from .kernels import METHODS
 EPS = float(np.finfo(float).eps)
 SCIPY_METHODS = ("Radau", "BDF", "LSODA")
 COMMON = {"max_steps", "progress", "on_interrupt", "tier"}
-ADAPTIVE = {"rtol", "atol", "max_step", "first_step"}
+ADAPTIVE = {"rtol", "atol", "max_step", "first_step"} | COMMON
+FIXED = {"step"} | COMMON
 LANDING = 1e-9  # a span this close to a whole number of steps is taken as whole
-DEFAULTS = {
-    "max_steps": math.inf, "progress": False, "on_interrupt": "raise", "tier": "auto",
-}  # fmt: skip
+DEFAULTS = (math.inf, False, "raise", "auto")  # max_steps, progress, on_interrupt, tier
 TIERS = ("auto", "pointer", "specialised")
 
 
@@ -57,7 +56,7 @@ def time_span(t_span):
 
 def endless(tf, events, max_steps):
     """Refuse a span without end if nothing else ends the run."""
-    if math.isinf(tf) and max_steps is None and not any(limit for _, limit, _ in events or ()):
+    if math.isinf(tf) and max_steps is None and not any(e[1] for e in events or ()):
         raise ValueError(
             f"`t_span` ends at {tf} and nothing stops the run before: "
             "give a terminal event or `max_steps`."
@@ -66,11 +65,13 @@ def endless(tf, events, max_steps):
 
 def initial_state(y0, name="y0"):
     """The initial state as a new 1-D array of float64 or complex128, finite."""
-    y0 = np.asarray(y0)
+    given = y0
+    y0 = np.asarray(given)
     if y0.dtype.kind in "fi" and y0.ndim == 1:
-        y0 = y0.astype(float)
-        if math.isfinite(y0.dot(y0)):  # one pass; where the square overflows, look again below
-            return y0
+        if y0 is given or y0.dtype != float:
+            y0 = np.array(y0, dtype=float)
+        if math.isfinite(sum(y0.tolist()) if y0.size < 32 else y0.dot(y0)):
+            return y0  # where the sum overflows, look again below
     if y0.dtype.kind not in "fiubc":
         try:
             y0 = y0.astype(float)
@@ -125,13 +126,13 @@ def output_times(t_eval, t0, tf):
     if t_eval.ndim != 1:
         raise ValueError("`t_eval` must be 1-dimensional.")
     if t_eval.size:
-        low, high = (t0, tf) if t0 <= tf else (tf, t0)
-        if not (t_eval.min() >= low and t_eval.max() <= high):  # false for NaN too
+        rising = t_eval if tf >= t0 else t_eval[::-1]
+        low, high = (t0, tf) if tf >= t0 else (tf, t0)
+        if not (low <= rising[0] and rising[-1] <= high and (rising[1:] > rising[:-1]).all()):
             if np.isnan(t_eval).any():
                 raise ValueError("`t_eval` must not contain NaN.")
-            raise ValueError("Values in `t_eval` are not within `t_span`.")
-        d = np.diff(t_eval)
-        if (tf > t0 and (d <= 0).any()) or (tf < t0 and (d >= 0).any()):
+            if t_eval.min() < low or t_eval.max() > high:
+                raise ValueError("Values in `t_eval` are not within `t_span`.")
             raise ValueError("Values in `t_eval` are not properly sorted.")
     return t_eval
 
@@ -221,8 +222,8 @@ def event_list(events):
 
 
 def _running_options(options):
-    """The options that every method takes, checked."""
-    if not options:
+    """The options that every method takes, checked, in the order of DEFAULTS."""
+    if COMMON.isdisjoint(options):
         return DEFAULTS
     limit = options.get("max_steps")
     if limit is not None and not limit >= 1:
@@ -232,40 +233,41 @@ def _running_options(options):
             raise ValueError(
                 f"`{name}={options[name]!r}` is unknown; choose from {', '.join(allowed)}."
             )
-    return {
-        "max_steps": math.inf if limit is None else limit,
-        "progress": bool(options.get("progress", False)),
-        "on_interrupt": options.get("on_interrupt", "raise"),
-        "tier": options.get("tier", "auto"),
-    }
+    return (
+        math.inf if limit is None else limit,
+        bool(options.get("progress", False)),
+        options.get("on_interrupt", "raise"),
+        options.get("tier", "auto"),
+    )
 
 
 def warn_unused(options, used):
     """Warn, as SciPy does, of options that the method does not look at."""
-    unused = options.keys() - used if options else ()
-    if unused:
+    if not used.issuperset(options):
+        unused = sorted(options.keys() - used)
         warnings.warn(
             "The following arguments have no effect for a chosen solver: "
-            f"{', '.join(f'`{name}`' for name in sorted(unused))}.",
+            f"{', '.join(f'`{name}`' for name in unused)}.",
             stacklevel=4,
         )
 
 
-def problem(fun, t_span, y0, method, t_eval, dense_output, events, args, mode, options):
-    """A Problem for one of our methods; `y0` is checked and real already."""
-    t0, tf = time_span(t_span)
+def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, options):
+    """A Problem for one of our methods; the span and `y0` are checked, and real."""
     span = abs(tf - t0)
     running = _running_options(options)
-    events = event_list(events)
-    endless(tf, events, options.get("max_steps"))
+    if events is not None:
+        events = event_list(events)
+    if span == math.inf:
+        endless(tf, events, options.get("max_steps"))
     if method.error_order:
-        warn_unused(options, ADAPTIVE | COMMON)
+        warn_unused(options, ADAPTIVE)
         rtol, atol = tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
         h_max, h = step_limits(options, span)
         if h_max is None:
             h_max = span * method.h_max_share
     else:
-        warn_unused(options, {"step"} | COMMON)
+        warn_unused(options, FIXED)
         rtol, atol, h_max = 0.0, 0.0, math.inf
         h = fixed_step(options, span, method.name)
     if mode == "acceleration" and len(y0) % 2:
@@ -274,5 +276,5 @@ def problem(fun, t_span, y0, method, t_eval, dense_output, events, args, mode, o
         raise ValueError("ode45 takes one `rtol`, and a positive `atol` for each component.")
     return Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
-        events, extra_arguments(args), mode, rtol, atol, h_max, h, **running,
+        events, extra_arguments(args), mode, rtol, atol, h_max, h, *running,
     )  # fmt: skip

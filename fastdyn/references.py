@@ -73,7 +73,6 @@ def count_definitions(blocks):
     return counts
 
 
-@functools.lru_cache(4096)
 def _references(code, owned):
     cells = tuple(python.CellType(None) for _ in code.co_freevars)
     names = {name: None for name in _names(code) if not hasattr(builtins, name)}
@@ -105,12 +104,21 @@ def _names(code):
             yield from _names(constant)
 
 
+_known: dict = {}
+
+
 def references(function, owned):
     """The outside names that a Python function uses, as long paths.
 
     Raises what Numba raises on bytecode that it cannot read.
     """
-    return _references(function.__code__, owned)
+    code = function.__code__
+    known = _known.get((id(code), owned))  # hashing the code itself would take a microsecond
+    if known is None:
+        if len(_known) > 4096:
+            _known.clear()
+        known = _known[id(code), owned] = (_references(code, owned), code)
+    return known[0]
 
 
 def walks_into(value):

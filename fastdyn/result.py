@@ -4,15 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .kernels.state import (
-    EVENT,
-    FINISHED,
-    NON_FINITE,
-    RTOL,
-    STEP_TOO_SMALL,
-    K,
-    Y,
-)  # fmt: skip
+from .kernels.state import EVENT, NON_FINITE, RTOL, STEP_TOO_SMALL, K, Y
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
 TERMINATED = "A termination event occurred."
@@ -137,10 +129,8 @@ class OdeSolution:
 
 
 def outcome(status, state, work, problem):
-    """SciPy's status and a message that says why, for a status of the kernels."""
+    """SciPy's status and a message that says why the kernels stopped before the end."""
     s = state[0]
-    if status == FINISHED:
-        return 0, SUCCESS
     if status == EVENT:
         return 1, TERMINATED
     t = f"t = {s['t']:.10g}"

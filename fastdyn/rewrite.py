@@ -20,6 +20,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.untyped_passes import InlineClosureLikes
 
+from .kernels.calls import BARE
 from .references import MISSING, count_definitions, resolve, track, walks_into
 
 ATTRIBUTE = "__fastdyn_plan__"
@@ -200,7 +201,7 @@ def compile_with(plan, options):
     )
     clone.__qualname__, clone.__module__ = source.__qualname__, source.__module__
     setattr(clone, ATTRIBUTE, plan)
-    return njit(pipeline_class=Compiler, error_model="numpy", nogil=True, **options)(clone)
+    return njit(pipeline_class=Compiler, **BARE, **options)(clone)
 
 
 __all__ = ["Plan", "compile_with", "types"]

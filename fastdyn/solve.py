@@ -5,9 +5,10 @@ import numpy as np
 from . import check
 from .adapt import bind
 from .callback import derivative, evaluate
-from .drive import INTERRUPTED, run
+from .drive import INTERRUPTED, counters, run
 from .fallback import by_scipy
-from .result import OdeResult, OdeSolution, outcome
+from .kernels.state import FINISHED
+from .result import SUCCESS, OdeResult, OdeSolution, outcome
 
 
 def solve_ivp(
@@ -62,7 +63,7 @@ def solve_ivp(
     ours = check.method_named(method)
     y0 = check.initial_state(y0)
     t0, tf = check.time_span(t_span)
-    if ours is None or y0.dtype == complex or y0.size == 0 or t0 == tf:
+    if ours is None or y0.dtype.kind == "c" or y0.size == 0 or t0 == tf:
         return by_scipy(
             fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
         )
@@ -71,7 +72,7 @@ def solve_ivp(
         _check_second_order(fun, t0, y0, check.extra_arguments(args))
         mode = "acceleration"
     problem = check.problem(
-        fun, t_span, y0, ours, t_eval, dense_output, events, args, mode, options
+        fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options
     )
     return _solve(problem)
 
@@ -116,8 +117,9 @@ def solve_second_order(
         )
     y0 = np.concatenate([q0, v0])
     problem = check.problem(
-        accel, t_span, y0, ours, t_eval, dense_output, events, args, "derivative", options
-    )
+        accel, *check.time_span(t_span), y0, ours, t_eval, dense_output, events, args,
+        "derivative", options,
+    )  # fmt: skip
     return _solve(problem)
 
 
@@ -164,20 +166,17 @@ def _solve(problem):
 
     bound = bind(p.fun, p.args, p.mode, len(start), look)
     bound_events = [bind(event, p.args, "event", n) for event, _, _ in p.events or ()]
-    modes = [p.mode] + ["event"] * len(bound_events)
-    evaluators = [
-        lambda t, y, b=b, mode=mode: evaluate(b.python, mode, t, y)
-        for b, mode in zip([bound, *bound_events], modes, strict=True)
-    ]
     _verify(bound, look, len(start))
-    status, state, work, output = run(p, bound, bound_events, evaluators)
+    status, state, work, output = run(p, bound, bound_events)
     return _result(p, status, state, work, output)
 
 
 def _result(problem, status, state, work, output):
-    p, s = problem, state[0]
+    p = problem
     if status == INTERRUPTED:
-        code, message = -2, f"Interrupted at t = {s['t']:.10g}; the result ends there."
+        code, message = -2, f"Interrupted at t = {state[0]['t']:.10g}; the result ends there."
+    elif status == FINISHED:
+        code, message = 0, SUCCESS
     else:
         code, message = outcome(status, state, work, p)
     t, y = output.points()
@@ -195,8 +194,8 @@ def _result(problem, status, state, work, output):
         t = p.t_eval[: len(t)].copy()
         if not len(t):
             t, y = [], []
-    n_accepted, n_rejected = int(s["n_accepted"]), int(s["n_rejected"])
-    nfev = int(s["n_extra"]) + p.method.n_stages * (n_accepted + n_rejected)
+    n_accepted, n_rejected, n_extra = counters(state)
+    nfev = n_extra + p.method.n_stages * (n_accepted + n_rejected)
     return OdeResult(
         t=t, y=y, sol=sol, t_events=t_events, y_events=y_events, nfev=nfev, njev=0, nlu=0,
         status=code, message=message, success=code >= 0,

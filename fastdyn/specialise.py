@@ -16,7 +16,7 @@ from numba import njit, typeof, types
 
 from . import cache
 from .kernels import METHODS
-from .kernels.calls import OPTIONS, WORDS, by_pointer, inlined
+from .kernels.calls import BARE, OPTIONS, WORDS, by_pointer, inlined
 from .kernels.state import STATE
 from .kernels.watch import EVENTS, OUTPUT, open_events, watch
 
@@ -40,7 +40,6 @@ WATCH = types.int64(
     types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS,
     EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
 )  # fmt: skip
-BY_ADDRESS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
 
 
 @functools.cache
@@ -97,14 +96,14 @@ def _stepping_kernel(name, rhs, form):
     if len(method.arguments) == 3:
         control, exponent, last = method.arguments
 
-        @njit(**BY_ADDRESS)
+        @njit(**BARE)
         def kernel(state, work, block, n_steps):
             return advance(rhs, step, control, exponent, last, form, state, work, block, n_steps)
 
     else:
         (last,) = method.arguments
 
-        @njit(**BY_ADDRESS)
+        @njit(**BARE)
         def kernel(state, work, block, n_steps):
             return advance(rhs, step, last, form, state, work, block, n_steps)
 
@@ -144,7 +143,7 @@ def _inlining_kernel(name, function, n):
     user = function.build()
     form = (0.0,) * n
 
-    @njit(**OPTIONS)
+    @njit(**BARE)
     def rhs(t, y, block, out):
         return inlined(user, t, y, block)
 
@@ -163,25 +162,23 @@ class Tier:
     tier : {"auto", "pointer", "specialised"}
         "auto" takes the specialised kernel where it exists already, and otherwise compiles it
         once this function has spent PATIENCE seconds in the pointer tier, over all its solves.
+
+    Attributes
+    ----------
+    address : int
+        Of the stepping kernel to call next.
     """
 
     def __init__(self, name, bound, n, tier):
-        self._name, self._function, self._n = name, bound.function, n
-        self._place = (name, self._function and self._function.address, n)
-        possible = self._function is not None and 0 < n <= MAX_TUPLE and tier != "pointer"
-        self._open = possible and tier == "auto"
-        kernel = None
-        if possible:
+        function = bound.function
+        self._open, kernel = False, None
+        if function is not None and 0 < n <= MAX_TUPLE and tier != "pointer":
+            self._name, self._function, self._n = name, function, n
+            self._place = (name, function.address, n)
             build = tier == "specialised" or _seconds.get(self._place, 0.0) > PATIENCE
-            kernel = specialised_kernel(name, self._function, n, build)
-        if kernel is not None:
-            self._open = False
-        self._kernel: Any = kernel or pointer_kernel(name)
-
-    @property
-    def address(self):
-        """Address of the stepping kernel to call next."""
-        return self._kernel.address
+            kernel = specialised_kernel(name, function, n, build)
+            self._open = kernel is None
+        self.address = (kernel or pointer_kernel(name)).address
 
     def spend(self, seconds):
         """Note the time of a chunk."""
@@ -191,7 +188,7 @@ class Tier:
     def review(self):
         """Between two chunks: change the tier if that pays."""
         if self._open and _seconds[self._place] > PATIENCE:
-            self._kernel = specialised_kernel(self._name, self._function, self._n)
+            self.address = specialised_kernel(self._name, self._function, self._n).address
             self._open = False
 
 

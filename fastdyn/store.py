@@ -6,12 +6,12 @@ from numba.core import errors
 from numba.extending import intrinsic, overload
 from numba.np import arrayobj
 
-from .kernels.calls import OPTIONS
+from .kernels.calls import BARE
 
 ROW = types.Array(types.float64, 1, "C")
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _store_row(value, out, skip):
     if value.size != len(out) + skip:
         raise ValueError("fun returned an array of the wrong length")
@@ -40,7 +40,7 @@ def store(value, out, skip):
     raise TypeError("compiled only")
 
 
-@overload(store, jit_options=OPTIONS)
+@overload(store, jit_options=BARE)
 def _store(value, out, skip):
     real = (types.Float, types.Integer, types.Boolean)
     if isinstance(value, real):

@@ -90,8 +90,8 @@ def n_words(kind: Any) -> int:
     return 2 if kind == COMPLEX else 1
 
 
-def pack(kind, value, words, at, alive):
-    """Write a value into `words` from index `at`; the index after it.
+def pack(kind, value, words, floats, at, alive):
+    """Write a value into `words` from index `at`; the index after it.  `floats` views `words`.
 
     Memory that the words point to is appended to `alive`, to be held as long as they are used.
     A contiguous array is passed in place: the function sees, and may make, later changes.
@@ -100,10 +100,10 @@ def pack(kind, value, words, at, alive):
         return at
     name = kind[0]
     if name == "float":
-        words.view(np.float64)[at] = value
+        floats[at] = value
     elif name == "tuple":
         for k, v in zip(kind[1], value, strict=True):
-            at = pack(k, v, words, at, alive)
+            at = pack(k, v, words, floats, at, alive)
         return at
     elif name == "array":
         array = np.ascontiguousarray(value)
@@ -112,7 +112,7 @@ def pack(kind, value, words, at, alive):
         words[at + 1 : at + 1 + kind[2]] = array.shape
         return at + 1 + kind[2]
     elif name == "complex":
-        words.view(np.float64)[at : at + 2] = value.real, value.imag
+        floats[at : at + 2] = value.real, value.imag
         return at + 2
     else:
         words[at] = value

@@ -20,6 +20,9 @@ ADDRESS, RAISED, TIME, FAULT, FIRST = 0, 1, 2, 3, 4
 
 OPTIONS = {"error_model": "numpy", "nogil": True}  # of every kernel
 
+# Of code that is called from compiled code only: no entry points for Python and C.
+BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
+
 # Of kernels that take functions: a function left as a run-time argument would be a pointer into
 # this process, and the code could not be kept on disk.
 FUSED = {**OPTIONS, "forceinline": True}
