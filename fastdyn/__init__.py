@@ -1,5 +1,6 @@
 """fastdyn: equations of motion, integrated at compiled speed behind SciPy's solve_ivp."""
 
+from .kernels.linear import SingularMatrixError, constrained, solve_linear
 from .refusal import CompileWarning
 from .result import OdeResult, OdeSolution
 from .solve import solve_ivp, solve_second_order
@@ -17,4 +18,7 @@ def __getattr__(name):
     raise AttributeError(f"module 'fastdyn' has no attribute {name!r}")
 
 
-__all__ = ["CompileWarning", "OdeResult", "OdeSolution", "solve_ivp", "solve_second_order"]
+__all__ = [
+    "CompileWarning", "OdeResult", "OdeSolution", "SingularMatrixError", "constrained",
+    "solve_ivp", "solve_linear", "solve_second_order",
+]  # fmt: skip

@@ -18,7 +18,9 @@ from . import cache
 from .bodies import arguments, pointer_form, reader
 from .callback import Callback
 from .kernels.calls import BARE, FAULT, FIRST, FORM
-from .references import LIBRARIES, contains_opaque, frozen, outside_kind, references, resolve
+from .references import (
+    LIBRARIES, code_token, contains_opaque, frozen, of_library, outside_kind, references, resolve,
+)  # fmt: skip
 from .refusal import Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
 from .values import Constant, is_function, kind, n_words, pack
@@ -204,7 +206,7 @@ def _function(parts, mode, look):
 def _compile(parts, mode, layout, outside):
     token = (mode, layout, tuple((p, k) for p, (k, _) in outside.items()), parts.options)
     lasting = not contains_opaque((layout, tuple(k for k, _ in outside.values())))
-    name = repr((frozen(parts.function.__code__.co_name), _code(parts.function), token))
+    name = repr((frozen(parts.function.__code__.co_name), code_token(parts.function.__code__), token))
     reasons = []
     dialects = MODES[mode]
     for fresh in (False, True):  # first what is on disk, in any dialect
@@ -228,12 +230,6 @@ def _compile(parts, mode, layout, outside):
                 )
                 return Function(key, compiled.address, size, functools.cache(build), compiled)
     raise Uncompilable(reasons[0])
-
-
-def _code(function):
-    from .references import code_token
-
-    return code_token(function.__code__)
 
 
 def _build(parts, dialect, layout, outside):
@@ -265,7 +261,7 @@ def called_function(value):
         value, owner = value.__func__, value.__self__
     if not isinstance(value, python.FunctionType):
         return None
-    if (value.__module__ or "").split(".")[0] in LIBRARIES - {"builtins"}:
+    if of_library(value):
         return None
     token = frozen(value if owner is None else python.MethodType(value, owner))
     if token in _called:

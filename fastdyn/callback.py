@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from .kernels.calls import RAISED
+from .kernels.linear import SingularMatrixError
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 SIGNATURE = ctypes.CFUNCTYPE(  # Numba's calling convention: status, result and exception first
@@ -107,7 +108,10 @@ def evaluate(fun, mode, t, y):
         return value.reshape(1)
     if mode == "acceleration":
         y = np.concatenate([y, np.zeros(n)])
-    value = fun(t, y[:, None] if mode == "column" else y)
+    try:
+        value = fun(t, y[:, None] if mode == "column" else y)
+    except SingularMatrixError as error:
+        raise SingularMatrixError(f"At t = {t:.10g}, {error}.") from error
     return derivative(value, len(y))[len(y) - n :]
 
 

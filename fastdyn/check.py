@@ -16,10 +16,11 @@ from .kernels import METHODS
 EPS = float(np.finfo(float).eps)
 SCIPY_METHODS = ("Radau", "BDF", "LSODA")
 COMMON = {"max_steps", "progress", "on_interrupt", "tier"}
-ADAPTIVE = {"rtol", "atol", "max_step", "first_step"} | COMMON
-FIXED = {"step"} | COMMON
+ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints", "project"} | COMMON
+FIXED = {"step", "project"} | COMMON
 LANDING = 1e-9  # a span this close to a whole number of steps is taken as whole
 DEFAULTS = (math.inf, False, "raise", "auto")  # max_steps, progress, on_interrupt, tier
+NO_LEGS = np.empty((0, 3))
 TIERS = ("auto", "pointer", "specialised")
 
 
@@ -40,6 +41,8 @@ class Problem(NamedTuple):
     atol: Any
     h_max: float
     h: float
+    legs: np.ndarray
+    project: Any
     max_steps: float
     progress: bool
     on_interrupt: str
@@ -200,6 +203,27 @@ def fixed_step(options, span, name):
     return span / n if n and abs(n * step - span) <= LANDING * step else step
 
 
+def legs_of_span(breakpoints, t0, tf):
+    """Start, end and name of the end of each part of the span; no rows without breakpoints.
+
+    Parts keep off the breakpoint by a few roundings of the time on either side, so that a
+    derivative which jumps there is evaluated on the side where it belongs.
+    """
+    if breakpoints is None:
+        return NO_LEGS
+    times = np.asarray(breakpoints, dtype=float)
+    if times.ndim != 1 or np.isnan(times).any():
+        raise ValueError("`breakpoints` must be a 1-D array of times that are not NaN.")
+    first, last = min(t0, tf), max(t0, tf)
+    times = np.unique(times[np.isfinite(times)])
+    off = 4 * EPS * np.abs([*times, t0, tf if math.isfinite(tf) else t0]).max()
+    times = times[(times > first + 4 * off) & (times < last - 4 * off)]
+    times = times[np.r_[np.ones(len(times[:1]), bool), np.diff(times) > 4 * off]]
+    if tf < t0:
+        times, off = times[::-1], -off
+    return np.column_stack([np.r_[t0, times + off], np.r_[times - off, tf], np.r_[times, tf]])
+
+
 def event_list(events):
     """Events as a list, each with its limit (0: not terminal) and direction."""
     if events is None:
@@ -270,11 +294,19 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         warn_unused(options, FIXED)
         rtol, atol, h_max = 0.0, 0.0, math.inf
         h = fixed_step(options, span, method.name)
+    project = options.get("project")
+    if project is not None and (method.second_order or not callable(project)):
+        raise ValueError(
+            f"{method.name} does not take `project`; RK4 and the adaptive methods do."
+            if method.second_order
+            else f"`project` must be a function of (t, y) that returns a state; got {project!r}."
+        )
     if mode == "acceleration" and len(y0) % 2:
         raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
     if method.name == "ode45" and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError("ode45 takes one `rtol`, and a positive `atol` for each component.")
     return Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
-        events, extra_arguments(args), mode, rtol, atol, h_max, h, *running,
+        events, extra_arguments(args), mode, rtol, atol, h_max, h,
+        legs_of_span(options.get("breakpoints"), t0, tf), project, *running,
     )  # fmt: skip

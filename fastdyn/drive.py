@@ -47,7 +47,7 @@ class Output:
         self.every_step, self.dense = problem.t_eval is None, problem.dense_output
         n_first = 1 if self.every_step else 0
         self.record: Any = OUTPUT_RECORD(
-            self.every_step, self.dense, n_first, n_first, 0, 0, 0, problem.t0
+            self.every_step, self.dense, n_first, n_first, 0, 0, 0, 0, problem.t0
         )
         self._n_places = n_places = PIECE if self.every_step else len(problem.t_eval)
         self.t, self.y = np.empty(n_places), np.empty((n_places, n))
@@ -120,7 +120,8 @@ def _begin(problem):
     """The state record and the work array before the first step."""
     n, p = len(problem.y0), problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
-    state = STATE_RECORD(p.t0, p.t0, p.tf, p.tf, p.t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
+    end = float(p.legs[0, 1]) if len(p.legs) else p.tf
+    state = STATE_RECORD(p.t0, p.t0, end, end, p.t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
     work = np.zeros((K + p.method.n_rows, n))
     work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
     return state, work
@@ -138,9 +139,9 @@ def _event_table(problem, bound_events, state, work, scratch):
     return table, events_kernel()(table, problem.t0, work[Y], scratch[1])
 
 
-def _raise_kept(problem, bound, bound_events):
+def _raise_kept(bounds, modes):
     """Raise what a user's function raised: from Python, or by asking it again in Python."""
-    for bound, mode in [(bound, problem.mode), *((b, "event") for b in bound_events)]:
+    for bound, mode in zip(bounds, modes, strict=True):
         if bound.block[RAISED]:
             if bound.callback is not None and bound.callback.exception is not None:
                 raise bound.callback.exception
@@ -150,8 +151,12 @@ def _raise_kept(problem, bound, bound_events):
             raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {y!r}")
 
 
-def run(problem, bound, bound_events):
-    """Solve; returns (status, state, work, output)."""
+def run(problem, bound, bound_events, projection):
+    """Solve; returns (status, state, work, output).
+
+    `bound`, `bound_events` and `projection` (None, or what takes a state to its constraints) are
+    the functions as `adapt.bind` gives them.
+    """
     p = problem
     n = len(p.y0)
     state, work = _begin(p)
@@ -161,7 +166,9 @@ def run(problem, bound, bound_events):
     start, watch = start_kernel(p.method.name), watch_kernel(p.method.name)
     block, t_eval = bound.block, NO_TIMES if p.t_eval is None else p.t_eval.astype(float)
     bar = _bar(p) if p.progress else None
-    if callbacks := [b.callback for b in (bound, *bound_events) if b.callback is not None]:
+    everyone = [bound, *bound_events] if projection is None else [bound, *bound_events, projection]
+    project = 0 if projection is None else projection.block.ctypes.data
+    if callbacks := [b.callback for b in everyone if b.callback is not None]:
         watch = interruptible(callbacks)(watch)
     status, left = INTERRUPTED, p.max_steps
     try:
@@ -181,7 +188,7 @@ def run(problem, bound, bound_events):
             began = time.perf_counter()
             status = watch(
                 tier.address, state, work, block, output.record, output.t, output.y, output.d,
-                output.spans, t_eval, table, output.e_index, output.e_t, output.e_y, scratch,
+                output.spans, t_eval, p.legs, project, table, output.e_index, output.e_t, output.e_y, scratch,
                 n_steps,
             )  # fmt: skip
             spent = time.perf_counter() - began
@@ -202,7 +209,8 @@ def run(problem, bound, bound_events):
             bar.close()
     if status == RAISED_STATUS:
         try:
-            _raise_kept(p, bound, bound_events)
+            modes = [p.mode, *["event"] * len(bound_events), "derivative"]
+            _raise_kept(everyone, modes[: len(everyone)])
         except KeyboardInterrupt:
             if p.on_interrupt != "return":
                 raise

@@ -11,6 +11,7 @@ from .result import OdeResult
 from .specialise import evaluate_kernel
 
 OWN_OPTIONS = check.COMMON | {"step"}
+REFUSED = ("breakpoints", "project")
 
 
 def python_callable(fun, args, mode, n):
@@ -37,6 +38,9 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     """`scipy.integrate.solve_ivp` on a checked problem; returns our OdeResult."""
     from scipy.integrate import solve_ivp
 
+    for name in REFUSED:
+        if options.get(name) is not None:
+            raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
     options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
     args = check.extra_arguments(args)
     if y0.size:

@@ -184,11 +184,18 @@ def frozen(value, seen=()):
     return Opaque(str(type(value).__qualname__), id(value))
 
 
+KERNELS = f"{__package__}.kernels."
 LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operator", "scipy"}
 
 
+def of_library(function):
+    """Whether Numba, or a kernel, knows a Python function by itself."""
+    module = function.__module__ or ""
+    return module.split(".")[0] in LIBRARIES - {"builtins"} or module.startswith(KERNELS)
+
+
 def _frozen_function(function, seen, owner=None):
-    if function.__module__ and function.__module__.split(".")[0] in LIBRARIES - {"builtins"}:
+    if of_library(function):
         return ("library", function.__module__, function.__qualname__)
     if function in seen:
         return ("recursion", seen.index(function))

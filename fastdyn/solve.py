@@ -32,6 +32,12 @@ def solve_ivp(
     method : str or OdeSolver
         Also "ode45" (the Dormand-Prince pair under MATLAB's step control), "RK4" and
         "VelocityVerlet" (constant steps; the latter for y = [q, v] with q'' = a(t, q)).
+    breakpoints : array_like of float
+        Times at which `fun` has a kink or a jump (sampled input, a switch): adaptive methods end
+        a step there and begin anew, and so keep their order.
+    project : callable
+        ``project(t, y, *args)`` takes the state at the end of each step to where it should be,
+        on its constraints or its energy, at the cost of one more evaluation of `fun`.
     step : float
         Size of the constant steps.  Steps are never shortened: if the span is not a whole number
         of them, the last one overshoots and the end is interpolated.
@@ -167,7 +173,11 @@ def _solve(problem):
     bound = bind(p.fun, p.args, p.mode, len(start), look)
     bound_events = [bind(event, p.args, "event", n) for event, _, _ in p.events or ()]
     _verify(bound, look, len(start))
-    status, state, work, output = run(p, bound, bound_events)
+    projection = None
+    if p.project is not None:
+        projection = bind(p.project, p.args, "derivative", n)
+        _verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
+    status, state, work, output = run(p, bound, bound_events, projection)
     return _result(p, status, state, work, output)
 
 

@@ -37,8 +37,8 @@ ADVANCE = types.int64(STATES, TABLE, WORDS, types.int64)
 START = types.int64(STATES, TABLE, WORDS, types.float64, types.int64)
 OPEN = types.int64(EVENT_TABLE, types.float64, ROWS, ROWS)
 WATCH = types.int64(
-    types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS,
-    EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
+    types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE,
+    types.int64, EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
 )  # fmt: skip
 
 
@@ -77,10 +77,12 @@ def watch_kernel(name):
 
     def build():
         @njit(**OPTIONS)
-        def kernel(address, s, w, b, o, ts, ys, ds, spans, t_eval, events, ei, et, ey, sc, n):
+        def kernel(
+            address, s, w, b, o, ts, ys, ds, spans, t_eval, legs, project, events, ei, et, ey, sc, n
+        ):
             return watch(
-                enrich, last, address, s, w, b, o, ts, ys, ds, spans, t_eval, events, ei, et, ey,
-                sc, n,
+                enrich, last, address, s, w, b, o, ts, ys, ds, spans, t_eval, legs, project, events,
+                ei, et, ey, sc, n,
             )  # fmt: skip
 
         return kernel, WATCH

@@ -49,6 +49,7 @@ def advance(rhs, step, control, exponent, last, form, state, work, block, n_step
         k1 = assign(slot(form, work, K), k_last)
         rejections = 0
         while True:
+            wanted = h
             t_new = control.aim(t, h, t_end, direction)
             h = abs(t_new - t)
             y, k, error = step(rhs, t, y_old, t_new - t, k1, block, form, work, rtol, atol)
@@ -68,6 +69,8 @@ def advance(rhs, step, control, exponent, last, form, state, work, block, n_step
             keep(work, Y, (y, y_old))
             break
         h = control.grow(h, error, exponent, rejections)
+        if t_new == t_end and h < wanted:  # it was shortened to end there, not for its error
+            h = wanted
         t_old, t, k_last = t, t_new, k[last]
         taken += 1
         if t == t_end:

@@ -9,9 +9,10 @@ import numpy as np
 from numba import njit
 
 from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, resume, word
+from .combine import slot
 from .dense import hermite, polynomial
 from .roots import crossing
-from .state import EVENT, FULL, RUNNING, STEP_TOO_SMALL, Y
+from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, K, Y
 from .state import RAISED as RAISED_STATUS
 
 # What is wanted and how much of it there is.
@@ -24,6 +25,7 @@ OUTPUT = np.dtype(
         ("n_dense", "i8"),
         ("n_events", "i8"),  # occurrences in this piece
         ("i_eval", "i8"),  # next entry of t_eval
+        ("i_leg", "i8"),  # present row of legs
         ("t_last", "f8"),  # last time stored
     ]
 )
@@ -126,6 +128,24 @@ def _interpolate(enrich, last, s, work, block, d):
     s.n_extra += enrich(by_pointer, s.t_old, h, work, block, d)
 
 
+@njit(**OPTIONS)
+def _derive(s, work, block, last):
+    """The derivative at the present state, for the step that comes next; RUNNING or RAISED."""
+    by_pointer(s.t, slot(None, work, Y), block, slot(None, work, K + last))
+    s.n_extra += 1
+    return RAISED_STATUS if block[RAISED] != 0 else RUNNING
+
+
+@njit(**OPTIONS)
+def _project(project, s, work, block, last, scratch):
+    """Take the new state to its constraints; False if a function raised."""
+    call(project, s.t, slot(None, work, Y), scratch)
+    if word(project, RAISED) != 0:
+        return False
+    _copy(scratch, work[Y])
+    return _derive(s, work, block, last) == RUNNING
+
+
 @njit(**FUSED)
 def watch(
     enrich,
@@ -140,6 +160,8 @@ def watch(
     d_out,
     span_out,
     t_eval,
+    legs,
+    project,
     events,
     e_index,
     e_t,
@@ -161,6 +183,11 @@ def watch(
     d_out, span_out : arrays
         Polynomials (room, rows, n), and their t_old and h (room, 2); one place is always free.
     t_eval : array
+    legs : array, (n_legs, 3)
+        Where the parts of a span with breakpoints begin and end, and the time that their end is
+        called in the output; without rows, there are none.
+    project : int
+        Address of the block of the function that takes a new state to its constraints, or 0.
     events, e_index, e_t, e_y : arrays
         EVENTS records; which, when and where, with room for every event of one step.
     scratch : array, (2, n)
@@ -171,8 +198,8 @@ def watch(
         RUNNING, FINISHED, FULL, EVENT, or a failure.
     """
     s, o = state[0], out[0]
-    direction, t_end = s.direction, s.t_end
-    each = o.every_step != 0 or o.dense != 0 or len(events) > 0
+    direction, t_end = s.direction, legs[len(legs) - 1, 1] if len(legs) > 0 else s.t_end
+    each = o.every_step != 0 or o.dense != 0 or len(events) > 0 or project != 0
     while n_steps > 0:
         if (
             (o.every_step != 0 and o.n_out == len(t_out))
@@ -188,18 +215,26 @@ def watch(
             return status
         if s.n_accepted == before:
             return status
+        if project != 0 and not _project(project, s, work, block, last, scratch[0]):
+            return RAISED_STATUS
         t_old, h = s.t_old, s.t - s.t_old
-        t = t_end if direction * (s.t - t_end) > 0.0 else s.t
+        over = status == FINISHED and o.i_leg < len(legs) - 1
+        t = s.t
+        if over:
+            t = legs[o.i_leg, 2]
+        elif direction * (s.t - t_end) > 0.0:
+            t = t_end
+        reached = over or t == s.t  # the state at t is in row Y
         due = o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0
         d = d_out[o.n_dense]
-        ready = o.dense != 0 or due or t != s.t
+        ready = o.dense != 0 or due or not reached
         if ready:
             _interpolate(enrich, last, s, work, block, d)
         if o.dense != 0:
             span_out[o.n_dense, 0], span_out[o.n_dense, 1] = t_old, h
             o.n_dense += 1
         if len(events) > 0:
-            if t == s.t:
+            if reached:
                 _copy(work[Y], scratch[0])
             else:
                 polynomial(d, (t - t_old) / h, scratch[0])
@@ -219,7 +254,7 @@ def watch(
                 o.n_dense -= 1
             else:
                 t_out[o.n_out] = o.t_last = t
-                if t == s.t:
+                if reached:
                     _copy(work[Y], y_out[o.n_out])
                 else:
                     polynomial(d, (t - t_old) / h, y_out[o.n_out])
@@ -229,6 +264,10 @@ def watch(
             t_out[o.i_eval] = t_eval[o.i_eval]
             polynomial(d, (t_eval[o.i_eval] - t_old) / h, y_out[o.i_eval])
             o.i_eval += 1
+        if over and status == FINISHED:
+            o.i_leg += 1
+            s.t, s.t_end = legs[o.i_leg, 0], legs[o.i_leg, 1]
+            status = _derive(s, work, block, last)
         if status != RUNNING:
             return status
     return RUNNING
