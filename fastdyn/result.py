@@ -70,6 +70,10 @@ class OdeResult(dict):
         """Invariants of the system along the solution, {name: array}."""
         return self._system().evaluate_invariants(self.t, self.y)
 
+    def residuals(self):
+        """Residuals of the system's constraints along the solution, {name: array}."""
+        return self._system().evaluate_constraints(self.t, self.y)
+
     def error(self):
         """Difference from the exact solution, shape (n, n_points)."""
         return self._system().error(self)
@@ -95,7 +99,7 @@ class OdeSolution:
     """
 
     def __init__(self, ts, polynomials, spans):
-        self.ts, self._d, self._spans = ts, polynomials, spans
+        self.ts, self.polynomials, self.spans = ts, polynomials, spans
         self.n_segments = len(polynomials)
         self.ascending = bool(ts[-1] >= ts[0])
         self.t_min, self.t_max = (ts[0], ts[-1]) if self.ascending else (ts[-1], ts[0])
@@ -110,9 +114,9 @@ class OdeSolution:
         else:
             segment = self.n_segments - np.searchsorted(self.ts[::-1], times, side="right")
         segment = np.clip(segment, 0, self.n_segments - 1)
-        start, length = self._spans[segment].T
+        start, length = self.spans[segment].T
         x = ((times - start) / length)[:, None]
-        d = self._d[segment]
+        d = self.polynomials[segment]
         total = np.zeros_like(d[:, 0])
         for j in range(d.shape[1] - 1, 0, -1):
             total = (d[:, j] + total) * (x if (j - 1) % 2 == 0 else 1 - x)
@@ -123,7 +127,7 @@ class OdeSolution:
     def interpolants(self):
         """One OdeSolution a segment, as SciPy's list of local interpolants."""
         return [
-            OdeSolution(self.ts[i : i + 2], self._d[i : i + 1], self._spans[i : i + 1])
+            OdeSolution(self.ts[i : i + 2], self.polynomials[i : i + 1], self.spans[i : i + 1])
             for i in range(self.n_segments)
         ]
 

@@ -93,8 +93,9 @@ class Pendulum(System):
     The course's am jumps from pi to -pi at the top; here the angle goes on growing.
 
     The equation holds while R > 0. A cable goes slack at cos theta = (2 - V0²/(g l))/3 if V0²
-    lies between 2 g l and 5 g l. ``solve(events="slack")`` notices this and stops; without the
-    event the solution is that of a rigid rod.
+    lies between 2 g l and 5 g l. ``solve(events="slack")`` notices this and stops,
+    ``solve_cable()`` goes on in free flight until the cable is taut again; without either the
+    solution is that of a rigid rod.
 
     Source: course, chapter 3.3.2, example 4.
     """
@@ -130,6 +131,12 @@ class Pendulum(System):
         """Derivative of the state; V0 enters through the initial state, m not at all."""
         theta, omega = w
         return [omega, -g / l * math.sin(theta)]
+
+    def solve_cable(self, *given, **options):
+        """The same on a cable that goes slack and taut again; see `PendulumXY.solve_cable`."""
+        from fastdyn.systems.pendulum_xy import PendulumXY
+
+        return PendulumXY(self.g, self.l, self.V0, self.m).solve_cable(*given, **options)
 
     def initial_state(self):
         """State (0, V0/l)."""

@@ -41,6 +41,10 @@ class System:
         Event functions by name, in SciPy's form with ``terminal`` and ``direction``.
     derived : dict of str to str
         Answers that follow from the parameters alone, properties of the class, and their units.
+    constraints : dict of str to callable
+        Functions of the same form that are zero where the constraints hold: their residuals.
+    project : callable or None
+        ``project(t, y, *parameters)`` takes a state to the nearest one on its constraints.
 
     Notes
     -----
@@ -58,6 +62,8 @@ class System:
     quantities: ClassVar[Mapping[str, Callable]] = {}
     events: ClassVar[Mapping[str, Callable]] = {}
     derived: ClassVar[Mapping[str, str]] = {}
+    constraints: ClassVar[Mapping[str, Callable]] = {}
+    project: ClassVar[Callable | None] = None
 
     def __new__(cls, *values, **named):
         allowed = [field.name for field in dataclasses.fields(cls)]
@@ -83,6 +89,15 @@ class System:
         """State at t = 0, from the parameters."""
         raise NotImplementedError(f"{self.name} does not define its initial state.")
 
+    @property
+    def breakpoints(self):
+        """Times at which steps must end, ndarray, or None."""
+        return None
+
+    def baumgarte(self):
+        """Itself with Baumgarte's stabilisation of the constraints switched on."""
+        raise ValueError(f"The {self.name} has no Baumgarte stabilisation.")
+
     def exact(self, t) -> np.ndarray:
         """
         Exact solution from the initial state at t = 0.
@@ -103,7 +118,7 @@ class System:
         """
         raise ValueError(f"No exact solution of the {self.name} is known to fastdyn.")
 
-    def solve(self, t_span=None, y0=None, method="RK45", **options):
+    def solve(self, t_span=None, y0=None, method="RK45", stabilise=None, **options):
         """
         Integrate the equations of motion; `fastdyn.solve_ivp` with the system filled in.
 
@@ -115,6 +130,9 @@ class System:
             Initial state, `initial_state()` unless given.
         method : str
             As for `fastdyn.solve_ivp`.
+        stabilise : {None, "projection", "baumgarte"}
+            How constraints are held: by the accelerations alone, by taking the state back to them
+            after each step, or by Baumgarte's pull.
         **options
             As for `fastdyn.solve_ivp`, with two differences: `events` may also name events of
             the system (``events="slack"``), and the default tolerances of the adaptive methods
@@ -133,6 +151,18 @@ class System:
         if "step" not in options:
             options.setdefault("rtol", 1e-6)
             options.setdefault("atol", 1e-9)
+            if self.breakpoints is not None:
+                options.setdefault("breakpoints", self.breakpoints)
+        if stabilise not in (None, "projection", "baumgarte"):
+            raise ValueError(
+                f"`stabilise={stabilise!r}` is unknown; choose projection, baumgarte or None."
+            )
+        if stabilise == "baumgarte":
+            return self.baumgarte().solve(t_span, y0, method, **options)
+        if stabilise == "projection":
+            if self.project is None:
+                raise ValueError(f"The {self.name} has no constraints to project onto.")
+            options["project"] = self.project
         t_span = (0.0, self.t_end) if t_span is None else t_span
         start = self.initial_state() if y0 is None else y0
         result = solve_ivp(self.rhs, t_span, start, method=method, args=self.args, **options)
@@ -158,6 +188,10 @@ class System:
     def evaluate_invariants(self, t, y) -> dict[str, np.ndarray]:
         """Every invariant at every column of y, {name: array of shape (n_points,)}."""
         return {name: self.along(function, t, y) for name, function in self.invariants.items()}
+
+    def evaluate_constraints(self, t, y) -> dict[str, np.ndarray]:
+        """Residual of every constraint at every column of y, {name: array of (n_points,)}."""
+        return {name: self.along(function, t, y) for name, function in self.constraints.items()}
 
     def exact_along(self, t) -> np.ndarray:
         """

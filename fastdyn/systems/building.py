@@ -1,0 +1,225 @@
+"""Two-storey building in an earthquake (course 3.3.3, example 3)."""
+
+import dataclasses
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fastdyn.systems import ground_motion
+from fastdyn.systems.declare import State, parameter, quantity
+from fastdyn.systems.modal import forced_mode
+from fastdyn.systems.system import System
+
+STIFFNESS = np.array([[4.0, -2.0], [-2.0, 2.0]])
+"""Stiffness of the two floors in units of k: walls of 2k to the ground and between the floors."""
+
+
+@quantity("J", "energy E")
+def energy(t, w, k, m, omega, d, L, g, times, pieces):
+    """Kinetic energy, energy of the walls and of the weight, over ground at rest; 0 at rest."""
+    y1, y2, v1, v2 = w
+    u1, u2 = y1 - L + m * g / k, y2 - 2.0 * L + 1.5 * m * g / k
+    return 0.5 * m * (v1 * v1 + v2 * v2) + k * (u1 * u1 + (u2 - u1) ** 2)
+
+
+@quantity("m", "sway of the upper floor")
+def sway(t, w, k, m, omega, d, L, g, times, pieces):
+    """Height of the upper floor above its equilibrium over ground at rest."""
+    return w[1] - 2.0 * L + 1.5 * m * g / k
+
+
+@dataclasses.dataclass(frozen=True)
+class Building(System):
+    """
+    Two floors on springy walls over ground that moves up and down.
+
+    Equations of motion, with s the height of the ground, d sin(w t) unless samples are given::
+
+        m y1'' = -2k (y1 - s - L) + 2k (y2 - y1 - L) - m g
+        m y2'' = -2k (y2 - y1 - L) - m g
+
+    State ``[y1, y2, v1, v2]``, heights of the floors in m and their rates in m/s; from rest in
+    static equilibrium, y1 = L - mg/k and y2 = 2L - 3mg/(2k). Defaults and t = 20 s are those of
+    the course's script.
+
+    Parameters
+    ----------
+    k : float
+        Stiffness of each wall, N/m; a storey has two.
+    m : float
+        Mass of each floor, kg.
+    omega : float
+        Angular frequency w of the ground, rad/s.
+    d : float
+        Amplitude of the ground, m.
+    L : float
+        Length of the walls without load, m.
+    g : float
+        Acceleration of gravity, m/s².
+    times : array_like, shape (n_samples,), optional
+        Times of samples of the ground's motion, s, instead of the sine; see `sampled`.
+    pieces : array_like, shape (n_samples - 1, 4), optional
+        The motion between the samples, coefficients of 1, s, s², s³ with s the time since a sample.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an unknown parameter, one that is not a finite number, k, m, omega, L or g not above
+        zero, or samples that make no motion.
+
+    Notes
+    -----
+    Exact, for the sine: the two modes are independent oscillators. Their frequencies are
+    sqrt(3 -+ sqrt 5) sqrt(k/m), 8.740 and 22.882 rad/s.
+
+    **Erratum.** The script as printed leaves -g out of the lower floor's equation. Its building
+    is not in equilibrium at the start and moves without any earthquake (d = 0); this one does
+    not.
+
+    Source: course, chapter 3.3.3, example 3.
+    """
+
+    name = "building"
+    title = "Two-storey building in an earthquake"
+    source = "course 3.3.3, example 3"
+    states = (
+        State("y1", "m", "height of the lower floor"),
+        State("y2", "m", "height of the upper floor"),
+        State("v1", "m/s", "velocity of the lower floor"),
+        State("v2", "m/s", "velocity of the upper floor"),
+    )
+    t_end = 20.0
+    quantities: ClassVar = {"energy": energy, "sway": sway}
+    derived: ClassVar = {
+        "lower_frequency": "rad/s",
+        "upper_frequency": "rad/s",
+        "lower_period": "s",
+        "upper_period": "s",
+    }
+
+    k: float = parameter(100.0, "N/m", "stiffness of each wall", positive=True)
+    m: float = parameter(1.0, "kg", "mass of each floor", positive=True)
+    omega: float = parameter(9.0, "rad/s", "angular frequency of the ground", positive=True)
+    d: float = parameter(0.1, "m", "amplitude of the ground")
+    L: float = parameter(10.0, "m", "length of the walls without load", positive=True)
+    g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
+    times: Any = None
+    pieces: Any = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        if (self.times is None) != (self.pieces is None):
+            raise ValueError("`times` and `pieces` go together; `Building.sampled` makes both.")
+        times, pieces = ground_motion.checked(self.times, self.pieces)
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "pieces", pieces)
+
+    @classmethod
+    def sampled(cls, times, *, displacements=None, accelerations=None, **parameters):
+        """
+        Building over ground whose motion is given by samples, joined by straight lines.
+
+        Parameters
+        ----------
+        times : array_like, shape (n_samples,)
+            Times of the samples, s, increasing. Before the first and after the last sample the
+            ground stays at the displacement there.
+        displacements : array_like, shape (n_samples,), optional
+            Height of the ground, m.
+        accelerations : array_like, shape (n_samples,), optional
+            Its acceleration instead, m/s², integrated twice, exactly, from rest at height 0.
+        **parameters
+            Those of the building.
+        """
+        pieces = ground_motion.pieces(times, displacements, accelerations)
+        return cls(times=times, pieces=pieces, **parameters)
+
+    @staticmethod
+    def rhs(t, w, k, m, omega, d, L, g, times, pieces):
+        """Derivative of the state."""
+        y1, y2, v1, v2 = w
+        if times.size:
+            s = ground_motion.height(t, times, pieces)
+        else:
+            s = d * math.sin(omega * t)
+        lower, upper = 2.0 * k * (y1 - s - L), 2.0 * k * (y2 - y1 - L)
+        return [v1, v2, (upper - lower) / m - g, -upper / m - g]
+
+    @property
+    def breakpoints(self):
+        """Times of the samples, where the ground has kinks and steps must end; None for a sine."""
+        return self.times if self.times.size else None
+
+    def ground(self, t):
+        """Height of the ground at times t, m."""
+        if self.times.size:
+            t = np.asarray(t, float)
+            return np.vectorize(lambda x: ground_motion.height(x, self.times, self.pieces))(t)
+        return self.d * np.sin(self.omega * np.asarray(t, float))
+
+    def initial_state(self):
+        """Static equilibrium, at rest."""
+        sag = self.m * self.g / self.k
+        return (self.L - sag, 2.0 * self.L - 1.5 * sag, 0.0, 0.0)
+
+    @property
+    def frequencies(self) -> tuple[float, float]:
+        """Angular frequencies of the two modes, rad/s."""
+        unit = math.sqrt(self.k / self.m)
+        return unit * math.sqrt(3.0 - math.sqrt(5.0)), unit * math.sqrt(3.0 + math.sqrt(5.0))
+
+    @property
+    def lower_frequency(self) -> float:
+        """Angular frequency at which the floors swing together, rad/s."""
+        return self.frequencies[0]
+
+    @property
+    def upper_frequency(self) -> float:
+        """Angular frequency at which they swing against each other, rad/s."""
+        return self.frequencies[1]
+
+    @property
+    def lower_period(self) -> float:
+        """Period of the lower mode, s."""
+        return 2.0 * math.pi / self.frequencies[0]
+
+    @property
+    def upper_period(self) -> float:
+        """Period of the upper mode, s."""
+        return 2.0 * math.pi / self.frequencies[1]
+
+    def exact(self, t):
+        """Exact state over ground that moves as a sine, shape (4,) or (4, n_points)."""
+        if self.times.size:
+            raise ValueError("No exact solution of the building over sampled ground is known.")
+        t = np.asarray(t, float)
+        _, modes = np.linalg.eigh(STIFFNESS)  # of the same order as `frequencies`
+        push = modes.T @ np.array([2.0 * self.k * self.d / self.m, 0.0])
+        each = [
+            forced_mode(t, w, f, self.omega) for w, f in zip(self.frequencies, push, strict=True)
+        ]
+        u, v = (np.tensordot(modes, np.array(part), 1) for part in zip(*each, strict=True))
+        rest = np.array(self.initial_state()[:2]).reshape(2, *[1] * t.ndim)
+        return np.concatenate([rest + u, v])
+
+    def figure(self, results, **options):
+        """Movement of both floors and of the ground, a panel for each result."""
+        from fastdyn import plot
+
+        with plot.slides():
+            figure, panels = plot.column(len(results), **options)
+            for axes, (label, result) in zip(panels, results.items(), strict=True):
+                system = result.system
+                t, y = plot.curve(result)
+                rest = system.initial_state()
+                axes.plot(t, y[1] - rest[1], label="upper floor")
+                axes.plot(t, y[0] - rest[0], label="lower floor")
+                axes.plot(t, system.ground(t), color="0.5", lw=1.2, label="ground")
+                exact = plot.exact_curve(system, t)
+                if not np.isnan(exact).any():
+                    axes.plot(t, exact[1] - rest[1], "k--", lw=1.0, label="exact")
+                axes.set(ylabel="displacement (m)", title=label)
+            panels[-1].set_xlabel("t (s)")
+            plot.legend(figure, *panels)
+        return figure

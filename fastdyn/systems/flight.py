@@ -1,0 +1,39 @@
+"""The figure of a flight in space: the trajectory, height and speed."""
+
+from fastdyn import plot
+
+
+def figure(results, speed, **options):
+    """
+    Trajectories in space, beside height and speed against time.
+
+    Parameters
+    ----------
+    results : dict of str to OdeResult
+        Results by label, their states beginning with x, y, z.
+    speed : callable
+        The speed as a quantity, for the first of the systems; others bring their own.
+    """
+    from matplotlib import pyplot
+
+    with plot.slides():
+        size = {"figsize": (13, 6.5), "layout": "constrained"}
+        drawing = pyplot.figure(**size | options)
+        grid = drawing.add_gridspec(2, 2, width_ratios=(3, 2))
+        space = drawing.add_subplot(grid[:, 0], projection="3d")
+        height = drawing.add_subplot(grid[0, 1])
+        fast = drawing.add_subplot(grid[1, 1], sharex=height)
+        for label, result in results.items():
+            t, y = plot.curve(result)
+            (line,) = space.plot(*y[:3], label=label)
+            space.plot(y[0], y[1], 0.0 * y[2], color=line.get_color(), lw=1.0, ls=":")
+            height.plot(t, y[2], label=label)
+            fast.plot(t, result.system.along(result.system.quantities.get("speed", speed), t, y))
+        space.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
+        space.set_box_aspect(None, zoom=0.9)
+        height.axhline(0.0, color="0.4", lw=2)
+        height.set_ylabel("height z (m)")
+        fast.set(xlabel="t (s)", ylabel="speed (m/s)")
+        fast.set_ylim(bottom=0.0)
+        plot.legend(drawing, height)
+    return drawing

@@ -1,0 +1,259 @@
+"""Pendulum in Cartesian coordinates, held by a constraint (course 3.3.3, example 4)."""
+
+# ruff: noqa: E741 - the course calls the length l
+import dataclasses
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from fastdyn.kernels.linear import constrained
+from fastdyn.phases import Phase, solve_phases
+from fastdyn.systems.declare import State, event, parameter, quantity
+from fastdyn.systems.pendulum import Pendulum
+from fastdyn.systems.system import System
+
+
+@quantity("J", "energy E")
+def energy(t, w, g, l, V0, m, rate):
+    """Kinetic plus potential energy, zero at rest at the bottom; y points downwards."""
+    _, y, vx, vy = w
+    return m * (0.5 * (vx * vx + vy * vy) + g * (l - y))
+
+
+@quantity("m", "circle: sqrt(x² + y²) - l")
+def circle(t, w, g, l, V0, m, rate):
+    """How far the mass has left the circle."""
+    x, y, _, _ = w
+    return np.sqrt(x * x + y * y) - l
+
+
+@quantity("m/s", "circle: velocity across it")
+def across(t, w, g, l, V0, m, rate):
+    """Velocity along the cable, which the circle forbids."""
+    x, y, vx, vy = w
+    return (x * vx + y * vy) / l
+
+
+def motion(w, g, l, m, rate):
+    """Accelerations and the tension R of the cable, (x'', y'', R)."""
+    x, y, vx, vy = w
+    s, c = x / l, y / l
+    off, speed = 0.5 * (s * x + c * y - l), s * vx + c * vy  # the constraint and its rate
+    pull = (vx * vx + vy * vy) / l + 2.0 * rate * speed + rate * rate * off
+    return constrained((m, m), ((-s, -c),), (0.0, m * g), (pull,))
+
+
+@quantity("N", "cable tension R")
+def tension(t, w, g, l, V0, m, rate):
+    """The reaction of the constraint; a cable goes slack where it is zero."""
+    return motion(w, g, l, m, rate)[2]
+
+
+@event(direction=-1, terminal=True)
+def slack(t, w, g, l, V0, m, rate):
+    """The tension, for the event that it falls to zero."""
+    return motion(w, g, l, m, rate)[2]
+
+
+def bottom(t, w, g, l, V0, m, rate):
+    """Zero where the mass passes its lowest point."""
+    return w[0]
+
+
+def falling(t, w, g, l, V0, m, rate):
+    """Derivative of the state in free flight, while the cable is slack."""
+    return [w[2], w[3], 0.0, g]
+
+
+@event(direction=1, terminal=True)
+def taut(t, w, g, l, V0, m, rate):
+    """Zero, and rising, where the slack cable is stretched again."""
+    x, y, _, _ = w
+    return x * x + y * y - l * l
+
+
+def after_slack(t, w, *parameters):
+    """The mass flies on from where it is."""
+    return "flight", w
+
+
+def after_flight(t, w, *parameters):
+    """The cable stops the velocity along itself, which is lost; then it pulls, or not at all."""
+    w = PendulumXY.project(t, w, *parameters)
+    return ("cable" if tension(t, w, *parameters) > 0.0 else "flight"), w
+
+
+@dataclasses.dataclass(frozen=True)
+class PendulumXY(System):
+    """
+    Pendulum in the coordinates (x, y) of its mass, y downwards, with the tension as a reaction.
+
+    Equations of motion, with the constraint x² + y² = l² differentiated twice::
+
+        m x'' + R x/l = 0        m y'' + R y/l = m g        x x'' + y y'' = -(x'² + y'²)
+
+    State ``[x, y, vx, vy]`` in m and m/s; from the lowest point (0, l) with velocity (V0, 0).
+    Defaults and t = 20 s are those of the course's script. The three equations are solved at
+    each evaluation, by `fastdyn.constrained`.
+
+    Parameters
+    ----------
+    g : float
+        Acceleration of gravity, m/s².
+    l : float
+        Length of the cable, m.
+    V0 : float
+        Horizontal velocity at launch, m/s, of either sign.
+    m : float
+        Mass, kg.
+    rate : float
+        Baumgarte's rate b, 1/s: the constraint C = (x² + y² - l²)/(2 l) is held by
+        C'' + 2 b C' + b² C = 0 instead of C'' = 0, which is b = 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an unknown parameter, one that is not a finite number, g, l or m not above zero, or a
+        negative rate.
+
+    Notes
+    -----
+    The same motion as that of `Pendulum`, whose exact solution serves here. Constraining the
+    accelerations alone lets the mass drift off the circle; ``solve(stabilise="projection")``
+    takes it back after each step, ``stabilise="baumgarte"`` pulls it back with the given rate.
+
+    Why accelerations, and not velocities? The equations are solved for x'', y'' and R, and a
+    constraint on the velocities says nothing of them: its row is empty and the matrix singular.
+
+    Source: course, chapter 3.3.3, example 4.
+    """
+
+    name = "pendulum_xy"
+    title = "Pendulum with a constraint"
+    source = "course 3.3.3, example 4"
+    states = (
+        State("x", "m", "position across"),
+        State("y", "m", "position downwards"),
+        State("vx", "m/s", "velocity across"),
+        State("vy", "m/s", "velocity downwards"),
+    )
+    t_end = 20.0
+    invariants: ClassVar = {"energy": energy}
+    quantities: ClassVar = {"tension": tension}
+    constraints: ClassVar = {"circle": circle, "across": across}
+    events: ClassVar = {"slack": slack, "bottom": bottom}
+    derived: ClassVar = {"regime": "", "period": "s"}
+
+    g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
+    l: float = parameter(1.0, "m", "length of the cable", positive=True)
+    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch")
+    m: float = parameter(1.0, "kg", "mass", positive=True)
+    rate: float = parameter(0.0, "1/s", "Baumgarte's rate")
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.rate < 0.0:
+            raise ValueError(
+                f"Parameter `rate` of the pendulum_xy must not be negative, but is {self.rate:g}."
+            )
+
+    @staticmethod
+    def rhs(t, w, g, l, V0, m, rate):
+        """Derivative of the state."""
+        ax, ay, _ = motion(w, g, l, m, rate)
+        return [w[2], w[3], ax, ay]
+
+    @staticmethod
+    def project(t, w, g, l, V0, m, rate):
+        """The nearest state on the circle, with a velocity along it."""
+        x, y, vx, vy = w
+        shrink = l / math.sqrt(x * x + y * y)
+        x, y = shrink * x, shrink * y
+        dx, dy, _ = constrained((m, m), ((x, y),), (0.0, 0.0), (x * vx + y * vy,))
+        return [x, y, vx - dx, vy - dy]
+
+    def solve_cable(self, t_span=None, y0=None, method="RK45", **options):
+        """
+        Solve for a cable, which cannot push: slack where the tension would be negative.
+
+        Where the tension falls to zero the mass flies on freely, until the cable is taut again.
+        Then the velocity along the cable is lost at once, the velocity across it is kept (an
+        inelastic impact), and the mass goes on along the circle.
+
+        Parameters
+        ----------
+        t_span, y0, method, **options
+            As for `solve`; the circle is held by projection.
+
+        Returns
+        -------
+        OdeResult
+            With `phases`, a list of ("cable" or "flight", start, end); at an impact the time is
+            there twice, with the state before and after.
+        """
+        options = {"rtol": 1e-6, "atol": 1e-9, "dense_output": True} | options
+        t_span = (0.0, self.t_end) if t_span is None else t_span
+        start = np.array(self.initial_state() if y0 is None else y0, dtype=float)
+        phases = {
+            "cable": Phase(self.rhs, slack, after_slack, {"project": self.project}),
+            "flight": Phase(falling, taut, after_flight),
+        }
+        on_circle = start @ start > 0.0 and math.hypot(start[0], start[1]) >= self.l
+        pulls = on_circle and tension(0.0, start, *self.args) > 0.0
+        first = "cable" if pulls else "flight"
+        run = solve_phases(phases, first, t_span, start, method, args=self.args, **options)
+        run.system = self._as_started(t_span[0], self.initial_state()[:1])  # no exact solution
+        return run
+
+    def initial_state(self):
+        """State (0, l, V0, 0)."""
+        return (0.0, self.l, self.V0, 0.0)
+
+    def baumgarte(self):
+        """Itself with Baumgarte's stabilisation: with its own rate, or twice the w0 of small swings."""
+        rate = self.rate or 2.0 * math.sqrt(self.g / self.l)
+        return dataclasses.replace(self, rate=rate)
+
+    @property
+    def by_angle(self) -> Pendulum:
+        """The same pendulum with the angle as its coordinate."""
+        return Pendulum(self.g, self.l, self.V0, self.m)
+
+    @property
+    def regime(self) -> str:
+        """Swinging, separatrix or whirling; see `Pendulum.regime`."""
+        return self.by_angle.regime
+
+    @property
+    def period(self) -> float:
+        """Time of a swing or of a turn, s; see `Pendulum.period`."""
+        return self.by_angle.period
+
+    def exact(self, t):
+        """Exact state, shape (4,) or (4, n_points), from that of `Pendulum`."""
+        angle, omega = self.by_angle.exact(t)
+        x, y = self.l * np.sin(angle), self.l * np.cos(angle)
+        return np.array([x, y, y * omega, -x * omega])
+
+    def figure(self, results, **options):
+        """Paths, and tension and distance from the circle against time; see `System.figure`."""
+        from fastdyn import plot
+
+        with plot.slides():
+            figure, (path,), (force, off) = plot.pictures_and_panels(1, 2, **options)
+            around = np.linspace(0.0, 2.0 * np.pi, 361)
+            path.plot(self.l * np.sin(around), self.l * np.cos(around), color="0.8", lw=1.2)
+            for label, result in results.items():
+                t, y = plot.curve(result)
+                path.plot(*y[:2], label=label)
+                force.plot(t, result.system.along(tension, t, y), label=label)
+                size = np.abs(result.system.along(circle, result.t, result.y))
+                off.plot(result.t, np.where(size > 0.0, size, np.nan), label=label)
+            path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
+            path.set(xlabel="x (m)", ylabel="y (m), downwards", aspect="equal")
+            path.invert_yaxis()
+            force.set_ylabel("cable tension R (N)")
+            off.set(xlabel="t (s)", ylabel="distance from\nthe circle (m)", yscale="log")
+            plot.legend(figure, path)
+        return figure
