@@ -37,7 +37,8 @@ def solve_ivp(
         a step there and begin anew, and so keep their order.
     project : callable
         ``project(t, y, *args)`` takes the state at the end of each step to where it should be,
-        on its constraints or its energy, at the cost of one more evaluation of `fun`.
+        on its constraints or its energy, at the cost of one more evaluation of `fun`.  States at
+        the times of `t_eval` are taken there too; those of `sol` are not.
     step : float
         Size of the constant steps.  Steps are never shortened: if the span is not a whole number
         of them, the last one overshoots and the end is interpolated.

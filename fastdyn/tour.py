@@ -17,6 +17,7 @@ import numpy as np
 
 from fastdyn import plot
 from fastdyn.systems import SYSTEMS
+from fastdyn.systems.marks import tolerated
 
 
 class Check(NamedTuple):
@@ -146,7 +147,7 @@ def standard_lesson(board, system, rtol=1e-9, atol=1e-12):
     result = system.solve(rtol=rtol, atol=atol, dense_output=True)
     board.head()
     board.check("status of the run", result.status, 0, 0)
-    allowed = result.n_accepted * (atol + rtol * np.abs(result.y).max(axis=1).max())
+    allowed = tolerated(result, rtol, atol)
     for name, values in result.invariants().items():
         change = np.abs(values - values[0]).max() / (abs(values[0]) or 1.0)
         board.check(f"relative change of {name}", change, 0.0, allowed)

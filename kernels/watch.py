@@ -248,7 +248,7 @@ def watch(
                     events, final, d, t_old, h, direction, e_index, e_t, e_y, o.n_events
                 )
                 if final >= 0:
-                    status, t = EVENT, events[final].root
+                    status, t, reached = EVENT, events[final].root, False
         if o.every_step != 0:
             if o.dense != 0 and o.n_total > 1 and o.t_last == t:
                 o.n_dense -= 1
@@ -263,6 +263,9 @@ def watch(
         while o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0:
             t_out[o.i_eval] = t_eval[o.i_eval]
             polynomial(d, (t_eval[o.i_eval] - t_old) / h, y_out[o.i_eval])
+            if project != 0:
+                _copy(y_out[o.i_eval], scratch[1])
+                call(project, t_eval[o.i_eval], scratch[1], y_out[o.i_eval])
             o.i_eval += 1
         if over and status == FINISHED:
             o.i_leg += 1

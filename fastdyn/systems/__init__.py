@@ -18,6 +18,8 @@ __all__ = ["SYSTEMS", "State", "System", "event", "parameter", "quantity"]
 def _discovered() -> dict[str, type[System]]:
     found = {}
     for entry in pkgutil.iter_modules(__path__):
+        if entry.name.endswith("_lesson"):
+            continue
         module = importlib.import_module(f"{__name__}.{entry.name}")
         for member in vars(module).values():
             if inspect.isclass(member) and issubclass(member, System) and member is not System:
