@@ -1,4 +1,4 @@
-"""The command ``fastdyn``: ``tour``, ``list`` and ``run SYSTEM``."""
+"""The command ``fastdyn``: ``tour``, ``gallery``, ``list`` and ``run SYSTEM``."""
 
 import argparse
 import dataclasses
@@ -45,6 +45,10 @@ def _parser():
     tour.add_argument("--out", default="fastdyn-tour", metavar="DIR", help="folder for figures")
     tour.set_defaults(command=_tour)
 
+    gallery = commands.add_parser("gallery", help="the figures of the tour, as a page")
+    gallery.add_argument("--out", default="docs/gallery", metavar="DIR", help="folder of the page")
+    gallery.set_defaults(command=_gallery)
+
     listing = commands.add_parser("list", help="systems and their parameters")
     listing.set_defaults(command=_list)
 
@@ -69,8 +73,12 @@ def _add_run_options(parser, system):
     solver.add_argument("--rtol", type=float, help="relative tolerance, default 1e-6")
     solver.add_argument("--atol", type=float, help="absolute tolerance, default 1e-9")
     solver.add_argument("--step", type=float, help="step (s) of RK4 and VelocityVerlet")
+    if system.constraints:
+        ways = ("projection", "baumgarte")
+        solver.add_argument("--stabilise", choices=ways, help="how constraints are held")
     solver.add_argument("--points", type=int, help="number of equally spaced points of output")
     solver.add_argument("--plot", metavar="FILE", help="write the figure, .png, .pdf or .svg")
+    solver.add_argument("--animate", metavar="FILE", help="write a moving picture, .gif or .html")
     solver.add_argument("--csv", metavar="FILE", help="write t, state and invariants")
 
 
@@ -81,7 +89,13 @@ def _tour(options):
     unknown = [name for name in options.systems if name not in SYSTEMS]
     if unknown:
         raise ValueError(f"No system is called {unknown[0]}; choose from {', '.join(SYSTEMS)}.")
-    return 1 if tour.run(options.out, options.systems or None) else 0
+    return 1 if tour.run(options.out, options.systems or None).n_failed else 0
+
+
+def _gallery(options):
+    from fastdyn import gallery
+
+    return 1 if gallery.build(options.out).n_failed else 0
 
 
 def _list(options):
@@ -96,6 +110,8 @@ def _list(options):
             value = f"{field.default:g} {about['unit']}"
             print(f"  {field.name:<5} = {value:<12} {about['meaning']}")
         print(f"  invariants: {', '.join(system.invariants) or 'none'}")
+        if system.constraints:
+            print(f"  constraints: {', '.join(system.constraints)}")
         print(f"  events: {', '.join(system.events) or 'none'}\n")
     return 0
 
@@ -103,11 +119,12 @@ def _list(options):
 def _run(options):
     given = {field.name: getattr(options, field.name) for field in _parameters(options.system)}
     system = options.system(**{name: value for name, value in given.items() if value is not None})
-    choices = {name: getattr(options, name) for name in ("rtol", "atol", "step")}
+    names = ("rtol", "atol", "step", "stabilise")
+    choices = {name: getattr(options, name, None) for name in names}
     choices = {name: value for name, value in choices.items() if value is not None}
     if options.points is not None:
         choices["t_eval"] = np.linspace(0.0, options.t_end, options.points)
-    if options.plot:
+    if options.plot or options.animate:
         choices["dense_output"] = True
     result = system.solve((0.0, options.t_end), method=options.method, **choices)
     _report(system, result, options.method)
@@ -117,6 +134,8 @@ def _run(options):
         from fastdyn import plot
 
         plot.save(result.plot(label=options.method), options.plot)
+    if options.animate:
+        result.animate(options.animate)
     return 0 if result.success else 1
 
 
@@ -141,6 +160,8 @@ def _report(system, result, method):
         print(f"  {state.name} = {value:.10g} {state.unit}{error}")
     for name, values in result.invariants().items():
         print(f"  {name.replace('_', ' ')} has changed by {values[-1] - values[0]:.3g}")
+    for name, values in result.residuals().items():
+        print(f"  {name.replace('_', ' ')} is off by {abs(values).max():.3g} at most")
 
 
 def _write_csv(path, system, result):
@@ -148,7 +169,7 @@ def _write_csv(path, system, result):
     columns |= {
         state.name: y for state, y in zip(system.states, system.columns(result.y), strict=True)
     }
-    columns |= result.invariants()
+    columns |= result.invariants() | result.residuals()
     for name, function in system.quantities.items():
         columns[name] = system.along(function, result.t, result.y)
     header = ",".join(columns)

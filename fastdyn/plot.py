@@ -148,9 +148,10 @@ def relative_changes(result):
     return changes
 
 
-def curve(result, per_step=8):
+def curve(result, per_step=16):
     """
-    Points for a smooth line, ``per_step`` in each step where the result has a dense output.
+    Points for a smooth line, where the result has a dense output: ``per_step`` in each step,
+    and some hundreds in all.
 
     Returns
     -------
@@ -160,6 +161,7 @@ def curve(result, per_step=8):
     t, y = np.asarray(result.t, float), np.asarray(result.y)
     if result.sol is None or len(t) < 2:
         return t, y
+    per_step = max(per_step, 400 // (len(t) - 1))
     grid = np.interp(np.arange(per_step * (len(t) - 1) + 1) / per_step, np.arange(len(t)), t)
     return grid, result.sol(grid)
 

@@ -66,6 +66,12 @@ class OdeResult(dict):
 
         return plot(self, **options)
 
+    def animate(self, path, **options):
+        """Write the motion of the system to a .gif or .html file; see `fastdyn.animate`."""
+        from .animate import animate
+
+        animate(self, path, **options)
+
     def invariants(self):
         """Invariants of the system along the solution, {name: array}."""
         return self._system().evaluate_invariants(self.t, self.y)

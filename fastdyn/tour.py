@@ -62,9 +62,11 @@ class Board:
         self.write = write
         self.checks = []
         self.figures = []
+        self.sections = []  # (heading, figures)
 
     def heading(self, text):
         """Begin a lesson."""
+        self.sections.append((text, []))
         self.write("")
         self.write(text)
         self.write("=" * len(text))
@@ -91,6 +93,8 @@ class Board:
         path = self.folder / f"{name}.png"
         plot.save(figure, path)
         self.figures.append(path)
+        if self.sections:
+            self.sections[-1][1].append(path)
 
     @property
     def n_failed(self):
@@ -113,8 +117,8 @@ def run(folder="fastdyn-tour", names=None, write=print):
 
     Returns
     -------
-    int
-        Number of checks that failed.
+    Board
+        With `n_failed`, the number of checks that failed.
     """
     begin = time.perf_counter()
     board = Board(folder, write)
@@ -131,7 +135,7 @@ def run(folder="fastdyn-tour", names=None, write=print):
     write(f"{len(board.figures)} figures in {board.folder}:")
     for path in board.figures:
         write(f"  {path.name}")
-    return board.n_failed
+    return board
 
 
 def lesson_of(name):

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.animate import Scene
 from fastdyn.systems import ground_motion
 from fastdyn.systems.declare import State, parameter, quantity
 from fastdyn.systems.modal import forced_mode
@@ -27,6 +28,12 @@ def energy(t, w, k, m, omega, d, L, g, times, pieces):
 def sway(t, w, k, m, omega, d, L, g, times, pieces):
     """Height of the upper floor above its equilibrium over ground at rest."""
     return w[1] - 2.0 * L + 1.5 * m * g / k
+
+
+def _zigzag(x, low, high, n=12):
+    """A spring between two heights, as a polyline."""
+    side = 0.04 * (high - low) * np.tile([1.0, -1.0], n)[:n]
+    return x + np.concatenate([[0.0], side, [0.0]]), np.linspace(low, high, n + 2)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -202,6 +209,15 @@ class Building(System):
         u, v = (np.tensordot(modes, np.array(part), 1) for part in zip(*each, strict=True))
         rest = np.array(self.initial_state()[:2]).reshape(2, *[1] * t.ndim)
         return np.concatenate([rest + u, v])
+
+    def scene(self, t, w):
+        """Ground, floors and walls, for moving pictures."""
+        s, half = float(self.ground(t)), 0.25 * self.L
+        floors = [([-half, half], [height, height]) for height in (s, w[0], w[1])]
+        walls = [
+            _zigzag(x, low, high) for low, high in ((s, w[0]), (w[0], w[1])) for x in (-half, half)
+        ]
+        return Scene([*floors, *walls], [(0.0, w[1]), (0.0, w[0])], [])
 
     def figure(self, results, **options):
         """Movement of both floors and of the ground, a panel for each result."""

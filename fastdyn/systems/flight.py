@@ -15,6 +15,7 @@ def figure(results, speed, **options):
         The speed as a quantity, for the first of the systems; others bring their own.
     """
     from matplotlib import pyplot
+    from matplotlib.ticker import MaxNLocator
 
     with plot.slides():
         size = {"figsize": (13, 6.5), "layout": "constrained"}
@@ -30,6 +31,9 @@ def figure(results, speed, **options):
             height.plot(t, y[2], label=label)
             fast.plot(t, result.system.along(result.system.quantities.get("speed", speed), t, y))
         space.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
+        for axis in (space.xaxis, space.yaxis, space.zaxis):
+            axis.labelpad = 12
+            axis.set_major_locator(MaxNLocator(4))
         space.set_box_aspect(None, zoom=0.9)
         height.axhline(0.0, color="0.4", lw=2)
         height.set_ylabel("height z (m)")

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fastdyn.animate import Scene
 from fastdyn.systems import elliptic
 from fastdyn.systems.declare import State, event, parameter, quantity
 from fastdyn.systems.system import System
@@ -249,6 +250,12 @@ class Pendulum(System):
             force.set(xlabel="t (s)", ylabel="cable tension R (N)")
             force.set_ylim(bottom=bottom_edge)
         return figure
+
+    def scene(self, t, w):
+        """The cable and the mass, for moving pictures."""
+        x, y = self.l * math.sin(w[0]), -self.l * math.cos(w[0])
+        reach = 1.05 * self.l
+        return Scene([([0.0, x], [0.0, y]), ([-reach, reach], [0.0, 0.0])], [(x, y)], [(0.0, 0.0)])
 
     @property
     def _k_squared_beyond_one(self):

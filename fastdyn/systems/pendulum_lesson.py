@@ -92,6 +92,32 @@ def _slack(board):
     board.check("time (s)", time, pendulum.slack_time, 2.0 * allowed / omega)
     rod = pendulum.solve((0.0, 2.0), dense_output=True)
     board.figure("pendulum-slack", plot.plot({"rigid rod": rod, "cable, until slack": run}))
+    _flight(board)
+
+
+def _flight(board):
+    board.say(
+        """In one call, past the slack: the mass flies freely until the cable is taut again, loses
+        its velocity along the cable at once (an inelastic impact) and goes on along the circle.
+        Where the tension vanishes, parabola and circle have the same curvature; they meet again
+        at -3 times the angle."""
+    )
+    board.head()
+    flights = {}
+    for factor in (3.0, 3.5, 4.2):
+        pendulum = Pendulum(V0=math.sqrt(factor * 9.81))
+        run = pendulum.solve_cable((0.0, 6.0), rtol=RTOL, atol=ATOL)
+        (_, _, slack), (_, _, taut) = run.phases[:2]
+        x, y = run.sol(taut)[:2]
+        name = f"V0² = {factor:g} g l"
+        v = pendulum.l * math.sqrt(-math.cos(pendulum.slack_angle) * 9.81)
+        allowed = 2.0 * allowance(run) * (1.0 + 1.0 / v)
+        exact = math.remainder(-3.0 * pendulum.slack_angle, 2.0 * math.pi)
+        angle = math.remainder(math.atan2(x, y) - exact, 2.0 * math.pi)
+        board.check(f"{name}: slack at (s)", slack, pendulum.slack_time, allowed)
+        board.check(f"{name}: taut again, angle (rad)", exact + angle, exact, allowed)
+        flights[f"V0² = {factor:g} g l"] = run
+    board.figure("pendulum-flight", plot.plot(flights))
 
 
 def allowance(run):
@@ -103,8 +129,8 @@ def allowance(run):
     run on average; on the separatrix neighbouring motions part as exp(w0 t).
     """
     system, seconds = run.system, run.t[-1]
-    w0 = system.natural_frequency
-    angle, velocity = run.n_accepted * (ATOL + RTOL * np.abs(run.y).max(axis=1))
+    w0 = math.sqrt(system.g / system.l)
+    angle, velocity = run.n_accepted * (ATOL + RTOL * np.abs(run.y).max(axis=1))[[0, -1]]
     if system.regime == "separatrix":
         return (angle + velocity / w0) * math.exp(w0 * seconds)
     nearby = Pendulum(V0=system.V0 * (1.0 + 1e-6))

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fastdyn.animate import Scene
 from fastdyn.kernels.linear import constrained
 from fastdyn.phases import Phase, solve_phases
 from fastdyn.systems.declare import State, event, parameter, quantity
@@ -236,6 +237,16 @@ class PendulumXY(System):
         x, y = self.l * np.sin(angle), self.l * np.cos(angle)
         return np.array([x, y, y * omega, -x * omega])
 
+    def scene(self, t, w):
+        """The cable and the mass, for moving pictures; a slack cable is bent."""
+        x, y = w[0], -w[1]
+        r = math.hypot(x, y)
+        sag = 0.5 * math.sqrt(max(self.l * self.l - r * r, 0.0)) if r < 0.999 * self.l else 0.0
+        cable = ([0.0, 0.5 * x, x], [0.0, 0.5 * y - sag, y])
+        reach = 1.05 * self.l
+        floor = ([-reach, reach], [-reach, -reach])
+        return Scene([cable, floor], [(x, y)], [(0.0, 0.0)])
+
     def figure(self, results, **options):
         """Paths, and tension and distance from the circle against time; see `System.figure`."""
         from fastdyn import plot
@@ -247,13 +258,24 @@ class PendulumXY(System):
             for label, result in results.items():
                 t, y = plot.curve(result)
                 path.plot(*y[:2], label=label)
-                force.plot(t, result.system.along(tension, t, y), label=label)
+                pull = result.system.along(tension, t, y)
+                for name, begin, end in result.get("phases", ()):
+                    if name == "flight":
+                        pull[(t > begin) & (t <= end)] = 0.0
+                force.plot(t, pull, label=label)
+                if "phases" in result:
+                    off.plot(t, -result.system.along(circle, t, y), label=label)
+                    continue
                 size = np.abs(result.system.along(circle, result.t, result.y))
                 off.plot(result.t, np.where(size > 0.0, size, np.nan), label=label)
             path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
             path.set(xlabel="x (m)", ylabel="y (m), downwards", aspect="equal")
+            path.locator_params(nbins=5)
             path.invert_yaxis()
             force.set_ylabel("cable tension R (N)")
-            off.set(xlabel="t (s)", ylabel="distance from\nthe circle (m)", yscale="log")
+            if any("phases" in result for result in results.values()):
+                off.set(xlabel="t (s)", ylabel="slack of the cable (m)")
+            else:
+                off.set(xlabel="t (s)", ylabel="distance from\nthe circle (m)", yscale="log")
             plot.legend(figure, path)
         return figure

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fastdyn.animate import Scene
 from fastdyn.systems.declare import State, parameter, quantity
 from fastdyn.systems.system import System
 
@@ -119,6 +120,13 @@ class Rod(System):
             ]
         )
 
+    def scene(self, t, w):
+        """The rod and the block seen from above, for moving pictures."""
+        angle, reach = self.omega * t, 1.1 * float(self.exact(self.t_end)[0])
+        direction = np.array([math.cos(angle), math.sin(angle)])
+        tip = reach * direction
+        return Scene([([0.0, tip[0]], [0.0, tip[1]])], [tuple(w[0] * direction)], [(0.0, 0.0)])
+
     def figure(self, results, **options):
         """Path seen from above, beside the distance and the forces; see `System.figure`."""
         from fastdyn import plot
@@ -136,6 +144,7 @@ class Rod(System):
                     force.plot(t, result.system.along(function, t, y), label=function.label)
             path.plot(0, 0, "o", color="0.4", ms=8, label="axis")
             path.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+            path.locator_params(nbins=5)
             distance.set_ylabel("distance r (m)")
             force.set(xlabel="t (s)", ylabel="force (N)")
             plot.legend(figure, path, distance, force)

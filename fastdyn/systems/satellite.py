@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fastdyn.animate import Scene
 from fastdyn.systems.declare import State, event, parameter, quantity
 from fastdyn.systems.kepler import eccentric_anomaly
 from fastdyn.systems.system import System
@@ -220,6 +221,10 @@ class Satellite(System):
             plot.invariants(panels, self, results)
             plot.legend(figure, *pictures)
         return figure
+
+    def scene(self, t, w):
+        """The satellite and its planet, for moving pictures."""
+        return Scene([], [(w[0], w[1])], [(0.0, 0.0)])
 
     @property
     def _lap(self):

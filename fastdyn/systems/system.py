@@ -230,6 +230,10 @@ class System:
 
         return plot.components(results, **options)
 
+    def scene(self, t, w):
+        """What the system looks like in one state, for moving pictures: an `animate.Scene`."""
+        raise ValueError(f"The {self.name} has no view to animate.")
+
     def _event_functions(self, events):
         if isinstance(events, str) or callable(events):
             events = [events]

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.animate import Scene
 from fastdyn.kernels.linear import constrained
 from fastdyn.systems.declare import State, parameter, quantity
 from fastdyn.systems.system import System
@@ -216,6 +217,17 @@ class Vehicle(System):
         """
         return math.sqrt(P / (self.c * math.hypot(1.0, 0.5 * math.tan(alpha))))
 
+    def scene(self, t, w):
+        """Chassis, both wheels and the mass, for moving pictures."""
+        x, y, th = w[:3]
+        alpha, _, _ = self.driver(t, w)
+        along = np.array([math.cos(th), -math.sin(th)])
+        steered = 0.25 * self.L * np.array([math.cos(th + alpha), -math.sin(th + alpha)])
+        rear, front = np.array([x, y]) - 0.5 * self.L * along, np.array([x, y]) + 0.5 * self.L * along
+        bars = [(rear, front), (front - steered, front + steered)]
+        bars.append((rear - 0.25 * self.L * along, rear + 0.25 * self.L * along))
+        return Scene([tuple(np.array(bar).T) for bar in bars], [(x, y)], [])
+
     def figure(self, results, **options):
         """Path, beside speed and wheel forces against time; see `System.figure`."""
         from fastdyn import plot
@@ -230,6 +242,7 @@ class Vehicle(System):
                     about = function.label if len(results) == 1 else f"{label}, {function.label}"
                     force.plot(t, result.system.along(function, t, y), lw=1.0, label=about)
             path.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+            path.locator_params(nbins=5)
             fast.set_ylabel("speed (m/s)")
             fast.set_ylim(bottom=0.0)
             force.set(xlabel="t (s)", ylabel="force (N)")
