@@ -109,6 +109,10 @@ def _list(options):
             about = field.metadata
             value = f"{field.default:g} {about['unit']}"
             print(f"  {field.name:<5} = {value:<12} {about['meaning']}")
+        for field in dataclasses.fields(system):
+            if "unit" not in field.metadata:
+                value = getattr(field.default, "__name__", field.default)
+                print(f"  {field.name:<5} = {value!s:<12} from Python only")
         print(f"  invariants: {', '.join(system.invariants) or 'none'}")
         if system.constraints:
             print(f"  constraints: {', '.join(system.constraints)}")

@@ -174,6 +174,7 @@ def test_unknown_words_are_refused_by_the_parser(words, capsys):
 
 
 def test_no_parameter_hides_an_option():
-    options = {"t_end", "method", "rtol", "atol", "step", "points", "plot", "csv", "help", "h"}
+    options = {"t_end", "method", "rtol", "atol", "step", "points", "plot", "csv", "help"}
+    options |= {"stabilise", "animate"}
     for system in SYSTEMS.values():
         assert options.isdisjoint(field.name for field in dataclasses.fields(system))

@@ -36,7 +36,7 @@ def _zigzag(x, low, high, n=12):
     return x + np.concatenate([[0.0], side, [0.0]]), np.linspace(low, high, n + 2)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Building(System):
     """
     Two floors on springy walls over ground that moves up and down.
@@ -121,6 +121,15 @@ class Building(System):
         times, pieces = ground_motion.checked(self.times, self.pieces)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "pieces", pieces)
+
+    def _key(self):
+        return (*self.args[:6], self.times.tobytes(), self.pieces.tobytes())
+
+    def __eq__(self, other):
+        return isinstance(other, Building) and self._key() == other._key()
+
+    def __hash__(self):
+        return hash(self._key())
 
     @classmethod
     def sampled(cls, times, *, displacements=None, accelerations=None, **parameters):

@@ -15,6 +15,13 @@ from fastdyn.solve import solve_ivp
 from fastdyn.systems.declare import State, checked
 
 
+def _short(value):
+    """A parameter as a few words; nothing for an empty array."""
+    if isinstance(value, np.ndarray):
+        return f"array{value.shape}" if value.size else ""
+    return getattr(value, "__name__", None) or f"{value!r}"
+
+
 @dataclasses.dataclass(frozen=True)
 class System:
     """
@@ -79,6 +86,11 @@ class System:
         for field in dataclasses.fields(self):
             value = checked(self.name, field, getattr(self, field.name))
             object.__setattr__(self, field.name, value)
+
+    def __str__(self):
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        parts = [f"{name}={_short(value)}" for name, value in values.items()]
+        return f"{self.name}({', '.join(part for part in parts if part[-1] != '=')})"
 
     @property
     def args(self) -> tuple:

@@ -97,8 +97,8 @@ class Vehicle(System):
         vx sin th + vy cos th + (L/2) th' = 0                                        (rear)
         vx sin(th + alpha) + vy cos(th + alpha) - (L/2) cos(alpha) th' = 0           (front)
 
-    The last two are differentiated once, so that they hold for the accelerations. State
-    ``[x, y, th, vx, vy, omega]`` in m, rad, m/s and rad/s with omega = th'; from rest at the
+    The last two are differentiated once, so that they hold for the accelerations.
+    State ``[x, y, th, vx, vy, omega]`` in m, rad, m/s and rad/s with omega = th'; from rest at the
     origin. Defaults and t = 120 s are those of the course's script.
 
     Parameters
