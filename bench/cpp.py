@@ -49,7 +49,8 @@ def solvers(problem, order, rtol, atol):
         microsecond beside the C++; the arrays returned are the same at every call.
     """
     pointer, real = ctypes.POINTER(ctypes.c_double), ctypes.c_double
-    y0, p = np.array(problem.y0, dtype=float), np.array(problem.args, dtype=float)
+    y0 = np.array(problem.y0, dtype=float)
+    p = np.array([value for value in problem.args if isinstance(value, float)])
     result = {}
     for compiler, library in libraries().items():
         y, counts = np.empty_like(y0), (ctypes.c_long * 3)()

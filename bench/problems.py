@@ -8,6 +8,9 @@ from scipy.fft import dst, idst
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
+from fastdyn import solve_linear
+from fastdyn.systems import SYSTEMS
+
 
 class Problem(NamedTuple):
     """A right-hand side with its data; `args` are its parameters after (t, y)."""
@@ -17,11 +20,12 @@ class Problem(NamedTuple):
     t_span: tuple
     y0: list
     args: tuple
+    code: str = ""
 
     @property
     def entry(self):
-        """Name of the C++ function in reference.cpp."""
-        return self.fun.__name__
+        """Name of the C++ function in reference.cpp, that of `fun` unless `code` says another."""
+        return self.code or self.fun.__name__
 
 
 def satellite(t, w, GM):
@@ -55,6 +59,34 @@ def chain(t, y):
     out[n] = q[1] - 2.0 * q[0]
     out[-1] = q[-2] - 2.0 * q[-1]
     return out
+
+
+def five_equations(t, w, g, l, V0, m, rate):  # noqa: E741
+    """The constrained pendulum as the course writes it, the whole matrix at each evaluation."""
+    x, y, vx, vy = w
+    r = m * math.sqrt(x * x + y * y)
+    solved = solve_linear(
+        (
+            (1.0, 0.0, 0.0, 0.0, 0.0),
+            (0.0, 1.0, 0.0, 0.0, 0.0),
+            (0.0, 0.0, 1.0, 0.0, x / r),
+            (0.0, 0.0, 0.0, 1.0, y / r),
+            (0.0, 0.0, x, y, 0.0),
+        ),
+        (vx, vy, 0.0, g, -vx * vx - vy * vy),
+    )
+    return [solved[0], solved[1], solved[2], solved[3]]
+
+
+def course():
+    """The systems of the course that have a C++ counterpart, t = 20."""
+    pairs = [PROBLEMS[2]]
+    for name in ("building", "pendulum_xy", "vehicle"):
+        system = SYSTEMS[name]()
+        start = list(system.initial_state())
+        pairs.append(Problem(name, system.rhs, (0.0, 20.0), start, system.args, name))
+    whole = pairs[2]._replace(name="pendulum_xy, 5x5 as in C++", fun=five_equations)
+    return [*pairs, whole]
 
 
 PROBLEMS = (

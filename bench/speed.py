@@ -19,11 +19,11 @@ def rows(quick):
     """One row a solver: time, error, steps, and the ratio to C++."""
     for method, order in (("RK45", 5), ("DOP853", 8)):
         for problem in PROBLEMS:
-            yield from _problem(problem, method, order, quick)
-            yield from _kernel(problem, method, order, quick)
+            yield from as_it_is(problem, method, order, quick)
+            yield from stretched(problem, method, order, quick)
 
 
-def _kernel(problem, method, order, quick):
+def stretched(problem, method, order, quick):
     """A span STRETCH times as long, where the call itself no longer counts, against C++ alone.
 
     The error is the distance from the end state of the first C++ solver.
@@ -61,7 +61,8 @@ def _kernel(problem, method, order, quick):
         }
 
 
-def _problem(problem, method, order, quick):
+def as_it_is(problem, method, order, quick, jit=True):
+    """The problem as it is, through the public call."""
     t_end = problem.t_span[1]
     given = {"method": method, "t_eval": [t_end], "rtol": RTOL, "atol": ATOL, "args": problem.args}
 
@@ -73,12 +74,14 @@ def _problem(problem, method, order, quick):
         r = scipy.integrate.solve_ivp(fun, problem.t_span, problem.y0, **given)
         return r.y[:, -1], (r.nfev,)
 
-    inner = njit(problem.fun)
-    jitted = njit(lambda t, y, *args: np.array(inner(t, y, *args)))
     ours(tier="specialised")
     references = cpp.solvers(problem, order, RTOL, ATOL)
     compiled = {"fastdyn": ours, **references}
-    slow = {"SciPy": lambda: scipys(problem.fun), "SciPy + njit": lambda: scipys(jitted)}
+    slow = {"SciPy": lambda: scipys(problem.fun)}
+    if jit:
+        inner = njit(problem.fun)
+        jitted = njit(lambda t, y, *args: np.array(inner(t, y, *args)))
+        slow["SciPy + njit"] = lambda: scipys(jitted)
     exact = reference(problem)
     answers = {name: solve() for name, solve in {**compiled, **slow}.items()}
     times = interleaved(compiled, 20 if quick else 4000, 0.2 if quick else 4.0)

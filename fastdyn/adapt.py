@@ -19,8 +19,15 @@ from .bodies import arguments, pointer_form, reader
 from .callback import Callback
 from .kernels.calls import BARE, FAULT, FIRST, FORM
 from .references import (
-    LIBRARIES, code_token, contains_opaque, frozen, of_library, outside_kind, references, resolve,
-)  # fmt: skip
+    LIBRARIES,
+    code_token,
+    contains_opaque,
+    frozen,
+    of_library,
+    outside_kind,
+    references,
+    resolve,
+)
 from .refusal import Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
 from .values import Constant, is_function, kind, n_words, pack
@@ -206,7 +213,8 @@ def _function(parts, mode, look):
 def _compile(parts, mode, layout, outside):
     token = (mode, layout, tuple((p, k) for p, (k, _) in outside.items()), parts.options)
     lasting = not contains_opaque((layout, tuple(k for k, _ in outside.values())))
-    name = repr((frozen(parts.function.__code__.co_name), code_token(parts.function.__code__), token))
+    code = parts.function.__code__
+    name = repr((frozen(code.co_name), code_token(code), token))
     reasons = []
     dialects = MODES[mode]
     for fresh in (False, True):  # first what is on disk, in any dialect

@@ -7,7 +7,6 @@ import numpy as np
 
 from . import plot
 
-
 FINE = 8  # points of the trail for each picture
 
 

@@ -25,7 +25,8 @@ STEP_LIMIT, INTERRUPTED = 100, 101  # statuses beside those of the kernels
 
 def _record(dtype):
     """A function from the fields, all of 8 bytes, to an array of one record."""
-    pack = struct.Struct("".join({"f": "d", "i": "q"}[dtype[name].kind] for name in dtype.names)).pack
+    codes = [{"f": "d", "i": "q"}[dtype[name].kind] for name in dtype.names]
+    pack = struct.Struct("".join(codes)).pack
     return lambda *fields: np.frombuffer(bytearray(pack(*fields)), dtype)
 
 
@@ -116,7 +117,7 @@ def _join(pieces):
     return pieces[0] if len(pieces) == 1 else tuple(map(np.concatenate, zip(*pieces, strict=True)))
 
 
-def _begin(problem):
+def _begin(problem) -> Any:
     """The state record and the work array before the first step."""
     n, p = len(problem.y0), problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
@@ -188,8 +189,8 @@ def run(problem, bound, bound_events, projection):
             began = time.perf_counter()
             status = watch(
                 tier.address, state, work, block, output.record, output.t, output.y, output.d,
-                output.spans, t_eval, p.legs, project, table, output.e_index, output.e_t, output.e_y, scratch,
-                n_steps,
+                output.spans, t_eval, p.legs, project, table, output.e_index, output.e_t,
+                output.e_y, scratch, n_steps,
             )  # fmt: skip
             spent = time.perf_counter() - began
             tier.spend(spent)

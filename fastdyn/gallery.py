@@ -5,11 +5,14 @@ from pathlib import Path
 
 from fastdyn import tour
 from fastdyn.systems import SYSTEMS
+from fastdyn.systems.building import Building
+from fastdyn.systems.pendulum import Pendulum
+from fastdyn.systems.vehicle import Vehicle
 
 MOVING = {
-    "pendulum": lambda: SYSTEMS["pendulum"](V0=math.sqrt(3.5 * 9.81)).solve_cable((0.0, 4.0)),
-    "building": lambda: SYSTEMS["building"]().solve((0.0, 8.0), dense_output=True),
-    "vehicle": lambda: SYSTEMS["vehicle"]().solve((0.0, 60.0), dense_output=True),
+    "pendulum": lambda: Pendulum(V0=math.sqrt(3.5 * 9.81)).solve_cable((0.0, 4.0)),
+    "building": lambda: Building().solve((0.0, 8.0), dense_output=True),
+    "vehicle": lambda: Vehicle().solve((0.0, 60.0), dense_output=True),
 }
 
 

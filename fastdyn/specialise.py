@@ -124,7 +124,7 @@ _specialised: dict = {}
 _seconds: dict = {}
 
 
-def specialised_kernel(name, function, n, build=True):
+def specialised_kernel(name, function, n, build=True) -> Any:
     """The stepping kernel with `function` inlined, on tuples of n; None if not there.
 
     With ``build=False`` only memory and disk are asked.

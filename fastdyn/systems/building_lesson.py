@@ -76,9 +76,7 @@ def _erratum(board):
     moved = np.ptp(run.y[:2], axis=1).max()
     board.check("d = 0: largest movement (m)", moved, 0.0, ATOL + RTOL * run.y[1, 0])
     args = still.args[:6]
-    wrong = solve_ivp(
-        printed, (0.0, 20.0), still.initial_state(), rtol=RTOL, atol=ATOL, args=args
-    )
+    wrong = solve_ivp(printed, (0.0, 20.0), still.initial_state(), rtol=RTOL, atol=ATOL, args=args)
     shift = still.m * still.g / (2.0 * still.k)
     middle = wrong.y[0].mean() - still.initial_state()[0]
     board.check("as printed: mean shift of the lower floor (m)", middle, shift, 0.1 * shift)

@@ -36,7 +36,7 @@ def parameter(default, unit, meaning, *, positive=False) -> Any:
 def quantity(unit, label=None):
     """Give a function of (t, y, \\*parameters) a unit and a label for axes and tables."""
 
-    def attach(function):
+    def attach(function) -> Any:
         function.unit = unit
         function.label = label or function.__name__.replace("_", " ")
         return function
@@ -47,7 +47,7 @@ def quantity(unit, label=None):
 def event(*, direction=0, terminal=False):
     """Give an event function the attributes that `solve_ivp` looks for."""
 
-    def attach(function):
+    def attach(function) -> Any:
         function.direction = direction
         function.terminal = terminal
         return function

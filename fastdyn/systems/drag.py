@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.systems import flight
-from fastdyn.systems.declare import State, event, parameter, quantity
+from fastdyn.systems.declare import event, parameter, quantity
 from fastdyn.systems.projectile import Projectile
 from fastdyn.systems.system import System
 

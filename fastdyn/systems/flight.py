@@ -1,5 +1,7 @@
 """The figure of a flight in space: the trajectory, height and speed."""
 
+from typing import Any
+
 from fastdyn import plot
 
 
@@ -21,7 +23,7 @@ def figure(results, speed, **options):
         size = {"figsize": (13, 6.5), "layout": "constrained"}
         drawing = pyplot.figure(**size | options)
         grid = drawing.add_gridspec(2, 2, width_ratios=(3, 2))
-        space = drawing.add_subplot(grid[:, 0], projection="3d")
+        space: Any = drawing.add_subplot(grid[:, 0], projection="3d")
         height = drawing.add_subplot(grid[0, 1])
         fast = drawing.add_subplot(grid[1, 1], sharex=height)
         for label, result in results.items():

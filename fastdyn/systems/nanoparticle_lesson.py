@@ -1,7 +1,7 @@
 """The nanoparticle's lesson: gravity is weak at small scales (course 3.3.2, example 1)."""
 
-from fastdyn.systems.nanoparticle import Nanoparticle
 from fastdyn.systems.marks import tolerated
+from fastdyn.systems.nanoparticle import Nanoparticle
 
 RTOL, ATOL = 1e-9, 1e-15
 

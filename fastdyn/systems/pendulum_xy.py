@@ -212,7 +212,7 @@ class PendulumXY(System):
         return (0.0, self.l, self.V0, 0.0)
 
     def baumgarte(self):
-        """Itself with Baumgarte's stabilisation: with its own rate, or twice the w0 of small swings."""
+        """Itself with Baumgarte's pull, at its own rate or at twice that of small swings."""
         rate = self.rate or 2.0 * math.sqrt(self.g / self.l)
         return dataclasses.replace(self, rate=rate)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fastdyn.systems.projectile import Projectile
 from fastdyn.systems.marks import tolerated
+from fastdyn.systems.projectile import Projectile
 
 RTOL, ATOL = 1e-9, 1e-12
 

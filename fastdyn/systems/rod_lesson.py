@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from fastdyn import plot
-from fastdyn.systems.rod import Rod, friction_force, normal_force
 from fastdyn.systems.marks import tolerated
+from fastdyn.systems.rod import Rod, friction_force, normal_force
 
 RTOL, ATOL = 1e-9, 1e-12
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from fastdyn.systems.suspension import Suspension
 from fastdyn.systems.marks import tolerated
+from fastdyn.systems.suspension import Suspension
 
 RTOL, ATOL = 1e-9, 1e-12
 

@@ -7,7 +7,7 @@ fields are its parameters. Nothing else has to be told about it; `fastdyn list`,
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -50,8 +50,9 @@ class System:
         Answers that follow from the parameters alone, properties of the class, and their units.
     constraints : dict of str to callable
         Functions of the same form that are zero where the constraints hold: their residuals.
-    project : callable or None
-        ``project(t, y, *parameters)`` takes a state to the nearest one on its constraints.
+    project : callable
+        ``project(t, y, *parameters)`` takes a state to the nearest one on its constraints; only
+        where there are any.
 
     Notes
     -----
@@ -70,7 +71,7 @@ class System:
     events: ClassVar[Mapping[str, Callable]] = {}
     derived: ClassVar[Mapping[str, str]] = {}
     constraints: ClassVar[Mapping[str, Callable]] = {}
-    project: ClassVar[Callable | None] = None
+    project: ClassVar[Callable]
 
     def __new__(cls, *values, **named):
         allowed = [field.name for field in dataclasses.fields(cls)]
@@ -106,7 +107,7 @@ class System:
         """Times at which steps must end, ndarray, or None."""
         return None
 
-    def baumgarte(self):
+    def baumgarte(self) -> "System":
         """Itself with Baumgarte's stabilisation of the constraints switched on."""
         raise ValueError(f"The {self.name} has no Baumgarte stabilisation.")
 
@@ -172,7 +173,7 @@ class System:
         if stabilise == "baumgarte":
             return self.baumgarte().solve(t_span, y0, method, **options)
         if stabilise == "projection":
-            if self.project is None:
+            if not hasattr(self, "project"):
                 raise ValueError(f"The {self.name} has no constraints to project onto.")
             options["project"] = self.project
         t_span = (0.0, self.t_end) if t_span is None else t_span
@@ -242,7 +243,7 @@ class System:
 
         return plot.components(results, **options)
 
-    def scene(self, t, w):
+    def scene(self, t, w) -> Any:
         """What the system looks like in one state, for moving pictures: an `animate.Scene`."""
         raise ValueError(f"The {self.name} has no view to animate.")
 

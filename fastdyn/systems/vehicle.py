@@ -223,7 +223,8 @@ class Vehicle(System):
         alpha, _, _ = self.driver(t, w)
         along = np.array([math.cos(th), -math.sin(th)])
         steered = 0.25 * self.L * np.array([math.cos(th + alpha), -math.sin(th + alpha)])
-        rear, front = np.array([x, y]) - 0.5 * self.L * along, np.array([x, y]) + 0.5 * self.L * along
+        middle = np.array([x, y])
+        rear, front = middle - 0.5 * self.L * along, middle + 0.5 * self.L * along
         bars = [(rear, front), (front - steered, front + steered)]
         bars.append((rear - 0.25 * self.L * along, rear + 0.25 * self.L * along))
         return Scene([tuple(np.array(bar).T) for bar in bars], [(x, y)], [])

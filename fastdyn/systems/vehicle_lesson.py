@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from fastdyn.systems.vehicle import Vehicle, coasting, kinetic_energy, steady
 from fastdyn.systems.marks import tolerated
+from fastdyn.systems.vehicle import Vehicle, coasting, kinetic_energy, steady
 
 RTOL, ATOL = 1e-9, 1e-12
 

@@ -1,0 +1,98 @@
+"""Claims about motion in phases, by a ball that bounces."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn.phases import Phase, solve_phases
+
+G = 9.81
+OPTIONS = {"rtol": 1e-9, "atol": 1e-12}
+
+
+def falling(t, y, e):
+    return [y[1], -G]
+
+
+def ground(t, y, e):
+    return y[0]
+
+
+ground.direction, ground.terminal = -1, True
+
+
+def bounce(t, y, e):
+    return "up", [0.0, -e * y[1]]
+
+
+def apex(t, y, e):
+    return y[1]
+
+
+apex.direction = -1
+BALL = {"up": Phase(falling, ground, bounce)}
+
+
+def impacts(e, n):
+    """Times of the first n impacts of a ball dropped from 1 m."""
+    first = math.sqrt(2.0 / G)
+    return first * (1.0 + 2.0 * np.cumsum(np.r_[0.0, e ** np.arange(1, n)]))
+
+
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "RK4"])
+def test_a_ball_bounces_when_geometry_says(method):
+    options = {"step": 0.01} if method == "RK4" else OPTIONS
+    run = solve_phases(BALL, "up", (0.0, 3.0), [1.0, 0.0], method, args=(0.8,), **options)
+    ends = [end for _, _, end in run.phases]
+    exact = impacts(0.8, 9)
+    n = int((exact < 3.0).sum())
+    assert run.success and np.allclose(ends[:n], exact[:n], rtol=0, atol=1e-9)
+    assert ends[-1] == 3.0 and len(ends) == n + 1
+    twice = np.flatnonzero(np.diff(run.t) == 0.0)
+    assert np.allclose(run.t[twice], exact[:n]) and np.all(np.diff(run.t) >= 0.0)
+
+
+def test_output_times_dense_output_and_events_go_through_the_phases():
+    t = np.linspace(0.0, 2.5, 51)
+    given = {"args": (0.8,), "events": apex, **OPTIONS}
+    dense = solve_phases(BALL, "up", (0.0, 2.5), [1.0, 0.0], dense_output=True, **given)
+    at = solve_phases(BALL, "up", (0.0, 2.5), [1.0, 0.0], t_eval=t, **given)
+    assert np.array_equal(at.t, t) and np.allclose(at.y, dense.sol(t), rtol=0, atol=1e-12)
+    tops = impacts(0.8, 9)[:-1] + np.diff(impacts(0.8, 9)) / 2
+    tops = tops[tops < 2.5]
+    found = dense.t_events[0][-len(tops) :]
+    assert np.allclose(found, tops, rtol=0, atol=1e-8)
+    assert np.allclose(dense.y_events[0][-1][0], 0.8 ** (2 * len(tops)), atol=1e-8)
+    assert dense.nfev > 0 and dense.n_accepted > 10
+
+
+def test_phases_that_get_ever_shorter_stop_with_a_sentence():
+    run = solve_phases(
+        BALL, "up", (0.0, 9.0), [1.0, 0.0], args=(0.5,), max_phases=20, **OPTIONS
+    )  # fmt: skip
+    assert run.status == -1 and "`max_phases=20` was reached at t = 1.35" in run.message
+    assert len(run.phases) == 20
+
+
+def test_an_event_of_the_user_ends_the_motion():
+    def late(t, y, e):
+        return t - 1.0
+
+    late.terminal = True
+    run = solve_phases(BALL, "up", (0.0, 9.0), [1.0, 0.0], args=(0.8,), events=late, **OPTIONS)
+    assert run.status == 1 and run.t[-1] == pytest.approx(1.0) and len(run.phases) == 2
+
+
+def test_a_phase_that_fails_says_why():
+    def explodes(t, y, e):
+        return [y[0] ** 2, 0.0]
+
+    phases = {"up": Phase(falling, ground, lambda t, y, e: ("end", [1.0, 0.0])),
+              "end": Phase(explodes, ground, bounce)}  # fmt: skip
+    run = solve_phases(phases, "up", (0.0, 9.0), [1.0, 0.0], args=(0.8,), **OPTIONS)
+    assert run.status == -1 and "blows up" in run.message
+    with pytest.raises(ValueError, match="1-dimensional"):
+        solve_phases(BALL, "up", (0.0, 1.0), 1.0)
+    assert fastdyn.phases.Phase is Phase
