@@ -118,12 +118,15 @@ class Building(System):
         super().__post_init__()
         if (self.times is None) != (self.pieces is None):
             raise ValueError("`times` and `pieces` go together; `Building.sampled` makes both.")
-        times, pieces = ground_motion.checked(self.times, self.pieces)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "pieces", pieces)
+        if self.times is not None:
+            times, pieces = ground_motion.checked(self.times, self.pieces)
+            object.__setattr__(self, "times", times)
+            object.__setattr__(self, "pieces", pieces)
 
     def _key(self):
-        return (*self.args[:6], self.times.tobytes(), self.pieces.tobytes())
+        sampled = self.times is not None
+        samples = (self.times.tobytes(), self.pieces.tobytes()) if sampled else ()
+        return (*self.args[:6], *samples)
 
     def __eq__(self, other):
         return isinstance(other, Building) and self._key() == other._key()
@@ -155,7 +158,7 @@ class Building(System):
     def rhs(t, w, k, m, omega, d, L, g, times, pieces):
         """Derivative of the state."""
         y1, y2, v1, v2 = w
-        if times.size:
+        if times is not None:  # settled when compiled
             s = ground_motion.height(t, times, pieces)
         else:
             s = d * math.sin(omega * t)
@@ -165,11 +168,11 @@ class Building(System):
     @property
     def breakpoints(self):
         """Times of the samples, where the ground has kinks and steps must end; None for a sine."""
-        return self.times if self.times.size else None
+        return self.times
 
     def ground(self, t):
         """Height of the ground at times t, m."""
-        if self.times.size:
+        if self.times is not None:
             t = np.asarray(t, float)
             return np.vectorize(lambda x: ground_motion.height(x, self.times, self.pieces))(t)
         return self.d * np.sin(self.omega * np.asarray(t, float))
@@ -207,7 +210,7 @@ class Building(System):
 
     def exact(self, t):
         """Exact state over ground that moves as a sine, shape (4,) or (4, n_points)."""
-        if self.times.size:
+        if self.times is not None:
             raise ValueError("No exact solution of the building over sampled ground is known.")
         t = np.asarray(t, float)
         _, modes = np.linalg.eigh(STIFFNESS)  # of the same order as `frequencies`

@@ -47,17 +47,13 @@ def checked_times(t):
 
 
 def checked(times, coefficients):
-    """Times and pieces as arrays, empty for None; refuses what makes no motion."""
-    if times is None:
-        return np.empty(0), np.empty((0, 4))
+    """Times and pieces as arrays; refuses what makes no motion."""
     times, coefficients = np.array(times, float), np.array(coefficients, float)
-    if times.ndim != 1 or coefficients.shape != (max(len(times), 1) - 1, 4):
-        if len(times) or len(coefficients):
-            raise ValueError(
-                f"`pieces` must have a row of 4 between each two of {len(times)} `times`; its "
-                f"shape is {coefficients.shape}."
-            )
-        return np.empty(0), np.empty((0, 4))
+    if times.ndim != 1 or len(times) < 2 or coefficients.shape != (len(times) - 1, 4):
+        raise ValueError(
+            f"`pieces` must have a row of 4 between each two of the `times`; their shapes are "
+            f"{coefficients.shape} and {times.shape}."
+        )
     checked_times(times)
     if not np.isfinite(coefficients).all():
         raise ValueError("the samples of the ground must be finite.")

@@ -16,9 +16,11 @@ from fastdyn.systems.declare import State, checked
 
 
 def _short(value):
-    """A parameter as a few words; nothing for an empty array."""
+    """A parameter as a few words; nothing for None."""
+    if value is None:
+        return ""
     if isinstance(value, np.ndarray):
-        return f"array{value.shape}" if value.size else ""
+        return f"array{value.shape}"
     return getattr(value, "__name__", None) or f"{value!r}"
 
 
