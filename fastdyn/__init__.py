@@ -1,6 +1,7 @@
 """fastdyn: equations of motion, integrated at compiled speed behind SciPy's solve_ivp."""
 
-from .kernels.linear import SingularMatrixError, constrained, solve_linear
+from .kernels.constrained import constrained
+from .kernels.linear import SingularMatrixError, solve_linear
 from .refusal import CompileWarning
 from .result import OdeResult, OdeSolution
 from .solve import solve_ivp, solve_second_order

@@ -6,7 +6,6 @@ call.  What Numba cannot compile is called in Python from the same kernels, with
 """
 
 import functools
-import inspect
 import types as python
 from typing import Any, NamedTuple
 
@@ -18,6 +17,7 @@ from . import cache
 from .bodies import arguments, pointer_form, reader
 from .callback import Callback
 from .kernels.calls import BARE, FAULT, FIRST, FORM
+from .parts import T, Y, parts_of
 from .references import (
     LIBRARIES,
     code_token,
@@ -32,8 +32,6 @@ from .refusal import Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
 from .values import Constant, is_function, kind, n_words, pack
 
-T, Y = object(), object()
-KEYWORDS = inspect.CO_VARKEYWORDS
 NUMPY = ("numpy", "np")  # and a library under its own name: the code itself says what is meant
 MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
     "derivative": (("derivative", True), ("derivative", False), ("copy", False)),
@@ -41,15 +39,6 @@ MODES = {  # how a function may be compiled, best first: (mode, returned lists b
     "acceleration": (("acceleration", True), ("acceleration", False)),
     "event": (("event", True),),
 }
-
-
-class Parts(NamedTuple):
-    """What a callable is made of: a Python function, its `self`, and its positional arguments."""
-
-    function: Any
-    owner: Any
-    positional: tuple
-    options: dict
 
 
 class Function(NamedTuple):
@@ -76,37 +65,6 @@ _functions: dict = {}
 _not_lifted: set = set()
 _refused: dict = {}
 _called: dict = {}
-
-
-def _parts(fun, args):
-    """Take a callable apart; raises Uncompilable for what has no Python code."""
-    leading, keywords, options, owner = (), {}, {}, None
-    if fun.__class__ is not python.FunctionType:
-        while isinstance(fun, functools.partial):
-            leading, keywords = fun.args + leading, {**fun.keywords, **keywords}
-            fun = fun.func
-        if isinstance(fun, python.MethodType):
-            fun, owner = fun.__func__, fun.__self__
-        if isinstance(fun, Dispatcher):
-            options = {k: v for k, v in fun.targetoptions.items() if k == "fastmath" and v}
-            fun = fun.py_func
-        if not isinstance(fun, python.FunctionType):
-            method = inspect.getattr_static(type(fun), "__call__", None)
-            if not isinstance(method, python.FunctionType):
-                raise Uncompilable(f"{type(fun).__name__} objects have no Python code to compile")
-            fun, owner = method, fun
-    code = fun.__code__
-    given = (() if owner is None else (None,)) + leading + (T, Y) + args
-    if keywords or code.co_kwonlyargcount or code.co_flags & KEYWORDS:
-        bound = inspect.signature(fun).bind(*given, **keywords)
-        bound.apply_defaults()
-        if any(bound.kwargs.values()) or code.co_kwonlyargcount:
-            raise Uncompilable("it takes keyword-only arguments")
-        given = bound.args
-    missing = code.co_argcount - len(given)
-    if missing > 0 and fun.__defaults__:
-        given += fun.__defaults__[-missing:] if missing <= len(fun.__defaults__) else ()
-    return Parts(fun, owner, given, options)
 
 
 def _outside(function, owner):
@@ -154,7 +112,7 @@ def bind(fun, args, mode, n, look=None):
 
     alive = [fun, args]
     try:
-        parts = _parts(fun, args)
+        parts = parts_of(fun, args)
         refusal = _refused.get((id(parts.function.__code__), mode))
         if refusal is not None:
             raise Uncompilable(refusal)

@@ -11,16 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from . import limits
 from .kernels import METHODS
 
-EPS = float(np.finfo(float).eps)
 SCIPY_METHODS = ("Radau", "BDF", "LSODA")
 COMMON = {"max_steps", "progress", "on_interrupt", "tier"}
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints", "project"} | COMMON
 FIXED = {"step", "project"} | COMMON
-LANDING = 1e-9  # a span this close to a whole number of steps is taken as whole
 DEFAULTS = (math.inf, False, "raise", "auto")  # max_steps, progress, on_interrupt, tier
-NO_LEGS = np.empty((0, 3))
 TIERS = ("auto", "pointer", "specialised")
 
 
@@ -140,90 +138,6 @@ def output_times(t_eval, t0, tf):
     return t_eval
 
 
-def _tolerance(value, name, n):
-    if value.__class__ is not float:
-        value = np.asarray(value, dtype=float)
-        if value.ndim and value.shape != (n,):
-            raise ValueError(f"`{name}` has wrong shape.")
-        if np.isnan(value).any():
-            raise ValueError(f"`{name}` must not be NaN.")
-    elif value != value:
-        raise ValueError(f"`{name}` must not be NaN.")
-    return value
-
-
-def tolerances(rtol, atol, y0):
-    """`rtol`, `atol`: scalars or arrays of n, rtol raised to 100 eps where it is smaller."""
-    if rtol.__class__ is float is atol.__class__ and rtol >= 100 * EPS and atol > 0:
-        return rtol, atol
-    rtol, atol = _tolerance(rtol, "rtol", len(y0)), _tolerance(atol, "atol", len(y0))
-    if np.any(rtol < 100 * EPS):
-        warnings.warn(
-            "At least one element of `rtol` is too small. "
-            f"Setting `rtol = np.maximum(rtol, {100 * EPS})`.",
-            stacklevel=4,
-        )
-        rtol = np.maximum(rtol, 100 * EPS)
-    if np.any(atol < 0):
-        raise ValueError("`atol` must be positive.")
-    if np.any(atol == 0):
-        bare = np.flatnonzero((np.broadcast_to(atol, y0.shape) == 0) & (y0 == 0))
-        if bare.size:
-            raise ValueError(
-                f"`atol` is 0 where `y0` is 0 (component {bare[0]}): no error is small enough "
-                "there; give that component a positive `atol`."
-            )
-    return rtol, atol
-
-
-def step_limits(options, span):
-    """`max_step` (None if not given) and `first_step` (0 if not given)."""
-    h_max = options.get("max_step")
-    if h_max is not None and not h_max > 0:
-        raise ValueError("`max_step` must be positive.")
-    first = options.get("first_step")
-    if first is None:
-        return h_max, 0.0
-    if not first > 0:
-        raise ValueError("`first_step` must be positive.")
-    if first > span:
-        raise ValueError("`first_step` exceeds bounds.")
-    return h_max, float(first)
-
-
-def fixed_step(options, span, name):
-    """The step of a fixed-step method, adjusted by round-off where the span is a whole number."""
-    step = options.get("step")
-    if step is None:
-        raise ValueError(f"`method={name!r}` takes constant steps: give their size as `step`.")
-    step = float(step)
-    if not (step > 0 and math.isfinite(step)):
-        raise ValueError(f"`step` must be positive and finite; got {step}.")
-    n = round(span / step) if math.isfinite(span) else 0
-    return span / n if n and abs(n * step - span) <= LANDING * step else step
-
-
-def legs_of_span(breakpoints, t0, tf):
-    """Start, end and name of the end of each part of the span; no rows without breakpoints.
-
-    Parts keep off the breakpoint by a few roundings of the time on either side, so that a
-    derivative which jumps there is evaluated on the side where it belongs.
-    """
-    if breakpoints is None:
-        return NO_LEGS
-    times = np.asarray(breakpoints, dtype=float)
-    if times.ndim != 1 or np.isnan(times).any():
-        raise ValueError("`breakpoints` must be a 1-D array of times that are not NaN.")
-    first, last = min(t0, tf), max(t0, tf)
-    times = np.unique(times[np.isfinite(times)])
-    off = 4 * EPS * np.abs([*times, t0, tf if math.isfinite(tf) else t0]).max()
-    times = times[(times > first + 4 * off) & (times < last - 4 * off)]
-    times = times[np.r_[np.ones(len(times[:1]), bool), np.diff(times) > 4 * off]]
-    if tf < t0:
-        times, off = times[::-1], -off
-    return np.column_stack([np.r_[t0, times + off], np.r_[times - off, tf], np.r_[times, tf]])
-
-
 def event_list(events):
     """Events as a list, each with its limit (0: not terminal) and direction."""
     if events is None:
@@ -286,14 +200,14 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         endless(tf, events, options.get("max_steps"))
     if method.error_order:
         warn_unused(options, ADAPTIVE)
-        rtol, atol = tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
-        h_max, h = step_limits(options, span)
+        rtol, atol = limits.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
+        h_max, h = limits.step_limits(options, span)
         if h_max is None:
             h_max = span * method.h_max_share
     else:
         warn_unused(options, FIXED)
         rtol, atol, h_max = 0.0, 0.0, math.inf
-        h = fixed_step(options, span, method.name)
+        h = limits.fixed_step(options, span, method.name)
     project = options.get("project")
     if project is not None and (method.second_order or not callable(project)):
         raise ValueError(
@@ -308,5 +222,5 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     return Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, extra_arguments(args), mode, rtol, atol, h_max, h,
-        legs_of_span(options.get("breakpoints"), t0, tf), project, *running,
+        limits.legs_of_span(options.get("breakpoints"), t0, tf), project, *running,
     )  # fmt: skip

@@ -9,9 +9,10 @@ import numpy as np
 
 from .callback import evaluate, interruptible
 from .kernels.calls import FAULT, RAISED, TIME
+from .kernels.events import EVENTS
 from .kernels.state import ATOL, FULL, RTOL, RUNNING, STATE, K, Y
 from .kernels.state import RAISED as RAISED_STATUS
-from .kernels.watch import EVENTS, OUTPUT
+from .kernels.watch import OUTPUT
 from .specialise import Tier, events_kernel, start_kernel, watch_kernel
 
 CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier

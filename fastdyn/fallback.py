@@ -3,7 +3,7 @@ its own solver classes, and the trivial cases (no component, no span)."""
 
 import numpy as np
 
-from . import check
+from . import check, limits
 from .adapt import bind
 from .callback import evaluate
 from .kernels.calls import RAISED
@@ -49,7 +49,7 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     if y0.dtype == complex or y0.size == 0:
         derivative = fun if not args else lambda t, y: fun(t, y, *args)
     else:
-        check.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
+        limits.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
         mode = "column" if vectorized else "derivative"
         derivative, vectorized = python_callable(fun, args, mode, len(y0)), False
         f0 = evaluate(lambda t, y: fun(t, y, *args), mode, float(t_span[0]), y0.copy())

@@ -17,8 +17,9 @@ from numba import njit, typeof, types
 from . import cache
 from .kernels import METHODS
 from .kernels.calls import BARE, OPTIONS, WORDS, by_pointer, inlined
+from .kernels.events import EVENTS, open_events
 from .kernels.state import STATE
-from .kernels.watch import EVENTS, OUTPUT, open_events, watch
+from .kernels.watch import OUTPUT, watch
 
 MAX_TUPLE = 16
 PATIENCE = 1.0  # seconds in the pointer tier before the specialised kernel is worth its compiling

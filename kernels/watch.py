@@ -11,7 +11,7 @@ from numba import njit
 from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, resume, word
 from .combine import slot
 from .dense import hermite, polynomial
-from .roots import crossing
+from .events import evaluate_all, find_active, locate, record
 from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, K, Y
 from .state import RAISED as RAISED_STATUS
 
@@ -30,94 +30,12 @@ OUTPUT = np.dtype(
     ]
 )
 
-# One per event function.
-EVENTS = np.dtype(
-    [
-        ("block", "i8"),  # address of the function's block
-        ("g", "f8"),  # value at the last step
-        ("g_new", "f8"),
-        ("root", "f8"),  # where it crossed in this step
-        ("direction", "f8"),
-        ("count", "i8"),
-        ("limit", "i8"),  # stop at this many; 0 means never
-        ("active", "i8"),  # crossed in this step
-    ]
-)
-
 
 @njit(**OPTIONS)
 def _copy(row, out):
     # A loop: the assignment of a row to a row allocates, in case they overlap.
     for i in range(len(row)):
         out[i] = row[i]
-
-
-@njit(**OPTIONS)
-def _evaluate_events(events, t, y, scratch):
-    """g_new of each event; False if one raised."""
-    for i in range(len(events)):
-        call(events[i].block, t, y, scratch)
-        if word(events[i].block, RAISED) != 0:
-            return False
-        events[i].g_new = scratch[0]
-    return True
-
-
-@njit(**OPTIONS)
-def open_events(events, t, y, scratch):
-    """The values at the start, before the first step."""
-    if not _evaluate_events(events, t, y, scratch):
-        return RAISED_STATUS
-    for i in range(len(events)):
-        events[i].g = events[i].g_new
-    return RUNNING
-
-
-@njit(**OPTIONS)
-def _find_active(events):
-    """Mark the events that changed sign in their direction; the number of them."""
-    n = 0
-    for i in range(len(events)):
-        e = events[i]
-        up = e.g <= 0.0 and e.g_new >= 0.0
-        down = e.g >= 0.0 and e.g_new <= 0.0
-        wanted = (up and e.direction >= 0.0) or (down and e.direction <= 0.0)
-        e.active = 1 if wanted else 0
-        n += e.active
-        e.g = e.g_new
-    return n
-
-
-@njit(**OPTIONS)
-def _locate(events, d, t_old, t, direction, scratch):
-    """Root of each active event; index of the first one to end the run, or -1."""
-    first = -1
-    for i in range(len(events)):
-        e = events[i]
-        if e.active:
-            e.root = crossing(e.block, d, t_old, t, scratch[0], scratch[1])
-            e.count += 1
-            if e.limit > 0 and e.count >= e.limit:
-                if first < 0 or direction * (e.root - events[first].root) < 0.0:
-                    first = i
-    return first
-
-
-@njit(**OPTIONS)
-def _record(events, final, d, t_old, h, direction, e_index, e_t, e_y, n):
-    """Store the active events, none later than the final one; the new count."""
-    for i in range(len(events)):
-        e = events[i]
-        if not e.active:
-            continue
-        if final >= 0:
-            later = direction * (e.root - events[final].root)
-            if later > 0.0 or (later == 0.0 and i > final):
-                continue
-        e_index[n], e_t[n] = i, e.root
-        polynomial(d, (e.root - t_old) / h, e_y[n])
-        n += 1
-    return n
 
 
 @njit(**FUSED)
@@ -238,13 +156,13 @@ def watch(
                 _copy(work[Y], scratch[0])
             else:
                 polynomial(d, (t - t_old) / h, scratch[0])
-            if not _evaluate_events(events, t, scratch[0], scratch[1]):
+            if not evaluate_all(events, t, scratch[0], scratch[1]):
                 return RAISED_STATUS
-            if _find_active(events) > 0:
+            if find_active(events) > 0:
                 if not ready:
                     _interpolate(enrich, last, s, work, block, d)
-                final = _locate(events, d, t_old, t, direction, scratch)
-                o.n_events = _record(
+                final = locate(events, d, t_old, t, direction, scratch)
+                o.n_events = record(
                     events, final, d, t_old, h, direction, e_index, e_t, e_y, o.n_events
                 )
                 if final >= 0:

@@ -8,8 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.animate import Scene
-from fastdyn.kernels.linear import constrained
-from fastdyn.phases import Phase, solve_phases
+from fastdyn.kernels.constrained import constrained
 from fastdyn.systems.declare import State, event, parameter, quantity
 from fastdyn.systems.pendulum import Pendulum
 from fastdyn.systems.system import System
@@ -60,29 +59,6 @@ def slack(t, w, g, l, V0, m, rate):
 def bottom(t, w, g, l, V0, m, rate):
     """Zero where the mass passes its lowest point."""
     return w[0]
-
-
-def falling(t, w, g, l, V0, m, rate):
-    """Derivative of the state in free flight, while the cable is slack."""
-    return [w[2], w[3], 0.0, g]
-
-
-@event(direction=1, terminal=True)
-def taut(t, w, g, l, V0, m, rate):
-    """Zero, and rising, where the slack cable is stretched again."""
-    x, y, _, _ = w
-    return x * x + y * y - l * l
-
-
-def after_slack(t, w, *parameters):
-    """The mass flies on from where it is."""
-    return "flight", w
-
-
-def after_flight(t, w, *parameters):
-    """The cable stops the velocity along itself, which is lost; then it pulls, or not at all."""
-    w = PendulumXY.project(t, w, *parameters)
-    return ("cable" if tension(t, w, *parameters) > 0.0 else "flight"), w
 
 
 @dataclasses.dataclass(frozen=True)
@@ -193,19 +169,9 @@ class PendulumXY(System):
             With `phases`, a list of ("cable" or "flight", start, end); at an impact the time is
             there twice, with the state before and after.
         """
-        options = {"rtol": 1e-6, "atol": 1e-9, "dense_output": True} | options
-        t_span = (0.0, self.t_end) if t_span is None else t_span
-        start = np.array(self.initial_state() if y0 is None else y0, dtype=float)
-        phases = {
-            "cable": Phase(self.rhs, slack, after_slack, {"project": self.project}),
-            "flight": Phase(falling, taut, after_flight),
-        }
-        on_circle = start @ start > 0.0 and math.hypot(start[0], start[1]) >= self.l
-        pulls = on_circle and tension(0.0, start, *self.args) > 0.0
-        first = "cable" if pulls else "flight"
-        run = solve_phases(phases, first, t_span, start, method, args=self.args, **options)
-        run.system = self._as_started(t_span[0], self.initial_state()[:1])  # no exact solution
-        return run
+        from fastdyn.systems.cable import solve_cable
+
+        return solve_cable(self, t_span, y0, method, **options)
 
     def initial_state(self):
         """State (0, l, V0, 0)."""

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fastdyn.animate import Scene
-from fastdyn.kernels.linear import constrained
+from fastdyn.kernels.constrained import constrained
 from fastdyn.systems.declare import State, parameter, quantity
 from fastdyn.systems.system import System
 

@@ -1,0 +1,94 @@
+"""How a run may step: tolerances, sizes of steps, the parts of a span with breakpoints."""
+
+import math
+import warnings
+
+import numpy as np
+
+EPS = float(np.finfo(float).eps)
+LANDING = 1e-9  # a span this close to a whole number of steps is taken as whole
+NO_LEGS = np.empty((0, 3))
+
+
+def _tolerance(value, name, n):
+    if value.__class__ is not float:
+        value = np.asarray(value, dtype=float)
+        if value.ndim and value.shape != (n,):
+            raise ValueError(f"`{name}` has wrong shape.")
+        if np.isnan(value).any():
+            raise ValueError(f"`{name}` must not be NaN.")
+    elif value != value:
+        raise ValueError(f"`{name}` must not be NaN.")
+    return value
+
+
+def tolerances(rtol, atol, y0):
+    """`rtol`, `atol`: scalars or arrays of n, rtol raised to 100 eps where it is smaller."""
+    if rtol.__class__ is float is atol.__class__ and rtol >= 100 * EPS and atol > 0:
+        return rtol, atol
+    rtol, atol = _tolerance(rtol, "rtol", len(y0)), _tolerance(atol, "atol", len(y0))
+    if np.any(rtol < 100 * EPS):
+        warnings.warn(
+            "At least one element of `rtol` is too small. "
+            f"Setting `rtol = np.maximum(rtol, {100 * EPS})`.",
+            stacklevel=4,
+        )
+        rtol = np.maximum(rtol, 100 * EPS)
+    if np.any(atol < 0):
+        raise ValueError("`atol` must be positive.")
+    if np.any(atol == 0):
+        bare = np.flatnonzero((np.broadcast_to(atol, y0.shape) == 0) & (y0 == 0))
+        if bare.size:
+            raise ValueError(
+                f"`atol` is 0 where `y0` is 0 (component {bare[0]}): no error is small enough "
+                "there; give that component a positive `atol`."
+            )
+    return rtol, atol
+
+
+def step_limits(options, span):
+    """`max_step` (None if not given) and `first_step` (0 if not given)."""
+    h_max = options.get("max_step")
+    if h_max is not None and not h_max > 0:
+        raise ValueError("`max_step` must be positive.")
+    first = options.get("first_step")
+    if first is None:
+        return h_max, 0.0
+    if not first > 0:
+        raise ValueError("`first_step` must be positive.")
+    if first > span:
+        raise ValueError("`first_step` exceeds bounds.")
+    return h_max, float(first)
+
+
+def fixed_step(options, span, name):
+    """The step of a fixed-step method, adjusted by round-off where the span is a whole number."""
+    step = options.get("step")
+    if step is None:
+        raise ValueError(f"`method={name!r}` takes constant steps: give their size as `step`.")
+    step = float(step)
+    if not (step > 0 and math.isfinite(step)):
+        raise ValueError(f"`step` must be positive and finite; got {step}.")
+    n = round(span / step) if math.isfinite(span) else 0
+    return span / n if n and abs(n * step - span) <= LANDING * step else step
+
+
+def legs_of_span(breakpoints, t0, tf):
+    """Start, end and name of the end of each part of the span; no rows without breakpoints.
+
+    Parts keep off the breakpoint by a few roundings of the time on either side, so that a
+    derivative which jumps there is evaluated on the side where it belongs.
+    """
+    if breakpoints is None:
+        return NO_LEGS
+    times = np.asarray(breakpoints, dtype=float)
+    if times.ndim != 1 or np.isnan(times).any():
+        raise ValueError("`breakpoints` must be a 1-D array of times that are not NaN.")
+    first, last = min(t0, tf), max(t0, tf)
+    times = np.unique(times[np.isfinite(times)])
+    off = 4 * EPS * np.abs([*times, t0, tf if math.isfinite(tf) else t0]).max()
+    times = times[(times > first + 4 * off) & (times < last - 4 * off)]
+    times = times[np.r_[np.ones(len(times[:1]), bool), np.diff(times) > 4 * off]]
+    if tf < t0:
+        times, off = times[::-1], -off
+    return np.column_stack([np.r_[t0, times + off], np.r_[times - off, tf], np.r_[times, tf]])
