@@ -17,9 +17,7 @@ def fun(t, y, k):
     x, v = y
     return np.array([v, {helper}.force(x) * k])
 r = fastdyn.solve_ivp(fun, (0, 5), [1.0, 0.0], "RK23", args=(2.0,), tier={tier!r})
-def driven(t, y, push):
-    return [y[1], {helper}.pull(t, push) - y[0]]
-fastdyn.solve_ivp(driven, (0, 5), [1.0, 0.0], "RK23", args=({helper}.push,))
+fastdyn.systems.vehicle().solve((0, 1), method="RK23")  # a function among its args
 print(r.nfev, r.y[0, -1].hex(), fastdyn.cache.COUNTS["compiled"])
 """
 
@@ -35,10 +33,7 @@ class Place:
         self.path = path
 
     def module(self, body):
-        (self.folder / "springs.py").write_text(
-            f"def force(x):\n    {body}\ndef push(t):\n    return 1.0 + t\n"
-            "def pull(t, push):\n    return push(t)\n"
-        )
+        (self.folder / "springs.py").write_text(f"def force(x):\n    {body}\n")
 
     def start(self, cache=None):
         paths = [str(p) for p in (self.path, self.folder) if p]
