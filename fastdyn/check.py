@@ -209,10 +209,10 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         rtol, atol, h_max = 0.0, 0.0, math.inf
         h = limits.fixed_step(options, span, method.name)
     project = options.get("project")
-    if project is not None and (method.second_order or not callable(project)):
+    if project is not None and (not method.projects or not callable(project)):
         raise ValueError(
             f"{method.name} does not take `project`; RK4 and the adaptive methods do."
-            if method.second_order
+            if not method.projects
             else f"`project` must be a function of (t, y) that returns a state; got {project!r}."
         )
     if mode == "acceleration" and len(y0) % 2:

@@ -179,7 +179,7 @@ def run(problem, bound, bound_events, projection):
         cost = time.perf_counter() - began
         table, opened = _event_table(p, bound_events, state, work, scratch)
         status = opened if status == RUNNING else status
-        chunk = max(1, int(CHUNK_SECONDS / (cost * (p.method.n_stages + 1))))
+        chunk = max(1, int(CHUNK_SECONDS / (cost * (p.method.cost or p.method.n_stages + 1))))
         while status in (RUNNING, FULL):
             if left != math.inf:
                 left = p.max_steps - int(state["n_accepted"][0])

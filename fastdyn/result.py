@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .kernels.state import EVENT, NON_FINITE, RTOL, STEP_TOO_SMALL, K, Y
+from .kernels.state import EVENT, NON_FINITE, NOT_CONVERGED, RTOL, STEP_TOO_SMALL, K, Y
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
 TERMINATED = "A termination event occurred."
@@ -149,6 +149,11 @@ def outcome(status, state, work, problem):
     bad = np.flatnonzero(~np.isfinite(work[K + problem.method.last]))
     if status == NON_FINITE and s["n_accepted"] == 0 and bad.size:
         return -1, f"`fun` returned nan or inf at the start, {t} (component {bad[0]})."
+    if status == NOT_CONVERGED:
+        return -1, (
+            f"The equations of the implicit step from {t} do not converge: reduce `step`, or take "
+            "Radau or BDF if the problem is stiff."
+        )
     if status == NON_FINITE:
         return -1, (
             f"The state is not finite after {t}: the solution blows up there, or the steps are "

@@ -88,7 +88,9 @@ def watch_kernel(name):
 
         return kernel, WATCH
 
-    name = f"{enrich.py_func.__module__}.{enrich.py_func.__name__}"
+    code = enrich.py_func
+    if code.__closure__ is None:  # one for all methods that share it
+        name = f"{code.__module__}.{code.__name__}"
     return cache.compiled(f"watch {name} {last}", build).call
 
 
@@ -103,12 +105,18 @@ def _stepping_kernel(name, rhs, form):
         def kernel(state, work, block, n_steps):
             return advance(rhs, step, control, exponent, last, form, state, work, block, n_steps)
 
-    else:
-        (last,) = method.arguments
+    elif not method.arguments:
 
         @njit(**BARE)
         def kernel(state, work, block, n_steps):
-            return advance(rhs, step, last, form, state, work, block, n_steps)
+            return advance(rhs, step, form, state, work, block, n_steps)
+
+    else:
+        last, low = method.arguments
+
+        @njit(**BARE)
+        def kernel(state, work, block, n_steps):
+            return advance(rhs, step, last, low, form, state, work, block, n_steps)
 
     return kernel
 

@@ -38,24 +38,32 @@ def view(context, builder, pointer, n):
     return array._getvalue()
 
 
-def _map(context, builder, out, operands, body):
-    """Write body(builder, [component of each operand]) for each component.
+def map_components(context, builder, outs, operands, body):
+    """Write the results of body(builder, [component of each operand]) for each component.
 
-    `out` and each operand are (type, value); returns a tuple value or the row `out`.
+    `outs` and `operands` are lists of (type, value); the body returns one result for each of the
+    outs.  Returns a list of tuple values or the rows `outs`.
     """
     ty, value = operands[0]
     if isinstance(ty, types.BaseTuple):
-        result = [
+        results = [
             body(builder, [builder.extract_value(v, i) for _, v in operands])
             for i in range(len(ty))
         ]
-        return context.make_tuple(builder, ty, result)
+        return [context.make_tuple(builder, ty, part) for part in zip(*results, strict=True)]
     pointers = [_data(context, builder, t, v) for t, v in operands]
-    target = _data(context, builder, *out)
+    targets = [_data(context, builder, *out) for out in outs]
     with cgutils.for_range(builder, _size(context, builder, ty, value)) as loop:
         components = [builder.load(builder.gep(p, [loop.index])) for p in pointers]
-        builder.store(body(builder, components), builder.gep(target, [loop.index]))
-    return out[1]
+        for result, target in zip(body(builder, components), targets, strict=True):
+            builder.store(result, builder.gep(target, [loop.index]))
+    return [value for _, value in outs]
+
+
+def _map(context, builder, out, operands, body):
+    """The same for one result."""
+    one = map_components(context, builder, [out], operands, lambda b, c: (body(b, c),))
+    return one[0]
 
 
 def _weighted(builder, exact, components):

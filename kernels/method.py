@@ -35,6 +35,10 @@ class Method(NamedTuple):
         Whether the method integrates q'' = a(t, q): the derivative it calls is the acceleration.
     h_max_share : float
         Longest step as a share of the span, unless the caller gives one.
+    projects : bool
+        Whether the state may be changed between two steps.
+    cost : int
+        Evaluations that a step may take, for the first guess of its time; n_stages unless given.
     tableau : dict
         Coefficients as printed, for the tests of the order conditions.
     """
@@ -54,4 +58,6 @@ class Method(NamedTuple):
     dense_order: int
     second_order: bool = False
     h_max_share: float = math.inf
+    projects: bool = True
+    cost: int = 0
     tableau: dict | None = None

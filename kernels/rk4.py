@@ -25,7 +25,7 @@ TABLEAU = {"c": C, "a": (Row(), A2, A3, A4), "b": B}
 
 
 @njit(**FUSED)
-def step(rhs, t, y, h, k1, block, form, work):
+def step(rhs, t, y, h, k1, low, block, form, work):
     """One step; 4 evaluations."""
     u = slot(form, work, STAGE)
     k2 = rhs(t + c[1] * h, combine(u, y, h, A2, (k1,)), block, slot(form, work, K + 1))
@@ -45,7 +45,7 @@ RK4 = Method(
     last=4,
     advance=fixed.advance,
     step=step,
-    arguments=(4,),
+    arguments=(4, 4),
     start=start.plain,
     n_dense=3,
     enrich=cubic,

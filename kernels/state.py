@@ -34,4 +34,5 @@ FULL = 2  # an output array is full; give it room and call again
 EVENT = 3  # a terminal event occurred
 STEP_TOO_SMALL = 4
 NON_FINITE = 5  # the derivative at the start is not finite
+NOT_CONVERGED = 7  # the equations of an implicit step
 RAISED = 6  # the user's function raised; the exception waits in Python
