@@ -13,6 +13,8 @@ def __getattr__(name):
     """Load the systems, and with them SciPy, when they are first asked for."""
     import importlib
 
+    if name == "energy_drift":
+        return importlib.import_module("fastdyn.drift").energy_drift
     if name in ("systems", "System"):
         systems = importlib.import_module("fastdyn.systems")
         return systems if name == "systems" else systems.System

@@ -20,6 +20,7 @@ from .kernels.calls import BARE, FAULT, FIRST, FORM
 from .parts import T, Y, parts_of
 from .references import (
     LIBRARIES,
+    calls_itself,
     code_token,
     contains_opaque,
     frozen,
@@ -52,13 +53,17 @@ class Function(NamedTuple):
 
 
 class Bound(NamedTuple):
-    """A function with the values of one solve.  `python(t, y)` is the function as written."""
+    """A function with the values of one solve, (kind, value) each.
+
+    `python(t, y)` is the function as written.
+    """
 
     function: Function | None
     block: np.ndarray
     python: Any
     alive: list
     callback: Callback | None
+    values: list
 
 
 _functions: dict = {}
@@ -113,16 +118,13 @@ def bind(fun, args, mode, n, look=None):
     alive = [fun, args]
     try:
         parts = parts_of(fun, args)
-        refusal = _refused.get((id(parts.function.__code__), mode))
-        if refusal is not None:
-            raise Uncompilable(refusal)
         function, kinds = _function(parts, mode, look)
     except Uncompilable as reason:
         warn_once(fun, mode, str(reason))
         callback = Callback(as_written, mode, n)
         block = np.zeros(FIRST, np.int64)
         block[0] = callback.address
-        return Bound(None, block, as_written, [*alive, callback], callback)
+        return Bound(None, block, as_written, [*alive, callback], callback, [])
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
     block[0], block[FAULT] = function.address, end
@@ -131,7 +133,7 @@ def bind(fun, args, mode, n, look=None):
         for k, value in kinds:
             at = pack(k, value, block, floats, at, alive)
     alive.append(function)
-    return Bound(function, block, as_written, alive, None)
+    return Bound(function, block, as_written, alive, None, kinds)
 
 
 def _function(parts, mode, look):
@@ -148,6 +150,8 @@ def _function(parts, mode, look):
     key = (id(code), mode, layout, kinds, tuple(parts.options.items()))
     entry = _functions.get(key)
     if entry is None:
+        if key in _refused:
+            raise Uncompilable(_refused[key][0])
         if look is not None:
             look()
         try:
@@ -159,8 +163,7 @@ def _function(parts, mode, look):
                     return _function(parts, mode, None)
                 except Uncompilable:
                     pass
-            _refused[id(code), mode] = str(reason)
-            _functions[id(code), mode] = code  # keeps the id taken
+            _refused[key] = (str(reason), code)  # the code, to keep its id taken
             raise
         entry = _functions[key] = (function, code)
     given = zip(layout, parts.positional, strict=True)
@@ -170,6 +173,8 @@ def _function(parts, mode, look):
 
 def _compile(parts, mode, layout, outside):
     token = (mode, layout, tuple((p, k) for p, (k, _) in outside.items()), parts.options)
+    if calls_itself(token):
+        raise Uncompilable("it calls itself, and compiled code would not stop at any depth")
     lasting = not contains_opaque((layout, tuple(k for k, _ in outside.values())))
     code = parts.function.__code__
     name = repr((frozen(code.co_name), code_token(code), token))

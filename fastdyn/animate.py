@@ -55,6 +55,8 @@ def animate(result, path, seconds=None, fps=25, trail=True):
     path = Path(path)
     if path.suffix not in (".gif", ".html"):
         raise ValueError(f"`{path.name}`: a moving picture is a .gif or an .html file.")
+    if not (fps >= 1 and (seconds is None or 0.0 < seconds < 1e6)):
+        raise ValueError(f"`fps` and `seconds` must be positive; got {fps} and {seconds}.")
     if len(result.t) < 2:
         raise ValueError("A run of fewer than two points cannot be animated.")
     t, scenes = _scenes(result, seconds, fps)

@@ -145,7 +145,9 @@ def _run(options):
 
 def _report(system, result, method):
     print(f"{system}, {method}: {result.message}")
-    print(f"{result.n_accepted} steps, {result.n_rejected} rejected, {result.nfev} evaluations")
+    if "n_accepted" in result:  # SciPy does not count steps
+        print(f"{result.n_accepted} steps, {result.n_rejected} rejected, ", end="")
+    print(f"{result.nfev} evaluations")
     for name, unit in system.derived.items():
         try:
             value = getattr(system, name)

@@ -118,12 +118,12 @@ def _join(pieces):
     return pieces[0] if len(pieces) == 1 else tuple(map(np.concatenate, zip(*pieces, strict=True)))
 
 
-def _begin(problem) -> Any:
+def begin(problem) -> Any:
     """The state record and the work array before the first step."""
     n, p = len(problem.y0), problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
-    end = float(p.legs[0, 1]) if len(p.legs) else p.tf
-    state = STATE_RECORD(p.t0, p.t0, end, end, p.t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
+    t0, end = map(float, p.legs[0, :2]) if len(p.legs) else (p.t0, p.tf)
+    state = STATE_RECORD(t0, t0, end, end, t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
     work = np.zeros((K + p.method.n_rows, n))
     work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
     return state, work
@@ -141,7 +141,7 @@ def _event_table(problem, bound_events, state, work, scratch):
     return table, events_kernel()(table, problem.t0, work[Y], scratch[1])
 
 
-def _raise_kept(bounds, modes):
+def raise_kept(bounds, modes):
     """Raise what a user's function raised: from Python, or by asking it again in Python."""
     for bound, mode in zip(bounds, modes, strict=True):
         if bound.block[RAISED]:
@@ -161,13 +161,13 @@ def run(problem, bound, bound_events, projection):
     """
     p = problem
     n = len(p.y0)
-    state, work = _begin(p)
+    state, work = begin(p)
     output = Output(p, n)
     scratch = np.empty((2, n))
     tier = Tier(p.method.name, bound, n, p.tier)
     start, watch = start_kernel(p.method.name), watch_kernel(p.method.name)
     block, t_eval = bound.block, NO_TIMES if p.t_eval is None else p.t_eval.astype(float)
-    bar = _bar(p) if p.progress else None
+    bar = progress_bar(p) if p.progress else None
     everyone = [bound, *bound_events] if projection is None else [bound, *bound_events, projection]
     project = 0 if projection is None else projection.block.ctypes.data
     if callbacks := [b.callback for b in everyone if b.callback is not None]:
@@ -212,7 +212,7 @@ def run(problem, bound, bound_events, projection):
     if status == RAISED_STATUS:
         try:
             modes = [p.mode, *["event"] * len(bound_events), "derivative"]
-            _raise_kept(everyone, modes[: len(everyone)])
+            raise_kept(everyone, modes[: len(everyone)])
         except KeyboardInterrupt:
             if p.on_interrupt != "return":
                 raise
@@ -220,7 +220,7 @@ def run(problem, bound, bound_events, projection):
     return status, state, work, output
 
 
-def _bar(problem):
+def progress_bar(problem):
     from tqdm.auto import tqdm
 
     return tqdm(

@@ -10,8 +10,8 @@ from .kernels.calls import RAISED
 from .result import OdeResult
 from .specialise import evaluate_kernel
 
-OWN_OPTIONS = check.COMMON | {"step"}
 REFUSED = ("breakpoints", "project")
+OWN_OPTIONS = check.COMMON | {"step", *REFUSED}
 
 
 def python_callable(fun, args, mode, n):
@@ -39,7 +39,10 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     from scipy.integrate import solve_ivp
 
     for name in REFUSED:
-        if options.get(name) is not None:
+        if (
+            options.get(name) is not None
+            and check.time_span(t_span)[0] != check.time_span(t_span)[1]
+        ):
             raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
     options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
     args = check.extra_arguments(args)

@@ -85,10 +85,13 @@ def legs_of_span(breakpoints, t0, tf):
     if times.ndim != 1 or np.isnan(times).any():
         raise ValueError("`breakpoints` must be a 1-D array of times that are not NaN.")
     first, last = min(t0, tf), max(t0, tf)
-    times = np.unique(times[np.isfinite(times)])
+    times = np.unique(times[(times >= first) & (times <= last)])
     off = 4 * EPS * np.abs([*times, t0, tf if math.isfinite(tf) else t0]).max()
+    begins, ends = np.any(times <= first + 4 * off), np.any(times >= last - 4 * off)
     times = times[(times > first + 4 * off) & (times < last - 4 * off)]
     times = times[np.r_[np.ones(len(times[:1]), bool), np.diff(times) > 4 * off]]
     if tf < t0:
-        times, off = times[::-1], -off
-    return np.column_stack([np.r_[t0, times + off], np.r_[times - off, tf], np.r_[times, tf]])
+        times, off, begins, ends = times[::-1], -off, ends, begins
+    starts = np.r_[t0 + begins * off, times + off]
+    stops = np.r_[times - off, tf - ends * off if ends else tf]
+    return np.column_stack([starts, stops, np.r_[times, tf]])

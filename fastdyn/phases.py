@@ -1,11 +1,12 @@
 """Motion in phases, each with equations of its own, that events switch between."""
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .check import extra_arguments, initial_state, output_times, time_span
+from .check import extra_arguments, initial_state, method_named, output_times, time_span
 from .result import SUCCESS, OdeResult, OdeSolution
 from .solve import solve_ivp
 
@@ -63,29 +64,46 @@ def solve_phases(
         Also with `phases`, a list of (name, start, end).  Where the state jumps from one phase to
         the next, the time is there twice, with the state before and after.
     """
+    if method_named(method) is None:
+        raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
+    if not max_phases >= 1:
+        raise ValueError(f"`max_phases` must be at least 1; got {max_phases}.")
+    for name, phase in phases.items():
+        if not getattr(phase.event, "terminal", False):
+            raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
     args = extra_arguments(args)
     t, tf = time_span(t_span)
     y, name = initial_state(y0), first
     t_eval = output_times(t_eval, t, tf)
     events = [events] if callable(events) else list(events or ())
+    seen, steps_left = [0] * len(events), options.pop("max_steps", None)
     direction = 1.0 if tf >= t else -1.0
     legs, log, jumps = [], [], [False]
     status, message = -1, f"`max_phases={max_phases}` was reached"
     while len(legs) < max_phases:
+        if name not in phases:
+            known = ", ".join(map(repr, phases))
+            raise ValueError(f"there is no phase {name!r}; there are {known}.")
         phase = phases[name]
         wanted = t_eval
         if t_eval is not None:
             ahead = direction * (t_eval - t)
             wanted = t_eval[ahead > 0.0 if legs else ahead >= 0.0]
-        leg = solve_ivp(
-            phase.fun, (t, tf), y, method, wanted, dense_output, [phase.event, *events],
-            args=args, **{**options, **phase.options},
-        )  # fmt: skip
+        given = {"method": method, "dense_output": dense_output, **options, **phase.options}
+        if steps_left is not None:
+            given["max_steps"] = steps_left
+        watched = [phase.event, *map(_counted, events, seen)]
+        leg = solve_ivp(phase.fun, (t, tf), y, t_eval=wanted, events=watched, args=args, **given)
+        seen = [n + len(times) for n, times in zip(seen, leg.t_events[1:], strict=True)]
+        if steps_left is not None:
+            steps_left = max(1, steps_left - leg.n_accepted)
         ended = leg.t_events[0]
         end = float(ended[-1]) if len(ended) else float(leg.t[-1]) if len(leg.t) else t
         legs.append(leg)
         log.append((name, t, tf if leg.status == 0 else end))
         status, message = leg.status, leg.message
+        if message.startswith("`max_steps"):
+            message = f"All the `max_steps` were taken at t = {end:.10g}: raise it."
         if status != 1 or not len(ended):  # the end, a failure, or an event of the user
             break
         t = end
@@ -102,10 +120,23 @@ def solve_phases(
     return _joined(legs, log, status, message, keep_start, len(events))
 
 
+def _counted(event, n):
+    """An event of the user that has occurred n times in earlier phases."""
+    terminal = getattr(event, "terminal", False)
+    if not terminal or n == 0:
+        return event
+    rest = functools.partial(event)
+    rest.terminal = int(terminal) - n
+    rest.direction = getattr(event, "direction", 0)
+    return rest
+
+
 def _joined(legs, log, status, message, keep_start, n_events):
     t, y = [], []
     for leg, keep in zip(legs, keep_start, strict=False):
-        states = np.asarray(leg.y, float).reshape(-1, len(leg.t))
+        states = (
+            np.asarray(leg.y, float).reshape(-1, len(leg.t)) if len(leg.t) else np.empty((0, 0))
+        )
         t.append(np.asarray(leg.t, float)[0 if keep else 1 :])
         y.append(states[:, 0 if keep else 1 :])
     full = [states for states in y if states.size]

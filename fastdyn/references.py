@@ -234,6 +234,17 @@ def contains_opaque(token):
     return isinstance(token, tuple) and any(contains_opaque(t) for t in token)
 
 
+def calls_itself(token):
+    """Whether a token has a function that refers to itself."""
+    if isinstance(token, Constant):
+        return calls_itself(token.token)
+    if not isinstance(token, tuple):
+        return False
+    if len(token) == 2 and token[0] == "recursion" and isinstance(token[1], int):
+        return True
+    return any(calls_itself(t) for t in token)
+
+
 def outside_kind(value):
     """The kind of an outside value: floats and arrays are parameters, all else is constant."""
     if isinstance(value, float | complex | np.ndarray | np.floating | np.complexfloating):

@@ -10,6 +10,7 @@ Numba compiles what the user wrote, with three changes that keep its meaning:
 The first argument arrives as a pair (argument, block).
 """
 
+import operator
 from types import ModuleType
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from numba.core import ir, types
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.untyped_passes import InlineClosureLikes
+from numba.extending import overload
 
 from .kernels.calls import BARE
 from .references import MISSING, count_definitions, resolve, track, walks_into
@@ -54,6 +56,7 @@ class Rewrite(FunctionPass):
         if plan is None:
             return False
         blocks = state.func_ir.blocks
+        _replace_powers(blocks)
         counts = count_definitions(blocks)
         _replace_outside(blocks, counts, plan)
         if plan.paired:
@@ -72,6 +75,43 @@ class Compiler(CompilerBase):
         manager.add_pass_after(Rewrite, InlineClosureLikes)
         manager.finalize()
         return [manager]
+
+
+def power(a, b):
+    """a ** b, a real number for whole numbers too: Python's 10 ** -2 is none that an int holds."""
+    return a**b
+
+
+@overload(power, jit_options=BARE)
+def _power(a, b):
+    if isinstance(a, types.Integer) and isinstance(b, types.Integer):
+        return lambda a, b: float(a) ** b
+    return lambda a, b: a**b
+
+
+def _replace_powers(blocks):
+    """Send a ** b to `power`, but for constant exponents that are no negative whole numbers."""
+    constants = {
+        statement.target.name: statement.value.value
+        for block in blocks.values()
+        for statement in block.find_insts(ir.Assign)
+        if isinstance(statement.value, ir.Const)
+    }
+    for block in blocks.values():
+        body = []
+        for statement in block.body:
+            value = getattr(statement, "value", None)
+            if isinstance(value, ir.Expr) and value.op in ("binop", "inplace_binop"):
+                exponent = constants.get(value.rhs.name)
+                plain = isinstance(exponent, float) or (isinstance(exponent, int) and exponent >= 0)
+                if value.fn in (operator.pow, operator.ipow) and not plain:
+                    loc = value.loc
+                    function = statement.target.scope.redefine("$fastdyn_power", loc)
+                    body.append(ir.Assign(ir.Global("power", power, loc), function, loc))
+                    call = ir.Expr.call(function, (value.lhs, value.rhs), (), loc)
+                    statement = ir.Assign(call, statement.target, loc)
+            body.append(statement)
+        block.body = body
 
 
 def _definitions(func_ir):

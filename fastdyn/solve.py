@@ -76,7 +76,7 @@ def solve_ivp(
         )
     mode = "column" if vectorized else "derivative"
     if ours.second_order:
-        _check_second_order(fun, t0, y0, check.extra_arguments(args))
+        check_second_order(fun, t0, y0, check.extra_arguments(args), ours.name)
         mode = "acceleration"
     problem = check.problem(
         fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options
@@ -116,7 +116,8 @@ def solve_second_order(
     """
     ours = check.method_named(method)
     if ours is None or not ours.second_order:
-        raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); VelocityVerlet does.")
+        known = ", ".join(name for name, m in check.METHODS.items() if m.second_order)
+        raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); these do: {known}.")
     q0, v0 = check.initial_state(q0, "q0"), check.initial_state(v0, "v0")
     if q0.shape != v0.shape or q0.dtype == complex or v0.dtype == complex:
         raise ValueError(
@@ -130,23 +131,23 @@ def solve_second_order(
     return _solve(problem)
 
 
-def _check_second_order(fun, t0, y0, args):
+def check_second_order(fun, t0, y0, args, name):
     """Refuse a system that is not q' = v, v' = a(t, q)."""
     if len(y0) % 2:
-        raise ValueError(f"VelocityVerlet takes a state [q, v]; got {len(y0)} components.")
+        raise ValueError(f"{name} takes a state [q, v]; got {len(y0)} components.")
     m = len(y0) // 2
     probe = y0.copy()
     probe[m:] += 1.0 + np.arange(m)
     first, second = (derivative(fun(t0, y.copy(), *args), 2 * m) for y in (y0, probe))
     if not (np.array_equal(first[:m], y0[m:]) and np.array_equal(second[:m], probe[m:])):
         raise ValueError(
-            "VelocityVerlet takes y = [q, v] with q' = v, and the first half of what `fun` "
-            "returns is not v; order the state as positions, then velocities, or take RK45."
+            f"{name} takes y = [q, v] with q' = v, and the first half of what `fun` "
+            "returns is not v; order the state as positions, then velocities, or take Gauss16."
         )
     if not np.array_equal(first[m:], second[m:], equal_nan=True):
         raise ValueError(
-            "VelocityVerlet takes q'' = a(t, q), and the acceleration that `fun` returns depends "
-            "on the velocity; take RK45, DOP853 or RK4."
+            f"{name} takes q'' = a(t, q), and the acceleration that `fun` returns depends "
+            "on the velocity; take Gauss16, RK45 or DOP853."
         )
 
 

@@ -19,6 +19,7 @@ from .kernels import METHODS
 from .kernels.calls import BARE, OPTIONS, WORDS, by_pointer, inlined
 from .kernels.events import EVENTS, open_events
 from .kernels.state import STATE
+from .kernels.survey import INVARIANT, SURVEY, open_survey, survey
 from .kernels.watch import OUTPUT, watch
 
 MAX_TUPLE = 16
@@ -37,6 +38,11 @@ STATES, OUTPUTS, EVENT_TABLE = _records(STATE), _records(OUTPUT), _records(EVENT
 ADVANCE = types.int64(STATES, TABLE, WORDS, types.int64)
 START = types.int64(STATES, TABLE, WORDS, types.float64, types.int64)
 OPEN = types.int64(EVENT_TABLE, types.float64, ROWS, ROWS)
+STUDIED, SURVEYED = _records(INVARIANT), _records(SURVEY)
+OPEN_SURVEY = types.int64(STUDIED, types.float64, ROWS, ROWS)
+SURVEYING = types.int64(
+    types.int64, STATES, TABLE, WORDS, SURVEYED, STUDIED, ROWS, CUBE, ROWS, TABLE, ROWS, types.int64
+)
 WATCH = types.int64(
     types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE,
     types.int64, EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
@@ -68,6 +74,13 @@ def evaluate_kernel():
         return evaluate, types.none(WORDS, types.float64, ROWS, ROWS)
 
     return cache.compiled("evaluate", build).call
+
+
+@functools.cache
+def survey_kernels():
+    """``open_survey`` and ``survey``."""
+    first = cache.compiled("open survey", lambda: (open_survey, OPEN_SURVEY))
+    return first.call, cache.compiled("survey", lambda: (survey, SURVEYING)).call
 
 
 @functools.cache

@@ -1,5 +1,6 @@
 """Equations of motion with constraints: accelerations and reactions together."""
 
+import numpy as np
 from numba.core import errors
 from numba.extending import intrinsic, overload
 
@@ -55,7 +56,7 @@ def constrained(mass, a, force, b):
     With b the residual and no force, the first n numbers are the smallest displacement, measured
     by the masses, that removes the residual: this is how a state is projected onto constraints.
     """
-    mass = [list(map(float, row)) if isinstance(row, tuple) else float(row) for row in mass]
+    mass = [list(map(float, row)) if np.ndim(row) else float(row) for row in mass]
     a = [list(map(float, row)) for row in a]
     x, singular = _constrained(Numbers, mass, a, list(map(float, force)), list(map(float, b)))
     if singular:
@@ -73,7 +74,10 @@ def _dot(do, x, y):
 def _constrained(do, mass, a, force, b):
     n, k = len(force), len(b)
     if any(len(row) != n for row in a) or len(a) != k or len(mass) != n:
-        raise ValueError(f"{n} forces and {k} right-hand sides need A with {k} rows of {n} numbers")
+        raise ValueError(
+            f"{n} forces and {k} right-hand sides need {n} masses and A with {k} rows of {n} "
+            f"numbers; got {len(mass)} masses and {len(a)} rows of {[len(row) for row in a]}."
+        )
     if isinstance(mass[0], list):
         if any(len(row) != n for row in mass):
             raise ValueError(f"{n} forces need {n} masses, or M with {n} rows of {n} numbers")

@@ -46,6 +46,19 @@ def open_events(events, t, y, scratch):
 
 
 @njit(**OPTIONS)
+def leave_zero(events, t, y, scratch):
+    """At the start of a leg: an event that is exactly zero, and counted, is looked at anew."""
+    for i in range(len(events)):
+        e = events[i]
+        if e.g == 0.0:
+            call(e.block, t, y, scratch)
+            if word(e.block, RAISED) != 0:
+                return False
+            e.g = scratch[0]
+    return True
+
+
+@njit(**OPTIONS)
 def find_active(events):
     """Mark the events that changed sign in their direction; the number of them."""
     n = 0
@@ -61,13 +74,13 @@ def find_active(events):
 
 
 @njit(**OPTIONS)
-def locate(events, d, t_old, t, direction, scratch):
-    """Root of each active event; index of the first one to end the run, or -1."""
+def locate(events, d, t_from, t, t_old, h, direction, scratch):
+    """Root of each active event in [t_from, t]; index of the first one to end the run, or -1."""
     first = -1
     for i in range(len(events)):
         e = events[i]
         if e.active:
-            e.root = crossing(e.block, d, t_old, t, scratch[0], scratch[1])
+            e.root = crossing(e.block, d, t_from, t, t_old, h, scratch[0], scratch[1])
             e.count += 1
             if e.limit > 0 and e.count >= e.limit:
                 if first < 0 or direction * (e.root - events[first].root) < 0.0:

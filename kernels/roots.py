@@ -21,14 +21,14 @@ def value(event, d, t_old, h, t, y, out):
 
 
 @njit(**OPTIONS)
-def crossing(event, d, t_old, t_new, y, out):
-    """A time in [t_old, t_new] at which the event function is zero.
+def crossing(event, d, t_from, t_new, t_old, h, y, out):
+    """A time in [t_from, t_new] at which the event function is zero.
 
-    `event` is the address of the function's block.  A function that does not change its sign
+    `event` is the address of the function's block; the polynomial d begins at t_old and belongs
+    to a step of h.  A function that does not change its sign
     between the ends (a step so short that the ends coincide, say) gives `t_new`.
     """
-    h = t_new - t_old
-    a, b = t_old, t_new
+    a, b = t_from, t_new
     fa, fb = value(event, d, t_old, h, a, y, out), value(event, d, t_old, h, b, y, out)
     if fa == 0.0:
         return a

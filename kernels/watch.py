@@ -11,7 +11,7 @@ from numba import njit
 from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, resume, word
 from .combine import slot
 from .dense import hermite, polynomial
-from .events import evaluate_all, find_active, locate, record
+from .events import evaluate_all, find_active, leave_zero, locate, record
 from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, K, Y
 from .state import RAISED as RAISED_STATUS
 
@@ -52,6 +52,16 @@ def _derive(s, work, block, last):
     by_pointer(s.t, slot(None, work, Y), block, slot(None, work, K + last))
     s.n_extra += 1
     return RAISED_STATUS if block[RAISED] != 0 else RUNNING
+
+
+@njit(**OPTIONS)
+def _project_row(project, t, y, scratch):
+    """Take a state of the output to its constraints; False if the function raised."""
+    if project == 0:
+        return True
+    _copy(y, scratch)
+    call(project, t, scratch, y)
+    return word(project, RAISED) == 0
 
 
 @njit(**OPTIONS)
@@ -117,6 +127,7 @@ def watch(
     """
     s, o = state[0], out[0]
     direction, t_end = s.direction, legs[len(legs) - 1, 1] if len(legs) > 0 else s.t_end
+    last_leg = len(legs) - 1
     each = o.every_step != 0 or o.dense != 0 or len(events) > 0 or project != 0
     while n_steps > 0:
         if (
@@ -136,12 +147,15 @@ def watch(
         if project != 0 and not _project(project, s, work, block, last, scratch[0]):
             return RAISED_STATUS
         t_old, h = s.t_old, s.t - s.t_old
-        over = status == FINISHED and o.i_leg < len(legs) - 1
+        over = status == FINISHED and len(legs) > 0
         t = s.t
         if over:
             t = legs[o.i_leg, 2]
         elif direction * (s.t - t_end) > 0.0:
             t = t_end
+        t_from = t_old
+        if o.i_leg > 0 and t_old == legs[o.i_leg, 0]:
+            t_from = legs[o.i_leg - 1, 2]  # events between two legs belong to the second
         reached = over or t == s.t  # the state at t is in row Y
         due = o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0
         d = d_out[o.n_dense]
@@ -161,10 +175,14 @@ def watch(
             if find_active(events) > 0:
                 if not ready:
                     _interpolate(enrich, last, s, work, block, d)
-                final = locate(events, d, t_old, t, direction, scratch)
+                final = locate(events, d, t_from, t, t_old, h, direction, scratch)
+                first_found = o.n_events
                 o.n_events = record(
                     events, final, d, t_old, h, direction, e_index, e_t, e_y, o.n_events
                 )
+                for i in range(first_found, o.n_events):
+                    if not _project_row(project, e_t[i], e_y[i], scratch[1]):
+                        return RAISED_STATUS
                 if final >= 0:
                     status, t, reached = EVENT, events[final].root, False
         if o.every_step != 0:
@@ -176,19 +194,22 @@ def watch(
                     _copy(work[Y], y_out[o.n_out])
                 else:
                     polynomial(d, (t - t_old) / h, y_out[o.n_out])
+                    if not _project_row(project, t, y_out[o.n_out], scratch[1]):
+                        return RAISED_STATUS
                 o.n_out += 1
                 o.n_total += 1
         while o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0:
             t_out[o.i_eval] = t_eval[o.i_eval]
             polynomial(d, (t_eval[o.i_eval] - t_old) / h, y_out[o.i_eval])
-            if project != 0:
-                _copy(y_out[o.i_eval], scratch[1])
-                call(project, t_eval[o.i_eval], scratch[1], y_out[o.i_eval])
+            if not _project_row(project, t_eval[o.i_eval], y_out[o.i_eval], scratch[1]):
+                return RAISED_STATUS
             o.i_eval += 1
-        if over and status == FINISHED:
+        if over and status == FINISHED and o.i_leg < last_leg:
             o.i_leg += 1
             s.t, s.t_end = legs[o.i_leg, 0], legs[o.i_leg, 1]
             status = _derive(s, work, block, last)
+            if not leave_zero(events, s.t, work[Y], scratch[0]):
+                return RAISED_STATUS
         if status != RUNNING:
             return status
     return RUNNING

@@ -17,7 +17,7 @@ from fastdyn.kernels.dense import hermite, polynomial
 from fastdyn.kernels.state import Y_OLD, K, Y
 
 EPS = float(np.finfo(float).eps)
-TABLED = {name: m for name, m in METHODS.items() if m.tableau is not None}
+TABLED = {name: m for name, m in METHODS.items() if "a" in (m.tableau or {})}
 PAIRS = [name for name, m in TABLED.items() if m.error_order]
 EMBEDDED = {name: (m.error_order,) for name, m in TABLED.items()} | {"DOP853": (5, 3)}
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.check import method_named
 from fastdyn.solve import solve_ivp
 from fastdyn.systems.declare import State, checked
 
@@ -162,11 +163,12 @@ class System:
         if "args" in options:
             raise TypeError(f"`args` of the {self.name} are its parameters; set them by name.")
         if "events" in options:
-            options["events"] = self._event_functions(options["events"])
-        if "step" not in options:
+            options["events"] = self.event_functions(options["events"])
+        ours = method_named(method)
+        if ours is None or ours.error_order:
             options.setdefault("rtol", 1e-6)
             options.setdefault("atol", 1e-9)
-            if self.breakpoints is not None:
+            if self.breakpoints is not None and ours is not None:
                 options.setdefault("breakpoints", self.breakpoints)
         if stabilise not in (None, "projection", "baumgarte"):
             raise ValueError(
@@ -179,10 +181,20 @@ class System:
                 raise ValueError(f"The {self.name} has no constraints to project onto.")
             options["project"] = self.project
         t_span = (0.0, self.t_end) if t_span is None else t_span
-        start = self.initial_state() if y0 is None else y0
+        start = self.initial_state() if y0 is None else self.full_state(y0)
         result = solve_ivp(self.rhs, t_span, start, method=method, args=self.args, **options)
-        result.system = self._as_started(t_span[0], y0)
+        result.system = self.as_started(t_span[0], y0)
         return result
+
+    def full_state(self, y0):
+        """`y0`, refused if it is not of the length of the state."""
+        if np.shape(y0) != (len(self.states),):
+            names = ", ".join(state.name for state in self.states)
+            raise ValueError(
+                f"`y0` of the {self.name} must be {len(self.states)} numbers ({names}); its shape "
+                f"is {np.shape(y0)}."
+            )
+        return y0
 
     def along(self, function, t, y) -> np.ndarray:
         """Values of ``function(t, y, *parameters)`` at every column of y, shape (n_points,)."""
@@ -249,7 +261,8 @@ class System:
         """What the system looks like in one state, for moving pictures: an `animate.Scene`."""
         raise ValueError(f"The {self.name} has no view to animate.")
 
-    def _event_functions(self, events):
+    def event_functions(self, events):
+        """Events as functions: those of the system by name, others as they are."""
         if isinstance(events, str) or callable(events):
             events = [events]
         if events is None or not isinstance(events, Iterable):
@@ -264,7 +277,7 @@ class System:
             raise ValueError(f"{self.name} has no event '{event}'; its events are: {known}.")
         return self.events[event]
 
-    def _as_started(self, begin, y0):
+    def as_started(self, begin, y0):
         """Itself, or a copy that knows that its run started where `exact` does not hold."""
         if begin == 0.0 and (y0 is None or np.array_equal(y0, self.initial_state())):
             return self

@@ -162,7 +162,7 @@ class Vehicle(System):
             )
         try:
             inspect.signature(self.driver).bind(0.0, ())
-        except TypeError:
+        except (TypeError, ValueError):
             raise TypeError(
                 "`driver` of the vehicle must be a function of (t, w) that returns the angle of "
                 f"the front wheel, its rate, and the thrust; got {self.driver!r}."
