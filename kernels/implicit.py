@@ -5,7 +5,7 @@ round-off error propagation for symplectic implicit Runge-Kutta schemes", Numer.
 (2017): with L_j = h b_j f(Y_j) the stages are Y_i = y + sum mu_ij L_j, where mu_ij = a_ij / b_j
 is rounded so that mu_ij + mu_ji = 1 holds exactly, and y + sum L_j is summed with compensation.
 The iteration starts from the stages of the last step, extrapolated, and goes on until no component
-gets nearer (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with implicit
+has got nearer twice (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with implicit
 Runge-Kutta methods", BIT 48 (2008)): a tolerance would leave errors of one sign.
 
 The stages of a component lie side by side, so that they are one vector of the processor.
@@ -38,6 +38,7 @@ from .state import (
 REAL = ir.DoubleType()
 MAX_ITERATIONS = 100
 SMALL = 1e-6  # changes above this share of a component are not rounding
+STALLS = 2  # positions and velocities get nearer in turns: one iteration without progress is none
 
 
 class Matrix:
@@ -228,21 +229,23 @@ def make_step(s, mu, ratio, b, c):
                 f = fetch(form, work, SLOPE)
                 weight = end_weight if i == 0 or i == s - 1 else h * b[i]
                 keep_increment(f, work, INCREMENTS, mu, i, weight)
-        count = 0
+        count = stalls = 0
         while True:
-            moving = 0
+            moving = exact = 0
             for k in range(n):
                 y = work[Y, k]
                 change = refine(mu, work, INCREMENTS, STAGES, k, y, work[LOW, k])
-                if count == 0:
+                if count == 0:  # there was nothing to compare with
                     moving += 1
-                elif change != 0.0 and (
-                    change < work[CHANGE, k] or change > SMALL * _size(work, STAGES, s, k)
-                ):
-                    moving += 1
-                if count > 0:
+                elif change == 0.0:  # for now, perhaps: it may wait for the others
+                    exact += 1
+                elif change < work[CHANGE, k]:
                     work[CHANGE, k] = change
-            if moving == 0:
+                    moving += 1
+                elif change > SMALL * _size(work, STAGES, s, k):
+                    moving += 1
+            stalls = 0 if moving else stalls + 1
+            if stalls == STALLS or exact == n:
                 break
             if count == MAX_ITERATIONS:
                 return NOT_CONVERGED, s * count

@@ -55,6 +55,13 @@ def _derive(s, work, block, last):
 
 
 @njit(**OPTIONS)
+def _drift(work, last, gap):
+    """Move the state by its slope, over a few roundings of the time."""
+    for i in range(work.shape[1]):
+        work[Y, i] += gap * work[K + last, i]
+
+
+@njit(**OPTIONS)
 def _project_row(project, t, y, scratch):
     """Take a state of the output to its constraints; False if the function raised."""
     if project == 0:
@@ -206,8 +213,11 @@ def watch(
             o.i_eval += 1
         if over and status == FINISHED and o.i_leg < last_leg:
             o.i_leg += 1
+            gap = 0.5 * (legs[o.i_leg, 0] - s.t)  # crossed with the slopes of both sides
+            _drift(work, last, gap)
             s.t, s.t_end = legs[o.i_leg, 0], legs[o.i_leg, 1]
             status = _derive(s, work, block, last)
+            _drift(work, last, gap)
             if not leave_zero(events, s.t, work[Y], scratch[0]):
                 return RAISED_STATUS
         if status != RUNNING:

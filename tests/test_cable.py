@@ -7,6 +7,7 @@ import pytest
 
 from fastdyn.systems import SYSTEMS, pendulum, pendulum_xy, suspension
 
+EPS = np.finfo(float).eps
 TIGHT = {"rtol": 1e-10, "atol": 1e-12}
 
 
@@ -67,3 +68,21 @@ def test_moving_pictures(tmp_path):
         run.animate(tmp_path / "cable.mp3")
     with pytest.raises(ValueError, match="no view to animate"):
         suspension().solve((0.0, 1.0)).animate(tmp_path / "x.gif")
+
+
+def test_a_cable_released_from_the_horizontal_swings():
+    run = pendulum().solve_cable((0.0, 3.0), [1.0, 0.0, 0.0, 0.0], **TIGHT)
+    assert run.success and [name for name, _, _ in run.phases] == ["cable"]
+    assert np.abs(np.hypot(*run.y[:2]) - 1.0).max() <= 4 * EPS
+
+
+def test_the_first_phase_is_what_the_start_says():
+    inwards = pendulum().solve_cable((0.0, 0.1), [0.0, 1.0, 0.0, -5.0], **TIGHT)
+    assert [name for name, _, _ in inwards.phases] == ["flight"]
+    assert inwards.y[1, -1] == pytest.approx(1.0 - 0.5 + 0.5 * 9.81 * 0.01, rel=1e-9)
+    with pytest.raises(ValueError, match="farther than the cable"):
+        pendulum().solve_cable((0.0, 1.0), [0.0, 2.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match="must be 4 numbers"):
+        pendulum().solve_cable((0.0, 1.0), [0.0, 2.0])
+    run = pendulum(V0=5.9).solve_cable((0.0, 4.0), events="bottom")
+    assert len(run.t_events[0]) > 2

@@ -133,12 +133,18 @@ def test_error_is_proportional_to_the_tolerance(method, name):
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-@pytest.mark.parametrize("method", FIXED)
+@pytest.mark.parametrize("method", [m for m in FIXED if m != "Gauss16"])  # at rounding at once
 def test_error_falls_with_the_step_as_the_order_says(method, name):
-    powers = {6: (4, 7), 8: (3, 6), 10: (3, 6), 16: (1, 3)}.get(METHODS[method].order, (6, 10))
-    steps = 2.0 ** -np.arange(*powers)
-    errors = [solved(method, name, step)[1].max() for step in steps]
-    assert round(slope(steps, errors)) == METHODS[method].order
+    errors, least = [], 1e-9 if METHODS[method].order > 8 else 1e-11
+    for k in range(12):
+        try:
+            errors.append(solved(method, name, 2.0**-k)[1].max())
+        except AssertionError:  # far too long a step: it blows up or does not converge
+            errors.append(np.inf)
+        if errors[-1] < least:
+            break
+    before, after = [e for e in errors if e > least][-2:]
+    assert abs(np.log2(before / after) - METHODS[method].order) < 0.6
 
 
 def gravity(t, q):

@@ -275,3 +275,40 @@ def test_what_the_function_raises_arrives(compiles):
         warnings.simplefilter("ignore", fastdyn.CompileWarning)
         with pytest.raises(RuntimeError, match="too late"):
             final(compiled if compiles else in_python)
+
+
+def test_whole_powers_are_pythons():
+    N = 10
+
+    def fun(t, y, n, k):
+        return [y[0] * n**-2, y[1] * N**k, y[2] * 2**3, y[3] * 10**n * 1e-30]
+
+    given = (10, -1)
+    ours = fastdyn.solve_ivp(fun, (0, 0.5), [1.0] * 4, args=given, rtol=1e-8)
+    assert ours.y[:, -1] == pytest.approx(np.exp(0.5 * np.array([0.01, 0.1, 8.0, 1e-20])))
+
+
+def test_a_function_that_calls_itself_stays_in_python():
+    def deep(x):
+        return x if x < 0.5 else deep(x)
+
+    with pytest.warns(fastdyn.CompileWarning, match="calls itself"), pytest.raises(RecursionError):
+        fastdyn.solve_ivp(lambda t, y: [-y[0] * deep(t)], (0, 1), [1.0])
+
+
+def test_one_function_among_args_that_does_not_compile_spoils_no_other():
+    table = {1: 2.0}
+
+    def fun(t, y, force):
+        return [force(t)]
+
+    def plain(t):
+        return 2.0
+
+    def odd(t):
+        return table[1]
+
+    with pytest.warns(fastdyn.CompileWarning):
+        fastdyn.solve_ivp(fun, (0, 1), [0.0], args=(odd,))
+    bound = fastdyn.adapt.bind(fun, (plain,), "derivative", 1)
+    assert bound.function is not None

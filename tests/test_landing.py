@@ -42,7 +42,7 @@ def test_steps_end_at_breakpoints_and_a_jump_costs_nothing(method, span):
     run = solve_ivp(square, span, exact([span[0]]), method, dense_output=True, **options)
     assert run.success and run.t[-1] == span[1]
     assert np.isin(breaks[1:], run.t).all() and run.n_rejected == 0
-    assert np.abs(run.y[0] - exact(run.t)).max() <= 64 * EPS
+    assert np.abs(run.y[0] - exact(run.t)).max() <= 128 * EPS
     t = np.sort(np.r_[np.linspace(0.0, 9.75, 333), breaks])
     assert np.abs(run.sol(t)[0] - exact(t)).max() <= 1e-14
     t = np.unique(t)[:: 1 if span[1] > 0.0 else -1]
@@ -201,3 +201,70 @@ def test_a_projection_that_stays_in_python_or_raises():
 
     with pytest.raises(KeyError, match="lost"):
         solve_ivp(spring, (0, 10), [1.0, 0.0], project=fails)
+
+
+def one(t, y):
+    return [1.0]
+
+
+def test_an_event_at_a_breakpoint_occurs_once():
+    run = solve_ivp(one, (0, 5), [0.0], breakpoints=[3.0], events=lambda t, y: t - 3.0)
+    assert np.array_equal(run.t_events[0], [3.0])
+
+    def late(t, y):
+        return t - 0.30000000000000004
+
+    late.terminal = True
+    run = solve_ivp(one, (0, 1), [0.0], breakpoints=[0.3, 0.6], events=late)
+    assert run.status == 1 and run.t[-1] == pytest.approx(0.3, abs=4 * EPS)
+
+
+def test_many_breakpoints_lose_no_time():
+    run = solve_ivp(one, (0, 1000), [0.0], breakpoints=np.arange(0.0, 1000.0, 0.01))
+    assert abs(run.y[0, -1] - 1000.0) <= 1000.0 * 1e5 * EPS / 300.0  # rounding, a random walk
+
+
+def test_breakpoints_outside_the_span_do_not_matter():
+    run = solve_ivp(square, (0.0, 4.75), [0.0], breakpoints=[*np.arange(0.0, 5.0, 0.5), 1e16])
+    assert run.y[0, -1] == pytest.approx(0.25, abs=64 * EPS)
+
+
+@pytest.mark.parametrize("span", [(0.0, 5.0), (5.0, 0.0)])
+def test_a_jump_at_the_end_of_the_span_is_seen_from_inside(span):
+    run = solve_ivp(square, span, [0.0], rtol=1e-9, breakpoints=np.arange(0.0, 5.5, 0.5))
+    assert abs(run.y[0, -1]) <= 128 * EPS and run.n_rejected == 0
+
+
+def test_a_projection_that_raises_at_an_output_time_raises():
+    def fails(t, y):
+        if t == 0.9:
+            raise KeyError("here")
+        return [y[0]]
+
+    with pytest.raises(KeyError, match="here"):
+        solve_ivp(one, (0, 1), [0.0], project=fails, t_eval=[0.5, 0.9])
+
+
+def test_interpolated_ends_and_events_are_projected_too():
+    def circle(t, y):
+        r = math.hypot(y[0], y[1])
+        return [y[0] / r, y[1] / r]
+
+    def half(t, y):
+        return y[0] - 0.5
+
+    half.terminal = 2
+
+    def turn(t, y):
+        return [y[1], -y[0]]
+
+    run = solve_ivp(turn, (0, 10), [1.0, 0.0], project=circle, events=half)
+    assert np.abs(np.hypot(*run.y) - 1.0).max() <= 2 * EPS
+    assert np.abs(np.hypot(*run.y_events[0].T) - 1.0).max() <= 2 * EPS
+    run = solve_ivp(turn, (0, 1), [1.0, 0.0], "RK4", step=0.3, project=circle)
+    assert np.abs(np.hypot(*run.y) - 1.0).max() <= 2 * EPS
+
+
+def test_an_event_in_a_last_step_that_overshoots_is_where_it_is():
+    run = solve_ivp(one, (0, 1), [0.0], "RK4", step=0.3, events=lambda t, y: y[0] - 0.95)
+    assert run.t_events[0] == pytest.approx([0.95], abs=1e-12)

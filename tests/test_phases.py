@@ -96,3 +96,35 @@ def test_a_phase_that_fails_says_why():
     with pytest.raises(ValueError, match="1-dimensional"):
         solve_phases(BALL, "up", (0.0, 1.0), 1.0)
     assert fastdyn.phases.Phase is Phase
+
+
+def test_terminal_counts_and_max_steps_hold_for_the_whole_motion():
+    def top(t, y, e):
+        return y[1]
+
+    top.terminal, top.direction = 3, -1
+    run = solve_phases(BALL, "up", (0.0, 9.0), [1.0, 0.0], args=(0.8,), events=top, **OPTIONS)
+    assert run.status == 1 and len(run.t_events[0]) == 3
+    run = solve_phases(BALL, "up", (0.0, 3.0), [1.0, 0.0], args=(0.8,), max_steps=10, **OPTIONS)
+    assert run.status == -1 and "`max_steps`" in run.message and run.n_accepted <= 12
+
+
+@pytest.mark.parametrize(
+    "phases, options, sentence",
+    [
+        ({"up": Phase(falling, lambda t, y, e: y[0], bounce)}, {}, "must be terminal"),
+        ({"up": Phase(falling, ground, lambda t, y, e: ("walk", y))}, {}, "no phase 'walk'"),
+        (BALL, {"method": "Radau"}, "compiled method"),
+        (BALL, {"max_phases": 0}, "at least 1"),
+    ],
+)
+def test_wrong_phases_get_a_sentence(phases, options, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        solve_phases(phases, "up", (0.0, 3.0), [1.0, 0.0], args=(0.8,), **options)
+
+
+def test_a_phase_may_have_a_method_of_its_own_and_no_output():
+    phases = {"up": BALL["up"]._replace(options={"method": "DOP853", "dense_output": True})}
+    run = solve_phases(phases, "up", (0.0, 2.0), [1.0, 0.0], args=(0.8,), t_eval=[1.9], **OPTIONS)
+    assert run.success and run.y.shape == (2, 1)
+    assert solve_phases(BALL, "up", (0.0, 2.0), [1.0, 0.0], args=(0.8,), t_eval=[]).success
