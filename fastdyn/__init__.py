@@ -9,12 +9,15 @@ from .solve import solve_ivp, solve_second_order
 __version__ = "0.1.0"
 
 
+STUDIES = {"energy_drift": "drift", "compare_drift": "compare"}
+
+
 def __getattr__(name):
-    """Load the systems, and with them SciPy, when they are first asked for."""
+    """Load the systems and the studies, and with them SciPy, when they are first asked for."""
     import importlib
 
-    if name == "energy_drift":
-        return importlib.import_module("fastdyn.drift").energy_drift
+    if name in STUDIES:
+        return getattr(importlib.import_module(f"fastdyn.{STUDIES[name]}"), name)
     if name in ("systems", "System"):
         systems = importlib.import_module("fastdyn.systems")
         return systems if name == "systems" else systems.System

@@ -1,4 +1,4 @@
-"""The command ``fastdyn``: ``tour``, ``gallery``, ``list`` and ``run SYSTEM``."""
+"""The command ``fastdyn``: ``tour``, ``gallery``, ``list``, ``run SYSTEM``, ``drift SYSTEM``."""
 
 import argparse
 import dataclasses
@@ -52,6 +52,14 @@ def _parser():
     listing = commands.add_parser("list", help="systems and their parameters")
     listing.set_defaults(command=_list)
 
+    drift = commands.add_parser("drift", help="follow the invariants of a system for long")
+    systems = drift.add_subparsers(required=True, metavar="SYSTEM")
+    for name, system in SYSTEMS.items():
+        if system.invariants:
+            one = systems.add_parser(name, help=system.title, allow_abbrev=False)
+            _add_drift_options(one, system)
+            one.set_defaults(command=_drift, system=system)
+
     run = commands.add_parser("run", help="solve one system")
     systems = run.add_subparsers(required=True, metavar="SYSTEM")
     for name, system in SYSTEMS.items():
@@ -61,12 +69,33 @@ def _parser():
     return parser
 
 
-def _add_run_options(parser, system):
+def _add_parameters(parser, system):
     parameters = parser.add_argument_group("parameters")
     for field in _parameters(system):
         about = field.metadata
         text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
         parameters.add_argument(f"--{field.name}", type=float, metavar="VALUE", help=text)
+
+
+def _add_drift_options(parser, system):
+    _add_parameters(parser, system)
+    study = parser.add_argument_group("study and output")
+    study.add_argument("--methods", nargs="+", default=["Gauss16"], metavar="METHOD")
+    study.add_argument("--step", type=float, help="constant step (s)")
+    study.add_argument("--steps-per-period", type=float, metavar="N")
+    study.add_argument("--rtol", type=float, help="relative tolerance of adaptive methods")
+    study.add_argument("--atol", type=float, help="absolute tolerance of adaptive methods")
+    study.add_argument("--evaluations", type=float, help="a period, the same for all methods")
+    study.add_argument("--periods", type=float, help="length of the run in periods")
+    study.add_argument("--t-end", type=float, help="length of the run (s)")
+    study.add_argument("--n-steps", type=int, help="length of the run in constant steps")
+    study.add_argument("--samples", type=int, default=1000, help="bins that are kept")
+    study.add_argument("--checkpoint", metavar="FILE", help="go on from here, and write it")
+    study.add_argument("--plot", metavar="FILE", help="write the figure")
+
+
+def _add_run_options(parser, system):
+    _add_parameters(parser, system)
     solver = parser.add_argument_group("solution and output")
     solver.add_argument("--t-end", type=float, default=system.t_end, help="end of the run (s)")
     solver.add_argument("--method", default="RK45", help="RK45, ode45, DOP853, RK4 ...")
@@ -120,9 +149,41 @@ def _list(options):
     return 0
 
 
-def _run(options):
+def _system(options):
+    """The system with the parameters that the command line gives."""
     given = {field.name: getattr(options, field.name) for field in _parameters(options.system)}
-    system = options.system(**{name: value for name, value in given.items() if value is not None})
+    return options.system(**{name: value for name, value in given.items() if value is not None})
+
+
+def _drift(options):
+    from fastdyn.compare import Comparison, compare_drift
+    from fastdyn.drift import energy_drift
+
+    system = _system(options)
+    show = {"samples": options.samples, "progress": sys.stderr.isatty()}
+    if options.evaluations:
+        work = {"evaluations": options.evaluations, "periods": options.periods}
+        studies = compare_drift(system, options.methods, **work, **show)
+    else:
+        names = ("step", "steps_per_period", "rtol", "atol", "periods", "t_end", "n_steps")
+        given = {name: getattr(options, name) for name in (*names, "checkpoint")}
+        given = {name: value for name, value in given.items() if value is not None}
+        if "checkpoint" in given and len(options.methods) > 1:
+            raise ValueError("`--checkpoint` is the file of one method; give one.")
+        studies = Comparison(
+            {name: energy_drift(system, name, **given, **show) for name in options.methods}
+        )
+    print(f"{system}:")
+    print(studies)
+    if options.plot:
+        from fastdyn import plot
+
+        plot.save(studies.plot(), options.plot)
+    return 1 if any(study.message for study in studies.values()) else 0
+
+
+def _run(options):
+    system = _system(options)
     names = ("rtol", "atol", "step", "stabilise")
     choices = {name: getattr(options, name, None) for name in names}
     choices = {name: value for name, value in choices.items() if value is not None}

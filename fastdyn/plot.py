@@ -196,7 +196,8 @@ def legend(figure, *panels):
             entries.setdefault(label, handle)
     if "exact" in entries:
         entries["exact"] = entries.pop("exact")  # after all that is computed
-    n_columns = min(len(entries), 2 if max(map(len, entries)) > 30 else 5)
+    longest = max(map(len, entries))
+    n_columns = min(len(entries), 2 if longest > 30 else 3 if longest > 22 else 5)
     figure.legend(entries.values(), entries, loc="outside upper center", ncols=n_columns)
 
 

@@ -5,8 +5,8 @@ round-off error propagation for symplectic implicit Runge-Kutta schemes", Numer.
 (2017): with L_j = h b_j f(Y_j) the stages are Y_i = y + sum mu_ij L_j, where mu_ij = a_ij / b_j
 is rounded so that mu_ij + mu_ji = 1 holds exactly, and y + sum L_j is summed with compensation.
 The iteration starts from the stages of the last step, extrapolated, and goes on until no component
-has got nearer twice (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with implicit
-Runge-Kutta methods", BIT 48 (2008)): a tolerance would leave errors of one sign.
+has got nearer twice (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with
+implicit Runge-Kutta methods", BIT 48 (2008)): a tolerance would leave errors of one sign.
 
 The stages of a component lie side by side, so that they are one vector of the processor.
 """
