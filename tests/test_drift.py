@@ -155,8 +155,10 @@ def test_wrong_studies_get_a_sentence(call, error, sentence):
 
 
 def test_a_step_that_does_not_converge_says_so():
-    study = fastdyn.energy_drift(satellite(V=1.38), "Gauss16", steps_per_period=2, periods=5)
-    assert "do not converge" in study.message
+    run = fastdyn.solve_ivp(
+        lambda t, y: [8.0 * y[1], -8.0 * y[0]], (0, 5), [1.0, 0.0], "Gauss16", step=1.0
+    )
+    assert run.status == -1 and "do not converge: reduce `step`" in run.message
 
 
 def test_comparison_at_equal_work():
@@ -164,7 +166,7 @@ def test_comparison_at_equal_work():
         suspension(), ["VelocityVerlet", "Gauss8"], evaluations=400, periods=50
     )
     works = [study.nfev / 50 for study in found.values()]
-    assert works == pytest.approx([400, 400], rel=0.1)
+    assert works == pytest.approx([400, 400], rel=0.2)
     figure = found.plot()
     assert figure.axes[-1].get_xlabel() == "t (s)" and "Gauss8" in str(found)
 
@@ -193,33 +195,29 @@ def start(method, path, t_end):
     return process
 
 
-@pytest.mark.parametrize(
-    "method, t_end",
-    [("VelocityVerlet", 3e5), ("Gauss16", 3e3), ("RK45", 3e4), ("BlanesMoan6", 2e4)],
-)
-def test_a_killed_run_goes_on_bit_for_bit(method, t_end, tmp_path):
+RUNS = {"VelocityVerlet": 3e5, "Gauss16": 3e3, "RK45": 3e4, "BlanesMoan6": 2e4}
+
+
+@pytest.mark.parametrize("method", RUNS)
+def test_a_killed_run_goes_on_bit_for_bit(method, tmp_path):
     path = tmp_path / "run.npz"
-    whole = start(method, "", t_end)
+    whole = start(method, "", RUNS[method])
     expected = whole.stdout.read()
     assert whole.wait() == 0
     kills = 0
-    for attempt in range(30):
-        process = start(method, path, t_end)
-        begun = time.monotonic()
-        while process.poll() is None and time.monotonic() - begun < 60.0:
-            if path.exists() and time.monotonic() - path.stat().st_mtime + time.time() >= 0:
-                time.sleep(0.03 * (1 + attempt % 4))
-                break
-            time.sleep(0.01)
-        if process.poll() is None and attempt < 3:
+    for delay in (0.05, 0.11, 0.02):
+        process = start(method, path, RUNS[method])
+        seen = path.stat().st_mtime_ns if path.exists() else 0
+        while process.poll() is None and not (path.exists() and path.stat().st_mtime_ns > seen):
+            time.sleep(0.005)
+        time.sleep(delay)
+        if process.poll() is None:
             process.send_signal(signal.SIGKILL)
-            process.wait()
             kills += 1
-            continue
-        answer = process.stdout.read()
-        assert process.wait() == 0
-        break
-    assert kills >= 1 and answer == expected
+        process.wait()
+    process = start(method, path, RUNS[method])
+    answer = process.stdout.read()
+    assert process.wait() == 0 and kills >= 1 and answer == expected
 
 
 def small(path, **options):
