@@ -100,8 +100,9 @@ def survey(
     """
     s, r = state[0], record[0]
     while n > 0:
+        before = s.n_accepted
         status = resume(advance, state, work, block, r.every)
-        if status > FINISHED:
+        if status > FINISHED or s.n_accepted == before:
             return status
         n -= r.every
         y = slot(None, work, Y)

@@ -156,7 +156,7 @@ def test_wrong_studies_get_a_sentence(call, error, sentence):
 
 def test_a_step_that_does_not_converge_says_so():
     run = fastdyn.solve_ivp(
-        lambda t, y: [8.0 * y[1], -8.0 * y[0]], (0, 5), [1.0, 0.0], "Gauss16", step=1.0
+        lambda t, y: [12.0 * y[1], -12.0 * y[0]], (0, 5), [1.0, 0.0], "Gauss16", step=1.0
     )
     assert run.status == -1 and "do not converge: reduce `step`" in run.message
 

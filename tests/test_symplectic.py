@@ -1,0 +1,191 @@
+"""Claims about the tables of the symplectic methods, in arithmetic of 60 digits."""
+
+import math
+from decimal import Decimal, getcontext, localcontext
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn.kernels import METHODS, legendre, symplectic
+
+EPS = np.finfo(float).eps
+PRINTED = Decimal("1e-24")  # digits in the tables
+
+
+@pytest.fixture(autouse=True)
+def many_digits():
+    with localcontext() as context:
+        context.prec = 60
+        yield
+
+
+def palindrome(text, n):
+    first = [Decimal(word) for word in text.split()]
+    return first + first[: n - len(first)][::-1]
+
+
+def verlet_steps(text, n):
+    g = palindrome(text, n)
+    half = [x / 2 for x in g]
+    return [half[0], *(a + b for a, b in zip(half, half[1:], strict=False)), half[-1]], g
+
+
+def tables():
+    s = symplectic
+    return {
+        "VelocityVerlet": ([Decimal("0.5")] * 2, [Decimal(1)]),
+        "BlanesMoan4": (palindrome(s.BM4_KICKS, 7), palindrome(s.BM4_DRIFTS, 6)),
+        "BlanesMoan6": (palindrome(s.BM6_KICKS, 12), palindrome(s.BM6_DRIFTS, 11)),
+        "KahanLi8": verlet_steps(s.KL8, 17),
+        "SofroniouSpaletta10": verlet_steps(s.SS10, 35),
+        "Yoshida4": verlet_steps(s.Y4, 3),
+        "Yoshida6": verlet_steps(s.Y6, 7),
+        "Yoshida8": verlet_steps(s.Y8, 15),
+    }
+
+
+def force(q):
+    return -q - q * q
+
+
+def exact(q, v, h, terms=60):
+    """q and v after h by their Taylor series: (k+1)(k+2) a_{k+2} = -a_k - (a a)_k."""
+    a = [q, v]
+    for k in range(terms):
+        square = sum((a[i] * a[k - i] for i in range(k + 1)), Decimal(0))
+        a.append((-a[k] - square) / ((k + 1) * (k + 2)))
+    powers = [h**k for k in range(len(a))]
+    position = sum((x * p for x, p in zip(a, powers, strict=True)), Decimal(0))
+    slopes = zip(range(1, len(a)), a[1:], powers, strict=False)
+    return position, sum((k * x * p for k, x, p in slopes), Decimal(0))
+
+
+def composed(kicks, drifts, q, v, h):
+    v += kicks[0] * h * force(q)
+    for kick, drift in zip(kicks[1:], drifts, strict=True):
+        q += drift * h * v
+        v += kick * h * force(q)
+    return q, v
+
+
+@pytest.mark.parametrize("name", [n for n, m in METHODS.items() if m.second_order])
+def test_the_order_of_one_step_in_sixty_digits(name):
+    if name == "McLachlanAtela4":  # printed with 16 digits: as floats
+        table = METHODS[name].tableau
+        kicks, drifts = ([Decimal(float(x)) for x in table[part]] for part in ("kicks", "drifts"))
+        steps, digits = (Decimal("0.04"), Decimal("0.02")), Decimal("1e-15")
+    else:
+        kicks, drifts = tables()[name]
+        steps, digits = (Decimal("0.02"), Decimal("0.01")), PRINTED
+    assert abs(sum(kicks) - 1) < digits and abs(sum(drifts) - 1) < digits
+    q, v = Decimal("0.7"), Decimal("-0.4")
+    errors = []
+    for h in steps:
+        found, true = composed(kicks, drifts, q, v, h), exact(q, v, h)
+        errors.append(max(abs(a - b) for a, b in zip(found, true, strict=True)))
+    order = math.log2(errors[0] / errors[1]) - 1
+    assert abs(order - METHODS[name].order) < 0.3
+
+
+@pytest.mark.parametrize("name", tables())
+def test_the_compiled_table_is_the_printed_one(name):
+    table = METHODS[name].tableau
+    for part, printed in zip(("kicks", "drifts"), tables()[name], strict=True):
+        assert np.allclose(table[part], [float(x) for x in printed], rtol=2 * EPS, atol=EPS)
+        assert np.array_equal(table[part], table[part][::-1])
+
+
+@pytest.mark.parametrize("s", [2, 4, 8])
+def test_gauss_satisfies_the_simplifying_conditions(s):
+    """B(2s), C(s) and D(s) of J. C. Butcher (1964), to 38 digits."""
+    a, (c, b) = legendre.collocation(s), legendre.nodes_and_weights(s)
+    small = Decimal("1e-38")
+    for k in range(1, 2 * s + 1):
+        assert (
+            abs(sum(w * x ** (k - 1) for w, x in zip(b, c, strict=True)) - Decimal(1) / k) < small
+        )
+    for k in range(1, s + 1):
+        for i in range(s):
+            left = sum(a[i][j] * c[j] ** (k - 1) for j in range(s))
+            assert abs(left - c[i] ** k / k) < small
+            left = sum(b[j] * c[j] ** (k - 1) * a[j][i] for j in range(s))
+            assert abs(left - b[i] * (1 - c[i] ** k) / k) < small
+
+
+def test_two_stages_are_the_familiar_ones():
+    root = Decimal(3).sqrt() / 6
+    (first, second), weights = legendre.nodes_and_weights(2)
+    assert abs(first - (Decimal("0.5") - root)) < Decimal("1e-50")
+    assert abs(second - (Decimal("0.5") + root)) < Decimal("1e-50")
+    assert all(abs(w - Decimal("0.5")) < Decimal("1e-50") for w in weights)
+    assert getcontext().prec == 60
+
+
+@pytest.mark.parametrize("name", ["Gauss4", "Gauss8", "Gauss16"])
+def test_rounded_coefficients_are_symplectic_exactly(name):
+    mu = np.array(METHODS[name].tableau["mu"])
+    assert np.array_equal(mu + mu.T, np.ones_like(mu))
+
+
+def double_pendulum(t, w):
+    """Two equal pendulums on one another, in angles and their momenta: not separable."""
+    a, b, p, q = w
+    s, c = math.sin(a - b), math.cos(a - b)
+    d = 1.0 + s * s
+    h = p * q * s / d - (p * p + 2.0 * q * q - 2.0 * p * q * c) * s * c / (d * d)
+    return [(p - q * c) / d, (2.0 * q - p * c) / d, -2.0 * math.sin(a) - h, h - math.sin(b)]
+
+
+def its_energy(t, w):
+    a, b, p, q = w
+    kinetic = (p * p + 2.0 * q * q - 2.0 * p * q * np.cos(a - b)) / (
+        2.0 * (1.0 + np.sin(a - b) ** 2)
+    )
+    return kinetic - 2.0 * np.cos(a) - np.cos(b)
+
+
+def henon_heiles(t, w):
+    x, y, vx, vy = w
+    return [vx, vy, -x - 2.0 * x * y, -y - x * x + y * y]
+
+
+def energy_of_henon_heiles(t, w):
+    x, y, vx, vy = w
+    return 0.5 * (vx * vx + vy * vy + x * x + y * y) + x * x * y - y**3 / 3.0
+
+
+@pytest.mark.parametrize("method", ["Gauss4", "Gauss8", "Gauss16", "EnergyConserving4"])
+def test_a_system_that_is_not_separable_keeps_its_energy(method):
+    step = {"Gauss4": 0.01, "Gauss8": 0.05}.get(method, 0.1)
+    study = fastdyn.energy_drift(
+        double_pendulum, method, step=step, t_end=2000.0, y0=[1.0, 0.5, 0.3, -0.2],
+        invariants={"energy": its_energy},
+    )  # fmt: skip
+    energy = study.drifts["energy"]
+    bound = {"Gauss4": 1e-7, "Gauss8": 1e-8}.get(method, 2e-13)
+    assert energy.largest < bound and energy.growth.verdict != "quadratic or worse"
+
+
+@pytest.mark.parametrize("method", ["BlanesMoan6", "SofroniouSpaletta10", "Gauss16"])
+def test_henon_heiles_keeps_its_energy(method):
+    study = fastdyn.energy_drift(
+        henon_heiles, method, step=0.15, t_end=5000.0, y0=[0.1, 0.2, 0.3, 0.0],
+        invariants={"energy": energy_of_henon_heiles},
+    )  # fmt: skip
+    assert study.drifts["energy"].largest < {"BlanesMoan6": 1e-9}.get(method, 1e-13)
+
+
+def test_an_explicit_splitting_refuses_what_it_is_not_made_for():
+    for name in ("BlanesMoan6", "KahanLi8"):
+        with pytest.raises(ValueError, match=f"{name} takes y = .q, v. with q' = v"):
+            fastdyn.solve_ivp(double_pendulum, (0, 1), [1.0, 0.5, 0.3, -0.2], name, step=0.1)
+        with pytest.raises(ValueError, match="depends on the velocity; take Gauss16"):
+            fastdyn.solve_ivp(
+                lambda t, w: [w[1], -w[0] - 0.1 * w[1]], (0, 1), [1.0, 0.0], name, step=0.1
+            )
+        with pytest.raises(ValueError, match="the first half"):
+            fastdyn.energy_drift(
+                double_pendulum, name, step=0.1, t_end=1.0, y0=[1.0, 0.5, 0.3, -0.2],
+                invariants={"energy": its_energy},
+            )  # fmt: skip
