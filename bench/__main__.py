@@ -5,13 +5,14 @@ import datetime
 import json
 import pathlib
 
-from . import course, first_call, fixed_cost, memory, same_steps, scaling, speed
+from . import course, drift, first_call, fixed_cost, memory, same_steps, scaling, speed
 from .timing import machine
 
 GROUPS = {
     "same_steps": same_steps,
     "speed": speed,
     "course": course,
+    "drift": drift,
     "fixed_cost": fixed_cost,
     "first_call": first_call,
     "scaling": scaling,

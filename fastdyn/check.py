@@ -15,10 +15,10 @@ from . import limits
 from .kernels import METHODS
 
 SCIPY_METHODS = ("Radau", "BDF", "LSODA")
-COMMON = {"max_steps", "progress", "on_interrupt", "tier"}
+COMMON = {"max_steps", "progress", "on_interrupt", "tier", "checkpoint"}
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints", "project"} | COMMON
 FIXED = {"step", "project"} | COMMON
-DEFAULTS = (math.inf, False, "raise", "auto")  # max_steps, progress, on_interrupt, tier
+DEFAULTS = (math.inf, False, "raise", "auto", None)  # max_steps, progress, ... as in Problem
 TIERS = ("auto", "pointer", "specialised")
 
 
@@ -45,6 +45,7 @@ class Problem(NamedTuple):
     progress: bool
     on_interrupt: str
     tier: str
+    checkpoint: Any
 
 
 def time_span(t_span):
@@ -176,6 +177,7 @@ def _running_options(options):
         bool(options.get("progress", False)),
         options.get("on_interrupt", "raise"),
         options.get("tier", "auto"),
+        options.get("checkpoint"),
     )
 
 

@@ -16,7 +16,6 @@ import zipfile
 
 import numpy as np
 
-from . import __version__
 from .references import contains_opaque, frozen
 
 SECONDS = 5.0  # between two writes, at least
@@ -52,6 +51,8 @@ class Checkpoint:
 
     def __init__(self, path, header):
         self.path = pathlib.Path(path)
+        from . import __version__
+
         self._header = {"fastdyn": __version__, **header}
         self._written = time.monotonic()
 

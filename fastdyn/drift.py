@@ -102,6 +102,9 @@ class _Run:
     def __init__(self, system, method, y0, invariants, args):
         from .systems import System
 
+        self.method: Any
+        self.fun: Any
+        self.y0: Any
         self.system = system if isinstance(system, System) else None
         if self.system is not None:
             self.fun, self.args = system.rhs, system.args

@@ -107,9 +107,28 @@ class Output:
         n = self.record[0]["n_dense"]
         return _join([*self._dense, (self.d[:n], self.spans[:n])])
 
+    def found_so_far(self):
+        """All occurrences of events as (index, t, y)."""
+        return _join([*self._events, self._found(self.record[0]["n_events"])])
+
+    def put_back(self, arrays):
+        """Go on behind the output of a checkpoint."""
+        self.record[:] = arrays["record"]
+        o = self.record[0]
+        if self.every_step:
+            self._points, o["n_out"] = [(arrays["t"], arrays["y"])], 0
+        else:
+            n = len(arrays["t"])
+            self.t[:n], self.y[:n] = arrays["t"], arrays["y"]
+        if self.dense:
+            self._dense, o["n_dense"] = [(arrays["polynomials"], arrays["spans"])], 0
+        if self._m:
+            found = tuple(arrays[name] for name in ("e_index", "e_t", "e_y"))
+            self._events, o["n_events"] = [found], 0
+
     def occurrences(self):
         """t_events and y_events."""
-        index, t, y = _join([*self._events, self._found(self.record[0]["n_events"])])
+        index, t, y = self.found_so_far()
         which = [index == i for i in range(self._m)]
         return [t[w] for w in which], [y[w] if w.any() else np.empty(0) for w in which]
 
@@ -173,12 +192,20 @@ def run(problem, bound, bound_events, projection):
     if callbacks := [b.callback for b in everyone if b.callback is not None]:
         watch = interruptible(callbacks)(watch)
     status, left = INTERRUPTED, p.max_steps
+    file: Any = None
+    if p.checkpoint is not None:
+        from .resume import checkpoint_of, from_arrays, to_arrays
+
+        file = checkpoint_of(p, everyone)
+    table: Any = NO_EVENTS
     try:
         began = time.perf_counter()
         status = start(state, work, block, float(p.method.error_order), p.method.last)
         cost = time.perf_counter() - began
         table, opened = _event_table(p, bound_events, state, work, scratch)
         status = opened if status == RUNNING else status
+        if file is not None and (saved := file.load()) is not None:
+            status = from_arrays(saved, state, work, output, table)  # pyright: ignore
         chunk = max(1, int(CHUNK_SECONDS / (cost * (p.method.cost or p.method.n_stages + 1))))
         while status in (RUNNING, FULL):
             if left != math.inf:
@@ -202,7 +229,11 @@ def run(problem, bound, bound_events, projection):
                 tier.review()
             if bar is not None:
                 bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
+            if file is not None and (file.due() or status not in (RUNNING, FULL)):
+                file.save(to_arrays(status, state, work, output, table))  # pyright: ignore
     except KeyboardInterrupt:
+        if file is not None and status in (RUNNING, FULL):
+            file.save(to_arrays(status, state, work, output, table))  # pyright: ignore
         if p.on_interrupt != "return":
             raise
         status = INTERRUPTED

@@ -10,7 +10,7 @@ from .kernels.calls import RAISED
 from .result import OdeResult
 from .specialise import evaluate_kernel
 
-REFUSED = ("breakpoints", "project")
+REFUSED = ("breakpoints", "project", "checkpoint")
 OWN_OPTIONS = check.COMMON | {"step", *REFUSED}
 
 

@@ -125,7 +125,7 @@ def _counted(event, n):
     terminal = getattr(event, "terminal", False)
     if not terminal or n == 0:
         return event
-    rest = functools.partial(event)
+    rest: Any = functools.partial(event)
     rest.terminal = int(terminal) - n
     rest.direction = getattr(event, "direction", 0)
     return rest

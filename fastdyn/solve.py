@@ -48,6 +48,9 @@ def solve_ivp(
         Show a progress bar.
     on_interrupt : {"raise", "return"}
         On Ctrl-C, raise KeyboardInterrupt, or return what there is with status -2.
+    checkpoint : str or path
+        A file, written every few seconds, whole or not at all, from which the same call goes on
+        bit for bit after a crash or Ctrl-C.
     tier : {"auto", "pointer", "specialised"}
         "specialised" compiles the fastest kernel for this function before the solve.
 

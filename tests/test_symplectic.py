@@ -1,5 +1,6 @@
 """Claims about the tables of the symplectic methods, in arithmetic of 60 digits."""
 
+import itertools
 import math
 from decimal import Decimal, getcontext, localcontext
 
@@ -28,7 +29,7 @@ def palindrome(text, n):
 def verlet_steps(text, n):
     g = palindrome(text, n)
     half = [x / 2 for x in g]
-    return [half[0], *(a + b for a, b in zip(half, half[1:], strict=False)), half[-1]], g
+    return [half[0], *(a + b for a, b in itertools.pairwise(half)), half[-1]], g
 
 
 def tables():

@@ -1,0 +1,135 @@
+"""Kepler orbits for long: microseconds an orbit, and what became of the energy, beside others."""
+
+import math
+import time
+
+import numpy as np
+
+import fastdyn
+from fastdyn.systems import SYSTEMS
+
+# Steps an orbit by eccentricity: as few as keep the truncation below rounding.
+GAUSS16 = {0.0: 12, 0.3: 20, 0.6: 56, 0.9: 300}
+VERLET = 400
+
+
+def rows(quick):
+    """Time an orbit, RMS and largest relative energy error over the whole run."""
+    orbits = 100 if quick else 10_000
+    missing = set()
+    for e in (0.0, 0.3, 0.6, 0.9):
+        orbit = SYSTEMS["satellite"](V=math.sqrt(1.0 + e))
+        runs = [("fastdyn Gauss16", fastdyns(orbit, "Gauss16", GAUSS16[e], orbits))]
+        if e < 0.9:
+            runs.append(("fastdyn BlanesMoan6", fastdyns(orbit, "BlanesMoan6", 91, orbits)))
+        runs.append(("fastdyn VelocityVerlet", fastdyns(orbit, "VelocityVerlet", VERLET, orbits)))
+        for name, make in (
+            ("REBOUND IAS15", ias15),
+            ("REBOUND leapfrog", leapfrog),
+            ("heyoka high_accuracy", heyokas),
+        ):
+            try:
+                runs.append((name, make(orbit, orbits)))
+            except ImportError:
+                missing.add(name.split()[0])
+        ours = runs[0][1][0]
+        for name, (seconds, rms, largest, phase) in runs:
+            yield {
+                "e": e,
+                "solver": name,
+                "orbits": orbits,
+                "us_an_orbit": seconds / orbits * 1e6,
+                "energy_rms": rms,
+                "energy_largest": largest,
+                "phase": phase,
+                "of_gauss16": seconds / ours,
+            }
+    for name in sorted(missing):
+        print(f"{name} is not installed: no rows for it")
+
+
+def fastdyns(orbit, method, steps, orbits):
+    """By `energy_drift`, a look an orbit; the second of two runs."""
+    for _ in range(2):
+        study = fastdyn.energy_drift(
+            orbit, method, steps_per_period=steps, periods=orbits, samples=100, every=steps,
+            tier="specialised",
+        )  # fmt: skip
+    energy = study.drifts["energy"]
+    return study.seconds, energy.rms, energy.largest, float(abs(study.phase[-1]))
+
+
+def _looked(orbit, orbits, go):
+    """Time ``go(t)``, which returns the state at t, over 100 looks."""
+    times = orbit.period * np.linspace(0.0, orbits, 101)[1:]
+    states, seconds = [], 0.0
+    for t in times:
+        begun = time.perf_counter()
+        state = go(t)
+        seconds += time.perf_counter() - begun
+        states.append(state)
+    y = np.array(states).T
+    energy = orbit.along(orbit.invariants["energy"], times, y)
+    start = orbit.invariants["energy"](0.0, orbit.initial_state(), *orbit.args)
+    change = energy / start - 1.0
+    exact = orbit.exact(times[-1:])[:, 0]
+    rate = np.array(orbit.rhs(0.0, exact, *orbit.args))
+    phase = abs((y[:, -1] - exact) @ rate / (rate @ rate))
+    return seconds, float(np.sqrt(np.mean(change**2))), float(np.abs(change).max()), float(phase)
+
+
+def _rebound(orbit):
+    import rebound
+
+    sim = rebound.Simulation()
+    x, y, vx, vy = orbit.initial_state()
+    sim.add(m=1.0)
+    sim.add(m=0.0, x=x, y=y, vx=vx, vy=vy)
+    sim.N_active = 1
+    return sim
+
+
+def _particle(sim):
+    p, star = sim.particles[1], sim.particles[0]
+    return [p.x - star.x, p.y - star.y, p.vx - star.vx, p.vy - star.vy]
+
+
+def ias15(orbit, orbits):
+    """REBOUND's adaptive method of order 15."""
+    sim = _rebound(orbit)
+    sim.integrator = "ias15"
+
+    def go(t):
+        sim.integrate(t, exact_finish_time=1)
+        return _particle(sim)
+
+    return _looked(orbit, orbits, go)
+
+
+def leapfrog(orbit, orbits):
+    """REBOUND's leapfrog, with as many steps as velocity Verlet."""
+    sim = _rebound(orbit)
+    sim.integrator = "leapfrog"
+    sim.dt = orbit.period / VERLET
+
+    def go(t):
+        sim.integrate(t, exact_finish_time=0)
+        return _particle(sim)
+
+    return _looked(orbit, orbits, go)
+
+
+def heyokas(orbit, orbits):
+    """heyoka's Taylor method with compensated summation."""
+    import heyoka as hy
+
+    x, y, vx, vy = hy.make_vars("x", "y", "vx", "vy")
+    r3 = (x * x + y * y) ** 1.5
+    equations = [(x, vx), (y, vy), (vx, -x / r3), (vy, -y / r3)]
+    integrator = hy.taylor_adaptive(equations, list(orbit.initial_state()), high_accuracy=True)
+
+    def go(t):
+        integrator.propagate_until(t)
+        return integrator.state.copy()
+
+    return _looked(orbit, orbits, go)
