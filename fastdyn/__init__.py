@@ -9,7 +9,7 @@ from .solve import solve_ivp, solve_second_order
 __version__ = "0.1.0"
 
 
-STUDIES = {"energy_drift": "drift", "compare_drift": "compare"}
+STUDIES = {"energy_drift": "drift", "compare_drift": "compare", "time_transformed": "transform"}
 
 
 def __getattr__(name):

@@ -20,6 +20,7 @@ from .kernels.calls import BARE, FAULT, FIRST, FORM
 from .parts import T, Y, parts_of
 from .references import (
     LIBRARIES,
+    TUPLES,
     calls_itself,
     code_token,
     contains_opaque,
@@ -234,10 +235,11 @@ def called_function(value):
         return None
     if of_library(value):
         return None
-    token = frozen(value if owner is None else python.MethodType(value, owner))
+    tuples = hasattr(value, TUPLES)
+    token = (frozen(value if owner is None else python.MethodType(value, owner)), tuples)
     if token in _called:
         return _called[token]
-    compiled = compile_with(Plan(value, owner, {}, False, False), {})
+    compiled = compile_with(Plan(value, owner, {}, False, tuples), {})
     if owner is not None:
         inner = compiled
         compiled = njit(**BARE)(lambda *given: inner(None, *given))

@@ -17,6 +17,7 @@ from numba.core.dispatcher import Dispatcher
 from .values import Constant, kind
 
 MISSING = object()
+TUPLES = "__fastdyn_tuples__"  # on a function whose returned list may be a tuple where it is called
 
 
 class Reference(NamedTuple):

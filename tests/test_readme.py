@@ -1,18 +1,21 @@
-"""The README's Python runs as printed."""
+"""The Python of the README and of the documentation runs as printed."""
 
 import pathlib
 import re
 
 import matplotlib.pyplot as plt
+import pytest
 
-README = pathlib.Path(__file__).parents[1] / "README.md"
+ROOT = pathlib.Path(__file__).parents[1]
 
 
-def test_the_code_blocks_run(capsys):
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
-    assert len(blocks) == 5
+@pytest.mark.parametrize("page, n_blocks", [("README.md", 5), ("docs/long_horizon.md", 2)])
+def test_the_code_blocks_run(page, n_blocks, capsys):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
+    assert len(blocks) == n_blocks
     scope = {}
     for block in blocks:
         exec(block, scope)
-    assert "blows up at t = 0.9999" in capsys.readouterr().out
+    if page == "README.md":
+        assert "blows up at t = 0.9999" in capsys.readouterr().out
     plt.close("all")
