@@ -126,17 +126,16 @@ def test_two_stages_are_the_familiar_ones():
     assert getcontext().prec == 60
 
 
-@pytest.mark.parametrize(
-    "method, same", [("GaussNystrom8", "Gauss8"), ("GaussNystrom16", "Gauss16")]
-)
-def test_nystrom_is_the_same_method(method, same):
+@pytest.mark.parametrize("order", [8, 16])
+def test_nystrom_is_the_same_method(order):
     def fun(t, y):
-        return [y[2], y[3], math.sin(t) - y[0] * y[1], -y[1] - y[0] ** 2]
+        return [y[2], y[3], -math.sin(y[0]) + 0.1 * y[1], 0.1 * math.sin(t) - 2.0 * y[1]]
 
     given = {"t_span": (0, 10), "y0": [0.5, 0.1, -0.3, 0.2], "step": 0.1, "dense_output": True}
-    a, b = (fastdyn.solve_ivp(fun, method=name, **given) for name in (method, same))
+    names = f"GaussNystrom{order}", f"Gauss{order}"
+    a, b = (fastdyn.solve_ivp(fun, method=name, **given) for name in names)
     t = np.linspace(0, 10, 77)
-    assert np.abs(a.y - b.y).max() < 100 * EPS and np.abs(a.sol(t) - b.sol(t)).max() < 1e-13
+    assert np.abs(a.y - b.y).max() < 200 * EPS and np.abs(a.sol(t) - b.sol(t)).max() < 1e-13
     assert a.nfev < 0.8 * b.nfev
 
 
