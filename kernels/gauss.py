@@ -22,8 +22,9 @@ from numba import njit
 
 from . import implicit, legendre, start
 from .calls import FUSED
-from .implicit import Matrix, make_step
+from .implicit import make_step
 from .method import Method
+from .stages import Matrix
 from .state import K
 
 N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 3  # increments and stages; rounding, change, slope

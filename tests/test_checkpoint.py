@@ -1,0 +1,223 @@
+"""Claims about checkpoints: killed runs go on bit for bit, and wrong files are refused."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn import drift
+from fastdyn.systems import satellite
+
+ORBIT = satellite(V=1.14)
+
+SCRIPT = """
+import sys
+from fastdyn import checkpoint, drift, energy_drift, systems
+checkpoint.SECONDS = drift.CHUNK_SECONDS = 0.02
+method, path = sys.argv[1:]
+step = {"rtol": 1e-9, "atol": 1e-12} if method in ("RK45", "DOP853") else {"step": 0.02}
+study = energy_drift(systems.satellite(V=1.14), method, t_end=float(sys.stdin.read()), samples=100,
+                     checkpoint=path or None, tier="pointer", **step)
+energy = study.drifts["energy"]
+print(study.n_steps, study.nfev, study.y.tobytes().hex(), energy.mean.tobytes().hex())
+print(energy.rms.hex(), energy.largest.hex())
+"""
+
+
+def start(method, path, t_end):
+    process = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, method, str(path)], text=True, stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE, env=os.environ | {"PYTHONWARNINGS": "ignore"},
+    )  # fmt: skip
+    process.stdin.write(str(t_end))
+    process.stdin.close()
+    return process
+
+
+RUNS = {
+    "VelocityVerlet": 3e5,
+    "Gauss16": 3e3,
+    "GaussNystrom16": 3e3,
+    "RK45": 3e4,
+    "BlanesMoan6": 2e4,
+}
+
+
+@pytest.mark.parametrize("method", RUNS)
+def test_a_killed_run_goes_on_bit_for_bit(method, tmp_path):
+    path = tmp_path / "run.npz"
+    whole = start(method, "", RUNS[method])
+    expected = whole.stdout.read()
+    assert whole.wait() == 0
+    kills = 0
+    for delay in (0.05, 0.11, 0.02):
+        process = start(method, path, RUNS[method])
+        seen = path.stat().st_mtime_ns if path.exists() else 0
+        while process.poll() is None and not (path.exists() and path.stat().st_mtime_ns > seen):
+            time.sleep(0.005)
+        time.sleep(delay)
+        if process.poll() is None:
+            process.send_signal(signal.SIGKILL)
+            kills += 1
+        process.wait()
+    process = start(method, path, RUNS[method])
+    answer = process.stdout.read()
+    assert process.wait() == 0 and kills >= 1 and answer == expected
+
+
+def small(path, **options):
+    given = {"step": 0.05, "n_steps": 2000, "samples": 20, **options}
+    method = given.pop("method", "VelocityVerlet")
+    return fastdyn.energy_drift(given.pop("system", ORBIT), method, checkpoint=path, **given)
+
+
+def test_a_checkpoint_of_another_run_is_refused(tmp_path):
+    path = tmp_path / "run.npz"
+    first = small(path)
+    assert np.array_equal(small(path).y, first.y)  # finished: nothing left to do
+    for change, name in (
+        ({"method": "BlanesMoan6"}, "method"),
+        ({"step": 0.04}, "step"),
+        ({"n_steps": 3000}, "end of the run"),
+        ({"system": satellite(V=1.15)}, "initial state"),
+        ({"y0": [1.0, 0.0, 0.0, 1.13]}, "initial state"),
+        ({"samples": 30}, "samples"),
+    ):
+        with pytest.raises(ValueError, match=f"belongs to another run.*{name}"):
+            small(path, **change)
+    with pytest.raises(ValueError, match="functions differ"):
+        small(path, invariants={"energy": lambda t, w, GM, R, V: w[0]})
+
+
+def test_a_damaged_checkpoint_is_refused(tmp_path):
+    path = tmp_path / "run.npz"
+    small(path)
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    with pytest.raises(ValueError, match="not a whole checkpoint"):
+        small(path)
+    with np.load(fastdyn_file(data, path)) as file:
+        arrays = {name: file[name] for name in file.files}
+    arrays["work"][0, 0] += 1e-9
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match="altered or damaged"):
+        small(path)
+    assert not list(tmp_path.glob("*.tmp"))
+
+
+def fastdyn_file(data, path):
+    path.write_bytes(data)
+    return path
+
+
+def test_a_function_that_only_this_process_knows_has_no_checkpoint(tmp_path):
+    thing = {"k": 1.0}
+    given = {"y0": [1.0, 0.0], "invariants": {"q": lambda t, y: y[0]}}
+    with pytest.warns(fastdyn.CompileWarning), pytest.raises(ValueError, match="only this process"):
+        fastdyn.energy_drift(
+            lambda t, y: [y[1], -thing["k"] * y[0]], "RK4", step=0.1, n_steps=10,
+            checkpoint=tmp_path / "x.npz", **given,
+        )  # fmt: skip
+
+
+def test_ctrl_c_writes_a_checkpoint_and_says_how_to_go_on(tmp_path, monkeypatch):
+    path = tmp_path / "run.npz"
+    expected = small(tmp_path / "other.npz")
+    monkeypatch.setattr(drift, "FIRST_STEPS", 100)
+    monkeypatch.setattr(drift, "CHUNK_SECONDS", 0.0)
+    looks = []
+
+    def interrupted(self):
+        looks.append(self)
+        if len(looks) == 5:
+            raise KeyboardInterrupt
+        return False
+
+    monkeypatch.setattr(fastdyn.checkpoint.Checkpoint, "due", interrupted)
+    with pytest.raises(KeyboardInterrupt, match="the same call with the same `checkpoint`"):
+        small(path)
+    monkeypatch.setattr(fastdyn.checkpoint.Checkpoint, "due", lambda self: False)
+    assert np.array_equal(small(path).y, expected.y)
+
+
+SOLVE = """
+import sys
+import fastdyn
+from fastdyn import checkpoint, drive
+checkpoint.SECONDS = drive.CHUNK_SECONDS = 0.01
+path, kind = sys.argv[1:]
+def fun(t, y, k):
+    return [y[1], -k * y[0] ** 3]
+def hit(t, y, k):
+    return y[0]
+times = {"t_eval": [1e3, 2.5e4, 3e4]}
+given = {"steps": {}, "dense": {"dense_output": True}, "t_eval": times}[kind]
+r = fastdyn.solve_ivp(fun, (0, 3e4), [1.0, 0.0], "DOP853", rtol=1e-9, args=(1.0,), events=hit,
+                      checkpoint=path or None, tier="pointer", **given)
+end = r.sol(12345.678) if r.sol else r.y[:, -1]
+print(len(r.t), r.nfev, end.tobytes().hex(), r.y.sum().hex(), r.t_events[0].sum().hex(), r.status)
+"""
+
+
+@pytest.mark.parametrize("kind", ["steps", "dense", "t_eval"])
+def test_a_killed_solve_goes_on_bit_for_bit(kind, tmp_path):
+    path = tmp_path / "run.npz"
+
+    def begin(name):
+        return subprocess.Popen(
+            [sys.executable, "-c", SOLVE, str(name), kind], text=True, stdout=subprocess.PIPE
+        )
+
+    whole = begin("")
+    expected = whole.communicate()[0]
+    kills = 0
+    for delay in (0.01, 0.05):
+        process = begin(path)
+        seen = path.stat().st_mtime_ns if path.exists() else 0
+        while process.poll() is None and not (path.exists() and path.stat().st_mtime_ns > seen):
+            time.sleep(0.002)
+        time.sleep(delay)
+        if process.poll() is None:
+            process.send_signal(signal.SIGKILL)
+            kills += 1
+        process.communicate()
+    process = begin(path)
+    answer = process.communicate()[0]
+    assert process.returncode == 0 and kills >= 1 and answer == expected
+
+
+def test_ctrl_c_in_a_solve_writes_a_checkpoint(tmp_path, monkeypatch):
+    from fastdyn import drive
+
+    def fun(t, y):
+        return [y[1], -y[0]]
+
+    path, given = tmp_path / "run.npz", {"rtol": 1e-8, "atol": 1e-10}
+    expected = fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], **given)
+    monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)
+    looks = []
+
+    def interrupted(self):
+        looks.append(self)
+        if len(looks) == 40:
+            raise KeyboardInterrupt
+        return False
+
+    monkeypatch.setattr(fastdyn.checkpoint.Checkpoint, "due", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], checkpoint=path, **given)
+    run = fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], checkpoint=path, **given)
+    assert np.array_equal(run.y, expected.y) and run.nfev == expected.nfev
+    with pytest.raises(ValueError, match="initial state differs"):
+        fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.1], checkpoint=path, **given)
+    with pytest.raises(ValueError, match="`checkpoint` is for compiled"):
+        fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], "Radau", checkpoint=path)
+    verlet = {"step": 0.1, "checkpoint": tmp_path / "verlet.npz"}
+    first = fastdyn.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)
+    again = fastdyn.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)
+    assert np.array_equal(first.y, again.y)
