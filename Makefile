@@ -31,6 +31,7 @@ check: .venv/.dev
 	$(BIN)/lint-imports
 
 bench: .venv/.dev
+	-$(BIN)/python -m pip install --quiet --editable ".[bench]"
 	$(BIN)/python -m bench
 
 .PHONY: help tour test check bench
