@@ -89,8 +89,6 @@ def energy_drift(
     length = run.length(step, n_steps, t_end, periods, steps_per_period)
     if length[0] is not None:
         options["step"] = length[0]
-    if checkpoint is not None or progress or options:
-        options = dict(options)
     if int(every) != every or every < 1 or int(samples) != samples or samples < 1:
         raise ValueError("`every` and `samples` must be whole numbers of at least 1.")
     return run.follow(length[1], options, int(samples), int(every), checkpoint, progress)

@@ -57,7 +57,7 @@ def _rows(a, b):
 class Numbers:
     """Arithmetic on Python floats."""
 
-    zero, tiny = 0.0, EPS
+    zero, tiny, false, true = 0.0, EPS, False, True
     add, sub, mul = float.__add__, float.__sub__, float.__mul__
 
     @staticmethod
@@ -87,6 +87,7 @@ class Code:
     def __init__(self, builder):
         self._builder = builder
         self.zero, self.tiny = ir.Constant(REAL, 0.0), ir.Constant(REAL, EPS)
+        self.false, self.true = (ir.Constant(ir.IntType(1), bit) for bit in (0, 1))
         self.add, self.sub, self.mul = builder.fadd, builder.fsub, builder.fmul
         self.div, self.select, self.either = builder.fdiv, builder.select, builder.or_
 
@@ -120,7 +121,7 @@ def eliminate(do, rows):
         for _ in range(n - 1):
             total = do.add(total, floor)
         sound = do.greater(pivot, total)  # false for NaN too
-        bad = do.select(sound, _false(do), _true(do))
+        bad = do.select(sound, do.false, do.true)
         singular = bad if singular is None else do.either(singular, bad)
         for i in range(k + 1, n):
             factor = do.div(rows[i][k], rows[k][k])
@@ -141,14 +142,6 @@ def largest(do, values):
     for x in others:
         largest = do.select(do.greater(x, largest), x, largest)
     return largest
-
-
-def _false(do):
-    return False if do is Numbers else ir.Constant(ir.IntType(1), 0)
-
-
-def _true(do):
-    return True if do is Numbers else ir.Constant(ir.IntType(1), 1)
 
 
 def is_row(ty):
