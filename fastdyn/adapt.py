@@ -140,13 +140,7 @@ def bind(fun, args, mode, n, look=None):
 def _function(parts, mode, look):
     """The compiled function, and (kind, value) of each of its parameters in order."""
     code = parts.function.__code__
-    layout = tuple(
-        ["t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional]
-    )
-    try:
-        outside = _outside(parts.function, parts.owner)
-    except Exception as error:
-        raise Uncompilable(explain(error)) from error
+    layout, outside = described(parts)
     kinds = tuple([(path, k) for path, (k, _) in outside.items()])
     key = (id(code), mode, layout, kinds, tuple(parts.options.items()))
     entry = _functions.get(key)
@@ -172,18 +166,35 @@ def _function(parts, mode, look):
     return entry[0], [*values, *outside.values()] if outside else values
 
 
-def _compile(parts, mode, layout, outside):
+def described(parts):
+    """Kinds of the positional arguments ("t" and "y" among them), and {path: (kind, value)}."""
+    layout = tuple(
+        ["t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional]
+    )
+    try:
+        return layout, _outside(parts.function, parts.owner)
+    except Exception as error:
+        raise Uncompilable(explain(error)) from error
+
+
+def identity(parts, mode, layout, outside):
+    """What tells a compiled function from every other one; None if only this process can."""
     token = (mode, layout, tuple((p, k) for p, (k, _) in outside.items()), parts.options)
     if calls_itself(token):
         raise Uncompilable("it calls itself, and compiled code would not stop at any depth")
-    lasting = not contains_opaque((layout, tuple(k for k, _ in outside.values())))
+    if contains_opaque((layout, tuple(k for k, _ in outside.values()))):
+        return None
     code = parts.function.__code__
-    name = repr((frozen(code.co_name), code_token(code), token))
+    return repr((frozen(code.co_name), code_token(code), token))
+
+
+def _compile(parts, mode, layout, outside):
+    name = identity(parts, mode, layout, outside)
     reasons = []
     dialects = MODES[mode]
     for fresh in (False, True):  # first what is on disk, in any dialect
         for dialect in dialects:
-            key = repr((name, dialect)) if lasting else None
+            key = name and repr((name, dialect))
             build = functools.partial(_build, parts, dialect, layout, outside)
             try:
                 compiled = (
@@ -195,11 +206,7 @@ def _compile(parts, mode, layout, outside):
                 reasons.append(explain(error))
                 continue
             if compiled:
-                size = sum(
-                    n_words(k)
-                    for k in (*layout, *(k for k, _ in outside.values()))
-                    if k not in ("t", "y")
-                )
+                size = words_of(layout) + words_of([k for k, _ in outside.values()])
                 return Function(key, compiled.address, size, functools.cache(build), compiled)
     raise Uncompilable(reasons[0])
 
@@ -207,21 +214,30 @@ def _compile(parts, mode, layout, outside):
 def _build(parts, dialect, layout, outside):
     """The dispatcher of the pointer form."""
     mode, tuples = dialect
-    at = FIRST + sum(n_words(k) for k in layout if k not in ("t", "y"))
+    return pointer_form(*taken_in(parts, layout, outside, tuples, {}), mode)
+
+
+def words_of(kinds):
+    """Words of a block that parameters of these kinds take; "t" and "y" take none."""
+    return sum([n_words(k) for k in kinds if k.__class__ is not str])
+
+
+def taken_in(parts, layout, outside, tuples, options):
+    """The user's function as a dispatcher, and what makes its arguments; see `pointer_form`."""
+    at = FIRST + words_of(layout)
     loads = {}
     for path, (k, _) in outside.items():
         if not isinstance(k, Constant):
             loads[path] = reader(k, at)
             at += n_words(k)
     plan = Plan(parts.function, parts.owner, loads, True, tuples)
-    inner = compile_with(plan, parts.options)
     ready = [
         Constant(k.token, called_function(k.value))
         if isinstance(k, Constant) and is_function(k.value)
         else k
         for k in layout
     ]
-    return pointer_form(inner, arguments(ready, FIRST), mode)
+    return compile_with(plan, {**parts.options, **options}), arguments(ready, FIRST)
 
 
 def called_function(value):

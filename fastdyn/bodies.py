@@ -15,6 +15,7 @@ from numba.np import arrayobj
 
 from .kernels.calls import BARE, FAULT, FORM, RAISED, TIME
 from .kernels.combine import view
+from .kernels.vector import Vector
 from .store import store
 from .values import Constant
 
@@ -40,6 +41,8 @@ def numba_type(kind):
         return simple[kind[0]]
     if kind[0] == "tuple":
         return types.BaseTuple.from_types([numba_type(k) for k in kind[1]])
+    if kind[0] == "lanes":
+        return Vector(kind[1])
     from numba.np.numpy_support import from_dtype
 
     return types.Array(from_dtype(np.dtype(kind[1])), kind[2], "C")
@@ -84,6 +87,10 @@ def _read(context, builder, kind, words, at):
         return number._getvalue(), at + 2
     if kind[0] == "float":
         return word(at, ir.DoubleType()), at + 1
+    if kind[0] == "lanes":
+        vector = word(at, context.get_value_type(ty))
+        vector.align = 8
+        return vector, at + kind[1]
     value = word(at)
     return (builder.icmp_signed("!=", value, value.type(0)) if kind[0] == "bool" else value), at + 1
 

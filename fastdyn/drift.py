@@ -247,7 +247,7 @@ class _Survey:
         tier = Tier(p.method.name, self._bound, len(p.y0), p.tier)
         status, chunk = RUNNING, FIRST_STEPS
         if self._fresh:
-            start = start_kernel(p.method.name)
+            start = start_kernel(p.method.name).call
             status = start(self.state, self.work, block, float(p.method.error_order), p.method.last)
             if status == RUNNING:
                 status = open_survey(self.invariants, p.t0, self.work[0], self._scratch)

@@ -10,7 +10,7 @@ import numpy as np
 from .callback import evaluate, interruptible
 from .kernels.calls import FAULT, RAISED, TIME
 from .kernels.events import EVENTS
-from .kernels.state import ATOL, FULL, RTOL, RUNNING, STATE, K, Y
+from .kernels.state import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE, STEP_LIMIT, K, Y
 from .kernels.state import RAISED as RAISED_STATUS
 from .kernels.watch import OUTPUT
 from .specialise import Tier, events_kernel, start_kernel, watch_kernel
@@ -21,7 +21,6 @@ PIECE_NUMBERS = 2**22  # numbers in one piece at most
 NO_EVENTS = np.zeros(0, EVENTS)
 NO_TIMES = np.empty(0)
 NO_OCCURRENCES = np.empty(0, np.int64), np.empty(0), np.empty((0, 0))
-STEP_LIMIT, INTERRUPTED = 100, 101  # statuses beside those of the kernels
 
 
 def _record(dtype):
@@ -157,7 +156,7 @@ def _event_table(problem, bound_events, state, work, scratch):
         _, limit, direction = problem.events[i]
         row = table[i]
         row["block"], row["limit"], row["direction"] = bound.block.ctypes.data, limit, direction
-    return table, events_kernel()(table, problem.t0, work[Y], scratch[1])
+    return table, events_kernel().call(table, problem.t0, work[Y], scratch[1])
 
 
 def raise_kept(bounds, modes):
@@ -184,7 +183,7 @@ def run(problem, bound, bound_events, projection):
     output = Output(p, n)
     scratch = np.empty((2, n))
     tier = Tier(p.method.name, bound, n, p.tier)
-    start, watch = start_kernel(p.method.name), watch_kernel(p.method.name)
+    start, watch = start_kernel(p.method.name).call, watch_kernel(p.method.name).call
     block, t_eval = bound.block, NO_TIMES if p.t_eval is None else p.t_eval.astype(float)
     bar = progress_bar(p) if p.progress else None
     everyone = [bound, *bound_events] if projection is None else [bound, *bound_events, projection]

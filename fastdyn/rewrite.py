@@ -19,9 +19,11 @@ from numba import njit
 from numba.core import ir, types
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.typed_passes import NopythonTypeInference
 from numba.core.untyped_passes import InlineClosureLikes
 from numba.extending import overload
 
+from .guard import Guard
 from .kernels.calls import BARE
 from .references import MISSING, count_definitions, resolve, track, walks_into
 
@@ -73,6 +75,7 @@ class Compiler(CompilerBase):
     def define_pipelines(self):
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.add_pass_after(Rewrite, InlineClosureLikes)
+        manager.add_pass_after(Guard, NopythonTypeInference)
         manager.finalize()
         return [manager]
 

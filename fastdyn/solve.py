@@ -5,9 +5,9 @@ import numpy as np
 from . import check
 from .adapt import bind
 from .callback import derivative, evaluate
-from .drive import INTERRUPTED, counters, run
+from .drive import counters, run
 from .fallback import by_scipy
-from .kernels.state import FINISHED
+from .kernels.state import FINISHED, INTERRUPTED
 from .result import SUCCESS, OdeResult, OdeSolution, outcome
 
 

@@ -53,13 +53,13 @@ WATCH = types.int64(
 def start_kernel(name):
     """``start(state, work, block, order, last)`` of a method."""
     start = METHODS[name].start
-    return cache.compiled(f"start {start.py_func.__name__}", lambda: (start, START)).call
+    return cache.compiled(f"start {start.py_func.__name__}", lambda: (start, START))
 
 
 @functools.cache
 def events_kernel():
     """``open_events(events, t, y, scratch)``."""
-    return cache.compiled("events", lambda: (open_events, OPEN)).call
+    return cache.compiled("events", lambda: (open_events, OPEN))
 
 
 @functools.cache
@@ -104,7 +104,7 @@ def watch_kernel(name):
     code = enrich.py_func
     if code.__closure__ is None:  # one for all methods that share it
         name = f"{code.__module__}.{code.__name__}"
-    return cache.compiled(f"watch {name} {last}", build).call
+    return cache.compiled(f"watch {name} {last}", build)
 
 
 def _stepping_kernel(name, rhs, form):

@@ -15,6 +15,12 @@ ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
 
 
+class Spread(NamedTuple):
+    """A parameter of an ensemble that differs from one trajectory to the next."""
+
+    width: int
+
+
 class Constant(NamedTuple):
     """A value that is part of the code; `token` tells it from every other one."""
 
@@ -47,7 +53,8 @@ def kind(value, freeze):
     Returns
     -------
     tuple or Constant
-        FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", kinds) or a Constant.
+        FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", kinds), ("lanes", width) or
+        a Constant.
     """
     cls = value.__class__
     if cls is float:
@@ -58,6 +65,8 @@ def kind(value, freeze):
         return BOOL
     if cls is np.ndarray:
         return _array_kind(value, freeze)
+    if cls is Spread:
+        return ("lanes", value.width)
     if isinstance(value, np.generic | float | int | complex):
         code = np.asarray(value).dtype.kind
         return {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}.get(code) or Constant(
@@ -87,6 +96,8 @@ def n_words(kind: Any) -> int:
         return 1 + kind[2]
     if kind[0] == "tuple":
         return sum([n_words(k) for k in kind[1]])
+    if kind[0] == "lanes":
+        return kind[1]
     return 2 if kind == COMPLEX else 1
 
 
@@ -111,6 +122,8 @@ def pack(kind, value, words, floats, at, alive):
         words[at] = array.ctypes.data
         words[at + 1 : at + 1 + kind[2]] = array.shape
         return at + 1 + kind[2]
+    elif name == "lanes":
+        return at + kind[1]
     elif name == "complex":
         floats[at : at + 2] = value.real, value.imag
         return at + 2

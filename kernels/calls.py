@@ -115,14 +115,18 @@ def inlined(typingctx, function, t, y, block):
 
 
 @intrinsic
-def resume(typingctx, address, state, work, block, n_steps):
-    """Call the stepping kernel at `address`: `advance(state, work, block, n_steps)`."""
-    given = (state, work, block, types.int64)
+def invoke(typingctx, address, given):
+    """Call the kernel at `address` with a tuple of arguments; its status."""
+    kinds = [types.unliteral(ty) for ty in given]
 
     def codegen(context, builder, signature, args):
-        kind = context.call_conv.get_function_type(types.int64, given)
+        kind = context.call_conv.get_function_type(types.int64, kinds)
         function = builder.inttoptr(args[0], kind.as_pointer())
-        _, status = context.call_conv.call_function(builder, function, types.int64, given, args[1:])
+        values = [
+            context.cast(builder, builder.extract_value(args[1], i), ty, kinds[i])
+            for i, ty in enumerate(given)
+        ]
+        _, status = context.call_conv.call_function(builder, function, types.int64, kinds, values)
         return status
 
-    return types.int64(types.int64, *given), codegen
+    return types.int64(types.int64, given), codegen

@@ -1,9 +1,10 @@
 """The one place that knows how a value of the state is stored.
 
-A value is a tuple of numbers (small n: the compiler keeps it in registers) or a row of the work
-array (any n).  The functions here are written as LLVM code generators, so that a step written
-with them is straight-line code for a tuple and one loop for a row, with the same operations on
-each component in the same order: both give the same bits.
+A value is a tuple of numbers (small n: the compiler keeps it in registers), a row of the work
+array (any n), or a tuple of vectors, each with one component of several states.  The functions here
+are written as LLVM code generators, so that a step written with them is straight-line code for a
+tuple and one loop for a row, with the same operations on each component in the same order: both
+give the same bits.  On vectors, a product and a sum may be fused to one rounding.
 
 Everywhere `out` is the row that receives the result, or None for tuples.
 """
@@ -14,7 +15,9 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-LANES = 4  # partial results of `fold`, in every storage, so that rows can be added four at a time
+from .vector import FUSE, Vector
+
+PARTS = 4  # partial results of `fold`, in every storage, so that rows can be added four at a time
 
 
 ROW = types.Array(types.float64, 1, "C")
@@ -66,14 +69,36 @@ def _map(context, builder, out, operands, body):
     return one[0]
 
 
+def _flags(kind):
+    return FUSE if isinstance(kind, ir.VectorType) else ()
+
+
+def constant(kind, a):
+    """The number `a` as a component of LLVM type `kind`."""
+    if isinstance(kind, ir.VectorType):
+        return ir.Constant(kind, [float(a)] * kind.count)
+    return ir.Constant(kind, float(a))
+
+
 def _weighted(builder, exact, components):
     """sum(a * k) over the nonzero a, left to right."""
     total = None
     for a, k in zip(exact, components, strict=True):
         if a != 0:
-            term = builder.fmul(ir.Constant(ir.DoubleType(), float(a)), k)
-            total = term if total is None else builder.fadd(total, term)
+            flags = _flags(k.type)
+            term = builder.fmul(constant(k.type, a), k, flags=flags)
+            total = term if total is None else builder.fadd(total, term, flags=flags)
     return total
+
+
+def element(value):
+    """Type of one component of a value."""
+    return value.dtype if isinstance(value, types.BaseTuple) else types.float64
+
+
+def factor(value):
+    """Type of a number that multiplies the components of a value."""
+    return element(value) if isinstance(element(value), Vector) else types.float64
 
 
 @intrinsic
@@ -89,11 +114,13 @@ def combine(typingctx, out, y, h, row, k):
         exact = [a for a, _ in used]
 
         def body(builder, c):
-            return builder.fadd(c[0], builder.fmul(step, _weighted(builder, exact, c[1:])))
+            flags = _flags(c[0].type)
+            rise = builder.fmul(step, _weighted(builder, exact, c[1:]), flags=flags)
+            return builder.fadd(c[0], rise, flags=flags)
 
         return _map(context, builder, (out, args[0]), [(y, args[1]), *(s for _, s in used)], body)
 
-    return y(out, y, types.float64, row, k), codegen
+    return y(out, y, factor(y), row, k), codegen
 
 
 @intrinsic
@@ -108,11 +135,11 @@ def weigh(typingctx, out, h, row, k):
         exact = [a for a, _ in used]
 
         def body(builder, c):
-            return builder.fmul(args[1], _weighted(builder, exact, c))
+            return builder.fmul(args[1], _weighted(builder, exact, c), flags=_flags(c[0].type))
 
         return _map(context, builder, (out, args[0]), [s for _, s in used], body)
 
-    return k[0](out, types.float64, row, k), codegen
+    return k[0](out, factor(k[0]), row, k), codegen
 
 
 @intrinsic
@@ -133,14 +160,15 @@ def fold(typingctx, function, merge, start, values):
     ``merge`` joins them.  Both functions are compiled and take and return numbers; `values` is
     a tuple of state values.
     """
-    join = merge.get_call_type(typingctx, (types.float64, types.float64), {})
-    inner = function.get_call_type(typingctx, (types.float64,) * (len(values) + 1), {})
+    number = element(values[0])
+    join = merge.get_call_type(typingctx, (number, number), {})
+    inner = function.get_call_type(typingctx, (number,) * (len(values) + 1), {})
 
     def codegen(context, builder, signature, args):
         call = context.get_function(function, inner)
         both = context.get_function(merge, join)
         parts = [(t, builder.extract_value(args[3], i)) for i, t in enumerate(values)]
-        sums = [cgutils.alloca_once_value(builder, args[2]) for _ in range(LANES)]
+        sums = [cgutils.alloca_once_value(builder, args[2]) for _ in range(PARTS)]
 
         def add(lane, components):
             builder.store(call(builder, [builder.load(sums[lane]), *components]), sums[lane])
@@ -148,7 +176,7 @@ def fold(typingctx, function, merge, start, values):
         ty, value = parts[0]
         if isinstance(ty, types.BaseTuple):
             for i in range(len(ty)):
-                add(i % LANES, [builder.extract_value(v, i) for _, v in parts])
+                add(i % PARTS, [builder.extract_value(v, i) for _, v in parts])
         else:
             n = _size(context, builder, ty, value)
             pointers = [_data(context, builder, t, v) for t, v in parts]
@@ -156,24 +184,32 @@ def fold(typingctx, function, merge, start, values):
             def at(index):
                 return [builder.load(builder.gep(p, [index])) for p in pointers]
 
-            whole = builder.and_(n, ir.Constant(n.type, -LANES))
-            zero, four = ir.Constant(n.type, 0), ir.Constant(n.type, LANES)
+            whole = builder.and_(n, ir.Constant(n.type, -PARTS))
+            zero, four = ir.Constant(n.type, 0), ir.Constant(n.type, PARTS)
             with cgutils.for_range_slice(builder, zero, whole, four, inc=True) as (i, _):
-                for lane in range(LANES):
+                for lane in range(PARTS):
                     add(lane, at(builder.add(i, ir.Constant(n.type, lane))))
-            for lane in range(LANES - 1):
+            for lane in range(PARTS - 1):
                 index = builder.add(whole, ir.Constant(n.type, lane))
                 with builder.if_then(builder.icmp_signed("<", index, n)):
                     add(lane, at(index))
         a, b, c, d = (builder.load(s) for s in sums)
         return both(builder, (both(builder, (a, b)), both(builder, (c, d))))
 
-    return types.float64(function, merge, types.float64, values), codegen
+    return number(function, merge, number, values), codegen
 
 
-def _row_pointer(context, builder, ty, work, index):
+def _row_pointer(context, builder, ty, work, index, number=types.float64):
+    """Where a row of numbers of this type begins."""
     array = arrayobj.make_array(ty)(context, builder, work)
-    return builder.gep(array.data, [builder.mul(index, builder.extract_value(array.shape, 1))])
+    row = builder.gep(array.data, [builder.mul(index, builder.extract_value(array.shape, 1))])
+    return builder.bitcast(row, context.get_value_type(number).as_pointer())
+
+
+def _load(builder, pointer):
+    value = builder.load(pointer)
+    value.align = 8  # of vectors too: rows are not laid out for them
+    return value
 
 
 def _row(context, builder, ty, work, index):
@@ -191,16 +227,21 @@ def slot(typingctx, form, work, index):
 
 @intrinsic
 def fetch(typingctx, form, work, index):
-    """Row `index` of `work` as a value: `form` is None for the row itself, else a tuple of n."""
+    """Row `index` of `work` as a value.
+
+    `form` is None for the row itself, a tuple of n numbers, or a `lanes.Form`.
+    """
     if isinstance(form, types.NoneType):
         return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
 
-    def codegen(context, builder, signature, args):
-        pointer = _row_pointer(context, builder, work, args[1], args[2])
-        parts = [builder.load(cgutils.gep(builder, pointer, i)) for i in range(len(form))]
-        return context.make_tuple(builder, form, parts)
+    value = form if isinstance(form, types.BaseTuple) else form.value
 
-    return form(form, work, types.intp), codegen
+    def codegen(context, builder, signature, args):
+        pointer = _row_pointer(context, builder, work, args[1], args[2], value.dtype)
+        parts = [_load(builder, cgutils.gep(builder, pointer, i)) for i in range(len(value))]
+        return context.make_tuple(builder, value, parts)
+
+    return value(form, work, types.intp), codegen
 
 
 @intrinsic
@@ -216,10 +257,11 @@ def keep(typingctx, work, index, values):
     def codegen(context, builder, signature, args):
         for j, ty in enumerate(values):
             row = builder.add(args[1], ir.Constant(args[1].type, j))
-            pointer = _row_pointer(context, builder, work, args[0], row)
+            pointer = _row_pointer(context, builder, work, args[0], row, ty.dtype)
             value = builder.extract_value(args[2], j)
             for i in range(len(ty)):
-                builder.store(builder.extract_value(value, i), cgutils.gep(builder, pointer, i))
+                part = builder.extract_value(value, i)
+                builder.store(part, cgutils.gep(builder, pointer, i)).align = 8
         return context.get_dummy_value()
 
     return signature, codegen
@@ -242,7 +284,7 @@ def halves(typingctx, value):
 
         return pair(value), split
     m = len(value) // 2
-    half = types.UniTuple(types.float64, m)
+    half = types.UniTuple(value.dtype, m)
 
     def codegen(context, builder, signature, args):
         parts = [builder.extract_value(args[0], i) for i in range(2 * m)]
@@ -257,7 +299,7 @@ def join(typingctx, out, first, second):
     """The value [first, second]; the halves of the row `out` are in place already."""
     if first == ROW:
         return ROW(out, first, second), lambda c, b, s, a: a[0]
-    whole = types.UniTuple(types.float64, len(first) + len(second))
+    whole = types.UniTuple(first.dtype, len(first) + len(second))
 
     def codegen(context, builder, signature, args):
         parts = [builder.extract_value(v, i) for v in args[1:] for i in range(len(first))]

@@ -7,15 +7,17 @@ orbit after 10^5 revolutions from a systematic drift to a random walk, for a ten
 """
 
 import numpy as np
+from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
 from . import fixed, start
 from .calls import FUSED
-from .combine import assign, halves, join, map_components, slot
+from .combine import assign, factor, halves, join, map_components, slot
 from .dense import cubic
 from .method import Method
 from .state import K, Y
+from .vector import FUSE
 
 
 @intrinsic
@@ -28,14 +30,15 @@ def accumulate(typingctx, out, low_out, high, low, c, k):
 
         def body(builder, parts):
             high, low, k = parts
-            part = builder.fadd(low, builder.fmul(args[4], k))
+            flags = FUSE if isinstance(k.type, ir.VectorType) else ()
+            part = builder.fadd(low, builder.fmul(args[4], k, flags=flags), flags=flags)
             total = builder.fadd(high, part)
             return total, builder.fsub(part, builder.fsub(total, high))
 
         both = map_components(context, builder, places, values, body)
         return context.make_tuple(builder, signature.return_type, both)
 
-    return types.UniTuple(high, 2)(out, low_out, high, low, types.float64, k), codegen
+    return types.UniTuple(high, 2)(out, low_out, high, low, factor(high), k), codegen
 
 
 def palindrome(first, n):

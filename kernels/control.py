@@ -1,7 +1,8 @@
 """Where the step size is chosen: error norms, the first step, two controllers.
 
-A controller is three functions: `aim` (the step to try), `grow` (after acceptance), `shrink`
-(after a rejection).  An error estimate is accepted when its norm is below 1.
+A controller is four functions: `smallest` (no step is shorter), `aim` (where the step to try ends),
+`grow` (after acceptance), `shrink` (after a rejection; 0 where no step is left).  An error estimate
+is accepted when its norm is below 1.  They choose by `select`, for numbers and vectors alike.
 
 SCIPY is the rule of `scipy.integrate.RK45`, after Hairer, Norsett and Wanner, "Solving Ordinary
 Differential Equations I", second edition, section II.4.  MATLAB is the rule of MATLAB's ode45,
@@ -12,11 +13,13 @@ that reproduces ode45's published step sequences.
 from typing import NamedTuple
 
 import numpy as np
+from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
 from .calls import OPTIONS
-from .combine import fold
+from .combine import constant, fold
+from .vector import Mask, Vector, splat
 
 SAFETY = 0.9
 MIN_FACTOR = 0.2
@@ -33,32 +36,43 @@ class Controller(NamedTuple):
 
 
 @intrinsic
-def _bits(typingctx, x):
-    return types.int64(types.float64), lambda c, b, s, a: b.bitcast(
-        a[0], c.get_value_type(types.int64)
-    )
+def select(typingctx, condition, a, b):
+    """a where the condition holds, else b: numbers, or lanes of vectors."""
+    if isinstance(condition, Mask):
+        vector = Vector(condition.width)
+        return vector(condition, vector, vector), lambda c, builder, s, v: builder.select(*v)
+    number = types.float64
+    return number(types.boolean, number, number), lambda c, builder, s, v: builder.select(*v)
 
 
 @intrinsic
-def _number(typingctx, i):
-    return types.float64(types.int64), lambda c, b, s, a: b.bitcast(
-        a[0], c.get_value_type(types.float64)
-    )
-
-
-@njit(**OPTIONS)
-def spacing(t, direction):
+def spacing(typingctx, t, direction):
     """Distance from t to the next number in `direction`, |nextafter(t, direction * inf) - t|."""
-    if t == 0.0:
-        return 5e-324
-    away = (t > 0.0) == (direction > 0.0)
-    return abs(_number(_bits(t) + (1 if away else -1)) - t)
+    number = t if isinstance(t, Vector) else types.float64
+
+    def codegen(context, builder, signature, args):
+        t, direction = args
+        kind = t.type
+        whole, zero = ir.IntType(64), constant(kind, 0)
+        if isinstance(kind, ir.VectorType):
+            direction = splat(builder, direction, kind.count)
+            whole = ir.VectorType(whole, kind.count)
+        up = builder.fcmp_ordered(">", direction, zero)
+        away = builder.icmp_signed("==", builder.fcmp_ordered(">", t, zero), up)
+        bits = builder.bitcast(t, whole)
+        step = builder.sub(builder.zext(away, whole), builder.zext(builder.not_(away), whole))
+        after = builder.bitcast(builder.add(bits, step), kind)
+        gap = builder.fsub(after, t)
+        gap = builder.select(builder.fcmp_ordered("<", gap, zero), builder.fneg(gap), gap)
+        return builder.select(builder.fcmp_ordered("==", t, zero), constant(kind, 5e-324), gap)
+
+    return number(number, types.float64), codegen
 
 
 @njit(**OPTIONS)
 def larger(a, b):
     """The larger of two numbers; NaN if either is, as np.maximum."""
-    return b if b > a or b != b else a
+    return select((b > a) | (b != b), b, a)
 
 
 @njit(**OPTIONS)
@@ -105,24 +119,21 @@ def _scipy_smallest(t, direction):
 @njit(**OPTIONS)
 def _scipy_aim(t, h, t_end, direction):
     t_new = t + h * direction
-    return t_end if direction * (t_new - t_end) > 0.0 else t_new
+    return select(direction * (t_new - t_end) > 0.0, t_end, t_new)
 
 
 @njit(**OPTIONS)
 def _scipy_grow(h, error, exponent, rejections):
-    factor = MAX_FACTOR if error == 0.0 else SAFETY * error**exponent
-    if factor > MAX_FACTOR:
-        factor = MAX_FACTOR
-    if rejections > 0 and factor > 1.0:
-        factor = 1.0
-    return h * factor
+    factor = SAFETY * error**exponent  # infinite where the error is zero
+    factor = select(factor > MAX_FACTOR, MAX_FACTOR, factor)
+    return h * select((rejections > 0) & (factor > 1.0), 1.0, factor)
 
 
 @njit(**OPTIONS)
 def _scipy_shrink(h, error, exponent, rejections, h_min):
     factor = SAFETY * error**exponent
-    h *= factor if factor > MIN_FACTOR else MIN_FACTOR
-    return h if h >= h_min else 0.0
+    h = h * select(factor > MIN_FACTOR, factor, MIN_FACTOR)
+    return select(h >= h_min, h, 0.0)
 
 
 @njit(**OPTIONS)
@@ -132,27 +143,20 @@ def _matlab_smallest(t, direction):
 
 @njit(**OPTIONS)
 def _matlab_aim(t, h, t_end, direction):
-    return t_end if 1.1 * h >= abs(t_end - t) else t + h * direction
+    return select(1.1 * h >= abs(t_end - t), t_end, t + h * direction)
 
 
 @njit(**OPTIONS)
 def _matlab_grow(h, error, exponent, rejections):
-    if rejections > 0:
-        return h
     q = 1.25 * error**-exponent
-    return h / q if q > 0.2 else 5.0 * h
+    return select(rejections > 0, h, select(q > 0.2, h / q, 5.0 * h))
 
 
 @njit(**OPTIONS)
 def _matlab_shrink(h, error, exponent, rejections, h_min):
-    if h <= h_min:
-        return 0.0
-    if rejections > 0:
-        h *= 0.5
-    else:
-        factor = 0.8 * error**exponent
-        h *= factor if factor > 0.1 else 0.1
-    return h if h > h_min else h_min
+    factor = 0.8 * error**exponent
+    shorter = h * select(rejections > 0, 0.5, select(factor > 0.1, factor, 0.1))
+    return select(h <= h_min, 0.0, select(shorter > h_min, shorter, h_min))
 
 
 SCIPY = Controller(_scipy_smallest, _scipy_aim, _scipy_grow, _scipy_shrink)

@@ -5,12 +5,13 @@ G. Wanner, "Solving Ordinary Differential Equations I", second edition (1993), s
 II.6, as printed in the authors' program DOP853 to 30 digits.
 """
 
+import numpy as np
 from numba import njit
 
 from . import adaptive, start
 from .calls import FUSED
 from .combine import combine, slot, weigh
-from .control import SCIPY, sum_of_squares
+from .control import SCIPY, select, sum_of_squares
 from .dense import F
 from .method import Method
 from .row import Row
@@ -193,10 +194,8 @@ def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
     k13 = rhs(t + h, y_new, block, slot(form, work, K + 12))
     e5 = sum_of_squares(weigh(u, 1.0, E5, k), y, y_new, rtol, atol)
     e3 = sum_of_squares(weigh(u, 1.0, E3, k), y, y_new, rtol, atol)
-    error = 0.0
-    if e5 != 0.0 or e3 != 0.0:
-        error = abs(h) * e5 / ((e5 + 0.01 * e3) * len(y)) ** 0.5
-    return y_new, (*k, k13), error
+    error = abs(h) * e5 / np.sqrt((e5 + 0.01 * e3) * len(y))
+    return y_new, (*k, k13), select((e5 != 0.0) | (e3 != 0.0), error, 0.0)
 
 
 @njit(**FUSED)

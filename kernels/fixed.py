@@ -12,12 +12,12 @@ LANDED = 1e-6  # a step that ends this close to t_end, in steps, ends at t_end
 
 
 @njit(**OPTIONS)
-def _add(a, b):
+def add(a, b):
     return a + b
 
 
 @njit(**OPTIONS)
-def _add_size(total, y):
+def add_size(total, y):
     return total + abs(y)
 
 
@@ -44,7 +44,7 @@ def advance(rhs, step, last, low, form, state, work, block, n_steps):
         y, k = step(rhs, t, y_old, h, k1, k_low, block, form, work)
         if block[RAISED_WORD] != 0:
             status = RAISED
-        elif not fold(_add_size, _add, 0.0, (y,)) < np.inf:
+        elif not fold(add_size, add, 0.0, (y,)) < np.inf:
             status = NON_FINITE
         if status != RUNNING:
             y = assign(slot(form, work, Y), y_old)

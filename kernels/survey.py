@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from .calls import OPTIONS, RAISED, call, resume, word
+from .calls import OPTIONS, RAISED, call, invoke, word
 from .combine import slot
 from .state import FINISHED, RUNNING, Y
 from .state import RAISED as RAISED_STATUS
@@ -101,7 +101,7 @@ def survey(
     s, r = state[0], record[0]
     while n > 0:
         before = s.n_accepted
-        status = resume(advance, state, work, block, r.every)
+        status = invoke(advance, (state, work, block, r.every))
         if status > FINISHED or s.n_accepted == before:
             return status
         n -= r.every

@@ -8,7 +8,7 @@ method in both tiers.
 import numpy as np
 from numba import njit
 
-from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, resume, word
+from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, invoke, word
 from .combine import slot
 from .dense import hermite, polynomial
 from .events import evaluate_all, find_active, leave_zero, locate, record
@@ -145,7 +145,7 @@ def watch(
             return FULL
         s.t_stop = t_eval[o.i_eval] if not each and o.i_eval < len(t_eval) else t_end
         before = s.n_accepted
-        status = resume(advance, state, work, block, 1 if each else n_steps)
+        status = invoke(advance, (state, work, block, 1 if each else n_steps))
         n_steps -= s.n_accepted - before
         if status >= STEP_TOO_SMALL:
             return status

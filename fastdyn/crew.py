@@ -1,0 +1,199 @@
+"""The workers of an ensemble: threads that take trajectories from one queue."""
+
+import math
+import time
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from typing import Any
+
+import numpy as np
+from numba import typeof, types
+
+from . import cache
+from .drive import CHUNK_SECONDS, NO_TIMES, OUTPUT_RECORD, begin
+from .kernels.calls import FIRST
+from .kernels.events import EVENTS
+from .kernels.lanes import N_FIELDS
+from .kernels.serve import COUNT, IDLE, WORKER, already, serve
+from .kernels.state import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE
+from .kernels.watch import OUTPUT
+from .specialise import (
+    ADVANCE,
+    MAX_TUPLE,
+    events_kernel,
+    pointer_kernel,
+    specialised_kernel,
+    start_kernel,
+    watch_kernel,
+)
+
+LOOK = 0.1  # seconds between two looks of the main thread at its workers
+ROOM = 256  # events in the first piece
+
+
+def _serving():
+    """The compiled `serve`, one for every method and function."""
+
+    def build():
+        reals = [types.Array(types.float64, d, "C") for d in range(4)]
+        whole = [types.Array(types.int64, d, "C") for d in range(3)]
+        records = {d: typeof(np.zeros(1, d)) for d in (WORKER, STATE, OUTPUT)}
+        table = typeof(np.zeros((1, 1), EVENTS))
+        signature = types.int64(
+            whole[1], whole[1], records[WORKER], records[STATE], records[OUTPUT],
+            reals[2], reals[2], whole[1], whole[2],
+            whole[1], records[STATE], records[OUTPUT], table, reals[2], whole[1], whole[2],
+            whole[2], reals[2],
+            reals[1], reals[2], reals[2], reals[1], reals[3], reals[2], whole[1], reals[1],
+            reals[2],
+            reals[3], reals[2], reals[1], whole[1], whole[2], whole[2], reals[1], reals[2],
+            types.int64,
+        )  # fmt: skip
+        return serve, signature
+
+    return cache.compiled("serve", build).call
+
+
+def _already():
+    return cache.compiled("already", lambda: (already, ADVANCE)).address
+
+
+class Worker:
+    """One thread's lanes, and the functions of the user with a block of its own.
+
+    Parameters
+    ----------
+    problem : check.Problem
+    members : members.Members
+    vector : lanes.Kernel or None
+    results : Results
+    """
+
+    def __init__(self, problem, members, vector, results):
+        p, n = problem, len(problem.y0)
+        self._results, self.found = results, []
+        width = vector.width if vector else 1
+        state, self._work = begin(p)
+        half = p.method.second_order
+        functions = [(p.fun, p.mode, n // 2 if half else n)]
+        functions += [(event, "event", n) for event, _, _ in p.events or ()]
+        if p.project is not None:
+            functions.append((p.project, "derivative", n))
+        places, bounds = [], []
+        for fun, mode, length in functions:
+            bound, offsets = members.bind(fun, mode, length)
+            bounds.append(bound)
+            address = bound.block.ctypes.data
+            places += [(address + 8 * at, column, 0) for at, column in offsets]
+        self.bounds = bounds
+        blocks = [bound.block.ctypes.data for bound in bounds]
+        many_block, many_places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
+        if vector:
+            many_places = members.places(vector, many_block)
+        name = p.method.name
+        advance = vector
+        if vector is None:
+            function = bounds[0].function
+            if function is not None and 0 < len(bounds[0].block) and n <= MAX_TUPLE:
+                advance = specialised_kernel(name, function, n)
+            advance = advance or pointer_kernel(name)
+        addresses = np.array(
+            [
+                advance.address, start_kernel(name).address, watch_kernel(name).address,
+                _already(), events_kernel().address, *blocks,
+            ],
+            np.int64,
+        )  # fmt: skip
+        n_events = len(p.events or ())
+        events: Any = np.zeros((width, n_events), EVENTS)
+        for i, bound in enumerate(bounds[1 : 1 + n_events]):
+            _, limit, direction = p.events[i]
+            events["block"][:, i] = bound.block.ctypes.data
+            events["limit"][:, i], events["direction"][:, i] = limit, direction
+        worker: Any = np.zeros(1, WORKER)
+        worker["vector"], worker["order"] = vector is not None, p.method.error_order
+        worker["last"], worker["max_steps"] = p.method.last, p.max_steps
+        worker["t_final"] = p.tf
+        worker["project"] = bounds[-1].block.ctypes.data if p.project is not None else 0
+        self.record = worker
+        many = np.zeros((len(self._work), n * width))
+        for row in (RTOL, ATOL):
+            many[row] = np.repeat(self._work[row], width)
+        lanes = np.zeros((N_FIELDS, width))
+        n_times = 0 if p.t_eval is None else len(p.t_eval)
+        rows = p.method.n_dense + 1
+        e_room = n_events * (1 if vector else 8)
+        self._given = (
+            addresses, results.queue, worker, state, OUTPUT_RECORD(0, 0, 0, 0, 0, 0, 0, 0, p.t0),
+            lanes, many, many_block, _table(many_places),
+            np.full(width, IDLE), np.zeros(width, STATE), np.zeros(width, OUTPUT), events,
+            self._work, bounds[0].block, _table(places), members.words, members.y0,
+            NO_TIMES if p.t_eval is None else p.t_eval.astype(float), p.legs, np.empty((2, n)),
+            np.empty(n_times), np.empty((1, rows, n)), np.empty((1, 2)),
+            np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
+            results.y_eval, results.y_end, results.t_end, results.status, results.counts,
+        )  # fmt: skip
+        self._n_events, self._room = n_events, max(ROOM, width * e_room) if n_events else 0
+        self._new_piece()
+        self._chunk = 100
+
+    def _new_piece(self):
+        n, room = len(self._work[0]), self._room
+        self._piece = np.empty((room, 2), np.int64), np.empty(room), np.empty((room, n))
+
+    def _keep_piece(self):
+        n = self.record["n_found"][0]
+        if n:
+            self.found.append(tuple(part[:n] for part in self._piece))
+            self.record["n_found"] = 0
+            self._room *= 2
+            self._new_piece()
+
+    def run(self, serving, stopped):
+        """Serve until the queue is empty or `stopped()`."""
+        status = RUNNING
+        while status in (RUNNING, FULL) and not stopped():
+            began = time.perf_counter()
+            status = serving(*self._given, *self._piece, self._chunk)
+            spent = time.perf_counter() - began
+            if status == FULL:
+                self._keep_piece()
+            elif spent < CHUNK_SECONDS / 2:
+                self._chunk *= 2
+            elif spent > CHUNK_SECONDS:
+                self._chunk = max(1, self._chunk // 2)
+        self._keep_piece()
+
+
+def _table(places):
+    return np.array(places, np.int64).reshape(-1, 3)
+
+
+class Results:
+    """What the workers fill in, one row a member."""
+
+    def __init__(self, n_members, n, n_times):
+        self.queue = np.array([0, n_members])
+        self.y_eval = np.full((n_members, n_times, n), math.nan)
+        self.y_end = np.full((n_members, n), math.nan)
+        self.t_end = np.full(n_members, math.nan)
+        self.status = np.full(n_members, INTERRUPTED)
+        self.counts = np.zeros((n_members, 4), np.int64)
+        self.found: list = []
+
+
+def work_off(workers, results, bar):
+    """Let all workers run to the end; on Ctrl-C, what is done stays."""
+    serving, stopped = _serving(), []
+    with ThreadPoolExecutor(len(workers), thread_name_prefix="fastdyn") as pool:
+        try:
+            running = {pool.submit(w.run, serving, lambda: bool(stopped)) for w in workers}
+            while running:
+                done, running = wait(running, LOOK, FIRST_EXCEPTION)
+                for future in done:
+                    future.result()
+                if bar is not None:
+                    bar.update(sum(int(w.record["n_done"][0]) for w in workers) - bar.n)
+        finally:
+            stopped.append(True)
+            results.queue[COUNT] = 0
+    results.found = [piece for w in workers for piece in w.found]

@@ -1,0 +1,156 @@
+"""solve_ensemble: many trajectories of one function."""
+
+import os
+from typing import Any
+
+import numpy as np
+
+from . import check
+from .callback import evaluate
+from .crew import Results, Worker, work_off
+from .kernels.state import FINISHED, INTERRUPTED
+from .members import Members
+from .refusal import Uncompilable
+from .solve import check_second_order
+from .trajectories import Trajectories
+
+LANES = ("auto", "scalar", "vector")
+
+
+def n_processors():
+    """Processors that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:
+        return os.cpu_count() or 1
+
+
+def solve_ensemble(
+    fun,
+    t_span,
+    y0,
+    args=(),
+    method="RK45",
+    t_eval=None,
+    events=None,
+    reduce=None,
+    threads=None,
+    progress=False,
+    lanes="auto",
+    **options,
+):
+    """Solve y' = fun(t, y, *args) for many initial states and parameters at once.
+
+    Parameters
+    ----------
+    fun, t_span, method, t_eval, events
+        As in `solve_ivp`; methods are ours (SciPy's Radau, BDF and LSODA are not offered).
+    y0 : array_like, shape (M, n) or (n,)
+        Initial states, or the one that all trajectories share.
+    args : tuple
+        Each a number, or a 1-D array of M numbers, one a trajectory.  An array that all share goes
+        in as ``Shared(array)``.
+    threads : int, optional
+        All processors unless given.  The results do not depend on it.
+    progress : bool
+    lanes : {"auto", "scalar", "vector"}
+        Whether several trajectories share the vector registers of a processor: where the function
+        can be compiled for it, never, or always (raises where it cannot).
+    **options
+        `rtol`, `atol`, `max_step`, `first_step`, `step`, `max_steps`, `breakpoints`, `project`,
+        `on_interrupt`, as in `solve_ivp`.
+
+    Returns
+    -------
+    Trajectories
+
+    Raises
+    ------
+    ValueError, TypeError
+        Arguments that make no sense.
+
+    Notes
+    -----
+    Each trajectory has its own time, step and status: one that blows up leaves the others alone,
+    to the last bit, and neither their order nor the number of threads changes any.  The state
+    reaches `fun` as a tuple of vectors where that is possible; what branches on the state, or uses
+    it as an array, runs one trajectory at a time, some five times slower.  `Trajectories.width`
+    and `reason` tell which it was.
+    """
+    method, members, problem, vector, reason = _checked(
+        fun, t_span, y0, args, method, t_eval, events, lanes, options
+    )
+    p = problem
+    n_times = 0 if p.t_eval is None else len(p.t_eval)
+    results = Results(members.count, members.n, n_times)
+    width = vector.width if vector else 1
+    n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
+    workers = [Worker(p, members, vector, results) for _ in range(n_workers)]
+    if any(bound.callback is not None for bound in workers[0].bounds):
+        del workers[1:]  # Python runs one thread at a time
+    done = Trajectories(p, members, results, width, reason)
+    bar = _bar(members.count, method.name) if progress else None
+    try:
+        work_off(workers, results, bar)
+    except KeyboardInterrupt as interrupt:
+        if p.on_interrupt != "return":
+            interrupt.result = done  # pyright: ignore
+            raise
+    finally:
+        if bar is not None:
+            bar.close()
+    return done
+
+
+def _checked(fun, t_span, y0, args, method, t_eval, events, lanes, options):
+    ours = check.method_named(method)
+    if ours is None:
+        raise ValueError(f"`method={method!r}` is SciPy's; ensembles take fastdyn's own methods.")
+    if lanes not in LANES:
+        raise ValueError(f"`lanes={lanes!r}` is unknown; choose from {', '.join(LANES)}.")
+    for name in ("checkpoint", "tier", "dense_output"):
+        if name in options:
+            raise TypeError(f"an ensemble takes no `{name}`.")
+    t0, tf = check.time_span(t_span)
+    if t0 == tf:
+        raise ValueError("`t_span` must not be empty.")
+    members = Members(y0, check.extra_arguments(args))
+    if members.n == 0:
+        raise ValueError("`y0` has no components.")
+    smallest = abs(members.y0).min(axis=0) if len(members.y0) else np.ones(members.n)
+    mode, n = "derivative", members.n
+    if ours.second_order:
+        mode, n = "acceleration", members.n // 2
+        if members.count:
+            check_second_order(fun, t0, members.state(0), members.first, ours.name)
+    problem = check.problem(
+        fun, t0, tf, smallest, ours, t_eval, False, events, members.first, mode, options
+    )
+
+    def look():
+        if members.count:
+            start = members.state(0)[:n].copy()
+            evaluate(lambda t, y: fun(t, y, *members.first), mode, t0, start)
+
+    members.bind(fun, mode, n, look)
+    vector, reason = None, '`lanes` is "scalar"'
+    if lanes != "scalar":
+        from .lanes import kernel
+
+        try:
+            varying = tuple(j in members.varying for j in range(len(members.first)))
+            vector, reason = kernel(ours.name, fun, members.first, varying, mode, members.n), ""
+        except Uncompilable as error:
+            reason = str(error)
+            if lanes == "vector":
+                raise ValueError(f"`fun` has no form for vectors: {reason}.") from error
+    return ours, members, problem, vector, reason
+
+
+def _bar(count, name) -> Any:
+    from tqdm.auto import tqdm
+
+    return tqdm(total=count, desc=name, unit=" trajectories")
+
+
+__all__ = ["FINISHED", "INTERRUPTED", "n_processors", "solve_ensemble"]
