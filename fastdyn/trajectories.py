@@ -1,6 +1,7 @@
 """What solve_ensemble returns."""
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -53,11 +54,18 @@ class Trajectories:
         Trajectories that a vector holds; 1 if each ran alone.
     reason : str
         Why each ran alone, if so.
+    parameters : dict of int to ndarray
+        The arguments that differ from one trajectory to the next, by position.
+    system : System or None
+        The system that was solved, if one was.
     """
+
+    system: Any = None
 
     def __init__(self, problem, members, results, width, reason, wanted=()):
         self._problem, self._members, self._results = problem, members, results
         self.width, self.reason, self._wanted = width, reason, wanted
+        self.parameters = members.varying
         self._n = members.n // reductions.parts(wanted)  # without the moments
 
     def __len__(self):
