@@ -9,8 +9,10 @@ from numba import types
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
+from . import vector_arc, vector_exp, vector_log, vector_trig
 from .calls import BARE
 from .vector import INDEX, Vector, define, is_real
+from .vector_code import routine
 
 
 def by_lanes(scalar, n):
@@ -29,39 +31,46 @@ def by_lanes(scalar, n):
     return body
 
 
-ELEMENTARY = {
-    math.sin: (np.sin,),
-    math.cos: (np.cos,),
-    math.tan: (np.tan,),
-    math.asin: (np.arcsin,),
-    math.acos: (np.arccos,),
-    math.atan: (np.arctan,),
-    math.sinh: (np.sinh,),
-    math.cosh: (np.cosh,),
-    math.tanh: (np.tanh,),
+FORMULAS = {
+    vector_trig.tangent: (math.tan, np.tan),
+    vector_arc.arc_sine: (math.asin, np.arcsin),
+    vector_arc.arc_cosine: (math.acos, np.arccos),
+    vector_arc.arc_tangent: (math.atan, np.arctan),
+    vector_arc.arc_tangent_of_two: (math.atan2, np.arctan2),
+    vector_arc.hypotenuse: (math.hypot, np.hypot),
+    vector_exp.exponential: (math.exp, np.exp),
+    vector_exp.exponential_less_one: (math.expm1, np.expm1),
+    vector_exp.hyperbolic_sine: (math.sinh, np.sinh),
+    vector_exp.hyperbolic_cosine: (math.cosh, np.cosh),
+    vector_exp.hyperbolic_tangent: (math.tanh, np.tanh),
+    vector_log.logarithm: (math.log, np.log),
+    vector_log.logarithm_of_one_plus: (math.log1p, np.log1p),
+    vector_log.logarithm_2: (math.log2, np.log2),
+    vector_log.logarithm_10: (math.log10, np.log10),
+}
+TWO = {math.atan2, np.arctan2, math.hypot, np.hypot}
+for _formula, _functions in FORMULAS.items():
+    for _function in _functions:
+        define(_function, 2 if _function in TWO else 1, Vector, routine(_formula))
+for _part, _functions in enumerate(((math.sin, np.sin), (math.cos, np.cos))):
+    for _function in _functions:
+        define(_function, 1, Vector, routine(vector_trig.sine_cosine, _part))
+
+BY_LANES = {
     math.asinh: (np.arcsinh,),
     math.acosh: (np.arccosh,),
     math.atanh: (np.arctanh,),
-    math.exp: (np.exp,),
-    math.expm1: (np.expm1,),
-    math.log: (np.log,),
-    math.log1p: (np.log1p,),
-    math.log2: (np.log2,),
-    math.log10: (np.log10,),
     math.erf: (),
 }
-for _function, _others in ELEMENTARY.items():
+for _function, _others in BY_LANES.items():
     for _name in (_function, *_others):
         define(_name, 1, Vector, by_lanes(_function, 1))
-for _function, _others in {math.atan2: (np.arctan2,), math.hypot: (np.hypot,)}.items():
-    for _name in (_function, *_others):
-        define(_name, 2, Vector, by_lanes(_function, 2))
 
 
 @intrinsic
 def _power_of(typingctx, a, b):
     vector = a if isinstance(a, Vector) else b
-    return vector(vector, vector), lambda c, builder, s, v: by_lanes(operator.pow, 2)(c, builder, v)
+    return vector(vector, vector), lambda c, builder, s, v: routine(vector_log.power)(c, builder, v)
 
 
 @intrinsic(prefer_literal=True)
