@@ -80,6 +80,12 @@ class Trajectories:
         return self._results.t_end
 
     @property
+    def event_names(self):
+        """Names of the event functions."""
+        events = enumerate(self._problem.events or ())
+        return [getattr(event, "__name__", f"event {i}") for i, (event, _, _) in events]
+
+    @property
     def t_start(self):
         return self._problem.t0
 
