@@ -56,8 +56,8 @@ def _sweep(board):
     sway = (swept.reduced["max"] - swept.reduced["min"])[:, 1] / 2.0
     board.say(
         """The sweep: 2901 frequencies of the ground in one call, and of each the largest sway,
-        found while it is solved. The marks: the distance of two frequencies, and what 40001 times of
-        the exact motion may miss of a peak, (w dt)² / 8 of it."""
+        found while it is solved. The marks: the distance of two frequencies, and what 40001 times
+        of the exact motion may miss of a peak, (w dt)² / 8 of it."""
     )
     board.head()
     frequencies = Building().frequencies

@@ -57,8 +57,8 @@ def _monte_carlo(board, thrown):
     exact = speed * np.cos(angle) * (up + np.sqrt(up**2 + 2.0 * thrown.g * thrown.h)) / thrown.g
     board.say(
         """Nobody throws twice alike. 20 000 throws with 25 mph give or take 0.5 m/s, at 45 degrees
-        give or take 3: the range is some 1.6 m wide, and its mean is shorter than that of the mean
-        throw, as 45 degrees is too steep and steeper loses more than flatter wins."""
+        give or take 3: the range is uncertain by 2.5 m, and its mean is shorter than that of the
+        mean throw, as 45 degrees is too steep and steeper loses more than flatter wins."""
     )
     board.head()
     board.check("throws that landed", (many.status == 1).sum(), n, 0)
