@@ -1,9 +1,9 @@
 // Eight trajectories at once by hand: DOPRI5 with the step control of scipy.integrate on vectors of
 // eight doubles, each lane with its own time and step; a lane that is done takes the next
 // trajectory.  Endpoint only.
-#include <utility>
+#include "reference.cpp"
 
-#include "tableaux.hpp"
+namespace lanes {
 
 constexpr int W = 8;
 typedef double vec __attribute__((vector_size(8 * W)));
@@ -151,8 +151,28 @@ long solve(long count, double t0, double t_end, const double *y0, const double *
   }
 }
 
+}  // namespace lanes
+
+template <class F>
+long solve_one_by_one(long count, double t0, double t_end, const double *y0, const double *p, int m,
+                      double *out, double rtol, double atol) {
+  long counts[3], steps = 0;
+  for (long i = 0; i < count; ++i) {
+    F f{p + i * m};
+    solve<Dopri5>(f, t0, t_end, y0 + i * F::n, out + i * F::n, rtol, atol, counts);
+    steps += counts[1] + counts[2];
+  }
+  return steps;
+}
+
+extern "C" long solve_each(int problem, long count, double t0, double t_end, const double *y0,
+                           const double *p, double *out, double rtol, double atol) {
+  return problem == 0 ? solve_one_by_one<Satellite>(count, t0, t_end, y0, p, 1, out, rtol, atol)
+                      : solve_one_by_one<Building>(count, t0, t_end, y0, p, 6, out, rtol, atol);
+}
+
 extern "C" long solve_lanes(int problem, long count, double t0, double t_end, const double *y0,
                             const double *p, double *out, double rtol, double atol) {
-  return problem == 0 ? solve<Satellite>(count, t0, t_end, y0, p, out, rtol, atol)
-                      : solve<Building>(count, t0, t_end, y0, p, out, rtol, atol);
+  return problem == 0 ? lanes::solve<lanes::Satellite>(count, t0, t_end, y0, p, out, rtol, atol)
+                      : lanes::solve<lanes::Building>(count, t0, t_end, y0, p, out, rtol, atol);
 }
