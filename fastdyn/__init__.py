@@ -9,7 +9,13 @@ from .solve import solve_ivp, solve_second_order
 __version__ = "0.1.0"
 
 
-STUDIES = {"energy_drift": "drift", "compare_drift": "compare", "time_transformed": "transform"}
+STUDIES = {
+    "Shared": "members",
+    "compare_drift": "compare",
+    "energy_drift": "drift",
+    "solve_ensemble": "ensemble",
+    "time_transformed": "transform",
+}
 
 
 def __getattr__(name):

@@ -32,7 +32,7 @@ from .references import (
 )
 from .refusal import Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
-from .values import Constant, is_function, kind, n_words, pack
+from .values import MOMENTS, Constant, is_function, kind, n_words, pack
 
 NUMPY = ("numpy", "np")  # and a library under its own name: the code itself says what is meant
 MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
@@ -40,6 +40,7 @@ MODES = {  # how a function may be compiled, best first: (mode, returned lists b
     "column": (("column", False),),
     "acceleration": (("acceleration", True), ("acceleration", False)),
     "event": (("event", True),),
+    **{mode: ((mode, True), (mode, False)) for mode in MOMENTS},
 }
 
 
@@ -102,7 +103,7 @@ def bind(fun, args, mode, n, look=None):
     fun : callable
     args : tuple
     mode : str
-        "derivative", "column" (`vectorized=True`), "acceleration" or "event".
+        "derivative", "column" (`vectorized=True`), "acceleration", "event" or one of MOMENTS.
     n : int
         Length of the y that the function gets.
     look : callable, optional

@@ -17,7 +17,7 @@ from .kernels.calls import BARE, FAULT, FORM, RAISED, TIME
 from .kernels.combine import view
 from .kernels.vector import Vector
 from .store import store
-from .values import Constant
+from .values import MOMENTS, Constant
 
 WORDS = types.CPointer(types.int64)
 ROW = types.Array(types.float64, 1, "C")
@@ -179,7 +179,7 @@ def pointer_form(inner, values, mode):
     mode : str
         "derivative"; "copy", the same on a private copy of y, for a function that writes to
         it; "column", y as an (n, 1) array; "event", one number; "acceleration", the second
-        half of the derivative of [q, 0].
+        half of the derivative of [q, 0]; MOMENTS, the derivative and the rates of the moments.
     """
     if mode == "event":
 
@@ -196,6 +196,20 @@ def pointer_form(inner, values, mode):
         def body(t, y, n, block, out):
             column = _readonly(y, n).reshape((n, 1))
             store(inner(*values(t, column, block)), _array(out, n), 0)
+
+    elif mode in MOMENTS:
+        mean, square = "mean" in mode, "rms" in mode
+        parts = 1 + mean + square
+
+        def body(t, y, n, block, out):
+            m = n // parts
+            store(inner(*values(t, _readonly(y, m), block)), _array(out, m), 0)
+            state, rates = _array(y, n), _array(out, n)
+            for i in range(m):
+                if mean:
+                    rates[m + i] = state[i]
+                if square:
+                    rates[n - m + i] = state[i] * state[i]
 
     elif mode == "acceleration":
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from .kernels.calls import RAISED
 from .kernels.linear import SingularMatrixError
+from .values import MOMENTS
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 SIGNATURE = ctypes.CFUNCTYPE(  # Numba's calling convention: status, result and exception first
@@ -106,6 +107,11 @@ def evaluate(fun, mode, t, y):
         if value.size != 1 or value.dtype.kind not in "fiub":
             raise TypeError(f"an event returned {value!r}; it must return one real number")
         return value.reshape(1)
+    if mode in MOMENTS:
+        moments = mode.split()
+        own = y[: n // (1 + len(moments))]
+        rates = [own * own if moment == "rms" else own for moment in moments]
+        return np.concatenate([evaluate(fun, "derivative", t, own), *rates])
     if mode == "acceleration":
         y = np.concatenate([y, np.zeros(n)])
     try:

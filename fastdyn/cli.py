@@ -1,4 +1,4 @@
-"""The command ``fastdyn``: ``tour``, ``gallery``, ``list``, ``run SYSTEM``, ``drift SYSTEM``."""
+"""The command ``fastdyn``: ``tour``, ``gallery``, ``list``, ``run``, ``drift``, ``sweep``."""
 
 import argparse
 import dataclasses
@@ -33,6 +33,7 @@ def main(arguments=None):
 
 
 def _parser():
+    from fastdyn import sweep as sweeping
     from fastdyn.systems import SYSTEMS
 
     parser = argparse.ArgumentParser(
@@ -59,6 +60,13 @@ def _parser():
             one = systems.add_parser(name, help=system.title, allow_abbrev=False)
             _add_drift_options(one, system)
             one.set_defaults(command=_drift, system=system)
+
+    sweep = commands.add_parser("sweep", help="solve one system for many parameters")
+    systems = sweep.add_subparsers(required=True, metavar="SYSTEM")
+    for name, system in SYSTEMS.items():
+        one = systems.add_parser(name, help=system.title, allow_abbrev=False)
+        sweeping.add_options(one, system, _parameters(system))
+        one.set_defaults(command=sweeping.run, system=system)
 
     run = commands.add_parser("run", help="solve one system")
     systems = run.add_subparsers(required=True, metavar="SYSTEM")

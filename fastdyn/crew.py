@@ -45,8 +45,8 @@ def _serving():
             whole[2], reals[2],
             reals[1], reals[2], reals[2], reals[1], reals[3], reals[2], whole[1], reals[1],
             reals[2],
-            reals[3], reals[2], reals[1], whole[1], whole[2], whole[2], reals[1], reals[2],
-            types.int64,
+            reals[3], reals[2], reals[1], whole[1], whole[2], reals[3], reals[2],
+            whole[2], reals[1], reals[2], types.int64,
         )  # fmt: skip
         return serve, signature
 
@@ -113,9 +113,10 @@ class Worker:
         worker["vector"], worker["order"] = vector is not None, p.method.error_order
         worker["last"], worker["max_steps"] = p.method.last, p.max_steps
         worker["t_final"] = p.tf
+        worker["extrema"], worker["keep_found"] = results.extrema, results.keep_found
         worker["project"] = bounds[-1].block.ctypes.data if p.project is not None else 0
         self.record = worker
-        many = np.zeros((len(self._work), n * width))
+        many = np.zeros((len(self._work) + 2, n * width))
         for row in (RTOL, ATOL):
             many[row] = np.repeat(self._work[row], width)
         lanes = np.zeros((N_FIELDS, width))
@@ -123,7 +124,8 @@ class Worker:
         rows = p.method.n_dense + 1
         e_room = n_events * (1 if vector else 8)
         self._given = (
-            addresses, results.queue, worker, state, OUTPUT_RECORD(0, 0, 0, 0, 0, 0, 0, 0, p.t0),
+            addresses, results.queue, worker, state,
+            OUTPUT_RECORD(0, results.extrema, 0, 0, 0, 0, 0, 0, p.t0),
             lanes, many, many_block, _table(many_places),
             np.full(width, IDLE), np.zeros(width, STATE), np.zeros(width, OUTPUT), events,
             self._work, bounds[0].block, _table(places), members.words, members.y0,
@@ -131,6 +133,7 @@ class Worker:
             np.empty(n_times), np.empty((1, rows, n)), np.empty((1, 2)),
             np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
             results.y_eval, results.y_end, results.t_end, results.status, results.counts,
+            results.best, results.t_first,
         )  # fmt: skip
         self._n_events, self._room = n_events, max(ROOM, width * e_room) if n_events else 0
         self._new_piece()
@@ -169,15 +172,27 @@ def _table(places):
 
 
 class Results:
-    """What the workers fill in, one row a member."""
+    """What the workers fill in, one row a member.
 
-    def __init__(self, n_members, n, n_times):
+    Parameters
+    ----------
+    n_members, n, n_times, n_events : int
+    extrema : bool
+        Whether to look for the largest and smallest values.
+    keep_found : bool
+        Whether to keep every event, not only the time of the first.
+    """
+
+    def __init__(self, n_members, n, n_times, n_events, extrema, keep_found):
+        self.extrema, self.keep_found = extrema, keep_found
         self.queue = np.array([0, n_members])
         self.y_eval = np.full((n_members, n_times, n), math.nan)
         self.y_end = np.full((n_members, n), math.nan)
         self.t_end = np.full(n_members, math.nan)
         self.status = np.full(n_members, INTERRUPTED)
         self.counts = np.zeros((n_members, 4), np.int64)
+        self.best = np.full((n_members if extrema else 0, 4, n), math.nan)
+        self.t_first = np.full((n_members, n_events), math.nan)
         self.found: list = []
 
 

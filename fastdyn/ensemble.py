@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from . import check
+from . import check, reductions
 from .callback import evaluate
 from .crew import Results, Worker, work_off
 from .kernels.state import FINISHED, INTERRUPTED
@@ -50,6 +50,11 @@ def solve_ensemble(
     args : tuple
         Each a number, or a 1-D array of M numbers, one a trajectory.  An array that all share goes
         in as ``Shared(array)``.
+    reduce : str or sequence of str, optional
+        What to gather along each trajectory, in constant memory, as `Trajectories.reduced`:
+        "max", "min", "max_time", "min_time", "mean", "rms" of each component, "final", and
+        "first_event", the time of the first event of each kind (other events are not kept).
+        Extrema are those of the interpolant, means are integrated by the method itself.
     threads : int, optional
         All processors unless given.  The results do not depend on it.
     progress : bool
@@ -77,18 +82,22 @@ def solve_ensemble(
     it as an array, runs one trajectory at a time, some five times slower.  `Trajectories.width`
     and `reason` tell which it was.
     """
+    wanted = reductions.wanted(reduce, events)
     method, members, problem, vector, reason = _checked(
-        fun, t_span, y0, args, method, t_eval, events, lanes, options
+        fun, t_span, y0, args, method, t_eval, events, lanes, wanted, options
     )
     p = problem
     n_times = 0 if p.t_eval is None else len(p.t_eval)
-    results = Results(members.count, members.n, n_times)
+    results = Results(
+        members.count, members.n, n_times, len(p.events or ()),
+        reductions.extrema(wanted), "first_event" not in wanted,
+    )  # fmt: skip
     width = vector.width if vector else 1
     n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
     workers = [Worker(p, members, vector, results) for _ in range(n_workers)]
     if any(bound.callback is not None for bound in workers[0].bounds):
         del workers[1:]  # Python runs one thread at a time
-    done = Trajectories(p, members, results, width, reason)
+    done = Trajectories(p, members, results, width, reason, wanted)
     bar = _bar(members.count, method.name) if progress else None
     try:
         work_off(workers, results, bar)
@@ -102,7 +111,7 @@ def solve_ensemble(
     return done
 
 
-def _checked(fun, t_span, y0, args, method, t_eval, events, lanes, options):
+def _checked(fun, t_span, y0, args, method, t_eval, events, lanes, wanted, options):
     ours = check.method_named(method)
     if ours is None:
         raise ValueError(f"`method={method!r}` is SciPy's; ensembles take fastdyn's own methods.")
@@ -126,6 +135,9 @@ def _checked(fun, t_span, y0, args, method, t_eval, events, lanes, options):
     problem = check.problem(
         fun, t0, tf, smallest, ours, t_eval, False, events, members.first, mode, options
     )
+    if moments := reductions.moments(wanted):
+        problem = reductions.extended(problem, moments, members)
+        mode, n = moments, members.n
 
     def look():
         if members.count:
@@ -139,7 +151,18 @@ def _checked(fun, t_span, y0, args, method, t_eval, events, lanes, options):
 
         try:
             varying = tuple(j in members.varying for j in range(len(members.first)))
-            vector, reason = kernel(ours.name, fun, members.first, varying, mode, members.n), ""
+            vector, reason = (
+                kernel(
+                    ours.name,
+                    fun,
+                    members.first,
+                    varying,
+                    mode,
+                    members.n,
+                    reductions.extrema(wanted),
+                ),
+                "",
+            )
         except Uncompilable as error:
             reason = str(error)
             if lanes == "vector":

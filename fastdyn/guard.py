@@ -6,9 +6,8 @@ component; a tuple would be joined, or compared as a whole: such code runs one t
 
 from numba.core import errors, ir, types
 from numba.core.compiler_machinery import FunctionPass, register_pass
-from numba.extending import overload
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 
-from .kernels.calls import BARE
 from .kernels.vector import Mask, Vector
 
 RAISES = (ir.Raise, ir.StaticRaise)
@@ -36,17 +35,29 @@ class Guard(FunctionPass):
             for statement in block.body:
                 if isinstance(statement, RAISES):
                     raise errors.TypingError("it raises an exception", loc=statement.loc)
-                value = getattr(statement, "value", None)
-                if isinstance(value, ir.Expr) and value.op in ("binop", "inplace_binop"):
-                    for side in (value.lhs, value.rhs):
-                        if isinstance(state.typemap[side.name], types.BaseTuple):
-                            raise errors.TypingError(
-                                "it computes with the whole state at once", loc=statement.loc
-                            )
+                reason = _reason(getattr(statement, "value", None), state.typemap)
+                if reason:
+                    raise errors.TypingError(reason, loc=statement.loc)
         return False
 
 
-@overload(bool, jit_options=BARE)
-def _truth(value):
-    if isinstance(value, Mask | Vector):
-        raise errors.TypingError("a branch depends on the state or on a varying parameter")
+def _reason(value, types_of):
+    """What is wrong with an expression, if anything is."""
+    if not isinstance(value, ir.Expr):
+        return None
+    if value.op in ("binop", "inplace_binop"):
+        if any(isinstance(types_of[v.name], types.BaseTuple) for v in (value.lhs, value.rhs)):
+            return "it computes with the whole state at once"
+    if value.op == "call" and getattr(types_of[value.func.name], "typing_key", None) is bool:
+        if any(isinstance(types_of[v.name], Mask | Vector) for v in value.args):
+            return "it branches on the state, or on a parameter that varies"
+    return None
+
+
+@infer_global(bool)
+class Truth(AbstractTemplate):
+    """bool(vector), which is typed so that the guard can name the line."""
+
+    def generic(self, args, kws):
+        if len(args) == 1 and isinstance(args[0], Mask | Vector):
+            return signature(types.boolean, *args)

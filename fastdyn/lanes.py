@@ -17,9 +17,9 @@ from .kernels.vector import is_real, widen
 from .parts import parts_of
 from .refusal import Uncompilable, explain
 from .specialise import STATES, TABLE
-from .values import Spread
+from .values import MOMENTS, Spread
 
-MAX_TUPLE = 16
+MAX_TUPLE = 24
 ADVANCE = types.int64(STATES, TABLE, TABLE, WORDS, types.int64)
 
 
@@ -65,6 +65,33 @@ def _value(typingctx, result, y):
     return y(result, y), codegen
 
 
+@intrinsic(prefer_literal=True)
+def _head(typingctx, y, moments):
+    """The state without its moments."""
+    n = len(y) // (1 + len(moments.literal_value.split()))
+    own = types.UniTuple(y.dtype, n)
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], i) for i in range(n)]
+        return context.make_tuple(builder, own, parts)
+
+    return own(y, moments), codegen
+
+
+@intrinsic(prefer_literal=True)
+def _extended(typingctx, f, y, moments):
+    """[f, rates of the moments of y]: y itself, or its squares."""
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], i) for i in range(len(f))]
+        state = [builder.extract_value(args[1], i) for i in range(len(f))]
+        for moment in moments.literal_value.split():
+            parts += [builder.fmul(x, x) if moment == "rms" else x for x in state]
+        return context.make_tuple(builder, y, parts)
+
+    return y(f, y, moments), codegen
+
+
 @intrinsic
 def _padded(typingctx, q):
     """[q, 0]."""
@@ -80,7 +107,14 @@ def _padded(typingctx, q):
 
 def _right_hand_side(function, values, mode):
     """``rhs(t, y, block, out)`` for the steps."""
-    if mode == "acceleration":
+    if mode in MOMENTS:
+
+        @njit(**FUSED)
+        def rhs(t, y, block, out):
+            own = _head(y, mode)
+            return _extended(_value(function(*values(t, own, _words(block))), own), y, mode)
+
+    elif mode == "acceleration":
 
         @njit(**FUSED)
         def rhs(t, y, block, out):
@@ -95,7 +129,7 @@ def _right_hand_side(function, values, mode):
     return rhs
 
 
-def _loop(method, rhs, form):
+def _loop(method, rhs, form, extrema):
     """The dispatcher of a method's loop around `rhs`."""
     step = method.step
     if method.advance is adaptive.advance:
@@ -104,7 +138,7 @@ def _loop(method, rhs, form):
         @njit(**BARE)
         def kernel(state, many, work, block, n_steps):
             return lanes.advance(
-                rhs, step, control, exponent, last, form, state, many, work, block, n_steps
+                rhs, step, control, exponent, last, form, extrema, state, many, work, block, n_steps
             )
 
     else:
@@ -113,7 +147,7 @@ def _loop(method, rhs, form):
         @njit(**BARE)
         def kernel(state, many, work, block, n_steps):
             return lanes.advance_fixed(
-                rhs, step, last, low, form, state, many, work, block, n_steps
+                rhs, step, last, low, form, extrema, state, many, work, block, n_steps
             )
 
     return kernel
@@ -122,7 +156,7 @@ def _loop(method, rhs, form):
 _kernels: dict = {}
 
 
-def kernel(name, fun, args, varying, mode, n):
+def kernel(name, fun, args, varying, mode, n, extrema):
     """The stepping kernel of a method for n vectors, with `fun` inlined.
 
     Parameters
@@ -136,6 +170,8 @@ def kernel(name, fun, args, varying, mode, n):
         "derivative" or "acceleration"; see `adapt.bind`.
     n : int
         Length of the state.
+    extrema : bool
+        Whether it looks out for the largest and smallest values.
 
     Returns
     -------
@@ -156,14 +192,14 @@ def kernel(name, fun, args, varying, mode, n):
     parts = parts_of(fun, given)
     layout, outside = described(parts)
     key = identity(parts, mode, layout, outside)
-    key = key and f"lanes {name} {n} {width()} {key}"
+    key = key and f"lanes {name} {n} {width()} {extrema} {key}"
     found = _kernels.get(key)
     if found is None:
 
         def build():
             function, values = taken_in(parts, layout, outside, True, {"forceinline": True})
             rhs = _right_hand_side(function, values, mode)
-            return _loop(method, rhs, lanes.Form(n, width())), ADVANCE
+            return _loop(method, rhs, lanes.Form(n, width()), extrema or None), ADVANCE
 
         try:
             found = cache.compiled(key, build)

@@ -99,7 +99,14 @@ class Members:
         plain = [np.ascontiguousarray(c) for c in self.varying.values()]
         words = [(c if c.dtype == float else c.astype(np.int64)).view(np.int64) for c in plain]
         words += [c.astype(float).view(np.int64) for c in plain]
-        self.words = np.ascontiguousarray(np.array(words, np.int64).reshape(len(words), -1 if words else self.count).T)
+        self.words = np.ascontiguousarray(
+            np.array(words, np.int64).reshape(len(words), -1 if words else self.count).T
+        )
+
+    def lengthen(self, times):
+        """Let each state be followed by zeros, to so many times its length."""
+        self.y0 = np.hstack([self.y0, np.zeros((len(self.y0), (times - 1) * self.n))])
+        self.n *= times
 
     def args(self, i):
         """Arguments of trajectory i."""

@@ -1,9 +1,11 @@
 """What solve_ensemble returns."""
 
 import functools
+from typing import Any
 
 import numpy as np
 
+from . import reductions
 from .kernels.state import (
     EVENT,
     FINISHED,
@@ -46,26 +48,46 @@ class Trajectories:
     nfev, n_accepted, n_rejected : ndarray of int, shape (M,)
     t_events, y_events : list of lists of ndarray, or None
         By event, then by trajectory.
+    reduced : dict of str to ndarray
+        What `reduce` asked for, each of shape (M, n), or (M, n_events) for "first_event".
     width : int
         Trajectories that a vector holds; 1 if each ran alone.
     reason : str
         Why each ran alone, if so.
+    parameters : dict of int to ndarray
+        The arguments that differ from one trajectory to the next, by position.
+    system : System or None
+        The system that was solved, if one was.
     """
 
-    def __init__(self, problem, members, results, width, reason):
+    system: Any = None
+
+    def __init__(self, problem, members, results, width, reason, wanted=()):
         self._problem, self._members, self._results = problem, members, results
-        self.width, self.reason = width, reason
+        self.width, self.reason, self._wanted = width, reason, wanted
+        self.parameters = members.varying
+        self._n = members.n // reductions.parts(wanted)  # without the moments
 
     def __len__(self):
         return self._members.count
 
     @property
     def y_end(self):
-        return self._results.y_end
+        return self._results.y_end[:, : self._n]
 
     @property
     def t_end(self):
         return self._results.t_end
+
+    @property
+    def event_names(self):
+        """Names of the event functions."""
+        events = enumerate(self._problem.events or ())
+        return [getattr(event, "__name__", f"event {i}") for i, (event, _, _) in events]
+
+    @property
+    def t_start(self):
+        return self._problem.t0
 
     @property
     def t(self):
@@ -75,7 +97,7 @@ class Trajectories:
     def y(self):
         if self._problem.t_eval is None:
             return self.y_end
-        return self._results.y_eval.transpose(0, 2, 1)
+        return self._results.y_eval[:, :, : self._n].transpose(0, 2, 1)
 
     @property
     def status(self):
@@ -101,6 +123,11 @@ class Trajectories:
         tried = self.n_accepted + self.n_rejected
         return self._results.counts[:, 2] + self._problem.method.n_stages * tried
 
+    @functools.cached_property
+    def reduced(self):
+        """What `reduce` asked for: {name: array of shape (M, n), or (M, n_events)}."""
+        return {name: reductions.value(name, self._results, self) for name in self._wanted}
+
     def message(self, i):
         """Why trajectory i ended, in a sentence."""
         return SENTENCES[int(self._results.status[i])].format(t=self.t_end[i])
@@ -119,7 +146,7 @@ class Trajectories:
             order = np.argsort(where[mine, 0], kind="stable")
             ends = np.searchsorted(where[mine, 0][order], np.arange(1, len(self)))
             times.append(np.split(t[mine][order], ends))
-            states.append(np.split(y[mine][order], ends))
+            states.append(np.split(y[mine][order][:, : self._n], ends))
         return times, states
 
     @property
@@ -150,6 +177,6 @@ class Trajectories:
         failed = int((~self.success).sum())
         lanes = f"{self.width} lanes" if self.width > 1 else f"one by one: {self.reason}"
         return (
-            f"Trajectories({len(self)} of {self._members.n} components, "
+            f"Trajectories({len(self)} of {self._n} components, "
             f"{self._problem.method.name}, {failed} failed, {lanes})"
         )

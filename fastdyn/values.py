@@ -12,6 +12,8 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
+# Modes of a derivative that is extended by the moments of its state: "rms" integrates squares.
+MOMENTS = ("mean", "rms", "mean rms")
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
 
 

@@ -16,6 +16,7 @@ from .linear import (
     packed,
     result_type,
     values_of,
+    width_of,
 )
 
 CONTRADICTORY = (
@@ -103,14 +104,17 @@ def _constrained(do, mass, a, force, b):
 
 @intrinsic
 def _solve_constrained(typingctx, mass, a, force, b):
-    n = len(force) + len(b)
     given = (mass, a, force, b)
+    width = width_of(given)
+    result = result_type(len(force) + len(b), width)
 
     def codegen(context, builder, signature, args):
-        values = [values_of(context, builder, t, v) for t, v in zip(given, args, strict=True)]
-        return packed(context, builder, n, *_constrained(Code(builder), *values))
+        values = [
+            values_of(context, builder, t, v, width) for t, v in zip(given, args, strict=True)
+        ]
+        return packed(context, builder, result, *_constrained(Code(builder, width), *values))
 
-    return result_type(n)(*given), codegen
+    return result(*given), codegen
 
 
 @overload(constrained, jit_options=BARE)

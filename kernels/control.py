@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic, overload
 
-from .calls import OPTIONS
+from .calls import BARE, FUSED, OPTIONS
 from .combine import constant, fold
 from .vector import Mask, Vector, splat
 
@@ -67,6 +67,61 @@ def spacing(typingctx, t, direction):
         return builder.select(builder.fcmp_ordered("==", t, zero), constant(kind, 5e-324), gap)
 
     return number(number, types.float64), codegen
+
+
+def power(error, exponent):
+    """error ** exponent, of vectors to 1e-12: the size of a step is worth no more."""
+    return error**exponent
+
+
+@overload(power, jit_options=BARE)
+def _power(error, exponent):
+    if isinstance(error, Vector):
+        return lambda error, exponent: _root(error, exponent)
+    return lambda error, exponent: error**exponent
+
+
+@intrinsic
+def _near_power(typingctx, x, exponent):
+    """x ** exponent to 4 %: the bits of a double, read as a number, are nearly its logarithm."""
+
+    def codegen(context, builder, signature, args):
+        x, exponent = args
+        whole, shift = ir.VectorType(ir.IntType(64), x.type.count), 2.0**52
+        twelve = ir.Constant(whole, [12] * x.type.count)
+        head = builder.lshr(builder.bitcast(x, whole), twelve)
+        number = builder.bitcast(
+            builder.or_(head, builder.bitcast(constant(x.type, shift), whole)), x.type
+        )
+        scale = 2.0**-40
+        logarithm = builder.fmul(
+            builder.fsub(number, constant(x.type, shift)), constant(x.type, scale)
+        )
+        logarithm = builder.fsub(logarithm, constant(x.type, 1023 - 0.043))
+        power = builder.fmul(splat(builder, exponent, x.type.count), logarithm)
+        power = builder.fadd(power, constant(x.type, 1023 - 0.043))
+        bits = builder.fadd(
+            builder.fmul(power, constant(x.type, 1 / scale)), constant(x.type, shift)
+        )
+        return builder.bitcast(builder.shl(builder.bitcast(bits, whole), twelve), x.type)
+
+    return x(x, types.float64), codegen
+
+
+@njit(**FUSED)
+def _root(x, exponent):
+    """x ** exponent for exponent = -1/p or 1/p: steps of order 4 of z = z (x z^p)^(-1/p)."""
+    down = -abs(exponent)
+    p = int(np.rint(-1.0 / down))
+    z = _near_power(x, down)
+    a, b, c = 1.0 / p, (1.0 / p + 1.0) / 2.0, (1.0 / p + 2.0) / 3.0
+    for _ in range(2):
+        product = x * z
+        for _ in range(p - 1):
+            product = product * z
+        r = 1.0 - product
+        z = z + z * (a * r) * (1.0 + b * r * (1.0 + c * r))
+    return z if exponent < 0.0 else 1.0 / z
 
 
 @njit(**OPTIONS)
@@ -124,14 +179,14 @@ def _scipy_aim(t, h, t_end, direction):
 
 @njit(**OPTIONS)
 def _scipy_grow(h, error, exponent, rejections):
-    factor = SAFETY * error**exponent  # infinite where the error is zero
+    factor = SAFETY * power(error, exponent)  # infinite where the error is zero
     factor = select(factor > MAX_FACTOR, MAX_FACTOR, factor)
     return h * select((rejections > 0) & (factor > 1.0), 1.0, factor)
 
 
 @njit(**OPTIONS)
 def _scipy_shrink(h, error, exponent, rejections, h_min):
-    factor = SAFETY * error**exponent
+    factor = SAFETY * power(error, exponent)
     h = h * select(factor > MIN_FACTOR, factor, MIN_FACTOR)
     return select(h >= h_min, h, 0.0)
 
@@ -148,13 +203,13 @@ def _matlab_aim(t, h, t_end, direction):
 
 @njit(**OPTIONS)
 def _matlab_grow(h, error, exponent, rejections):
-    q = 1.25 * error**-exponent
+    q = 1.25 * power(error, -exponent)
     return select(rejections > 0, h, select(q > 0.2, h / q, 5.0 * h))
 
 
 @njit(**OPTIONS)
 def _matlab_shrink(h, error, exponent, rejections, h_min):
-    factor = 0.8 * error**exponent
+    factor = 0.8 * power(error, exponent)
     shorter = h * select(rejections > 0, 0.5, select(factor > 0.1, factor, 0.1))
     return select(h <= h_min, 0.0, select(shorter > h_min, shorter, h_min))
 

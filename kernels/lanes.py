@@ -15,6 +15,7 @@ from numba.np import arrayobj
 from .calls import FUSED
 from .combine import fetch, fold, keep, map_components
 from .control import select
+from .extrema import turning
 from .fixed import LANDED, add, add_size
 from .state import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from .vector import Vector, any_lane
@@ -98,12 +99,17 @@ def leave(typingctx, form, lanes, row, value):
 
 
 @njit(**FUSED)
-def advance(rhs, step, control, exponent, last, form, state, lanes, work, block, n_steps):
+def advance(
+    rhs, step, control, exponent, last, form, extrema, state, lanes, work, block, n_steps
+):  # fmt: skip
     """Try at most `n_steps` steps in each lane; see `adaptive.advance`.
 
     Parameters
     ----------
     form : Form
+    extrema : None or anything else
+        Whether a lane wants to be looked at when a component may exceed what it was so far, the
+        last two rows of `work`.
     state : array
         One STATE record, for what all lanes have in common: direction, h_max.
     lanes, work : arrays, (N_FIELDS, width), (rows, n * width)
@@ -126,6 +132,8 @@ def advance(rhs, step, control, exponent, last, form, state, lanes, work, block,
     tries = field(form, lanes, TRIES)
     rtol, atol = fetch(form, work, RTOL), fetch(form, work, ATOL)
     y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
+    if extrema is not None:
+        tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
     taken = 0
     while True:
         taken += 1
@@ -146,6 +154,8 @@ def advance(rhs, step, control, exponent, last, form, state, lanes, work, block,
         stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
         failed = ~ok & (h == 0.0)
         call = live & (stopped | failed)
+        if extrema is not None:
+            call = call | (live & ok & turning(t_new - t, y, y_new, k_last, k[last], tops, lows))
         t_old, y_old = t, y
         t, y, k_new = select(ok, t_new, t), choose(ok, y_new, y), choose(ok, k[last], k_last)
         if taken >= n_steps or any_lane(call):
@@ -167,7 +177,7 @@ def advance(rhs, step, control, exponent, last, form, state, lanes, work, block,
 
 
 @njit(**FUSED)
-def advance_fixed(rhs, step, last, low, form, state, lanes, work, block, n_steps):
+def advance_fixed(rhs, step, last, low, form, extrema, state, lanes, work, block, n_steps):
     """Take at most `n_steps` constant steps in each lane; see `fixed.advance` and `advance`."""
     s = state[0]
     direction, t_start = s.direction, s.t_start
@@ -176,6 +186,8 @@ def advance_fixed(rhs, step, last, low, form, state, lanes, work, block, n_steps
     size, accepted = field(form, lanes, H), field(form, lanes, ACCEPTED)
     h = direction * size
     y, k_last, k_low = fetch(form, work, Y), fetch(form, work, K + last), fetch(form, work, K + low)
+    if extrema is not None:
+        tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
     taken = 0
     while True:
         taken += 1
@@ -186,6 +198,8 @@ def advance_fixed(rhs, step, last, low, form, state, lanes, work, block, n_steps
         t_new = select(abs(t_new - t_end) <= LANDED * size, t_end, t_new)
         reached = (direction * (t_new - t_stop) >= 0.0) | (direction * (t_new - t_end) >= 0.0)
         call = live & (~ok | reached | (accepted >= limit))
+        if extrema is not None:
+            call = call | (live & ok & turning(h, y, y_new, k_last, k[last], tops, lows))
         t_old, y_old = t, y
         t, y = select(ok, t_new, t), choose(ok, y_new, y)
         k_new, low_new = choose(ok, k[last], k_last), choose(ok, k[low], k_low)

@@ -14,6 +14,8 @@ from numba.core import errors
 from numba.extending import intrinsic, overload
 
 from .calls import BARE
+from .combine import constant
+from .vector import Vector, is_real, vectors_in, widen
 
 EPS = float(np.finfo(float).eps)
 REAL = ir.DoubleType()
@@ -82,18 +84,20 @@ class Numbers:
 
 
 class Code:
-    """The same arithmetic as instructions."""
+    """The same arithmetic as instructions, on doubles or on vectors of `width`."""
 
-    def __init__(self, builder):
-        self._builder = builder
-        self.zero, self.tiny = ir.Constant(REAL, 0.0), ir.Constant(REAL, EPS)
-        self.false, self.true = (ir.Constant(ir.IntType(1), bit) for bit in (0, 1))
+    def __init__(self, builder, width):
+        self._builder, self.kind = builder, ir.VectorType(REAL, width) if width else REAL
+        self.zero, self.tiny = constant(self.kind, 0.0), constant(self.kind, EPS)
+        bit = ir.VectorType(ir.IntType(1), width) if width else ir.IntType(1)
+        self.false = ir.Constant(bit, [0] * width if width else 0)
+        self.true = ir.Constant(bit, [1] * width if width else 1)
         self.add, self.sub, self.mul = builder.fadd, builder.fsub, builder.fmul
         self.div, self.select, self.either = builder.fdiv, builder.select, builder.or_
 
     def absolute(self, x):
-        function = self._builder.module.declare_intrinsic("llvm.fabs", [REAL])
-        return self._builder.call(function, [x])
+        negative = self._builder.fcmp_ordered("<", x, self.zero)
+        return self._builder.select(negative, self._builder.fneg(x), x)
 
     def greater(self, x, y):
         return self._builder.fcmp_ordered(">", x, y)
@@ -145,42 +149,56 @@ def largest(do, values):
 
 
 def is_row(ty):
-    return isinstance(ty, types.BaseTuple) and all(
-        isinstance(t, types.Float | types.Integer | types.Boolean) for t in ty
-    )
+    return isinstance(ty, types.BaseTuple) and all(map(is_real, ty))
 
 
 def is_matrix(ty):
     return isinstance(ty, types.BaseTuple) and len(ty) > 0 and all(map(is_row, ty))
 
 
-def values_of(context, builder, ty, value):
-    """The numbers of a row, or the lists of a matrix, as doubles."""
+def width_of(tys):
+    """Lanes of the vectors among rows and matrices; 0 if all are numbers."""
+    widths = [width_of(t) if isinstance(t, types.BaseTuple) else vectors_in((t,)) for t in tys]
+    return max(widths, default=0)
+
+
+def values_of(context, builder, ty, value, width):
+    """The numbers of a row, or the lists of a matrix, as doubles or vectors."""
     parts = [(t, builder.extract_value(value, i)) for i, t in enumerate(ty)]
     if is_matrix(ty):
-        return [values_of(context, builder, t, v) for t, v in parts]
+        return [values_of(context, builder, t, v, width) for t, v in parts]
+    if width:
+        return [widen(context, builder, t, v, width) for t, v in parts]
     return [context.cast(builder, v, t, types.float64) for t, v in parts]
 
 
-def packed(context, builder, n, x, singular):
-    numbers = context.make_tuple(builder, types.UniTuple(types.float64, n), x)
-    return context.make_tuple(builder, result_type(n), [numbers, singular])
+def packed(context, builder, result, x, singular):
+    """(x, whether it is singular); of vectors, NaN in the lanes in which it is."""
+    if isinstance(result[0].dtype, Vector):
+        nan = constant(x[0].type, math.nan)
+        x, singular = [builder.select(singular, nan, v) for v in x], ir.IntType(1)(0)
+    return context.make_tuple(
+        builder, result, [context.make_tuple(builder, result[0], x), singular]
+    )
 
 
-def result_type(n):
-    return types.Tuple((types.UniTuple(types.float64, n), types.boolean))
+def result_type(n, width):
+    number = Vector(width) if width else types.float64
+    return types.Tuple((types.UniTuple(number, n), types.boolean))
 
 
 @intrinsic
 def _solve(typingctx, a, b):
-    n = len(b)
+    width = width_of((a, b))
+    result = result_type(len(b), width)
 
     def codegen(context, builder, signature, args):
-        rows, right = (values_of(context, builder, t, v) for t, v in zip((a, b), args, strict=True))
+        given = zip((a, b), args, strict=True)
+        rows, right = (values_of(context, builder, t, v, width) for t, v in given)
         rows = [[*row, r] for row, r in zip(rows, right, strict=True)]
-        return packed(context, builder, n, *eliminate(Code(builder), rows))
+        return packed(context, builder, result, *eliminate(Code(builder, width), rows))
 
-    return result_type(n)(a, b), codegen
+    return result(a, b), codegen
 
 
 @overload(solve_linear, jit_options=BARE)

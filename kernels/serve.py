@@ -14,6 +14,7 @@ from numba.np import arrayobj
 from .calls import OPTIONS, RAISED, invoke
 from .combine import slot
 from .dense import polynomial
+from .extrema import MAX, MIN, note_state, note_step
 from .lanes import (
     ACCEPTED,
     ERROR,
@@ -46,6 +47,8 @@ WORKER = np.dtype(
         ("project", "i8"),  # address of a block, or 0
         ("max_steps", "f8"),
         ("t_final", "f8"),
+        ("extrema", "i8"),  # whether they are wanted
+        ("keep_found", "i8"),  # whether every event is, not the first of each kind alone
         ("n_found", "i8"),  # events in this piece
         ("n_done", "i8"),  # trajectories
     ]
@@ -133,7 +136,7 @@ def serve(
     addresses, queue, worker, common, blank, lanes, many, many_block, many_places,
     members, states, outs, events, work, block, places, values, y0,
     t_eval, legs, scratch, t_out, d, spans, e_index, e_t, e_y,
-    y_eval, y_end, t_end, status_end, counts, f_where, f_t, f_y, n_steps,
+    y_eval, y_end, t_end, status_end, counts, best, t_first, f_where, f_t, f_y, n_steps,
 ):  # fmt: skip
     """Take about `n_steps` steps in each lane.
 
@@ -155,6 +158,8 @@ def serve(
         As for `watch`.
     y_eval, y_end, t_end, status_end, counts : arrays, (M, n_times, n), (M, n), (M,), (M,), (M, 4)
         Results: counts are of steps accepted, rejected, evaluations outside them, times reached.
+    best, t_first : arrays, (M, 4, n) or (0, 4, n), (M, n_events)
+        See `extrema`; time of the first event of each kind, NaN until it happens.
     f_where, f_t, f_y : arrays
         Occurrences of events: (member, event), time and state.
 
@@ -177,17 +182,19 @@ def serve(
                 members[lane] = member
                 status = _begin(
                     addresses, w, common, blank, lane, member, states, outs, events, work, block,
-                    places, values, y0, scratch,
+                    places, values, y0, scratch, best,
                 )  # fmt: skip
                 if status != RUNNING:
                     _end(
                         addresses, w, lane, status, members, states, outs, work, y_end, t_end,
-                        status_end, counts,
+                        status_end, counts, best,
                     )  # fmt: skip
                 elif w.vector:
                     set_parameters(many_places, values, member, lane)
                     stop = _next_stop(states[lane], outs[lane], t_eval, w.t_final, each)
                     _to_lane(states[lane], lanes, many, work, lane, stop, w.max_steps)
+                    if w.extrema:
+                        _raise_bar(many, best[member], lane, width)
             n_live += members[lane] != IDLE
         if n_live == 0:
             return FINISHED
@@ -205,6 +212,8 @@ def serve(
                 kernel, status, budget = addresses[ALREADY], int(lanes[STATUS, lane]), 1
                 if status <= FINISHED:
                     s.n_accepted -= 1
+            if w.extrema:
+                budget = 1  # and `watch` leaves the interpolant in d
             before, left = s.n_accepted, w.max_steps - s.n_accepted
             if status <= FINISHED:
                 status = invoke(
@@ -217,7 +226,8 @@ def serve(
                 )  # fmt: skip
             if not w.vector:
                 n_steps -= s.n_accepted - before
-            for i in range(o.n_events):
+            _note_first(t_first[member], o.n_events, e_index, e_t)
+            for i in range(o.n_events if w.keep_found else 0):
                 f_where[w.n_found, 0], f_where[w.n_found, 1] = member, e_index[i]
                 f_t[w.n_found] = e_t[i]
                 for j in range(work.shape[1]):
@@ -228,29 +238,38 @@ def serve(
                 status = RUNNING
             if status == RUNNING and s.n_accepted >= w.max_steps:
                 status = STEP_LIMIT
+            x_end = 1.0
+            if status == EVENT:
+                _stop_at_event(s, work, n_events, e_t, e_y)
+                x_end = (s.t - s.t_old) / (spans[0, 1] if w.extrema else 1.0)
+            elif status == FINISHED:
+                if s.t != s.t_end:
+                    x_end = (w.t_final - s.t_old) / (s.t - s.t_old)
+                    polynomial(d[0], x_end, work[Y])
+                s.t = w.t_final
+            if w.extrema and s.n_accepted > before:
+                note_step(best[member], d[0], spans[0, 0], spans[0, 1], x_end)
+                note_state(best[member], s.t, work)
+                o.n_dense = 0
             if status != RUNNING:
-                if status == EVENT:
-                    _stop_at_event(s, work, n_events, e_t, e_y)
-                elif status == FINISHED:
-                    if s.t != s.t_end:
-                        polynomial(d[0], (w.t_final - s.t_old) / (s.t - s.t_old), work[Y])
-                    s.t = w.t_final
                 _end(
                     addresses, w, lane, status, members, states, outs, work, y_end, t_end,
-                    status_end, counts,
+                    status_end, counts, best,
                 )  # fmt: skip
                 if w.vector:
                     lanes[LIVE, lane] = 0.0
             elif w.vector:
                 stop = _next_stop(s, o, t_eval, w.t_final, each)
                 _to_lane(s, lanes, many, work, lane, stop, w.max_steps)
+                if w.extrema:
+                    _raise_bar(many, best[member], lane, width)
     return RUNNING
 
 
 @njit(**OPTIONS)
 def _begin(
     addresses, w, common, blank, lane, member, states, outs, events, work, block, places, values,
-    y0, scratch,
+    y0, scratch, best,
 ):  # fmt: skip
     """Prepare the state and the rows of one trajectory; RUNNING, or why it cannot begin."""
     states[lane], outs[lane] = common[0], blank[0]
@@ -260,6 +279,9 @@ def _begin(
         work[Y, j] = work[Y_OLD, j] = start[j]
         for row in range(K, work.shape[0]):
             work[row, j] = 0.0
+    if w.extrema:
+        best[member, :, :] = np.nan
+        note_state(best[member], states[lane].t, work)
     status = invoke(addresses[START], (states[lane : lane + 1], work, block, w.order, w.last))
     if status == RUNNING and events.shape[1] > 0:
         for i in range(events.shape[1]):
@@ -267,6 +289,21 @@ def _begin(
         t = states[lane].t
         status = invoke(addresses[OPEN], (events[lane], t, slot(None, work, Y), scratch[1]))
     return status
+
+
+@njit(**OPTIONS)
+def _raise_bar(many, best, lane, width):
+    """Tell the stepping kernel what a component has to exceed, or to fall below."""
+    for j in range(best.shape[1]):
+        many[len(many) - 2, j * width + lane] = best[MAX, j]
+        many[len(many) - 1, j * width + lane] = best[MIN, j]
+
+
+@njit(**OPTIONS)
+def _note_first(t_first, n_events, e_index, e_t):
+    for i in range(n_events):
+        if np.isnan(t_first[e_index[i]]):
+            t_first[e_index[i]] = e_t[i]
 
 
 @njit(**OPTIONS)
@@ -282,12 +319,16 @@ def _stop_at_event(s, work, n_events, e_t, e_y):
 
 
 @njit(**OPTIONS)
-def _end(addresses, w, lane, status, members, states, outs, work, y_end, t_end, status_end, counts):
+def _end(
+    addresses, w, lane, status, members, states, outs, work, y_end, t_end, status_end, counts, best
+):
     """Note the result of a trajectory; its lane is free."""
     s, member = states[lane], members[lane]
     t_end[member], status_end[member] = s.t, status
     for j in range(work.shape[1]):
         y_end[member, j] = work[Y, j]
+    if w.extrema:
+        note_state(best[member], s.t, work)
     counts[member, 0], counts[member, 1] = s.n_accepted, s.n_rejected
     counts[member, 2], counts[member, 3] = s.n_extra, outs[lane].i_eval
     if status == RAISED_STATUS:

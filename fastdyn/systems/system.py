@@ -186,6 +186,29 @@ class System:
         result.system = self.as_started(t_span[0], y0)
         return result
 
+    def ensemble(self, t_span=None, y0=None, method="RK45", **given) -> Any:
+        """
+        Integrate many trajectories at once; `fastdyn.solve_ensemble` with the system filled in.
+
+        Parameters
+        ----------
+        t_span, method
+            As for `solve`.
+        y0 : array_like, shape (M, n) or (n,), optional
+            Initial states, those that belong to the parameters unless given.
+        **given
+            Parameters by name, each a number or an array of M numbers, one a trajectory, and
+            options as for `fastdyn.solve_ensemble`, with the default tolerances of `solve`.
+
+        Returns
+        -------
+        fastdyn.trajectories.Trajectories
+            With `system` set.
+        """
+        from fastdyn.systems.many import ensemble
+
+        return ensemble(self, t_span, y0, method, given)
+
     def full_state(self, y0):
         """`y0`, refused if it is not of the length of the state."""
         if np.shape(y0) != (len(self.states),):
