@@ -4,7 +4,7 @@ The polynomials are minimax (Remez) in z = q^2: of (atan q - q) / q^3 on |q| <= 
 with the error 2^-58 of atan q, of (asin q - q) / q^3 on |q| <= 1/2 with the error 2^-58 of asin q.
 """
 
-from .vector_code import bits, fma, polynomial, quotient, signed, sqrt, two_sum, where
+from .vector_code import bits, fma, outlined, polynomial, quotient, signed, sqrt, two_sum, where
 from .vector_exp import INF
 
 ARC_TANGENT = (
@@ -43,6 +43,7 @@ def turned(quarters, q, low):
     return base + (q + (low + fma(quarters, PI_4[1], fma(quarters, PI_4[0], -base))))
 
 
+@outlined
 def arc_tangent(x):
     a = abs(x)
     swapped = a > 1.0
@@ -52,6 +53,7 @@ def arc_tangent(x):
     return signed(turned(turn, where(swapped, -q, q), where(swapped, -low, low)), x)
 
 
+@outlined
 def arc_tangent_of_two(y, x):
     a, b = abs(y), abs(x)
     swapped = a > b
@@ -79,11 +81,13 @@ def small_arc(a):
     return far, q, fma(q * z, polynomial(z, ARC_SINE), error)
 
 
+@outlined
 def arc_sine(x):
     far, q, low = small_arc(abs(x))
     return signed(where(far, PI_2[0] - (2.0 * q - (PI_2[1] - 2.0 * low)), q + low), x)
 
 
+@outlined
 def arc_cosine(x):
     far, q, low = small_arc(abs(x))
     left = x < 0.0
@@ -93,6 +97,7 @@ def arc_cosine(x):
     return where(far, rest, near)
 
 
+@outlined
 def hypotenuse(x, y):
     a, b = abs(x), abs(y)
     largest = where(a > b, a, b)

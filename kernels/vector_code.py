@@ -5,12 +5,13 @@ error of an operation can be computed.  Such code compiles in a fraction of the 
 takes for the same text.
 """
 
+import functools
 import struct
 
 from llvmlite import ir
 from numba.core import cgutils
 
-from .vector import REAL, intrinsic_of, splat
+from .vector import INDEX, REAL, intrinsic_of, splat
 
 WHOLE = ir.IntType(64)
 SIGN = 1 << 63
@@ -58,6 +59,7 @@ class Lanes:
     __rmul__ = _operation("fmul", "mul", True)
     __truediv__ = _operation("fdiv", None)
     __rtruediv__ = _operation("fdiv", None, True)
+    __mod__ = _operation("frem", None)
     __lshift__ = _operation(None, "shl")
     __rshift__ = _operation(None, "lshr")
     __and__ = _operation(None, "and_")
@@ -162,6 +164,18 @@ def polynomial(x, coefficients):
     return coefficients[0]
 
 
+def by_library(name, x):
+    """The C library's function of that name, called for each lane."""
+    builder = x.builder
+    form = ir.FunctionType(REAL, [REAL])
+    function = cgutils.get_or_insert_function(builder.module, form, name)
+    result = x.value
+    for i in map(INDEX, range(x.value.type.count)):
+        found = builder.call(function, [builder.extract_element(x.value, i)])
+        result = builder.insert_element(result, found, i)
+    return Lanes(builder, result)
+
+
 def where_any(mask, body, given):
     """`given`, or body() in the lanes where the mask is true: computed only if there are such."""
     builder = mask.builder
@@ -180,29 +194,31 @@ def where_any(mask, body, given):
     return results
 
 
-def routine(formula, part=None):
-    """Body for `vector.define` that calls `formula`, written once a module as a function.
+def outlined(formula, n_results=1):
+    """The formula as a function of its own in the module, which is written once and called.
 
-    The formula is given Lanes and gives Lanes, or a pair of which `part` is one.  Calls with the
-    same argument become one: a sine and a cosine cost what one of them costs.
+    Inlined it would run no faster and take longer to compile.  Calls with the same argument become
+    one call.
     """
 
-    def body(context, builder, values):
-        kind = values[0].type
+    @functools.wraps(formula)
+    def call(x, *others):
+        builder, kind = x.builder, x.value.type
         name = f"fastdyn.{formula.__name__}.{kind.count}"
         function = builder.module.globals.get(name)
         if function is None:
-            result = kind if part is None else ir.LiteralStructType([kind, kind])
-            form = ir.FunctionType(result, [kind] * len(values))
+            result = kind if n_results == 1 else ir.LiteralStructType([kind] * n_results)
+            form = ir.FunctionType(result, [kind] * (1 + len(others)))
             function = _written(builder.module, name, form, formula)
-        found = builder.call(function, values)
-        return found if part is None else builder.extract_value(found, part)
+        found = builder.call(function, [x.value, *map(x.like, others)])
+        if n_results == 1:
+            return Lanes(builder, found)
+        return [Lanes(builder, builder.extract_value(found, i)) for i in range(n_results)]
 
-    return body
+    return call
 
 
 def _written(module, name, form, formula):
-    """The function in LLVM.  Not inlined, which would take longer to compile and run no faster."""
     function = ir.Function(module, form, name)
     function.linkage = "linkonce_odr"
     for attribute in ("noinline", "nounwind", "readnone"):

@@ -10,10 +10,12 @@ from .vector_code import (
     bits,
     fast_two_sum,
     fma,
+    outlined,
     polynomial,
     quotient,
     real,
     signed,
+    two_product,
     two_sum,
     where,
     word,
@@ -55,10 +57,27 @@ def times_power(x, k):
     return x * real((half + (BIAS - 1024)) << 52) * real((k - half + (BIAS + 1024)) << 52)
 
 
-def exponential(x, low=0.0):
+def exponential_of_sum(x, low):
+    """e^(x + low)."""
     k, r, low = reduced(within(x, SMALLEST, LARGEST), low)
     first, rest = rise(r, low)
     return times_power(1.0 + (first + rest), k)
+
+
+@outlined
+def exponential(x):
+    return exponential_of_sum(x, 0.0)
+
+
+def exponential_of_product(y, high, low):
+    """e^(y (high + low)); y and high may be infinite."""
+    p, p_low = two_product(y, high)
+    return exponential_of_sum(p, where(abs(p) < 750.0, fma(y, low, p_low), 0.0))
+
+
+@outlined
+def power_of_two(x):
+    return exponential_of_product(x, *LN2)
 
 
 def quarter_rise(x):
@@ -70,17 +89,20 @@ def quarter_rise(x):
     return fast_two_sum(high, fma(power, low, error))
 
 
+@outlined
 def exponential_less_one(x):
     high, _ = quarter_rise(x)
     return where(abs(x) < TINY, x, 4.0 * high)
 
 
+@outlined
 def hyperbolic_sine(x):
     high, low = quarter_rise(abs(x))
     size = 2.0 * (high + (low + high / (4.0 * high + 1.0)))
     return where(abs(x) < TINY, x, signed(size, x))
 
 
+@outlined
 def hyperbolic_cosine(x):
     k, r, low = reduced(within(abs(x), 0.0, 720.0))
     first, rest = rise(r, low)
@@ -88,6 +110,7 @@ def hyperbolic_cosine(x):
     return half + 0.25 / half
 
 
+@outlined
 def hyperbolic_tangent(x):
     high, low = quarter_rise(2.0 * within(abs(x), 0.0, 22.0))
     below, below_low = two_sum(high, 0.5)

@@ -13,16 +13,19 @@ from .vector_code import (
     fast_two_sum,
     fma,
     named,
+    outlined,
     polynomial,
     quotient,
     real,
     signed,
+    sqrt,
     two_product,
     two_sum,
     where,
+    where_any,
     word,
 )
-from .vector_exp import BIAS, INF, LN2, TINY, exponential
+from .vector_exp import BIAS, INF, LN2, TINY, exponential_of_product, exponential_of_sum
 
 LOGARITHM = (
     0.6666666666666735, 0.3999999999941109, 0.2857142874326269, 0.22222198475983598,
@@ -36,6 +39,8 @@ TWO_THIRDS = 0.6666666666666666, 3.700743415417188e-17
 LOG2_E = 1.4426950408889634, 2.0355273740931033e-17
 LOG10_E = 0.4342944819032518, 1.098319650216765e-17
 LOG10_2 = 0.3010299956639812, -2.8037281277851704e-18
+LN2_3 = 0.23104906018664845, -1.077356103093161e-17
+THIRD = 0.3333333333333333, 1.850371707708594e-17
 NAN = float("nan")
 NORMAL = 2.0**-1022  # the least number with all its digits
 MIDDLE = word(0.5**0.5)
@@ -65,15 +70,17 @@ def total(k, m, low):
     return fma(k, LN2[0], f - (bend - fma(k, LN2[1], low)))
 
 
+@outlined
 def logarithm(x):
     k, _, m = split(x)
     return defined(x, total(k, m, 0.0))
 
 
+@outlined
 def logarithm_of_one_plus(x):
     u, low = two_sum(x, 1.0)
     k, exponent, m = split(u)
-    low = low * real((2 * BIAS - exponent) << 52) / m
+    low = where(u < 2.0**100, low * real((2 * BIAS - exponent) << 52) / m, 0.0)
     return where(abs(x) < TINY, x, defined(u, total(k, m, low)))
 
 
@@ -104,26 +111,59 @@ def scaled(k, unit, high, low, factor):
     return fast_two_sum(result, rest + (fma(k, unit[1], a_low) + b_low))
 
 
+@outlined
 def logarithm_2(x):
     k, _, m = split(x)
     return defined(x, scaled(k, (1.0, 0.0), *precise(m), LOG2_E)[0])
 
 
+@outlined
 def logarithm_10(x):
     k, _, m = split(x)
     return defined(x, scaled(k, LOG10_2, *precise(m), LOG10_E)[0])
 
 
-def power(x, y):
+@outlined
+def any_power(x, y):
     """x^y as in C: NaN for x < 0 unless y is whole."""
     a = abs(x)
     k, _, m = split(a)
     high, low = scaled(k, LN2, *precise(m), (1.0, 0.0))
     high = where(a == 0.0, -INF, where(a < INF, high, a))
-    p, p_low = two_product(y, high)
-    p_low = where(abs(p) < 750.0, fma(y, low, p_low), 0.0)
-    size = where((y == 0.0) | (a == 1.0), 1.0, exponential(p, p_low))
+    size = exponential_of_product(y, high, low)
+    size = where((y == 0.0) | (a == 1.0), 1.0, size)
+    half = y * 0.5
     whole = named("rint", y) == y
-    odd = whole & (named("rint", y * 0.5) != y * 0.5)
+    odd = whole & (named("rint", half) != half)
     size = where((x < 0.0) & (a < INF) & ~whole, NAN, size)
     return where(odd, signed(size, x), size)
+
+
+def power(x, y):
+    """x^y, for y = 1/2, 1, ..., 3 and their opposites by products and a square root.
+
+    What a constant exponent does not need is not compiled.
+    """
+    n = abs(y) * 2.0
+    short = (n >= 1.0) & (n <= 6.0) & (named("rint", n) == n) & (x > 1e-100) & (x < 1e100)
+
+    def products():
+        root = where((n == 1.0) | (n == 3.0) | (n == 5.0), sqrt(x), x)
+        first = where(n == 4.0, 1.0, root)
+        second = where(n == 3.0, x, where(n < 3.0, 1.0, x * x))
+        second_low = where(n < 4.0, 0.0, fma(x, x, -second))
+        whole, low = two_product(first, second)
+        low = fma(first, second_low, low)
+        ratio, ratio_low = quotient(1.0, 0.0, whole, low)
+        return (where(y < 0.0, ratio + ratio_low, whole + low),)
+
+    result = where_any(short, products, (y,))
+    return where_any(~short, lambda: (any_power(x, y),), result)[0]
+
+
+@outlined
+def cube_root(x):
+    a = abs(x)
+    k, _, m = split(a)
+    high, low = scaled(k, LN2_3, *precise(m), THIRD)
+    return where((a > 0.0) & (a < INF), signed(exponential_of_sum(high, low), x), x)

@@ -1,4 +1,4 @@
-"""Elementary functions of vectors."""
+"""Elementary functions of vectors: those that Numba knows of numbers."""
 
 import math
 import operator
@@ -9,37 +9,41 @@ from numba import types
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
-from . import vector_arc, vector_exp, vector_log, vector_trig
+from . import vector_arc, vector_exp, vector_log, vector_plain, vector_trig
 from .calls import BARE
-from .vector import INDEX, Vector, define, is_real
-from .vector_code import routine
+from .vector import INDEX, Mask, Vector, define, is_real
+from .vector_code import Lanes
 
 
-def by_lanes(scalar, n):
-    """Body of a function of n vectors that calls the scalar one for each lane."""
+def by_formula(formula):
+    """Body for `define`: the formula on `vector_code.Lanes`."""
+    return lambda _, builder, v: formula(*(Lanes(builder, x) for x in v)).value
+
+
+def by_lanes(scalar):
+    """Body for `define`: the function of a number, called for each lane."""
 
     def body(context, builder, v):
-        kind = v[0].type
-        kinds = signature(types.float64, *[types.float64] * n)
-        function = context.get_function(scalar, kinds)
-        result = ir.Constant(kind, ir.Undefined)
-        for i in range(kind.count):
-            parts = [builder.extract_element(x, INDEX(i)) for x in v]
-            result = builder.insert_element(result, function(builder, parts), INDEX(i))
+        function = context.get_function(scalar, signature(types.float64, types.float64))
+        result = ir.Constant(v[0].type, ir.Undefined)
+        for i in range(v[0].type.count):
+            part = builder.extract_element(v[0], INDEX(i))
+            result = builder.insert_element(result, function(builder, [part]), INDEX(i))
         return result
 
     return body
 
 
-FORMULAS = {
+OF_ONE = {
+    vector_trig.sine: (math.sin, np.sin),
+    vector_trig.cosine: (math.cos, np.cos),
     vector_trig.tangent: (math.tan, np.tan),
     vector_arc.arc_sine: (math.asin, np.arcsin),
     vector_arc.arc_cosine: (math.acos, np.arccos),
     vector_arc.arc_tangent: (math.atan, np.arctan),
-    vector_arc.arc_tangent_of_two: (math.atan2, np.arctan2),
-    vector_arc.hypotenuse: (math.hypot, np.hypot),
     vector_exp.exponential: (math.exp, np.exp),
     vector_exp.exponential_less_one: (math.expm1, np.expm1),
+    vector_exp.power_of_two: (math.exp2, np.exp2),
     vector_exp.hyperbolic_sine: (math.sinh, np.sinh),
     vector_exp.hyperbolic_cosine: (math.cosh, np.cosh),
     vector_exp.hyperbolic_tangent: (math.tanh, np.tanh),
@@ -47,30 +51,48 @@ FORMULAS = {
     vector_log.logarithm_of_one_plus: (math.log1p, np.log1p),
     vector_log.logarithm_2: (math.log2, np.log2),
     vector_log.logarithm_10: (math.log10, np.log10),
+    vector_log.cube_root: (np.cbrt,),
+    vector_plain.square: (np.square,),
+    vector_plain.reciprocal: (np.reciprocal,),
+    vector_plain.radians: (math.radians, np.radians, np.deg2rad),
+    vector_plain.degrees: (math.degrees, np.degrees, np.rad2deg),
+    vector_plain.sign: (np.sign,),
 }
-TWO = {math.atan2, np.arctan2, math.hypot, np.hypot}
-for _formula, _functions in FORMULAS.items():
-    for _function in _functions:
-        define(_function, 2 if _function in TWO else 1, Vector, routine(_formula))
-for _part, _functions in enumerate(((math.sin, np.sin), (math.cos, np.cos))):
-    for _function in _functions:
-        define(_function, 1, Vector, routine(vector_trig.sine_cosine, _part))
-
+OF_TWO = {
+    vector_arc.arc_tangent_of_two: (math.atan2, np.arctan2),
+    vector_arc.hypotenuse: (math.hypot, np.hypot),
+    vector_plain.remainder: (operator.mod, operator.imod, np.mod),
+    vector_plain.whole_quotient: (operator.floordiv, operator.ifloordiv, np.floor_divide),
+    vector_plain.fraction_left: (np.fmod,),
+}
+TRUTHS = {
+    vector_plain.not_a_number: (math.isnan, np.isnan),
+    vector_plain.infinite: (math.isinf, np.isinf),
+    vector_plain.finite: (math.isfinite, np.isfinite),
+}
 BY_LANES = {
     math.asinh: (np.arcsinh,),
     math.acosh: (np.arccosh,),
     math.atanh: (np.arctanh,),
     math.erf: (),
+    math.erfc: (),
+    math.gamma: (),
+    math.lgamma: (),
 }
+for _n, _result, _table in (1, Vector, OF_ONE), (2, Vector, OF_TWO), (1, Mask, TRUTHS):
+    for _formula, _functions in _table.items():
+        for _function in _functions:
+            define(_function, _n, _result, by_formula(_formula))
 for _function, _others in BY_LANES.items():
     for _name in (_function, *_others):
-        define(_name, 1, Vector, by_lanes(_function, 1))
+        define(_name, 1, Vector, by_lanes(_function))
 
 
 @intrinsic
-def _power_of(typingctx, a, b):
+def _any_power(typingctx, a, b):
     vector = a if isinstance(a, Vector) else b
-    return vector(vector, vector), lambda c, builder, s, v: routine(vector_log.power)(c, builder, v)
+    body = by_formula(vector_log.power)
+    return vector(vector, vector), lambda context, builder, s, args: body(context, builder, args)
 
 
 @intrinsic(prefer_literal=True)
@@ -95,8 +117,9 @@ def _power(a, b):
     if isinstance(a, Vector) and isinstance(b, types.IntegerLiteral) and abs(b.literal_value) < 64:
         return lambda a, b: _whole_power(a, b)
     if (isinstance(a, Vector) and is_real(b)) or (isinstance(b, Vector) and is_real(a)):
-        return lambda a, b: _power_of(a, b)
+        return lambda a, b: _any_power(a, b)
 
 
+INLINED = {**BARE, "forceinline": True}  # so that a constant exponent is seen
 for _function in (operator.pow, operator.ipow, math.pow, np.power):
-    overload(_function, jit_options=BARE, prefer_literal=True)(_power)
+    overload(_function, jit_options=INLINED, prefer_literal=True)(_power)
