@@ -202,7 +202,7 @@ def rows(quick):
     for number, (problem, make) in enumerate(PROBLEMS.items()):
         fun, end, y0, parameters = make(count)
         given = fun, end, y0, parameters
-        tight = dict(rtol=1e-12, atol=1e-13, method="DOP853")
+        tight = {"rtol": 1e-12, "atol": 1e-13, "method": "DOP853"}
         exact = _fastdyn(*given, "scalar", None, **tight)()
         runs = {
             "fastdyn, 1 core": _fastdyn(*given, "auto", 1),
