@@ -166,6 +166,22 @@ def test_comparison_at_equal_work():
     assert figure.axes[-1].get_xlabel() == "t (s)" and "Gauss8" in str(found)
 
 
+def test_comparison_in_equal_time():
+    """What is measured differs from run to run: only that steps follow it is claimed."""
+    methods, given = ["VelocityVerlet", "Gauss16"], {"periods": 3, "samples": 64}
+    short, long = (
+        fastdyn.compare_drift(ORBIT, methods, seconds=seconds, **given) for seconds in (2e-5, 2e-3)
+    )
+    for name in methods:
+        assert long[name].n_steps > 5 * short[name].n_steps
+    assert short["VelocityVerlet"].n_steps > 5 * short["Gauss16"].n_steps
+    assert "us / time" in str(short)
+    with pytest.raises(ValueError, match="give `evaluations` or `seconds`"):
+        fastdyn.compare_drift(ORBIT, methods, **given)
+    with pytest.raises(ValueError, match="the same steps again"):
+        fastdyn.compare_drift(ORBIT, methods, seconds=1e-4, checkpoint="x.npz", **given)
+
+
 def test_memory_does_not_depend_on_the_number_of_steps():
     tracemalloc = pytest.importorskip("tracemalloc")
     peaks = []
