@@ -153,6 +153,9 @@ def test_drifts_are_compared_and_kept(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {f"run-{name}.npz" for name in methods}
     again = fastdyn.compare_drift((velocity, force), methods, **given)
     assert all(np.array_equal(again[name].y, found[name].y) for name in methods)
+    given["args"] = (0.8,)
+    with pytest.raises(ValueError, match="functions differs"):
+        fastdyn.compare_drift((velocity, force), methods, **given)
     other = fastdyn.solve_separable(
         velocity, force, (0, 9), *START, step=0.1, checkpoint=tmp_path / "solve.npz", **GIVEN
     )
