@@ -27,7 +27,7 @@ from .method import Method
 from .stages import Matrix
 from .state import K
 
-N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 3  # increments and stages; rounding, change, slope
+N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments and stages; rounding, two changes, slope
 ITERATIONS = 12  # a guess, for the time that a step takes
 
 

@@ -32,12 +32,9 @@ from .state import (
 )
 
 MAX_ITERATIONS = 100
-
-# Iterations without progress after which a change is what rounding leaves, by its share of the
-# component.  Positions and velocities get nearer in turns, so that one is never enough, and where
-# one of them was right by chance at first, several are not.
-STALLS, LONG_STALLS, MOVING = 2, 10, MAX_ITERATIONS
-ROUGH, LARGE = 1e-12, 1e-6
+SMALL = 1e-6  # changes above this share of a component are not rounding
+STALLS = 2  # iterations without progress after which the changes are what rounding leaves
+MOVING = MAX_ITERATIONS
 
 
 @njit(**FUSED)
@@ -50,9 +47,7 @@ def _patience(change, count, work, row, k, size):
     if change < work[row, k]:
         work[row, k] = change
         return MOVING
-    if change > LARGE * size:
-        return MOVING
-    return LONG_STALLS if change > ROUGH * size else STALLS
+    return MOVING if change > SMALL * size else STALLS
 
 
 def make_step(s, mu, ratio, b, c, nystrom=False):
@@ -61,8 +56,11 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
     With `nystrom` the equations are q'' = a(t, q) of a state [q, v], and `rhs` is a: each
     iteration finds the velocities first and the positions from them, which takes half as many.
     """
-    INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 2
+    INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 3
     half = s // 2
+    # Positions follow from velocities and velocities from positions: two iterations in one, whose
+    # changes must not be compared, as one of the two may be right by chance at first.
+    turns = 1 if nystrom else 2
     weights = Matrix([b])
 
     @njit(**FUSED)
@@ -78,7 +76,8 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
     @njit(**FUSED)
     def refined(work, k, count):
         change = refine(mu, work, INCREMENTS, STAGES, k, work[Y, k], work[LOW, k])
-        return _patience(change, count, work, CHANGE, k, _size(work, STAGES, s, k))
+        row = CHANGE + count % turns
+        return _patience(change, count, work, row, k, _size(work, STAGES, s, k))
 
     if nystrom:
 
@@ -128,7 +127,7 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
         """One step from row Y; (status, evaluations)."""
         n = work.shape[1]
         for k in range(n):
-            work[CHANGE, k] = np.inf
+            work[CHANGE, k] = work[CHANGE + 1, k] = np.inf
             if not first:
                 predict(ratio, work, INCREMENTS, k)
         if first:

@@ -153,6 +153,12 @@ def test_rounded_coefficients_are_symplectic_exactly(name):
     assert np.array_equal(mu + mu.T, np.ones_like(mu))
 
 
+@pytest.mark.parametrize("name", [name for name, m in METHODS.items() if m.cost])
+def test_rounded_coefficients_are_symmetric_exactly(name):
+    mu = np.array(METHODS[name].tableau["mu"])
+    assert np.array_equal(mu + mu[::-1, ::-1], np.ones_like(mu))
+
+
 def double_pendulum(t, w):
     """Two equal pendulums on one another, in angles and their momenta: not separable."""
     a, b, p, q = w
