@@ -11,7 +11,7 @@ from .crew import Results, Worker, work_off
 from .kernels.state import FINISHED, INTERRUPTED
 from .members import Members
 from .refusal import Uncompilable
-from .solve import check_second_order
+from .structure import check_second_order
 from .trajectories import Trajectories
 
 LANES = ("auto", "scalar", "vector")

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .adapt import bind
+from .adapt import Bound, bind
 from .callback import Callback
 from .check import initial_state
 from .kernels.calls import FIRST, RAISED
@@ -140,8 +140,6 @@ class Members:
 
     def _in_python(self, fun, mode, n):
         """The same for a function that stays in Python: it looks into the block."""
-        from .adapt import Bound
-
         block = np.zeros(FIRST + len(self.varying), np.int64)
         floats = block.view(float)
 
@@ -157,7 +155,7 @@ class Members:
 
         callback = Callback(called, mode, n)
         block[0] = callback.address
-        return Bound(None, block, called, [callback], callback, [])
+        return Bound(None, block, called, [callback], callback, [], mode)
 
     def places(self, kernel, block):
         """Write what all share into the block of a vector kernel; (address, column, stride)."""
