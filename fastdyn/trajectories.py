@@ -97,7 +97,7 @@ class Trajectories:
     def y(self):
         if self._problem.t_eval is None:
             return self.y_end
-        return self._results.y_eval[:, :, : self._n].transpose(0, 2, 1)
+        return self._results.states(self._n)
 
     @property
     def status(self):
@@ -135,7 +135,7 @@ class Trajectories:
     @functools.cached_property
     def _occurrences(self):
         """(t, y) of each event, each a list with an array for each trajectory."""
-        n_events, found = len(self._problem.events), self._results.found
+        n_events, found = len(self._problem.events), self._results.occurrences()
         n = self._members.n
         where = np.concatenate([w for w, _, _ in found] or [np.empty((0, 2), int)])
         t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])
