@@ -59,12 +59,12 @@ class Archived(Results):
         blocks = self._require("finished", (-(-count // self.block),), ("block",), 1, bool, False)
         self._finished = blocks[:]
         there = np.repeat(self._finished, self.block)[:count]
-        for name in self.ROWS:
+        self._names = [name for name in self.ROWS if len(getattr(self, name)) == count]
+        for name in self._names:
             array = getattr(self, name)
             fill = FILL.get(name, np.nan)
             kept = self._require(name, array.shape, AXES[name], self.block, array.dtype, fill)
-            if len(array):
-                array[there] = kept[:][there]
+            array[there] = kept[:][there]
         if t_eval is not None:
             n_times = len(t_eval)
             self._require("y", (count, n, n_times), AXES["y"], self.block)
@@ -87,9 +87,9 @@ class Archived(Results):
     def put(self, start, part):
         """Write a block, and say last that it is there."""
         end = start + len(part.t_end)
-        for name in self.ROWS:
-            if len(getattr(self, name)):
-                self._arrays[name][start:end] = getattr(part, name)
+        for name in self._names:
+            self._arrays[name][start:end] = getattr(part, name)
+            getattr(self, name)[start:end] = getattr(part, name)
         if "y" in self._arrays:
             self._arrays["y"][start:end] = part.states(self._n)
         if part.found:  # one row each: member, event, time, state
@@ -98,8 +98,6 @@ class Archived(Results):
             self._group.create_array(f"events/{start}", data=rows, overwrite=True)
         self._arrays["finished"][start // self.block] = True
         self._finished[start // self.block] = True
-        for name in self.ROWS:
-            getattr(self, name)[start:end] = getattr(part, name)
 
     def states(self, n):
         """The states at the times of output, as the Zarr array that they are in."""

@@ -14,7 +14,7 @@ from . import ensemble as ensembles
 from . import reductions, resume
 from .adapt import bind
 from .checkpoint import fingerprint
-from .crew import Results, functions_of
+from .crew import LOOK, Results, functions_of
 from .kernels.state import INTERRUPTED
 from .members import Shared
 
@@ -195,7 +195,7 @@ def solve_parts(executor, n_waiting, call, parts, results, bar):
                 running[executor.submit(solve_block, call, y0, columns)] = start
             if not running:
                 return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+            for future in wait(running, LOOK, FIRST_COMPLETED).done:
                 part = future.result()
                 results.put(running.pop(future), part)
                 if bar is not None:
