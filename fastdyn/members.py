@@ -91,10 +91,9 @@ class Members:
         self.y0 = np.atleast_2d(states)
         self.n = self.y0.shape[1]
         self.varying = {j: c for j, c in columns.items() if len(c) != 1}
-        if self.count == 0:
-            self.varying = {j: np.ones(1, c.dtype) for j, c in self.varying.items()}
         shared = (a.value if isinstance(a, Shared) else a for a in args)
-        given = ((columns[j][0] if len(columns.get(j, ())) else a) for j, a in enumerate(shared))
+        firsts = {j: (c if len(c) else np.ones(1, c.dtype))[0] for j, c in columns.items()}
+        given = (firsts.get(j, a) for j, a in enumerate(shared))
         self.first = tuple(a.item() if isinstance(a, np.generic) else a for a in given)
         plain = [np.ascontiguousarray(c) for c in self.varying.values()]
         words = [(c if c.dtype == float else c.astype(np.int64)).view(np.int64) for c in plain]
