@@ -5,6 +5,8 @@ interpolant adds stages of its own to these, evaluated only where it is wanted, 
 Hermite polynomial of `dense.py`.
 """
 
+import operator
+
 from numba import njit, types
 from numba.extending import intrinsic
 
@@ -27,6 +29,10 @@ def _call(context, builder, function, *given):
     if not isinstance(function, types.Type):
         function = context.typing_context.resolve_value_type(function)
     signature = function.get_call_type(context.typing_context, kinds, {})
+    values = [
+        context.cast(builder, value, kind, wanted)
+        for value, kind, wanted in zip(values, kinds, signature.args, strict=True)
+    ]
     return signature.return_type, context.get_function(function, signature)(builder, values)
 
 
@@ -54,8 +60,8 @@ def _append_stages(context, builder, times, rows, rhs, t, y, h, found, block, fo
         known = _together(context, builder, found)
         u = _call(context, builder, slot, form, work, _index(context, STAGE))
         u = _call(context, builder, combine, u, y, h, _row(context, row), known)
-        later = builder.fmul(_number(context, c)[1], h[1])
-        time = types.float64, builder.fadd(t[1], later)
+        later = _call(context, builder, operator.mul, _number(context, c), h)
+        time = _call(context, builder, operator.add, t, later)
         out = _call(context, builder, slot, form, work, _index(context, K + len(found)))
         found.append(_call(context, builder, rhs, time, u, block, out))
 
