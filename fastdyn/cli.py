@@ -107,7 +107,7 @@ def _add_run_options(parser, system):
     _add_parameters(parser, system)
     solver = parser.add_argument_group("solution and output")
     solver.add_argument("--t-end", type=float, default=system.t_end, help="end of the run (s)")
-    solver.add_argument("--method", default="RK45", help="RK45, ode45, DOP853, RK4 ...")
+    solver.add_argument("--method", default="RK45", help="RK45, ode45, DOP853, Vern9, RK4 ...")
     solver.add_argument("--rtol", type=float, help="relative tolerance, default 1e-6")
     solver.add_argument("--atol", type=float, help="absolute tolerance, default 1e-9")
     solver.add_argument("--step", type=float, help="step (s) of RK4 and VelocityVerlet")

@@ -25,7 +25,7 @@ BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
 
 # Of kernels that take functions: a function left as a run-time argument would be a pointer into
 # this process, and the code could not be kept on disk.
-FUSED = {**OPTIONS, "forceinline": True}
+FUSED = {**BARE, "forceinline": True}
 
 WORDS = types.Array(types.int64, 1, "C")
 FORM = (

@@ -21,7 +21,7 @@ import sys
 from fastdyn import checkpoint, drift, energy_drift, systems
 checkpoint.SECONDS = drift.CHUNK_SECONDS = 0.02
 method, path = sys.argv[1:]
-step = {"rtol": 1e-9, "atol": 1e-12} if method in ("RK45", "DOP853") else {"step": 0.02}
+step = {"rtol": 1e-9, "atol": 1e-12} if method in ("RK45", "Vern9") else {"step": 0.02}
 study = energy_drift(systems.satellite(V=1.14), method, t_end=float(sys.stdin.read()), samples=100,
                      checkpoint=path or None, tier="pointer", **step)
 energy = study.drifts["energy"]
