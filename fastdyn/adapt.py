@@ -34,6 +34,7 @@ from .refusal import Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
 from .values import MOMENTS, Constant, is_function, kind, n_words, pack
 
+INLINED = {"forceinline": True}
 NUMPY = ("numpy", "np")  # and a library under its own name: the code itself says what is meant
 DERIVATIVE = (("derivative", True), ("derivative", False), ("copy", False))
 MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
@@ -48,13 +49,18 @@ MODES = {  # how a function may be compiled, best first: (mode, returned lists b
 
 
 class Function(NamedTuple):
-    """A compiled function of the user; `key` is None if only this process can identify it."""
+    """A compiled function of the user; `key` is None if only this process can identify it.
+
+    `build` makes the dispatcher of its pointer form, `on_vectors` what `taken_in` does.
+    """
 
     key: str | None
     address: Any
     n_words: int
     build: Any
     alive: Any
+    mode: str = ""
+    on_vectors: Any = None
 
 
 class Bound(NamedTuple):
@@ -214,7 +220,10 @@ def _compile(parts, mode, layout, outside):
                 continue
             if compiled:
                 size = words_of(layout) + words_of([k for k, _ in outside.values()])
-                return Function(key, compiled.address, size, functools.cache(build), compiled)
+                vectors = functools.partial(taken_in, parts, layout, outside, True, INLINED)
+                return Function(
+                    key, compiled.address, size, functools.cache(build), compiled, mode, vectors
+                )
     raise Uncompilable(reasons[0])
 
 

@@ -10,9 +10,10 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from . import cache
-from .adapt import described, identity, taken_in, words_of
+from .adapt import INLINED, described, identity, taken_in, words_of
 from .kernels import METHODS, adaptive, fixed, lanes, vector_math  # noqa: F401
 from .kernels.calls import BARE, FUSED, WORDS
+from .kernels.form import Form
 from .kernels.vector import is_real, widen
 from .parts import parts_of
 from .refusal import Uncompilable, explain
@@ -105,7 +106,7 @@ def _padded(typingctx, q):
     return whole(q), codegen
 
 
-def _right_hand_side(function, values, mode):
+def right_hand_side(function, values, mode):
     """``rhs(t, y, block, out)`` for the steps."""
     if mode in MOMENTS:
 
@@ -197,9 +198,9 @@ def kernel(name, fun, args, varying, mode, n, extrema):
     if found is None:
 
         def build():
-            function, values = taken_in(parts, layout, outside, True, {"forceinline": True})
-            rhs = _right_hand_side(function, values, mode)
-            return _loop(method, rhs, lanes.Form(n, width()), extrema or None), ADVANCE
+            function, values = taken_in(parts, layout, outside, True, INLINED)
+            rhs = right_hand_side(function, values, mode)
+            return _loop(method, rhs, Form(n, width()), extrema or None), ADVANCE
 
         try:
             found = cache.compiled(key, build)

@@ -19,6 +19,7 @@ from .kernels import METHODS
 from .kernels.calls import BARE, OPTIONS, WORDS, by_pointer, inlined
 from .kernels.composition import cubic_of_pair
 from .kernels.events import EVENTS, open_events
+from .kernels.form import Form
 from .kernels.pair import (
     FORCE,
     VELOCITY,
@@ -181,6 +182,11 @@ def specialised_kernel(name, function, n, build=True) -> Any:
 
 
 def _inlining_kernel(name, function, n):
+    if METHODS[name].at_once and function.mode in ("derivative", "acceleration"):
+        try:
+            return _stages_kernel(METHODS[name], function, n)
+        except Exception:  # it has no form for vectors; one stage after the other has the same bits
+            pass
     user = function.build()
     form = (0.0,) * n
     if isinstance(user, tuple):
@@ -194,6 +200,23 @@ def _inlining_kernel(name, function, n):
         return inlined(user, t, y, block)
 
     return _stepping_kernel(name, rhs, form)
+
+
+def _stages_kernel(method, function, n):
+    """The same of an implicit method, with all stages evaluated at once on vectors."""
+    from .lanes import right_hand_side
+
+    s, step = method.at_once
+    form = Form(n // 2 if method.second_order else n, s, exact=True)
+    rhs = right_hand_side(*function.on_vectors(), function.mode)
+    advance = method.advance
+
+    @njit(**BARE)
+    def kernel(state, work, block, n_steps):
+        return advance(rhs, step, form, state, work, block, n_steps)
+
+    kernel.compile(ADVANCE)
+    return kernel
 
 
 class Tier:

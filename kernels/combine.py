@@ -229,7 +229,7 @@ def slot(typingctx, form, work, index):
 def fetch(typingctx, form, work, index):
     """Row `index` of `work` as a value.
 
-    `form` is None for the row itself, a tuple of n numbers, or a `lanes.Form`.
+    `form` is None for the row itself, a tuple of n numbers, or a `form.Form`.
     """
     if isinstance(form, types.NoneType):
         return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])

@@ -13,10 +13,10 @@ from .linear import (
     is_matrix,
     is_row,
     largest,
+    number_of,
     packed,
     result_type,
     values_of,
-    width_of,
 )
 
 CONTRADICTORY = (
@@ -105,14 +105,14 @@ def _constrained(do, mass, a, force, b):
 @intrinsic
 def _solve_constrained(typingctx, mass, a, force, b):
     given = (mass, a, force, b)
-    width = width_of(given)
-    result = result_type(len(force) + len(b), width)
+    number = number_of(given)
+    result = result_type(len(force) + len(b), number)
 
     def codegen(context, builder, signature, args):
         values = [
-            values_of(context, builder, t, v, width) for t, v in zip(given, args, strict=True)
+            values_of(context, builder, t, v, number) for t, v in zip(given, args, strict=True)
         ]
-        return packed(context, builder, result, *_constrained(Code(builder, width), *values))
+        return packed(context, builder, result, *_constrained(Code(builder, number), *values))
 
     return result(*given), codegen
 

@@ -39,7 +39,7 @@ class Controller(NamedTuple):
 def select(typingctx, condition, a, b):
     """a where the condition holds, else b: numbers, or lanes of vectors."""
     if isinstance(condition, Mask):
-        vector = Vector(condition.width)
+        vector = Vector(condition.width, condition.exact)
         return vector(condition, vector, vector), lambda c, builder, s, v: builder.select(*v)
     number = types.float64
     return number(types.boolean, number, number), lambda c, builder, s, v: builder.select(*v)

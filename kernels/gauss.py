@@ -102,6 +102,7 @@ def method(name, s, order, mu, rows, nystrom=False):
     nodes, weights = legendre.nodes_and_weights(s)
     b, c = (np.array([float(x) for x in values]) for values in (weights, nodes))
     more = N_ROWS_PER_STAGE * s + N_ROWS_MORE
+    given = s, Matrix(mu), Matrix(extrapolation(s)), b, c, nystrom
     return Method(
         name,
         order=order,
@@ -110,7 +111,8 @@ def method(name, s, order, mu, rows, nystrom=False):
         n_rows=more,
         last=more - 1,
         advance=implicit.advance,
-        step=make_step(s, Matrix(mu), Matrix(extrapolation(s)), b, c, nystrom),
+        step=make_step(*given),
+        at_once=(s, make_step(*given, at_once=True)),
         arguments=(),
         start=start.second_order if nystrom else start.plain,
         n_dense=max(3, len(rows)),

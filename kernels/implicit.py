@@ -18,7 +18,16 @@ from .calls import FUSED
 from .calls import RAISED as RAISED_WORD
 from .combine import fetch, halves, slot
 from .fixed import LANDED
-from .stages import Matrix, follow, keep_increment, predict, refine, stage_value
+from .stages import (
+    Matrix,
+    follow,
+    keep_increment,
+    keep_increments,
+    predict,
+    refine,
+    stage_times,
+    stage_value,
+)
 from .state import (
     FINISHED,
     NON_FINITE,
@@ -50,18 +59,19 @@ def _patience(change, count, work, row, k, size):
     return MOVING if change > SMALL * size else STALLS
 
 
-def make_step(s, mu, ratio, b, c, nystrom=False):
+def make_step(s, mu, ratio, b, c, nystrom=False, at_once=False):
     """The step of a method: `mu`, `ratio` (for the prediction) are Matrix, b and c arrays.
 
     With `nystrom` the equations are q'' = a(t, q) of a state [q, v], and `rhs` is a: each
     iteration finds the velocities first and the positions from them, which takes half as many.
+    With `at_once` the derivatives of all stages are evaluated on vectors, and `form` is a Form.
     """
     INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 3
     half = s // 2
     # Positions follow from velocities and velocities from positions: two iterations in one, whose
     # changes must not be compared, as one of the two may be right by chance at first.
     turns = 1 if nystrom else 2
-    weights = Matrix([b])
+    weights, nodes = Matrix([b]), Matrix([c])
 
     @njit(**FUSED)
     def weight(h, i):
@@ -122,6 +132,27 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
             f = rhs(t + c[i] * h, u, block, slot(form, work, SLOPE))
             keep_increment(f, work, INCREMENTS, mu, i, weight(h, i))
 
+    if at_once:
+
+        @njit(**FUSED)
+        def evaluate_all(rhs, t, h, form, work, block):
+            """The increments of all stages; how many were evaluated."""
+            behind = work.shape[1] // 2 if nystrom else 0
+            f = rhs(stage_times(nodes, t, h), fetch(form, work, STAGES), block, None)
+            keep_increments(weights, work, INCREMENTS, behind, f, h, weight(h, 0))
+            return s
+
+    else:
+
+        @njit(**FUSED)
+        def evaluate_all(rhs, t, h, form, work, block):
+            """The increments of all stages; how many were evaluated."""
+            for i in range(s):
+                evaluate(rhs, t, h, i, form, work, block)
+                if block[RAISED_WORD] != 0:
+                    return i + 1
+            return s
+
     @njit(**FUSED)
     def step(rhs, t, h, first, form, work, block):
         """One step from row Y; (status, evaluations)."""
@@ -132,7 +163,7 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
                 predict(ratio, work, INCREMENTS, k)
         if first:
             for i in range(s):
-                keep_increment(fetch(form, work, SLOPE), work, INCREMENTS, mu, i, weight(h, i))
+                keep_increment(slot(None, work, SLOPE), work, INCREMENTS, mu, i, weight(h, i))
         count = stalls = 0
         while True:
             patience = sweep(work, h, count)
@@ -141,10 +172,9 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
                 break
             if count == MAX_ITERATIONS:
                 return NOT_CONVERGED, s * count
-            for i in range(s):
-                evaluate(rhs, t, h, i, form, work, block)
-                if block[RAISED_WORD] != 0:
-                    return RAISED, s * count + i + 1
+            done = evaluate_all(rhs, t, h, form, work, block)
+            if block[RAISED_WORD] != 0:
+                return RAISED, s * count + done
             count += 1
         total = 0.0
         for k in range(n):

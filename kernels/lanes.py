@@ -8,8 +8,7 @@ lanes that are done another trajectory.
 
 import numpy as np
 from numba import njit, types
-from numba.core.imputils import lower_constant
-from numba.extending import intrinsic, models, register_model, typeof_impl
+from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from .calls import FUSED
@@ -18,40 +17,12 @@ from .control import select
 from .extrema import turning
 from .fixed import LANDED, add, add_size
 from .state import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
-from .vector import Vector, any_lane
+from .vector import any_lane
 
 # Rows of `lanes`, an array of one column a lane.
 T, T_OLD, T_END, T_STOP, H, ERROR, ACCEPTED, REJECTED, TRIES, LIMIT, LIVE, STATUS = range(12)
 N_FIELDS = 12
 NOTHING = -1  # status of a lane that need not be looked at
-
-
-class Form:
-    """How values are stored: tuples of n vectors of `width` lanes, known to the compiler."""
-
-    def __init__(self, n, width):
-        self.n, self.width = n, width
-
-
-class FormType(types.Type):
-    """The type of one Form; `value` is that of the values."""
-
-    def __init__(self, n, width):
-        self.value = types.UniTuple(Vector(width), n)
-        super().__init__(name=f"Form({n}, {width})")
-
-
-register_model(FormType)(models.OpaqueModel)
-
-
-@typeof_impl.register(Form)
-def _typeof_form(value, context):
-    return FormType(value.n, value.width)
-
-
-@lower_constant(FormType)
-def _constant_form(context, builder, ty, value):
-    return context.get_dummy_value()
 
 
 @intrinsic

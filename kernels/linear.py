@@ -15,7 +15,7 @@ from numba.extending import intrinsic, overload
 
 from .calls import BARE
 from .combine import constant
-from .vector import Vector, is_real, vectors_in, widen
+from .vector import Vector, is_real, vector_in, widen
 
 EPS = float(np.finfo(float).eps)
 REAL = ir.DoubleType()
@@ -84,9 +84,10 @@ class Numbers:
 
 
 class Code:
-    """The same arithmetic as instructions, on doubles or on vectors of `width`."""
+    """The same arithmetic as instructions, on doubles or on vectors."""
 
-    def __init__(self, builder, width):
+    def __init__(self, builder, number):
+        width = getattr(number, "width", 0)
         self._builder, self.kind = builder, ir.VectorType(REAL, width) if width else REAL
         self.zero, self.tiny = constant(self.kind, 0.0), constant(self.kind, EPS)
         bit = ir.VectorType(ir.IntType(1), width) if width else ir.IntType(1)
@@ -156,19 +157,19 @@ def is_matrix(ty):
     return isinstance(ty, types.BaseTuple) and len(ty) > 0 and all(map(is_row, ty))
 
 
-def width_of(tys):
-    """Lanes of the vectors among rows and matrices; 0 if all are numbers."""
-    widths = [width_of(t) if isinstance(t, types.BaseTuple) else vectors_in((t,)) for t in tys]
-    return max(widths, default=0)
+def number_of(tys):
+    """The type of the vectors among rows and matrices, float64 if all are numbers."""
+    found = (number_of(t) if isinstance(t, types.BaseTuple) else vector_in((t,)) for t in tys)
+    return next((t for t in found if isinstance(t, Vector)), types.float64)
 
 
-def values_of(context, builder, ty, value, width):
+def values_of(context, builder, ty, value, number):
     """The numbers of a row, or the lists of a matrix, as doubles or vectors."""
     parts = [(t, builder.extract_value(value, i)) for i, t in enumerate(ty)]
     if is_matrix(ty):
-        return [values_of(context, builder, t, v, width) for t, v in parts]
-    if width:
-        return [widen(context, builder, t, v, width) for t, v in parts]
+        return [values_of(context, builder, t, v, number) for t, v in parts]
+    if isinstance(number, Vector):
+        return [widen(context, builder, t, v, number.width) for t, v in parts]
     return [context.cast(builder, v, t, types.float64) for t, v in parts]
 
 
@@ -182,21 +183,20 @@ def packed(context, builder, result, x, singular):
     )
 
 
-def result_type(n, width):
-    number = Vector(width) if width else types.float64
+def result_type(n, number):
     return types.Tuple((types.UniTuple(number, n), types.boolean))
 
 
 @intrinsic
 def _solve(typingctx, a, b):
-    width = width_of((a, b))
-    result = result_type(len(b), width)
+    number = number_of((a, b))
+    result = result_type(len(b), number)
 
     def codegen(context, builder, signature, args):
         given = zip((a, b), args, strict=True)
-        rows, right = (values_of(context, builder, t, v, width) for t, v in given)
+        rows, right = (values_of(context, builder, t, v, number) for t, v in given)
         rows = [[*row, r] for row, r in zip(rows, right, strict=True)]
-        return packed(context, builder, result, *eliminate(Code(builder, width), rows))
+        return packed(context, builder, result, *eliminate(Code(builder, number), rows))
 
     return result(a, b), codegen
 

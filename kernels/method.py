@@ -41,6 +41,9 @@ class Method(NamedTuple):
         Whether the state may be changed between two steps.
     cost : int
         Evaluations that a step may take, for the first guess of its time; n_stages unless given.
+    at_once : tuple (int, function), optional
+        The number of stages and the step of an implicit method that evaluates all of them on exact
+        vectors, with the same bits as `step`.
     tableau : dict
         Coefficients as printed, for the tests of the order conditions.
     """
@@ -63,4 +66,5 @@ class Method(NamedTuple):
     h_max_share: float = math.inf
     projects: bool = True
     cost: int = 0
+    at_once: Any = None
     tableau: dict | None = None

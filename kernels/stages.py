@@ -12,6 +12,7 @@ from numba.extending import intrinsic, models, register_model, typeof_impl
 from numba.np import arrayobj
 
 from .combine import ROW
+from .vector import Vector
 
 REAL = ir.DoubleType()
 
@@ -200,3 +201,39 @@ def keep_increment(typingctx, value, work, row, matrix, i, weight):
         return context.get_dummy_value()
 
     return types.none(value, work, types.intp, matrix, types.intp, types.float64), codegen
+
+
+@intrinsic
+def stage_times(typingctx, nodes, t, h):
+    """t + c h of all stages, as an exact vector."""
+    (c,) = nodes.rows
+    s = len(c)
+
+    def codegen(context, builder, signature, args):
+        _, t, h = args
+        shifts = builder.fmul(ir.Constant(ir.VectorType(REAL, s), list(c)), _splat(builder, h, s))
+        return builder.fadd(_splat(builder, t, s), shifts)
+
+    return Vector(s, exact=True)(nodes, types.float64, types.float64), codegen
+
+
+@intrinsic
+def keep_increments(typingctx, weights, work, row, first, value, h, end):
+    """L of all stages from their derivatives, from component `first` on; see `follow`."""
+    (b,) = weights.rows
+    s = len(b)
+
+    def codegen(context, builder, signature, args):
+        _, array, row, first, value, h, end = args
+        vector = builder.fmul(_splat(builder, h, s), ir.Constant(ir.VectorType(REAL, s), list(b)))
+        for i in (0, s - 1):
+            vector = builder.insert_element(vector, end, ir.IntType(32)(i))
+        for c in range(len(signature.args[4])):
+            component = builder.add(first, first.type(c))
+            target = _stages_at(context, builder, work, (array, row, component), s)
+            product = builder.fmul(vector, builder.extract_value(value, c))
+            builder.store(product, target).align = 8
+        return context.get_dummy_value()
+
+    numbers = (types.float64,) * 2
+    return types.none(weights, work, types.intp, types.intp, value, *numbers), codegen

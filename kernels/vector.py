@@ -2,8 +2,11 @@
 
 A `Vector` holds one double of each of `width` lanes, a `Mask` one truth value.  A function that is
 written for numbers, the user's or ours, compiles for vectors as it stands, unless it branches on
-them.  Products and sums may be fused to one rounding where the processor can; lanes never mix, so
-that what one holds does not depend on the others.
+them.  Lanes never mix, so that what one holds does not depend on the others.
+
+Products and sums may be fused to one rounding where the processor can, and elementary functions
+have formulas of their own.  `exact` vectors do neither: each lane holds, to the last bit, what the
+same code makes of one number.
 """
 
 import math
@@ -22,12 +25,16 @@ NUMBERS = (types.Number, types.Boolean)
 REAL, BIT, INDEX = ir.DoubleType(), ir.IntType(1), ir.IntType(32)
 
 
-class Vector(types.Type):
-    """A double in each of `width` lanes."""
+class Wide(types.Type):
+    """Something in each of `width` lanes."""
 
-    def __init__(self, width):
-        self.width = width
-        super().__init__(name=f"Vector({width})")
+    def __init__(self, width, exact=False):
+        self.width, self.exact = width, exact
+        super().__init__(name=f"{type(self).__name__}({width}{', exact' * exact})")
+
+
+class Vector(Wide):
+    """A double in each of `width` lanes."""
 
     def can_convert_from(self, typingctx, other):
         if isinstance(other, NUMBERS) and not isinstance(other, types.Complex):
@@ -38,12 +45,8 @@ class Vector(types.Type):
             return self
 
 
-class Mask(types.Type):
+class Mask(Wide):
     """A truth value in each of `width` lanes."""
-
-    def __init__(self, width):
-        self.width = width
-        super().__init__(name=f"Mask({width})")
 
 
 @register_model(Vector)
@@ -92,33 +95,39 @@ def _cast(context, builder, given, wanted, value):
     return widen(context, builder, given, value, wanted.width)
 
 
-def vectors_in(args):
-    """The one width of the vectors among argument types, 0 if there are none or it is not one."""
-    widths = {a.width for a in args if isinstance(a, Vector)}
-    return widths.pop() if len(widths) == 1 and all(map(is_real, args)) else 0
+def vector_in(args):
+    """The one type of the vectors among argument types, None if there is none or not one."""
+    vectors = {a for a in args if isinstance(a, Vector)}
+    return vectors.pop() if len(vectors) == 1 and all(map(is_real, args)) else None
 
 
-def define(function, n, result, body):
+def define(function, n, result, body, exact=None):
     """Teach Numba `function` of n arguments, some of them vectors.
 
-    `body(context, builder, vectors)` gives the LLVM value; `result` is Vector or Mask.
+    `body(context, builder, vectors)` gives the LLVM value, and `exact` that of exact vectors, for
+    which there is no such function without; `result` is Vector or Mask.
     """
 
     @infer_global(function)
     class Template(AbstractTemplate):
         def generic(self, args, kws):
-            width = vectors_in(args)
-            if width and len(args) == n and not kws:
-                return signature(result(width), *(Vector(width) for _ in args))
+            vector = vector_in(args)
+            if vector and len(args) == n and not kws and (exact or not vector.exact):
+                return signature(result(vector.width, vector.exact), *[vector] * n)
 
     def code(context, builder, signature, args):
-        return body(context, builder, args)
+        chosen = exact if signature.args[0].exact else body
+        return chosen(context, builder, args)
 
     lower_builtin(function, *[Vector] * n)(code)
 
 
-def _fused(operation):
-    return lambda _, builder, v: getattr(builder, operation)(*v, flags=FUSE)
+def _define_same(function, n, result, body):
+    define(function, n, result, body, body)
+
+
+def _operation(name, flags):
+    return lambda _, builder, v: getattr(builder, name)(*v, flags=flags)
 
 
 def _named(name):
@@ -152,24 +161,24 @@ def _or_nan(choose):
 
 
 ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "truediv": "fdiv"}
-for _name, _operation in ARITHMETIC.items():
-    define(getattr(operator, _name), 2, Vector, _fused(_operation))
-    define(getattr(operator, "i" + _name), 2, Vector, _fused(_operation))
+for _name, _code in ARITHMETIC.items():
+    for _function in (getattr(operator, _name), getattr(operator, "i" + _name)):
+        define(_function, 2, Vector, _operation(_code, FUSE), _operation(_code, ()))
 for _function in (operator.neg, np.negative):
-    define(_function, 1, Vector, lambda _, builder, v: builder.fneg(v[0]))
+    _define_same(_function, 1, Vector, lambda _, builder, v: builder.fneg(v[0]))
 for _function in (operator.pos, float, np.positive):
-    define(_function, 1, Vector, lambda _, builder, v: v[0])
+    _define_same(_function, 1, Vector, lambda _, builder, v: v[0])
 for _name, _sign in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("eq", "==")):
-    define(getattr(operator, _name), 2, Mask, _compared(_sign))
-define(operator.ne, 2, Mask, lambda _, builder, v: builder.fcmp_unordered("!=", *v))
+    _define_same(getattr(operator, _name), 2, Mask, _compared(_sign))
+_define_same(operator.ne, 2, Mask, lambda _, builder, v: builder.fcmp_unordered("!=", *v))
 for _function in (math.sqrt, np.sqrt):
-    define(_function, 1, Vector, _named("sqrt"))
+    _define_same(_function, 1, Vector, _named("sqrt"))
 for _function in (abs, math.fabs, np.abs, np.fabs):
-    define(_function, 1, Vector, _named("fabs"))
+    _define_same(_function, 1, Vector, _named("fabs"))
 for _function in (np.floor, np.ceil, np.trunc, np.rint):
-    define(_function, 1, Vector, _named(_function.__name__))
+    _define_same(_function, 1, Vector, _named(_function.__name__))
 for _function in (math.copysign, np.copysign):
-    define(_function, 2, Vector, _named("copysign"))
+    _define_same(_function, 2, Vector, _named("copysign"))
 for _n in (2, 3, 4):
     for _function, _pair in ((min, _smaller), (max, _larger)):
 
@@ -179,9 +188,9 @@ for _n in (2, 3, 4):
                 best = pair(builder, (best, other))
             return best
 
-        define(_function, _n, Vector, _body)
-define(np.minimum, 2, Vector, _or_nan(_smaller))
-define(np.maximum, 2, Vector, _or_nan(_larger))
+        _define_same(_function, _n, Vector, _body)
+_define_same(np.minimum, 2, Vector, _or_nan(_smaller))
+_define_same(np.maximum, 2, Vector, _or_nan(_larger))
 
 
 def _logic(function, operation):
@@ -196,9 +205,9 @@ def _logic(function, operation):
         return getattr(builder, operation)(*args)
 
 
-for _name, _operation in (("and", "and_"), ("or", "or_"), ("xor", "xor")):
-    _logic(getattr(operator, _operation), _operation)
-    _logic(getattr(np, f"logical_{_name}"), _operation)
+for _name, _code in (("and", "and_"), ("or", "or_"), ("xor", "xor")):
+    _logic(getattr(operator, _code), _code)
+    _logic(getattr(np, f"logical_{_name}"), _code)
 
 
 def _negation(function):
@@ -230,7 +239,7 @@ class Where(AbstractTemplate):
 
     def generic(self, args, kws):
         if len(args) == 3 and isinstance(args[0], Mask) and all(map(is_real, args[1:])):
-            return signature(Vector(args[0].width), *args)
+            return signature(Vector(args[0].width, args[0].exact), *args)
 
 
 for _kinds in ((a, b) for a in (Vector, *NUMBERS) for b in (Vector, *NUMBERS)):

@@ -24,11 +24,12 @@ def by_lanes(scalar):
     """Body for `define`: the function of a number, called for each lane."""
 
     def body(context, builder, v):
-        function = context.get_function(scalar, signature(types.float64, types.float64))
+        kinds = signature(types.float64, *[types.float64] * len(v))
+        function = context.get_function(scalar, kinds)
         result = ir.Constant(v[0].type, ir.Undefined)
         for i in range(v[0].type.count):
-            part = builder.extract_element(v[0], INDEX(i))
-            result = builder.insert_element(result, function(builder, [part]), INDEX(i))
+            parts = [builder.extract_element(x, INDEX(i)) for x in v]
+            result = builder.insert_element(result, function(builder, parts), INDEX(i))
         return result
 
     return body
@@ -81,18 +82,37 @@ BY_LANES = {
 }
 for _n, _result, _table in (1, Vector, OF_ONE), (2, Vector, OF_TWO), (1, Mask, TRUTHS):
     for _formula, _functions in _table.items():
+        _scalar = _functions[0]
+        _known = _scalar.__name__ in vars(math) and _result is Vector
         for _function in _functions:
-            define(_function, _n, _result, by_formula(_formula))
+            define(
+                _function, _n, _result, by_formula(_formula), by_lanes(_scalar) if _known else None
+            )
 for _function, _others in BY_LANES.items():
     for _name in (_function, *_others):
-        define(_name, 1, Vector, by_lanes(_function))
+        define(_name, 1, Vector, by_lanes(_function), by_lanes(_function))
 
 
 @intrinsic
 def _any_power(typingctx, a, b):
     vector = a if isinstance(a, Vector) else b
-    body = by_formula(vector_log.power)
+    body = by_lanes(operator.pow) if vector.exact else by_formula(vector_log.power)
     return vector(vector, vector), lambda context, builder, s, args: body(context, builder, args)
+
+
+@intrinsic
+def _power_by_lanes(typingctx, a, n):
+    """a^n with a whole number that is not known to the compiler, as numbers take it."""
+
+    def codegen(context, builder, signature, args):
+        function = context.get_function(operator.pow, types.float64(types.float64, types.int64))
+        result = args[0]
+        for i in range(a.width):
+            power = function(builder, [builder.extract_element(args[0], INDEX(i)), args[1]])
+            result = builder.insert_element(result, power, INDEX(i))
+        return result
+
+    return a(a, types.int64), codegen
 
 
 @intrinsic(prefer_literal=True)
@@ -116,6 +136,8 @@ def _whole_power(typingctx, a, n):
 def _power(a, b):
     if isinstance(a, Vector) and isinstance(b, types.IntegerLiteral) and abs(b.literal_value) < 64:
         return lambda a, b: _whole_power(a, b)
+    if isinstance(a, Vector) and a.exact and isinstance(b, types.Integer):
+        return lambda a, b: _power_by_lanes(a, b)
     if (isinstance(a, Vector) and is_real(b)) or (isinstance(b, Vector) and is_real(a)):
         return lambda a, b: _any_power(a, b)
 

@@ -1,0 +1,41 @@
+"""Implicit steps with all stages on vectors: the same bits as one stage after the other."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fastdyn import solve_ivp, specialise
+
+
+def elementary(t, w):
+    x, y, u, v = w
+    r = np.hypot(x, 1.0)
+    pull = math.exp(-y * y) * math.tanh(x) + np.arctan2(x, 2.0) / r**3
+    return [u, v, -pull, -y * (1.0 + x * x) ** -2 + 0.1 * np.sin(t) * abs(y) ** 1.5]
+
+
+def branching(t, w):
+    return [w[1], -w[0] if w[0] > 0 else -2.0 * w[0]]
+
+
+@pytest.mark.parametrize("method", ["Gauss4", "Gauss16", "GaussNystrom8", "EnergyConserving4"])
+@pytest.mark.parametrize("fun", [elementary, branching])
+def test_both_tiers_give_the_same_bits(method, fun, monkeypatch):
+    taken, build = [], specialise._stages_kernel
+    monkeypatch.setattr(specialise, "_specialised", {})
+    monkeypatch.setattr(specialise.cache, "stored", lambda key: None)
+
+    def noted(*given):
+        kernel = build(*given)
+        taken.append(kernel)
+        return kernel
+
+    monkeypatch.setattr(specialise, "_stages_kernel", noted)
+    y0 = [0.3, 0.2, 0.1, 0.5] if fun is elementary else [1.0, 0.3]
+    one, all_at_once = (
+        solve_ivp(fun, (0, 20), y0, method, step=0.1, tier=tier)
+        for tier in ("pointer", "specialised")
+    )
+    assert np.array_equal(one.y, all_at_once.y) and one.nfev == all_at_once.nfev
+    assert len(taken) == (fun is elementary)
