@@ -239,8 +239,9 @@ def test_ode45_on_van_der_pol_takes_the_published_steps():
 
 
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+@pytest.mark.parametrize("dense_output", [False, True])
 @pytest.mark.parametrize("method", METHODS)
-def test_evaluations_are_counted(method):
+def test_evaluations_are_counted(method, dense_output):
     times = []
 
     def counted(t, y):
@@ -248,7 +249,7 @@ def test_evaluations_are_counted(method):
         return [y[1], -y[0]]
 
     options = {"step": 0.1} if method in FIXED else {}
-    r = fastdyn.solve_ivp(counted, (0, 1), [1.0, 0.0], method, **options)
+    r = fastdyn.solve_ivp(counted, (0, 1), [1.0, 0.0], method, dense_output=dense_output, **options)
     assert sum(t != 0 for t in times) == r.nfev - 1  # looks before the solve are at the start
 
 
