@@ -22,6 +22,10 @@ def force(t, q, c):
     return [-math.sin(q[0])]
 
 
+def pull(depth):
+    return lambda t, q, c: [-depth * math.sin(q[0])]
+
+
 def energy(t, y, c):
     return c * math.sqrt(c * c + y[1] * y[1]) - math.cos(y[0])
 
@@ -153,9 +157,10 @@ def test_drifts_are_compared_and_kept(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {f"run-{name}.npz" for name in methods}
     again = fastdyn.compare_drift((velocity, force), methods, **given)
     assert all(np.array_equal(again[name].y, found[name].y) for name in methods)
-    given["args"] = (0.8,)
+    deeper = {**given, "checkpoint": tmp_path / "deeper.npz"}
+    fastdyn.compare_drift((velocity, pull(1.0)), methods[:1], **deeper)
     with pytest.raises(ValueError, match="functions differs"):
-        fastdyn.compare_drift((velocity, force), methods, **given)
+        fastdyn.compare_drift((velocity, pull(2.0)), methods[:1], **deeper)
     other = fastdyn.solve_separable(
         velocity, force, (0, 9), *START, step=0.1, checkpoint=tmp_path / "solve.npz", **GIVEN
     )
