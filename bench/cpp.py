@@ -11,18 +11,18 @@ import numpy as np
 
 SOURCE = pathlib.Path(__file__).with_name("reference.cpp")
 COMPILERS = {"clang++": [], "g++": ["-fno-tree-slp-vectorize"]}
-COMMON = ["-std=c++17", "-O3", "-march=native", "-fPIC", "-shared"]
+COMMON = ["-std=c++17", "-Wno-psabi", "-O3", "-march=native", "-fPIC", "-shared"]
 
 
 @functools.cache
-def libraries():
-    """{compiler: library} for the compilers that are installed."""
+def libraries(source=SOURCE):
+    """{compiler: library} of a source for the compilers that are installed."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="fastdyn-bench-"))
     found = {}
     for compiler, flags in COMPILERS.items():
         if shutil.which(compiler):
             out = folder / f"{compiler}.so"
-            subprocess.run([compiler, *COMMON, *flags, str(SOURCE), "-o", str(out)], check=True)
+            subprocess.run([compiler, *COMMON, *flags, str(source), "-o", str(out)], check=True)
             found[compiler] = ctypes.CDLL(str(out))
     if not found:
         print("no C++ compiler (clang++ or g++) found: rows have no C++ column")
@@ -68,3 +68,13 @@ def solvers(problem, order, rtol, atol):
 
         result[f"C++ {compiler}"] = run
     return result
+
+
+def batches():
+    """{compiler: (one trajectory after the other, eight at once)}, C functions of lanes.cpp."""
+    found = {}
+    for compiler, library in libraries(SOURCE.with_name("lanes.cpp")).items():
+        found[compiler] = library.solve_each, library.solve_lanes
+        for entry in found[compiler]:
+            entry.restype = ctypes.c_long
+    return found

@@ -4,7 +4,7 @@ from .kernels.constrained import constrained
 from .kernels.linear import SingularMatrixError, solve_linear
 from .refusal import CompileWarning
 from .result import OdeResult, OdeSolution
-from .solve import solve_ivp, solve_second_order
+from .solve import solve_ivp, solve_second_order, solve_separable
 
 __version__ = "0.1.0"
 
@@ -32,5 +32,5 @@ def __getattr__(name):
 
 __all__ = [
     "CompileWarning", "OdeResult", "OdeSolution", "SingularMatrixError", "constrained",
-    "solve_ivp", "solve_linear", "solve_second_order",
+    "solve_ivp", "solve_linear", "solve_second_order", "solve_separable",
 ]  # fmt: skip

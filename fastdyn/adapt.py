@@ -35,8 +35,11 @@ from .rewrite import Plan, compile_with
 from .values import MOMENTS, Constant, is_function, kind, n_words, pack
 
 NUMPY = ("numpy", "np")  # and a library under its own name: the code itself says what is meant
+DERIVATIVE = (("derivative", True), ("derivative", False), ("copy", False))
 MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
-    "derivative": (("derivative", True), ("derivative", False), ("copy", False)),
+    "derivative": DERIVATIVE,
+    "velocity": DERIVATIVE,
+    "force": DERIVATIVE,
     "column": (("column", False),),
     "acceleration": (("acceleration", True), ("acceleration", False)),
     "event": (("event", True),),
@@ -48,7 +51,7 @@ class Function(NamedTuple):
     """A compiled function of the user; `key` is None if only this process can identify it."""
 
     key: str | None
-    address: int
+    address: Any
     n_words: int
     build: Any
     alive: Any
@@ -57,7 +60,7 @@ class Function(NamedTuple):
 class Bound(NamedTuple):
     """A function with the values of one solve, (kind, value) each.
 
-    `python(t, y)` is the function as written.
+    `python(t, y)` is the function as written; a pair has its two functions in `parts`.
     """
 
     function: Function | None
@@ -66,6 +69,8 @@ class Bound(NamedTuple):
     alive: list
     callback: Callback | None
     values: list
+    mode: str
+    parts: tuple = ()
 
 
 _functions: dict = {}
@@ -103,7 +108,8 @@ def bind(fun, args, mode, n, look=None):
     fun : callable
     args : tuple
     mode : str
-        "derivative", "column" (`vectorized=True`), "acceleration", "event" or one of MOMENTS.
+        "derivative", "column" (`vectorized=True`), "acceleration", "event", one of
+        MOMENTS, or "velocity" and "force", the two halves of a derivative.
     n : int
         Length of the y that the function gets.
     look : callable, optional
@@ -126,7 +132,7 @@ def bind(fun, args, mode, n, look=None):
         callback = Callback(as_written, mode, n)
         block = np.zeros(FIRST, np.int64)
         block[0] = callback.address
-        return Bound(None, block, as_written, [*alive, callback], callback, [])
+        return Bound(None, block, as_written, [*alive, callback], callback, [], mode)
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
     block[0], block[FAULT] = function.address, end
@@ -135,7 +141,7 @@ def bind(fun, args, mode, n, look=None):
         for k, value in kinds:
             at = pack(k, value, block, floats, at, alive)
     alive.append(function)
-    return Bound(function, block, as_written, alive, None, kinds)
+    return Bound(function, block, as_written, alive, None, kinds, mode)
 
 
 def _function(parts, mode, look):

@@ -118,22 +118,26 @@ def evaluate(fun, mode, t, y):
         value = fun(t, y[:, None] if mode == "column" else y)
     except SingularMatrixError as error:
         raise SingularMatrixError(f"At t = {t:.10g}, {error}.") from error
-    return derivative(value, len(y))[len(y) - n :]
+    return derivative(value, len(y), mode)[len(y) - n :]
 
 
-def derivative(value, n):
+def derivative(value, n, mode="derivative"):
     """A returned derivative as an array of n floats; raises with a sentence if it is not one."""
     array = np.asarray(value)
+    name = mode if mode in ("velocity", "force") else "fun"
     if value is None or array.dtype.kind not in "fiubc":
         raise TypeError(
-            f"`fun` returned {type(value).__name__}; it must return {n} numbers, "
+            f"`{name}` returned {type(value).__name__}; it must return {n} numbers, "
             "as a list, tuple or array"
         )
     if array.dtype.kind == "c":
-        raise TypeError("`fun` returned complex numbers; give a complex `y0` to solve for them")
+        raise TypeError(
+            f"`{name}` returned complex numbers"
+            + ("; give a complex `y0` to solve for them" if name == "fun" else "")
+        )
     if array.size != n or (array.ndim > 1 and array.shape != (n, 1)):
         raise ValueError(
-            f"`fun` returned {array.size} values for a state of {n}; "
-            "it must return one derivative for each component of `y0`"
+            f"`{name}` returned {array.size} values for a state of {n}; it must return one "
+            f"for each component of {'`y0`' if name == 'fun' else '`q0` and `p0`'}"
         )
     return array.reshape(n)

@@ -87,6 +87,17 @@ def initial_state(y0, name="y0"):
     return y0
 
 
+def joined_state(q0, other, name):
+    """Positions and, by another name, velocities or momenta as one state."""
+    q0, other = initial_state(q0, "q0"), initial_state(other, name)
+    if q0.shape != other.shape or q0.dtype == complex or other.dtype == complex:
+        raise ValueError(
+            f"`q0` and `{name}` must be real and of one length; "
+            f"got shapes {q0.shape}, {other.shape}."
+        )
+    return np.concatenate([q0, other])
+
+
 def method_named(method):
     """Our method for a name or for SciPy's class of that name; None for SciPy to run."""
     if isinstance(method, str):

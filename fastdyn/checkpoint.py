@@ -31,11 +31,21 @@ def fingerprint(bounds):
         values = tuple(frozen(value) for _, value in bound.values)
         if bound.function is None or bound.function.key is None or contains_opaque(values):
             raise ValueError(
-                "`checkpoint` needs functions that compile and that refer to nothing which only "
-                "this process knows: a resumed run could not be told from another one."
+                "a run that can be resumed needs functions that compile and that refer to nothing "
+                "which only this process knows: it could not be told from another one."
             )
         parts.append((bound.function.key, values))
     return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+def refuse_other(path, header, ours, name):
+    """Raise ValueError if the header found in a file is that of another run than ours."""
+    wrong = [entry for entry in ours if header.get(entry) != ours[entry]]
+    if wrong:
+        raise ValueError(
+            f"`{path}` belongs to another run; what differs: {', '.join(wrong)}. "
+            f"Give another `{name}`, or remove this one."
+        )
 
 
 class Checkpoint:
@@ -69,12 +79,7 @@ class Checkpoint:
             raise ValueError(f"`{self.path}` is not a whole checkpoint: {error}.") from error
         if digest != _digest(header, arrays):
             raise ValueError(f"`{self.path}` has been altered or damaged since it was written.")
-        wrong = [name for name in self._header if header.get(name) != self._header[name]]
-        if wrong:
-            raise ValueError(
-                f"`{self.path}` belongs to another run: its {', '.join(wrong)} differ"
-                f"{'s' if len(wrong) == 1 else ''}. Give another `checkpoint`, or remove the file."
-            )
+        refuse_other(self.path, header, self._header, "checkpoint")
         return arrays
 
     def due(self):

@@ -94,6 +94,7 @@ def _add_drift_options(parser, system):
     study.add_argument("--rtol", type=float, help="relative tolerance of adaptive methods")
     study.add_argument("--atol", type=float, help="absolute tolerance of adaptive methods")
     study.add_argument("--evaluations", type=float, help="a period, the same for all methods")
+    study.add_argument("--seconds", type=float, help="time of a period, the same for all methods")
     study.add_argument("--periods", type=float, help="length of the run in periods")
     study.add_argument("--t-end", type=float, help="length of the run (s)")
     study.add_argument("--n-steps", type=int, help="length of the run in constant steps")
@@ -106,7 +107,7 @@ def _add_run_options(parser, system):
     _add_parameters(parser, system)
     solver = parser.add_argument_group("solution and output")
     solver.add_argument("--t-end", type=float, default=system.t_end, help="end of the run (s)")
-    solver.add_argument("--method", default="RK45", help="RK45, ode45, DOP853, RK4 ...")
+    solver.add_argument("--method", default="RK45", help="RK45, ode45, DOP853, Vern9, RK4 ...")
     solver.add_argument("--rtol", type=float, help="relative tolerance, default 1e-6")
     solver.add_argument("--atol", type=float, help="absolute tolerance, default 1e-9")
     solver.add_argument("--step", type=float, help="step (s) of RK4 and VelocityVerlet")
@@ -169,8 +170,8 @@ def _drift(options):
 
     system = _system(options)
     show = {"samples": options.samples, "progress": sys.stderr.isatty()}
-    if options.evaluations:
-        work = {"evaluations": options.evaluations, "periods": options.periods}
+    if options.evaluations or options.seconds:
+        work = {name: getattr(options, name) for name in ("evaluations", "seconds", "periods")}
         studies = compare_drift(system, options.methods, **work, **show)
     else:
         names = ("step", "steps_per_period", "rtol", "atol", "periods", "t_end", "n_steps")

@@ -1,5 +1,6 @@
 """The workers of an ensemble: threads that take trajectories from one queue."""
 
+import functools
 import math
 import time
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
@@ -30,6 +31,7 @@ LOOK = 0.1  # seconds between two looks of the main thread at its workers
 ROOM = 256  # events in the first piece
 
 
+@functools.cache
 def _serving():
     """The compiled `serve`, one for every method and function."""
 
@@ -53,6 +55,7 @@ def _serving():
     return cache.compiled("serve", build).call
 
 
+@functools.cache
 def _already():
     return cache.compiled("already", lambda: (already, ADVANCE)).address
 
@@ -73,13 +76,8 @@ class Worker:
         self._results, self.found = results, []
         width = vector.width if vector else 1
         state, self._work = begin(p)
-        half = p.method.second_order
-        functions = [(p.fun, p.mode, n // 2 if half else n)]
-        functions += [(event, "event", n) for event, _, _ in p.events or ()]
-        if p.project is not None:
-            functions.append((p.project, "derivative", n))
         places, bounds = [], []
-        for fun, mode, length in functions:
+        for fun, mode, length in functions_of(p):
             bound, offsets = members.bind(fun, mode, length)
             bounds.append(bound)
             address = bound.block.ctypes.data
@@ -167,6 +165,16 @@ class Worker:
         self._keep_piece()
 
 
+def functions_of(problem):
+    """The functions that are called in a solve: (function, mode, length of what it gets)."""
+    p, n = problem, len(problem.y0)
+    functions = [(p.fun, p.mode, n // 2 if p.method.second_order else n)]
+    functions += [(event, "event", n) for event, _, _ in p.events or ()]
+    if p.project is not None:
+        functions.append((p.project, "derivative", n))
+    return functions
+
+
 def _table(places):
     return np.array(places, np.int64).reshape(-1, 3)
 
@@ -183,6 +191,8 @@ class Results:
         Whether to keep every event, not only the time of the first.
     """
 
+    ROWS = ("y_eval", "y_end", "t_end", "status", "counts", "best", "t_first")
+
     def __init__(self, n_members, n, n_times, n_events, extrema, keep_found):
         self.extrema, self.keep_found = extrema, keep_found
         self.queue = np.array([0, n_members])
@@ -195,20 +205,37 @@ class Results:
         self.t_first = np.full((n_members, n_events), math.nan)
         self.found: list = []
 
+    def put(self, start, part):
+        """Take over the results of a block of members, of which `start` is the first."""
+        rows = slice(start, start + len(part.t_end))
+        for name in self.ROWS:
+            getattr(self, name)[rows] = getattr(part, name)
+        self.found += [(where + np.array([start, 0]), t, y) for where, t, y in part.found]
+
+    def states(self, n):
+        """The first n components at the times of output, shape (M, n, n_times)."""
+        return self.y_eval[:, :, :n].transpose(0, 2, 1)
+
+    def occurrences(self):
+        """Pieces of ((member, event), time, state) of the events, one row each."""
+        return self.found
+
 
 def work_off(workers, results, bar):
     """Let all workers run to the end; on Ctrl-C, what is done stays."""
     serving, stopped = _serving(), []
-    with ThreadPoolExecutor(len(workers), thread_name_prefix="fastdyn") as pool:
-        try:
-            running = {pool.submit(w.run, serving, lambda: bool(stopped)) for w in workers}
-            while running:
-                done, running = wait(running, LOOK, FIRST_EXCEPTION)
-                for future in done:
-                    future.result()
-                if bar is not None:
-                    bar.update(sum(int(w.record["n_done"][0]) for w in workers) - bar.n)
-        finally:
-            stopped.append(True)
-            results.queue[COUNT] = 0
-    results.found = [piece for w in workers for piece in w.found]
+    try:
+        with ThreadPoolExecutor(len(workers), thread_name_prefix="fastdyn") as pool:
+            try:
+                running = {pool.submit(w.run, serving, lambda: bool(stopped)) for w in workers}
+                while running:
+                    done, running = wait(running, LOOK, FIRST_EXCEPTION)
+                    for future in done:
+                        future.result()
+                    if bar is not None:
+                        bar.update(sum(int(w.record["n_done"][0]) for w in workers) - bar.n)
+            finally:
+                stopped.append(True)
+                results.queue[COUNT] = 0
+    finally:
+        results.found = [piece for w in workers for piece in w.found]

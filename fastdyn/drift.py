@@ -15,6 +15,7 @@ from .kernels.state import FINISHED, RAISED, RUNNING
 from .kernels.survey import INVARIANT, SURVEY
 from .result import outcome
 from .specialise import Tier, start_kernel, survey_kernels
+from .structure import Pair, bind_equations, check_pair, check_second_order, look_at, pair_of
 from .study import Study
 
 CHUNK_SECONDS = 0.05
@@ -30,6 +31,7 @@ def energy_drift(
     t_end=None,
     periods=None,
     steps_per_period=None,
+    period=None,
     samples=1000,
     every=1,
     y0=None,
@@ -44,9 +46,9 @@ def energy_drift(
 
     Parameters
     ----------
-    system : System or callable
+    system : System, callable or pair of callables
         A system, whose invariants are followed; or ``fun(t, y, *args)`` with `y0` and
-        `invariants`.
+        `invariants`; or ``(velocity, force)`` as in `solve_separable`, with y = [q, p].
     method : str
         Any compiled method.
     step, steps_per_period : float, optional
@@ -54,6 +56,8 @@ def energy_drift(
         take `rtol` and `atol` instead.
     n_steps, t_end, periods : float, optional
         Length of the run: number of constant steps, time, or periods of the system.
+    period : float, optional
+        What is counted as a period; a system knows its own.
     samples : int
         Number of bins of which mean, minimum and maximum are kept.
     every : int
@@ -85,7 +89,7 @@ def energy_drift(
     Changes are relative to the value at the start, absolute where that is zero.  Constant steps
     are never shortened: the run ends with the step that reaches its end.
     """
-    run = _Run(system, method, y0, invariants, args)
+    run = _Run(system, method, y0, invariants, args, period)
     length = run.length(step, n_steps, t_end, periods, steps_per_period)
     if length[0] is not None:
         options["step"] = length[0]
@@ -97,7 +101,7 @@ def energy_drift(
 class _Run:
     """A study before it has a length."""
 
-    def __init__(self, system, method, y0, invariants, args):
+    def __init__(self, system, method, y0, invariants, args, period):
         from .systems import System
 
         self.method: Any
@@ -110,13 +114,14 @@ class _Run:
             self.moved = y0 is not None
             self.invariants = dict(system.invariants if invariants is None else invariants)
         else:
-            self.fun, self.args = system, check.extra_arguments(args)
+            self.fun = pair_of(system) if isinstance(system, tuple) else system
+            self.args = check.extra_arguments(args)
             self.y0, self.invariants, self.moved = y0, dict(invariants or {}), True
             if y0 is None:
                 raise TypeError("give `y0`, or a system, which has one.")
         if not self.invariants:
             raise ValueError("there are no `invariants` to follow.")
-        self.method = check.method_named(method)
+        self.method, self.period = check.method_named(method), period
         if self.method is None:
             raise ValueError(f"`method={method!r}` is SciPy's; a drift study needs a compiled one.")
         self.y0 = check.initial_state(self.y0)
@@ -139,27 +144,26 @@ class _Run:
         return step, float(t_end)
 
     def _period(self):
-        period = getattr(self.system, "period", None)
-        if period is None or not math.isfinite(period):
-            raise ValueError("only a system with a period can count in periods; give times.")
+        period = getattr(self.system, "period", None) if self.period is None else self.period
+        if period is None or not 0.0 < period < math.inf:
+            raise ValueError("there is no period to count in: give `period`, or times.")
         return period
 
     def follow(self, t_end, options, samples, every, checkpoint, progress):
         """Run, and return the Study."""
         mode = "derivative"
         n = len(self.y0)
-        if self.method.second_order:
-            from .solve import check_second_order
-
+        if isinstance(self.fun, Pair):
+            check_pair(n, self.method)
+        elif self.method.second_order:
             check_second_order(self.fun, 0.0, self.y0, self.args, self.method.name)
             mode = "acceleration"
         p = check.problem(
             self.fun, 0.0, t_end, self.y0, self.method, np.empty(0), False, None, self.args, mode,
             options,
         )  # fmt: skip
-        inner = n // 2 if self.method.second_order else n
-        evaluate(lambda t, y: self.fun(t, y, *self.args), mode, 0.0, self.y0[:inner].copy())
-        bound = bind(self.fun, self.args, mode, inner)
+        look_at(p)
+        bound = bind_equations(p)
         followed = [bind(f, self.args, "event", n) for f in self.invariants.values()]
         for one in followed:
             evaluate(one.python, "event", 0.0, self.y0.copy())
@@ -169,7 +173,8 @@ class _Run:
             header = {
                 "method": p.method.name, "end of the run": t_end, "samples": samples,
                 "every": every, "step": p.h, "tolerances": repr((p.rtol, p.atol, p.h_max)),
-                "initial state": self.y0.tolist(), "functions": fingerprint([bound, *followed]),
+                "initial state": self.y0.tolist(),
+                "functions": fingerprint([*bound.parts, bound, *followed]),
             }  # fmt: skip
             file = Checkpoint(checkpoint, header)
             survey.restore(file.load())
@@ -189,7 +194,7 @@ class _Run:
             if bar is not None:
                 bar.close()
         if status == RAISED:
-            raise_kept([bound, *followed], [mode, *["event"] * len(followed)])
+            raise_kept([*bound.parts, bound, *followed])
         if file is not None:
             file.save(survey.arrays())
         seconds = time.perf_counter() - began
@@ -241,13 +246,13 @@ class _Survey:
     def run(self, file, bar):
         """Step to the end, or to a failure; the status."""
         p, block = self._problem, self._bound.block
-        everyone = [self._bound, *self._followed]
+        everyone = [*self._bound.parts, self._bound, *self._followed]
         callbacks = [b.callback for b in everyone if b.callback is not None]
         open_survey, survey = survey_kernels()
         tier = Tier(p.method.name, self._bound, len(p.y0), p.tier)
         status, chunk = RUNNING, FIRST_STEPS
         if self._fresh:
-            start = start_kernel(p.method.name).call
+            start = start_kernel(p.method.name, bool(self._bound.parts)).call
             status = start(self.state, self.work, block, float(p.method.error_order), p.method.last)
             if status == RUNNING:
                 status = open_survey(self.invariants, p.t0, self.work[0], self._scratch)

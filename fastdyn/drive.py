@@ -159,15 +159,15 @@ def _event_table(problem, bound_events, state, work, scratch):
     return table, events_kernel().call(table, problem.t0, work[Y], scratch[1])
 
 
-def raise_kept(bounds, modes):
+def raise_kept(bounds):
     """Raise what a user's function raised: from Python, or by asking it again in Python."""
-    for bound, mode in zip(bounds, modes, strict=True):
+    for bound in bounds:
         if bound.block[RAISED]:
             if bound.callback is not None and bound.callback.exception is not None:
                 raise bound.callback.exception
             t = float(bound.block[TIME : TIME + 1].view(float)[0])
             y = bound.block[bound.block[FAULT] :].view(float)
-            evaluate(bound.python, mode, t, y.copy())
+            evaluate(bound.python, bound.mode, t, y.copy())
             raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {y!r}")
 
 
@@ -183,10 +183,13 @@ def run(problem, bound, bound_events, projection):
     output = Output(p, n)
     scratch = np.empty((2, n))
     tier = Tier(p.method.name, bound, n, p.tier)
-    start, watch = start_kernel(p.method.name).call, watch_kernel(p.method.name).call
+    kernel = (p.method.name, bool(bound.parts))
+    start, watch = start_kernel(*kernel).call, watch_kernel(*kernel).call
     block, t_eval = bound.block, NO_TIMES if p.t_eval is None else p.t_eval.astype(float)
     bar = progress_bar(p) if p.progress else None
-    everyone = [bound, *bound_events] if projection is None else [bound, *bound_events, projection]
+    everyone = [*bound.parts, bound, *bound_events]
+    if projection is not None:
+        everyone.append(projection)
     project = 0 if projection is None else projection.block.ctypes.data
     if callbacks := [b.callback for b in everyone if b.callback is not None]:
         watch = interruptible(callbacks)(watch)
@@ -241,8 +244,7 @@ def run(problem, bound, bound_events, projection):
             bar.close()
     if status == RAISED_STATUS:
         try:
-            modes = [p.mode, *["event"] * len(bound_events), "derivative"]
-            raise_kept(everyone, modes[: len(everyone)])
+            raise_kept(everyone)
         except KeyboardInterrupt:
             if p.on_interrupt != "return":
                 raise

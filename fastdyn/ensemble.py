@@ -1,7 +1,8 @@
 """solve_ensemble: many trajectories of one function."""
 
+import functools
 import os
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from .crew import Results, Worker, work_off
 from .kernels.state import FINISHED, INTERRUPTED
 from .members import Members
 from .refusal import Uncompilable
-from .solve import check_second_order
+from .structure import check_second_order
 from .trajectories import Trajectories
 
 LANES = ("auto", "scalar", "vector")
@@ -37,6 +38,9 @@ def solve_ensemble(
     threads=None,
     progress=False,
     lanes="auto",
+    client=None,
+    store=None,
+    block=None,
     **options,
 ):
     """Solve y' = fun(t, y, *args) for many initial states and parameters at once.
@@ -56,11 +60,20 @@ def solve_ensemble(
         "first_event", the time of the first event of each kind (other events are not kept).
         Extrema are those of the interpolant, means are integrated by the method itself.
     threads : int, optional
-        All processors unless given.  The results do not depend on it.
+        All processors unless given, one for each block if there is a `client`.  The results do not
+        depend on it.
     progress : bool
     lanes : {"auto", "scalar", "vector"}
         Whether several trajectories share the vector registers of a processor: where the function
         can be compiled for it, never, or always (raises where it cannot).
+    client : dask.distributed.Client or concurrent.futures.Executor, optional
+        Whose workers solve the ensemble, in blocks.  The results do not depend on it.
+    store : str or path, optional
+        Folder for a Zarr group, which each block is written to when it is solved.  The same call
+        after a break goes on with the blocks that are not there.  `Trajectories.y` is then a Zarr
+        array, and read when it is indexed.
+    block : int, optional
+        Trajectories in a block.
     **options
         `rtol`, `atol`, `max_step`, `first_step`, `step`, `max_steps`, `breakpoints`, `project`,
         `on_interrupt`, as in `solve_ivp`.
@@ -82,25 +95,20 @@ def solve_ensemble(
     it as an array, runs one trajectory at a time, some five times slower.  `Trajectories.width`
     and `reason` tell which it was.
     """
-    wanted = reductions.wanted(reduce, events)
-    method, members, problem, vector, reason = _checked(
-        fun, t_span, y0, args, method, t_eval, events, lanes, wanted, options
-    )
-    p = problem
-    n_times = 0 if p.t_eval is None else len(p.t_eval)
-    results = Results(
-        members.count, members.n, n_times, len(p.events or ()),
-        reductions.extrema(wanted), "first_event" not in wanted,
-    )  # fmt: skip
+    ensemble = checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, options)
+    if client is None and store is None:
+        results = Results(*sizes(ensemble))
+        solve = functools.partial(solve_here, ensemble, results, threads)
+    else:
+        from .blocks import in_blocks
+
+        results, solve = in_blocks(ensemble, client, store, block, threads, options)
+    p, vector = ensemble.problem, ensemble.vector
     width = vector.width if vector else 1
-    n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
-    workers = [Worker(p, members, vector, results) for _ in range(n_workers)]
-    if any(bound.callback is not None for bound in workers[0].bounds):
-        del workers[1:]  # Python runs one thread at a time
-    done = Trajectories(p, members, results, width, reason, wanted)
-    bar = _bar(members.count, method.name) if progress else None
+    done = Trajectories(p, ensemble.members, results, width, ensemble.reason, ensemble.wanted)
+    bar = _bar(ensemble.members.count, p.method.name) if progress else None
     try:
-        work_off(workers, results, bar)
+        solve(bar)
     except KeyboardInterrupt as interrupt:
         if p.on_interrupt != "return":
             interrupt.result = done  # pyright: ignore
@@ -111,7 +119,40 @@ def solve_ensemble(
     return done
 
 
-def _checked(fun, t_span, y0, args, method, t_eval, events, lanes, wanted, options):
+class Ensemble(NamedTuple):
+    """A checked ensemble; `vector` is None where each trajectory runs alone, for the `reason`."""
+
+    members: Members
+    problem: check.Problem
+    vector: Any
+    reason: str
+    wanted: tuple
+
+
+def sizes(ensemble):
+    """Arguments of `Results`."""
+    members, p, wanted = ensemble.members, ensemble.problem, ensemble.wanted
+    n_times = 0 if p.t_eval is None else len(p.t_eval)
+    return (
+        members.count, members.n, n_times, len(p.events or ()),
+        reductions.extrema(wanted), "first_event" not in wanted,
+    )  # fmt: skip
+
+
+def solve_here(ensemble, results, threads, bar):
+    """Solve an ensemble on the threads of this process."""
+    members, problem, vector = ensemble.members, ensemble.problem, ensemble.vector
+    width = vector.width if vector else 1
+    n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
+    workers = [Worker(problem, members, vector, results) for _ in range(n_workers)]
+    if any(bound.callback is not None for bound in workers[0].bounds):
+        del workers[1:]  # Python runs one thread at a time
+    work_off(workers, results, bar)
+
+
+def checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, options):
+    """The arguments of `solve_ensemble` as an Ensemble, its functions compiled."""
+    wanted = reductions.wanted(reduce, events)
     ours = check.method_named(method)
     if ours is None:
         raise ValueError(f"`method={method!r}` is SciPy's; ensembles take fastdyn's own methods.")
@@ -151,23 +192,14 @@ def _checked(fun, t_span, y0, args, method, t_eval, events, lanes, wanted, optio
 
         try:
             varying = tuple(j in members.varying for j in range(len(members.first)))
-            vector, reason = (
-                kernel(
-                    ours.name,
-                    fun,
-                    members.first,
-                    varying,
-                    mode,
-                    members.n,
-                    reductions.extrema(wanted),
-                ),
-                "",
-            )
+            n, extrema = members.n, reductions.extrema(wanted)
+            vector = kernel(ours.name, fun, members.first, varying, mode, n, extrema)
+            reason = ""
         except Uncompilable as error:
             reason = str(error)
             if lanes == "vector":
                 raise ValueError(f"`fun` has no form for vectors: {reason}.") from error
-    return ours, members, problem, vector, reason
+    return Ensemble(members, problem, vector, reason, wanted)
 
 
 def _bar(count, name) -> Any:

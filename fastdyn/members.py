@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .adapt import bind
+from .adapt import Bound, bind
 from .callback import Callback
 from .check import initial_state
 from .kernels.calls import FIRST, RAISED
@@ -91,10 +91,9 @@ class Members:
         self.y0 = np.atleast_2d(states)
         self.n = self.y0.shape[1]
         self.varying = {j: c for j, c in columns.items() if len(c) != 1}
-        if self.count == 0:
-            self.varying = {j: np.ones(1, c.dtype) for j, c in self.varying.items()}
         shared = (a.value if isinstance(a, Shared) else a for a in args)
-        given = ((columns[j][0] if len(columns.get(j, ())) else a) for j, a in enumerate(shared))
+        firsts = {j: (c if len(c) else np.ones(1, c.dtype))[0] for j, c in columns.items()}
+        given = (firsts.get(j, a) for j, a in enumerate(shared))
         self.first = tuple(a.item() if isinstance(a, np.generic) else a for a in given)
         plain = [np.ascontiguousarray(c) for c in self.varying.values()]
         words = [(c if c.dtype == float else c.astype(np.int64)).view(np.int64) for c in plain]
@@ -140,8 +139,6 @@ class Members:
 
     def _in_python(self, fun, mode, n):
         """The same for a function that stays in Python: it looks into the block."""
-        from .adapt import Bound
-
         block = np.zeros(FIRST + len(self.varying), np.int64)
         floats = block.view(float)
 
@@ -157,7 +154,7 @@ class Members:
 
         callback = Callback(called, mode, n)
         block[0] = callback.address
-        return Bound(None, block, called, [callback], callback, [])
+        return Bound(None, block, called, [callback], callback, [], mode)
 
     def places(self, kernel, block):
         """Write what all share into the block of a vector kernel; (address, column, stride)."""

@@ -6,23 +6,32 @@ import numpy as np
 
 from .checkpoint import Checkpoint, fingerprint
 
+FUNCTIONS = "functions and what they use"  # in a description
+
 
 def checkpoint_of(problem, bounds):
     """The Checkpoint of a problem; `bounds` are all functions that it calls."""
+    header = {"initial state": problem.y0.tolist(), **description(problem, fingerprint(bounds))}
+    return Checkpoint(problem.checkpoint, header)
+
+
+def description(problem, functions):
+    """What a problem asks for, but for the initial state and how long it may take.
+
+    A dict in JSON's types; `functions` is the fingerprint of all that it calls.
+    """
     p = problem
     events = [(limit, direction) for _, limit, direction in p.events or ()]
     times = b"" if p.t_eval is None else np.ascontiguousarray(p.t_eval, float).tobytes()
-    header = {
+    return {
         "method": p.method.name,
         "span": [p.t0, p.tf],
-        "initial state": p.y0.tolist(),
         "tolerances and steps": repr((p.rtol, p.atol, p.h_max, p.h)),
         "output": [p.t_eval is None, bool(p.dense_output), hashlib.sha256(times).hexdigest()],
         "events": repr(events),
         "breakpoints": hashlib.sha256(p.legs.tobytes()).hexdigest(),
-        "functions": fingerprint(bounds),
+        FUNCTIONS: functions,
     }
-    return Checkpoint(p.checkpoint, header)
 
 
 def to_arrays(status, state, work, output, table):

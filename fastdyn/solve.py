@@ -1,14 +1,15 @@
-"""solve_ivp and solve_second_order: the story of one solve."""
+"""solve_ivp, solve_second_order, solve_separable: the story of one solve."""
 
 import numpy as np
 
 from . import check
 from .adapt import bind
-from .callback import derivative, evaluate
+from .callback import evaluate
 from .drive import counters, run
 from .fallback import by_scipy
 from .kernels.state import FINISHED, INTERRUPTED
 from .result import SUCCESS, OdeResult, OdeSolution, outcome
+from .structure import bind_equations, check_pair, check_second_order, look_at, pair_of
 
 
 def solve_ivp(
@@ -108,7 +109,8 @@ def solve_second_order(
     t_span, t_eval, dense_output, events, args
         As in `solve_ivp`; events are functions of (t, y) with y = [q, v].
     q0, v0 : array_like, shape (m,)
-    method : {"VelocityVerlet"}
+    method : str
+        One of the explicit symplectic methods, GaussNystrom8 or GaussNystrom16.
     **options
         `step` (required), `max_steps`, `progress`, `on_interrupt`, `tier`; see `solve_ivp`.
 
@@ -121,37 +123,59 @@ def solve_second_order(
     if ours is None or not ours.second_order:
         known = ", ".join(name for name, m in check.METHODS.items() if m.second_order)
         raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); these do: {known}.")
-    q0, v0 = check.initial_state(q0, "q0"), check.initial_state(v0, "v0")
-    if q0.shape != v0.shape or q0.dtype == complex or v0.dtype == complex:
-        raise ValueError(
-            f"`q0` and `v0` must be real and of one length; got shapes {q0.shape}, {v0.shape}."
-        )
-    y0 = np.concatenate([q0, v0])
     problem = check.problem(
-        accel, *check.time_span(t_span), y0, ours, t_eval, dense_output, events, args,
-        "derivative", options,
+        accel, *check.time_span(t_span), check.joined_state(q0, v0, "v0"), ours, t_eval,
+        dense_output, events, args, "derivative", options,
     )  # fmt: skip
     return _solve(problem)
 
 
-def check_second_order(fun, t0, y0, args, name):
-    """Refuse a system that is not q' = v, v' = a(t, q)."""
-    if len(y0) % 2:
-        raise ValueError(f"{name} takes a state [q, v]; got {len(y0)} components.")
-    m = len(y0) // 2
-    probe = y0.copy()
-    probe[m:] += 1.0 + np.arange(m)
-    first, second = (derivative(fun(t0, y.copy(), *args), 2 * m) for y in (y0, probe))
-    if not (np.array_equal(first[:m], y0[m:]) and np.array_equal(second[:m], probe[m:])):
-        raise ValueError(
-            f"{name} takes y = [q, v] with q' = v, and the first half of what `fun` "
-            "returns is not v; order the state as positions, then velocities, or take Gauss16."
-        )
-    if not np.array_equal(first[m:], second[m:], equal_nan=True):
-        raise ValueError(
-            f"{name} takes q'' = a(t, q), and the acceleration that `fun` returns depends "
-            "on the velocity; take Gauss16, RK45 or DOP853."
-        )
+def solve_separable(
+    velocity,
+    force,
+    t_span,
+    q0,
+    p0,
+    method="VelocityVerlet",
+    t_eval=None,
+    dense_output=False,
+    events=None,
+    args=None,
+    **options,
+):
+    """Solve q' = velocity(t, p), p' = force(t, q), the motion of H = T(p) + V(q).
+
+    Parameters
+    ----------
+    velocity : callable
+        ``velocity(t, p, *args)``, dT/dp, of the length m of p.
+    force : callable
+        ``force(t, q, *args)``, -dV/dq, of the length m of q.
+    t_span, t_eval, dense_output, events, args
+        As in `solve_ivp`; events are functions of (t, y) with y = [q, p].
+    q0, p0 : array_like, shape (m,)
+    method : str
+        Any compiled method but the Nystrom ones, which are for q'' = a(t, q).  The explicit
+        symplectic ones kick and drift in turn, so that each step evaluates both functions
+        equally often; `nfev` counts one for both.
+    **options
+        As in `solve_ivp`; `step` is required by methods with constant steps.
+
+    Returns
+    -------
+    OdeResult
+        `y` has shape (2 m, n_points), positions over momenta.
+    """
+    ours = check.method_named(method)
+    if ours is None:
+        raise ValueError(f"`method={method!r}` is SciPy's; solve_separable needs a compiled one.")
+    y0, pair = check.joined_state(q0, p0, "p0"), pair_of((velocity, force))
+    check_pair(len(y0), ours)
+    problem = check.problem(
+        pair, *check.time_span(t_span), y0, ours, t_eval, dense_output, events, args,
+        "derivative", options,
+    )  # fmt: skip
+    return _solve(problem)
 
 
 _verified: set = set()
@@ -169,15 +193,9 @@ def _verify(bound, look, n):
 def _solve(problem):
     p = problem
     n = len(p.y0)
-    half = p.method.second_order
-    start = p.y0[: n // 2] if half else p.y0
-
-    def look():
-        evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, p.t0, start.copy())
-
-    bound = bind(p.fun, p.args, p.mode, len(start), look)
+    bound = bind_equations(p)
     bound_events = [bind(event, p.args, "event", n) for event, _, _ in p.events or ()]
-    _verify(bound, look, len(start))
+    _verify(bound, lambda: look_at(p), n)
     projection = None
     if p.project is not None:
         projection = bind(p.project, p.args, "derivative", n)

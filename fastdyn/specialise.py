@@ -17,7 +17,17 @@ from numba import njit, typeof, types
 from . import cache
 from .kernels import METHODS
 from .kernels.calls import BARE, OPTIONS, WORDS, by_pointer, inlined
+from .kernels.composition import cubic_of_pair
 from .kernels.events import EVENTS, open_events
+from .kernels.pair import (
+    FORCE,
+    VELOCITY,
+    both_inlined,
+    force_by_pointer,
+    part_inlined,
+    velocity_by_pointer,
+)
+from .kernels.start import plain
 from .kernels.state import STATE
 from .kernels.survey import INVARIANT, SURVEY, open_survey, survey
 from .kernels.watch import OUTPUT, watch
@@ -49,10 +59,15 @@ WATCH = types.int64(
 )  # fmt: skip
 
 
+def splits(name, pair):
+    """Whether a method takes the two functions of a pair one by one."""
+    return pair and METHODS[name].separable is not None
+
+
 @functools.cache
-def start_kernel(name):
+def start_kernel(name, pair=False):
     """``start(state, work, block, order, last)`` of a method."""
-    start = METHODS[name].start
+    start = plain if splits(name, pair) else METHODS[name].start
     return cache.compiled(f"start {start.py_func.__name__}", lambda: (start, START))
 
 
@@ -84,10 +99,10 @@ def survey_kernels():
 
 
 @functools.cache
-def watch_kernel(name):
+def watch_kernel(name, pair=False):
     """`kernels.watch.watch` with the interpolant of a method."""
     method = METHODS[name]
-    enrich, last = method.enrich, method.last
+    enrich, last = cubic_of_pair if splits(name, pair) else method.enrich, method.last
 
     def build():
         @njit(**OPTIONS)
@@ -107,10 +122,10 @@ def watch_kernel(name):
     return cache.compiled(f"watch {name} {last}", build)
 
 
-def _stepping_kernel(name, rhs, form):
-    """The dispatcher of a method's loop around `rhs`."""
+def _stepping_kernel(name, rhs, form, velocity=None):
+    """The dispatcher of a method's loop around `rhs`, or around the velocity and the force."""
     method = METHODS[name]
-    advance, step = method.advance, method.step
+    advance, step = method.advance, method.separable(velocity) if velocity else method.step
     if len(method.arguments) == 3:
         control, exponent, last = method.arguments
 
@@ -135,11 +150,13 @@ def _stepping_kernel(name, rhs, form):
 
 
 @functools.cache
-def pointer_kernel(name):
-    """The stepping kernel that serves every function."""
-    return cache.compiled(
-        f"advance {name}", lambda: (_stepping_kernel(name, by_pointer, None), ADVANCE)
-    )
+def pointer_kernel(name, pair=False):
+    """The stepping kernel that serves every function, or every pair."""
+    if splits(name, pair):
+        split = (name, force_by_pointer, None, velocity_by_pointer)
+        return cache.compiled(f"split {name}", lambda: (_stepping_kernel(*split), ADVANCE))
+    whole = (name, by_pointer, None)
+    return cache.compiled(f"advance {name}", lambda: (_stepping_kernel(*whole), ADVANCE))
 
 
 _specialised: dict = {}
@@ -166,6 +183,11 @@ def specialised_kernel(name, function, n, build=True) -> Any:
 def _inlining_kernel(name, function, n):
     user = function.build()
     form = (0.0,) * n
+    if isinstance(user, tuple):
+        velocity, force = (part_inlined(*one) for one in zip(user, (VELOCITY, FORCE), strict=True))
+        if splits(name, True):
+            return _stepping_kernel(name, force, form, velocity)
+        return _stepping_kernel(name, both_inlined(velocity, force), form)
 
     @njit(**BARE)
     def rhs(t, y, block, out):
@@ -202,7 +224,7 @@ class Tier:
             build = tier == "specialised" or _seconds.get(self._place, 0.0) > PATIENCE
             kernel = specialised_kernel(name, function, n, build)
             self._open = kernel is None
-        self.address = (kernel or pointer_kernel(name)).address
+        self.address = (kernel or pointer_kernel(name, bool(bound.parts))).address
 
     def spend(self, seconds):
         """Note the time of a chunk."""

@@ -103,7 +103,7 @@ class Study:
 
 
 HEAD = (
-    f"{'method':<22}{'invariant':<18}{'steps':>11}{'evaluations':>13}{'us / time':>11}"
+    f"{'method':<22}{'invariant':<18}{'step':>10}{'steps':>11}{'evaluations':>13}{'us / time':>11}"
     f"{'largest':>10}{'rms':>10}{'exponent':>17}  verdict"
 )
 
@@ -117,7 +117,7 @@ def table(studies):
             g = drift.growth
             low, high = g.interval
             lines.append(
-                f"{label:<22}{drift.name:<18}{study.n_steps:>11}{study.nfev:>13}"
+                f"{label:<22}{drift.name:<18}{study.step:>10.3g}{study.n_steps:>11}{study.nfev:>13}"
                 f"{study.seconds / span * 1e6:>11.3g}{drift.largest:>10.1e}{drift.rms:>10.1e}"
                 f"{g.exponent:>6.2f} ({low:.2f}-{high:.2f})  {g.verdict}"
             )

@@ -16,6 +16,7 @@ from .kernels.state import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
+from .labels import argument_labels, component_labels
 from .result import SUCCESS, TERMINATED, TOO_SMALL, OdeResult
 
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's, and -1 for every failure
@@ -97,7 +98,7 @@ class Trajectories:
     def y(self):
         if self._problem.t_eval is None:
             return self.y_end
-        return self._results.y_eval[:, :, : self._n].transpose(0, 2, 1)
+        return self._results.states(self._n)
 
     @property
     def status(self):
@@ -128,6 +129,65 @@ class Trajectories:
         """What `reduce` asked for: {name: array of shape (M, n), or (M, n_events)}."""
         return {name: reductions.value(name, self._results, self) for name in self._wanted}
 
+    @property
+    def y0(self):
+        """Initial states, shape (M, n), or (1, n) where all share one."""
+        return self._members.y0[:, : self._n]
+
+    @property
+    def method(self):
+        return self._problem.method.name
+
+    @property
+    def first(self):
+        """Arguments of the first trajectory."""
+        return self._members.first
+
+    @property
+    def labels(self):
+        """Name and unit of each component of the state."""
+        return component_labels(self.system, self._n)
+
+    @property
+    def argument_labels(self):
+        """Name and unit of each argument after t and y."""
+        return argument_labels(self._problem.fun, self.first, self.system)
+
+    def to_xarray(self):
+        """An xarray.Dataset with dimensions trajectory, component and time.
+
+        What varies is among its coordinates, by the names in the function's head, or those of the
+        system with their units.  What a store holds is read when it is used.
+        """
+        from .dataset import dataset
+
+        return dataset(self)
+
+    def plot(self, of=None, over=None, components=None, **options):
+        """Draw the ensemble.
+
+        Parameters
+        ----------
+        of : str or list of str, optional
+            "y", median and quantiles of the states against time; or what to draw for each
+            trajectory: "y_end" or names in `reduced`.  All that is reduced, unless given, or "y",
+            or "y_end".
+        over : str or list of str, optional
+            Parameters to draw over: a line over one, a map over two, histograms else.  Those that
+            vary, unless given; ``over=[]`` asks for histograms.
+        components : name, int or list of them, optional
+            Components of the state; the first eight unless given.
+        **options
+            Passed on to ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from .plot_ensemble import figure
+
+        return figure(self, of, over, components, **options)
+
     def message(self, i):
         """Why trajectory i ended, in a sentence."""
         return SENTENCES[int(self._results.status[i])].format(t=self.t_end[i])
@@ -135,7 +195,7 @@ class Trajectories:
     @functools.cached_property
     def _occurrences(self):
         """(t, y) of each event, each a list with an array for each trajectory."""
-        n_events, found = len(self._problem.events), self._results.found
+        n_events, found = len(self._problem.events), self._results.occurrences()
         n = self._members.n
         where = np.concatenate([w for w, _, _ in found] or [np.empty((0, 2), int)])
         t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])
@@ -178,5 +238,5 @@ class Trajectories:
         lanes = f"{self.width} lanes" if self.width > 1 else f"one by one: {self.reason}"
         return (
             f"Trajectories({len(self)} of {self._n} components, "
-            f"{self._problem.method.name}, {failed} failed, {lanes})"
+            f"{self.method}, {failed} failed, {lanes})"
         )

@@ -25,7 +25,7 @@ BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
 
 # Of kernels that take functions: a function left as a run-time argument would be a pointer into
 # this process, and the code could not be kept on disk.
-FUSED = {**OPTIONS, "forceinline": True}
+FUSED = {**BARE, "forceinline": True}
 
 WORDS = types.Array(types.int64, 1, "C")
 FORM = (
@@ -91,7 +91,8 @@ def by_pointer(t, y, block, out):
 def inlined(typingctx, function, t, y, block):
     """The derivative as a tuple, by a compiled function of the form above.
 
-    y and the result pass through the stack, which the optimiser dissolves into registers.
+    The block is an array, or an address.  y and the result pass through the stack, which the
+    optimiser dissolves into registers.
     """
     form = function.get_call_type(typingctx, FORM, {})
     n = len(y)
@@ -105,13 +106,16 @@ def inlined(typingctx, function, t, y, block):
             pointer = cgutils.gep(builder, given, 0, i)
             builder.store(builder.extract_value(args[2], i), pointer)
         first = [cgutils.gep(builder, p, 0, 0) for p in (given, found)]
-        words = _array(context, builder, WORDS, args[3]).data
+        if block == types.int64:
+            words = builder.inttoptr(args[3], ir.IntType(64).as_pointer())
+        else:
+            words = _array(context, builder, WORDS, args[3]).data
         size = context.get_constant(types.intp, n)
         call(builder, (args[1], first[0], size, words, first[1]))
         parts = [builder.load(cgutils.gep(builder, found, 0, i)) for i in range(n)]
         return context.make_tuple(builder, y, parts)
 
-    return y(function, types.float64, y, WORDS), codegen
+    return y(function, types.float64, y, block), codegen
 
 
 @intrinsic

@@ -1,10 +1,15 @@
 """Explicit symplectic steps for q'' = a(t, q): kicks and drifts in turn, their sizes as data.
 
 A step is  kick p_0, drift q_1, kick p_1, ..., drift q_s, kick p_s  with the acceleration at the end
-kept for the next first kick: s evaluations.  Positions and velocities are summed with the part
-that rounding cuts off carried along (W. Kahan, Comm. ACM 8 (1965)), which takes the error of an
-orbit after 10^5 revolutions from a systematic drift to a random walk, for a tenth of the time.
+kept for the next first kick: s evaluations.  For H = T(p) + V(q) the same steps drift by dT/dp
+instead of p.  The force gets the time that the drifts have reached, and dT/dp that of the kicks.
+
+Positions and velocities are summed with the part that rounding cuts off carried along (W. Kahan,
+Comm. ACM 8 (1965)), which takes the error of an orbit after 10^5 revolutions from a systematic
+drift to a random walk, for a tenth of the time.
 """
+
+from functools import partial
 
 import numpy as np
 from llvmlite import ir
@@ -14,10 +19,13 @@ from numba.extending import intrinsic
 from . import fixed, start
 from .calls import FUSED
 from .combine import assign, factor, halves, join, map_components, slot
-from .dense import cubic
+from .dense import cubic, hermite
 from .method import Method
-from .state import K, Y
+from .pair import velocity_by_pointer
+from .state import Y_OLD, K, Y
 from .vector import FUSE
+
+LAST = 1  # the stage with the derivative at the end
 
 
 @intrinsic
@@ -55,10 +63,16 @@ def of_verlet_steps(fractions):
     return np.r_[halved[0], halved[1:] + halved[:-1], halved[-1]], fractions
 
 
-def make_step(kicks, drifts):
-    """The step of a table of s + 1 kicks and s drifts."""
+@njit(**FUSED)
+def itself(t, v, block, place):
+    """The velocity where v is the velocity."""
+    return v
+
+
+def make_step(kicks, drifts, velocity=itself):
+    """The step of a table of s + 1 kicks and s drifts, which drift by ``velocity(t, v, ...)``."""
     s = len(drifts)
-    times = np.cumsum(drifts)
+    times, kicked = np.cumsum(drifts), np.cumsum(kicks)
     times[-1] = 1.0
 
     @njit(**FUSED)
@@ -66,16 +80,18 @@ def make_step(kicks, drifts):
         q, v = halves(y)
         _, a = halves(k1)
         q_low, v_low = halves(low)
-        place, end, cut = slot(form, work, Y), slot(form, work, K + 1), slot(form, work, K + 2)
+        place, end, cut = slot(form, work, Y), slot(form, work, K + LAST), slot(form, work, K + 2)
         q_place, v_place = halves(place)
         rate_place, a_place = halves(end)
         q_cut, v_cut = halves(cut)
         v, v_low = accumulate(v_place, v_cut, v, v_low, kicks[0] * h, a)
-        q, q_low = accumulate(q_place, q_cut, q, q_low, drifts[0] * h, v)
+        rate = velocity(t + kicked[0] * h, v, block, rate_place)
+        q, q_low = accumulate(q_place, q_cut, q, q_low, drifts[0] * h, rate)
         for i in range(1, s):
             a = acceleration(t + times[i - 1] * h, q, block, a_place)
             v, v_low = accumulate(v_place, v_cut, v, v_low, kicks[i] * h, a)
-            q, q_low = accumulate(q_place, q_cut, q, q_low, drifts[i] * h, v)
+            rate = velocity(t + kicked[i] * h, v, block, rate_place)
+            q, q_low = accumulate(q_place, q_cut, q, q_low, drifts[i] * h, rate)
         a = acceleration(t + h, q, block, a_place)
         v, v_low = accumulate(v_place, v_cut, v, v_low, kicks[s] * h, a)
         rate = assign(rate_place, v)
@@ -84,23 +100,35 @@ def make_step(kicks, drifts):
     return step
 
 
-def method(name, order, kicks, drifts):
-    """A Method of this family."""
+@njit(**FUSED)
+def cubic_of_pair(rhs, t, h, work, block, d):
+    """The Hermite cubic with the velocities at both ends, which the steps do not need."""
+    for y, slope, time in ((Y_OLD, K, t), (Y, K + LAST, t + h)):
+        _, p = halves(slot(None, work, y))
+        rate, _ = halves(slot(None, work, slope))
+        velocity_by_pointer(time, p, block, rate)
+    hermite(h, LAST, work, d)
+    return 0
+
+
+def method(name, order, kicks, drifts, quadratic=False):
+    """A Method of this family; `quadratic` says that it holds for T = v² / 2 only."""
     return Method(
         name,
         order=order,
         error_order=0,
         n_stages=len(drifts),
         n_rows=3,
-        last=1,
+        last=LAST,
         advance=fixed.advance,
         step=make_step(kicks, drifts),
-        arguments=(1, 2),
+        arguments=(LAST, LAST + 1),
         start=start.second_order,
         n_dense=3,
         enrich=cubic,
         dense_order=min(order, 3),
         second_order=True,
+        separable=None if quadratic else partial(make_step, kicks, drifts),
         projects=False,
         tableau={"kicks": kicks, "drifts": drifts},
     )

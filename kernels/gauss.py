@@ -27,7 +27,7 @@ from .method import Method
 from .stages import Matrix
 from .state import K
 
-N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 3  # increments and stages; rounding, change, slope
+N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments and stages; rounding, two changes, slope
 ITERATIONS = 12  # a guess, for the time that a step takes
 
 
@@ -43,10 +43,16 @@ def symplectic(s):
 
 
 def energy_conserving(s, order):
-    """mu_ij = sum I_m(c_i) P_m(c_j) over the Legendre polynomials of degree below order / 2."""
+    """mu_ij = sum I_m(c_i) P_m(c_j) over the Legendre polynomials of degree below order / 2.
+
+    Rounded to whole multiples of 2^-52, so that mu_ij + mu_(s+1-i)(s+1-j) = 1 holds exactly: then
+    rounding has no sign, and the energy walks where it would drift.
+    """
     c, _ = legendre.nodes_and_weights(s)
     linear = 3 if order == 4 else 0
-    return [[float(x + linear * (x * x - x) * (2 * y - 1)) for y in c] for x in c]
+    half = [[x + linear * (x * x - x) * (2 * y - 1) for y in c] for x in c[: s // 2]]
+    half = [[float((x * 2**52).to_integral_value()) / 2**52 for x in row] for row in half]
+    return half + [[1.0 - x for x in row[::-1]] for row in half[::-1]]
 
 
 def extrapolation(s):

@@ -5,7 +5,7 @@ round-off error propagation for symplectic implicit Runge-Kutta schemes", Numer.
 (2017): with L_j = h b_j f(Y_j) the stages are Y_i = y + sum mu_ij L_j, where mu_ij = a_ij / b_j
 is rounded so that mu_ij + mu_ji = 1 holds exactly, and y + sum L_j is summed with compensation.
 The iteration starts from the stages of the last step, extrapolated, and goes on until no component
-has got nearer twice (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with
+gets nearer (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with
 implicit Runge-Kutta methods", BIT 48 (2008)): a tolerance would leave errors of one sign.
 
 The stages of a component lie side by side, so that they are one vector of the processor.
@@ -33,20 +33,21 @@ from .state import (
 
 MAX_ITERATIONS = 100
 SMALL = 1e-6  # changes above this share of a component are not rounding
-STALLS = 2  # positions and velocities get nearer in turns: one iteration without progress is none
+STALLS = 2  # iterations without progress after which the changes are what rounding leaves
+MOVING = MAX_ITERATIONS
 
 
 @njit(**FUSED)
-def _judge(change, count, work, row, k, size):
-    """(1, 0) if component k still gets nearer, (0, 1) if it did not change at all, else (0, 0)."""
+def _patience(change, count, work, row, k, size):
+    """For how many iterations without progress component k must be waited for."""
     if count == 0:  # there was nothing to compare with
-        return 1, 0
+        return MOVING
     if change == 0.0:  # for now, perhaps: it may wait for the others
-        return 0, 1
+        return 0
     if change < work[row, k]:
         work[row, k] = change
-        return 1, 0
-    return (1 if change > SMALL * size else 0), 0
+        return MOVING
+    return MOVING if change > SMALL * size else STALLS
 
 
 def make_step(s, mu, ratio, b, c, nystrom=False):
@@ -55,8 +56,11 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
     With `nystrom` the equations are q'' = a(t, q) of a state [q, v], and `rhs` is a: each
     iteration finds the velocities first and the positions from them, which takes half as many.
     """
-    INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 2
+    INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 3
     half = s // 2
+    # Positions follow from velocities and velocities from positions: two iterations in one, whose
+    # changes must not be compared, as one of the two may be right by chance at first.
+    turns = 1 if nystrom else 2
     weights = Matrix([b])
 
     @njit(**FUSED)
@@ -72,24 +76,23 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
     @njit(**FUSED)
     def refined(work, k, count):
         change = refine(mu, work, INCREMENTS, STAGES, k, work[Y, k], work[LOW, k])
-        return _judge(change, count, work, CHANGE, k, _size(work, STAGES, s, k))
+        row = CHANGE + count % turns
+        return _patience(change, count, work, row, k, _size(work, STAGES, s, k))
 
     if nystrom:
 
         @njit(**FUSED)
         def sweep(work, h, count):
-            """New stages from the increments; how many components move, and how many are still."""
+            """New stages from the increments; the longest patience that a component needs."""
             n = work.shape[1]
             m = n // 2
-            moving = exact = 0
+            patience = 0
             for k in range(m, n):
-                moves, same = refined(work, k, count)
-                moving, exact = moving + moves, exact + same
+                patience = max(patience, refined(work, k, count))
             for k in range(m):
                 follow(weights, work, INCREMENTS, STAGES, k, k + m, h, weight(h, 0))
-                moves, same = refined(work, k, count)
-                moving, exact = moving + moves, exact + same
-            return moving, exact
+                patience = max(patience, refined(work, k, count))
+            return patience
 
         @njit(**FUSED)
         def evaluate(rhs, t, h, i, form, work, block):
@@ -106,12 +109,11 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
 
         @njit(**FUSED)
         def sweep(work, h, count):
-            """New stages from the increments; how many components move, and how many are still."""
-            moving = exact = 0
+            """New stages from the increments; the longest patience that a component needs."""
+            patience = 0
             for k in range(work.shape[1]):
-                moves, same = refined(work, k, count)
-                moving, exact = moving + moves, exact + same
-            return moving, exact
+                patience = max(patience, refined(work, k, count))
+            return patience
 
         @njit(**FUSED)
         def evaluate(rhs, t, h, i, form, work, block):
@@ -125,7 +127,7 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
         """One step from row Y; (status, evaluations)."""
         n = work.shape[1]
         for k in range(n):
-            work[CHANGE, k] = np.inf
+            work[CHANGE, k] = work[CHANGE + 1, k] = np.inf
             if not first:
                 predict(ratio, work, INCREMENTS, k)
         if first:
@@ -133,9 +135,9 @@ def make_step(s, mu, ratio, b, c, nystrom=False):
                 keep_increment(fetch(form, work, SLOPE), work, INCREMENTS, mu, i, weight(h, i))
         count = stalls = 0
         while True:
-            moving, exact = sweep(work, h, count)
-            stalls = 0 if moving else stalls + 1
-            if stalls == STALLS or exact == n:
+            patience = sweep(work, h, count)
+            stalls = 0 if patience == MOVING else stalls + 1
+            if stalls >= patience:
                 break
             if count == MAX_ITERATIONS:
                 return NOT_CONVERGED, s * count

@@ -1,7 +1,7 @@
 """What a method is, to the code that runs it."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Method(NamedTuple):
@@ -33,6 +33,8 @@ class Method(NamedTuple):
     dense_order : int
     second_order : bool
         Whether the method integrates q'' = a(t, q): the derivative it calls is the acceleration.
+    separable : function, optional
+        ``separable(velocity)``, the step for H = T(p) + V(q), if the method is made for it.
     h_max_share : float
         Longest step as a share of the span, unless the caller gives one.
     projects : bool
@@ -57,6 +59,7 @@ class Method(NamedTuple):
     enrich: object
     dense_order: int
     second_order: bool = False
+    separable: Any = None
     h_max_share: float = math.inf
     projects: bool = True
     cost: int = 0

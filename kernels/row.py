@@ -1,6 +1,7 @@
 """Coefficients as data: rows of exact fractions that the compiler knows."""
 
 from fractions import Fraction
+from itertools import zip_longest
 
 from numba import types
 from numba.core.imputils import lower_constant
@@ -20,14 +21,29 @@ class Row:
         self.exact = tuple(Fraction(word) for word in text.split())
         self.floats = tuple(float(a) for a in self.exact)
 
+    @classmethod
+    def of(cls, exact):
+        """The row of these fractions."""
+        return cls(" ".join(map(str, exact)))
+
     def __len__(self):
         return len(self.exact)
 
     def __sub__(self, other):
-        difference = Row()
-        difference.exact = tuple(a - b for a, b in zip(self.exact, other.exact, strict=True))
-        difference.floats = tuple(float(a) for a in difference.exact)
-        return difference
+        """The difference; the shorter row goes on with zeros."""
+        both = zip_longest(self.exact, other.exact, fillvalue=0)
+        return Row.of(a - b for a, b in both)
+
+
+def rows(text):
+    """Rows that are separated by semicolons."""
+    return tuple(map(Row, text.split(";")))
+
+
+def tableau(text):
+    """Times and rows of stages, as a Butcher tableau has them: ``"3/10: 3/40 9/40; 4/5: ..."``."""
+    times, stages = zip(*(line.split(":") for line in text.split(";")), strict=True)
+    return Row(" ".join(times)), tuple(map(Row, stages))
 
 
 class RowType(types.Type):

@@ -1,11 +1,12 @@
-"""Tables of the explicit symplectic methods for q'' = a(t, q).
+"""Tables of the explicit symplectic methods for q'' = a(t, q), and for H = T(p) + V(q).
 
 VelocityVerlet: L. Verlet, Phys. Rev. 159 (1967), in the velocity form of W. C. Swope et al.,
 J. Chem. Phys. 76 (1982), equations (3) to (6).
 McLachlanAtela4: R. I. McLachlan and P. Atela, "The accuracy of symplectic integrators",
-Nonlinearity 5 (1992), order 4, four stages, optimal.
-BlanesMoan4, BlanesMoan6: S. Blanes and P. C. Moan, "Practical symplectic partitioned Runge-Kutta
-and Runge-Kutta-Nystrom methods", J. Comput. Appl. Math. 142 (2002), SRKN6b and SRKN11b.
+Nonlinearity 5 (1992), order 4, four stages, optimal; order 3 unless T is quadratic.
+BlanesMoanPRK4, BlanesMoan4, BlanesMoan6: S. Blanes and P. C. Moan, "Practical symplectic
+partitioned Runge-Kutta and Runge-Kutta-Nystrom methods", J. Comput. Appl. Math. 142 (2002), S6,
+SRKN6b and SRKN11b, the latter two made for quadratic T; SRKN11b has order 4 with others.
 KahanLi8: W. Kahan and R.-C. Li, "Composition constants for raising the orders of unconventional
 schemes for ordinary differential equations", Math. Comp. 66 (1997), s17odr8a.
 SofroniouSpaletta10: M. Sofroniou and G. Spaletta, "Derivation of symmetric composition constants
@@ -29,6 +30,17 @@ BM4_DRIFTS = """
     0.24529895718427112344865445627
     0.60487266571107992362618432989
     -0.3501716228953510470748387861
+"""
+BM_PRK4_KICKS = """
+    0.07920369643119567419764962376
+    0.35317290604977403681866555730
+    -0.0420650803577195292151715808
+    0.21937695575349963639771279962
+"""
+BM_PRK4_DRIFTS = """
+    0.20951510661336205297244998609
+    -0.1438517731798180379640962992
+    0.43433666656645598499164631314
 """
 BM6_KICKS = """
     0.04146499851826284228254482692
@@ -106,9 +118,12 @@ MA4_KICKS = np.array(
 
 
 VELOCITY_VERLET = method("VelocityVerlet", 2, np.array([0.5, 0.5]), np.array([1.0]))
-MCLACHLAN_ATELA4 = method("McLachlanAtela4", 4, np.r_[MA4_KICKS, 0.0], MA4_DRIFTS)
-BLANES_MOAN4 = method("BlanesMoan4", 4, palindrome(BM4_KICKS, 7), palindrome(BM4_DRIFTS, 6))
-BLANES_MOAN6 = method("BlanesMoan6", 6, palindrome(BM6_KICKS, 12), palindrome(BM6_DRIFTS, 11))
+MCLACHLAN_ATELA4 = method("McLachlanAtela4", 4, np.r_[MA4_KICKS, 0.0], MA4_DRIFTS, True)
+BLANES_MOAN_PRK4 = method(
+    "BlanesMoanPRK4", 4, palindrome(BM_PRK4_KICKS, 7), palindrome(BM_PRK4_DRIFTS, 6)
+)
+BLANES_MOAN4 = method("BlanesMoan4", 4, palindrome(BM4_KICKS, 7), palindrome(BM4_DRIFTS, 6), True)
+BLANES_MOAN6 = method("BlanesMoan6", 6, palindrome(BM6_KICKS, 12), palindrome(BM6_DRIFTS, 11), True)
 KAHAN_LI8 = method("KahanLi8", 8, *of_verlet_steps(palindrome(KL8, 17)))
 SOFRONIOU_SPALETTA10 = method("SofroniouSpaletta10", 10, *of_verlet_steps(palindrome(SS10, 35)))
 YOSHIDA4 = method("Yoshida4", 4, *of_verlet_steps(palindrome(Y4, 3)))
@@ -118,6 +133,7 @@ YOSHIDA8 = method("Yoshida8", 8, *of_verlet_steps(palindrome(Y8, 15)))
 SYMPLECTIC = (
     VELOCITY_VERLET,
     MCLACHLAN_ATELA4,
+    BLANES_MOAN_PRK4,
     BLANES_MOAN4,
     BLANES_MOAN6,
     KAHAN_LI8,

@@ -142,7 +142,7 @@ def test_second_order_problems_that_make_no_sense(method, q0, v0, words):
     assert words in str(caught.value)
 
 
-@pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "ode45", "RK4", "Radau"])
+@pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Vern9", "ode45", "RK4", "Radau"])
 def test_nan_at_the_start_is_a_failure_that_says_so(method):
     options = {"step": 0.1} if method == "RK4" else {}
     r = fastdyn.solve_ivp(nan_in_second, (0, 1), [1.0, 1.0], method, **options)

@@ -84,7 +84,19 @@ def test_gauss16_follows_brouwers_law(e, method):
 @pytest.mark.parametrize("system", [pendulum(V0=5.0), ORBIT], ids=str)
 def test_energy_is_conserved_to_rounding(method, system):
     study = fastdyn.energy_drift(system, method, steps_per_period=60, periods=100)
-    assert study.drifts["energy"].largest < 64 * EPS * math.sqrt(study.n_steps)
+    assert study.drifts["energy"].largest < 6.0 * 2.0**-53 * math.sqrt(study.n_steps)
+
+
+@pytest.mark.parametrize(
+    "method, step, q", [("EnergyConserving2", 0.3, 0.5), ("Gauss16", 0.2, 1.0)]
+)
+def test_no_step_in_fifty_thousand_ends_its_iteration_early(method, step, q):
+    """Where one of two components is right by chance at first, and the other waits for its turn."""
+    study = fastdyn.energy_drift(
+        lambda t, y: [y[1], -math.sin(y[0])], method, step=step, n_steps=50_000, samples=50_000,
+        y0=[q, 0.0], invariants={"energy": lambda t, y: 0.5 * y[1] * y[1] - math.cos(y[0])},
+    )  # fmt: skip
+    assert np.abs(np.diff(study.drifts["energy"].mean)).max() < 8 * EPS
 
 
 def test_compensated_sums_keep_what_rounding_cuts_off():
@@ -164,6 +176,22 @@ def test_comparison_at_equal_work():
     assert works == pytest.approx([400, 400], rel=0.2)
     figure = found.plot()
     assert figure.axes[-1].get_xlabel() == "t (s)" and "Gauss8" in str(found)
+
+
+def test_comparison_in_equal_time():
+    """What is measured differs from run to run: only that steps follow it is claimed."""
+    methods, given = ["VelocityVerlet", "Gauss16"], {"periods": 3, "samples": 64}
+    short, long = (
+        fastdyn.compare_drift(ORBIT, methods, seconds=seconds, **given) for seconds in (2e-5, 2e-3)
+    )
+    for name in methods:
+        assert long[name].n_steps > 5 * short[name].n_steps
+    assert short["VelocityVerlet"].n_steps > 5 * short["Gauss16"].n_steps
+    assert "us / time" in str(short)
+    with pytest.raises(ValueError, match="give `evaluations` or `seconds`"):
+        fastdyn.compare_drift(ORBIT, methods, **given)
+    with pytest.raises(ValueError, match="the same steps again"):
+        fastdyn.compare_drift(ORBIT, methods, seconds=1e-4, checkpoint="x.npz", **given)
 
 
 def test_memory_does_not_depend_on_the_number_of_steps():

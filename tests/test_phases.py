@@ -41,7 +41,7 @@ def impacts(e, n):
     return first * (1.0 + 2.0 * np.cumsum(np.r_[0.0, e ** np.arange(1, n)]))
 
 
-@pytest.mark.parametrize("method", ["RK45", "DOP853", "RK4"])
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Tsit5", "Vern7", "Vern9", "RK4"])
 def test_a_ball_bounces_when_geometry_says(method):
     options = {"step": 0.01} if method == "RK4" else OPTIONS
     run = solve_phases(BALL, "up", (0.0, 3.0), [1.0, 0.0], method, args=(0.8,), **options)

@@ -12,7 +12,7 @@ from fastdyn.systems.satellite_lesson import allowance
 EPS = np.finfo(float).eps
 
 
-@pytest.mark.parametrize("method", ["RK45", "DOP853", "ode45"])
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Tsit5", "Vern7", "Vern9", "ode45"])
 @pytest.mark.parametrize("rtol", [1e-6, 1e-10])
 @pytest.mark.parametrize("V", [1.0, 1.2, -0.8])
 def test_computed_orbit_is_as_exact_as_its_tolerance(V, rtol, method):

@@ -23,6 +23,7 @@ def printed(t, w, k, m, omega, d, L, g):
 def lesson(board):
     """Tell the lesson to a board of `fastdyn.tour`."""
     _frequencies(board)
+    _sweep(board)
     _erratum(board)
     _samples(board)
 
@@ -47,16 +48,35 @@ def _frequencies(board):
         if omega in (4.0, 9.0, 15.0):
             runs[f"ground at ω = {omega:g} rad/s"] = run
     board.figure("building", plot.plot(runs))
-    omega = np.linspace(1.0, 30.0, 1451)
-    t = np.linspace(0.0, 20.0, 2001)
-    peak = [np.ptp(dataclasses.replace(Building(), omega=w).exact(t)[1]) / 2.0 for w in omega]
+
+
+def _sweep(board):
+    omega = np.linspace(1.0, 30.0, 2901)
+    swept = Building().ensemble(omega=omega, reduce=("max", "min"), rtol=1e-8, atol=1e-10)
+    sway = (swept.reduced["max"] - swept.reduced["min"])[:, 1] / 2.0
+    board.say(
+        """The sweep: 2901 frequencies of the ground in one call, and of each the largest sway,
+        found while it is solved. The marks: the distance of two frequencies, and what 40001 times
+        of the exact motion may miss of a peak, (w dt)² / 8 of it."""
+    )
+    board.head()
+    frequencies = Building().frequencies
+    t = np.linspace(0.0, 20.0, 40001)
+    chosen = [300, 800, 1400, *(round((w - 1.0) * 100) for w in frequencies)]
+    exact = [
+        np.ptp(dataclasses.replace(Building(), omega=omega[i]).exact(t)[1]) / 2.0 for i in chosen
+    ]
+    for i, largest in zip(chosen, exact, strict=True):
+        missed = largest * (omega[i] * t[1]) ** 2 / 8.0 + 1e-5 * largest
+        board.check(f"w = {omega[i]:.4g} rad/s: largest sway (m)", sway[i], largest, missed)
+    for i, frequency in zip((0, 1700), frequencies, strict=True):
+        at = omega[i : i + 1200][np.argmax(sway[i : i + 1200])]
+        board.check("the largest of all is at w (rad/s)", at, frequency, 0.02)
     with plot.slides():
         figure, (axes,) = plot.column(1, figsize=(10, 5.5))
-        axes.plot(omega, peak, label="exact")
-        for run in runs.values():
-            axes.plot(run.system.omega, np.ptp(run.y[1]) / 2.0, "o", color=plot.COLOURS[1])
-        axes.lines[-1].set_label("computed")
-        for frequency in (low, high):
+        axes.plot(omega, sway, label="computed, 2901 runs")
+        axes.plot(omega[chosen], exact, "o", color=plot.COLOURS[1], label="exact")
+        for frequency in frequencies:
             axes.axvline(frequency, color="0.6", ls=":", lw=1.5)
         axes.set(xlabel="frequency of the ground ω (rad/s)", yscale="log")
         axes.set_ylabel("largest sway of the\nupper floor in 20 s (m)")

@@ -3,6 +3,8 @@
 import dataclasses
 import math
 
+import numpy as np
+
 from fastdyn import plot
 from fastdyn.systems.marks import tolerated
 from fastdyn.systems.tower import Tower
@@ -42,3 +44,34 @@ def lesson(board):
     farther = sum(r >= best.range for r in near)
     board.check("throws a degree off that go farther", farther, 0, 0)
     board.figure("tower", plot.plot(runs))
+    _monte_carlo(board, thrown)
+
+
+def _monte_carlo(board, thrown):
+    n, spread = 20_000, {"V": 0.5, "angle": math.radians(3.0)}
+    random = np.random.default_rng(71)
+    drawn = {name: random.normal(getattr(thrown, name), width, n) for name, width in spread.items()}
+    many = thrown.ensemble((0.0, 20.0), events="ground", rtol=RTOL, atol=ATOL, **drawn)
+    speed, angle = drawn["V"], drawn["angle"]
+    up = speed * np.sin(angle)
+    exact = speed * np.cos(angle) * (up + np.sqrt(up**2 + 2.0 * thrown.g * thrown.h)) / thrown.g
+    board.say(
+        """Nobody throws twice alike. 20 000 throws with 25 mph give or take 0.5 m/s, at 45 degrees
+        give or take 3: the range is uncertain by 2.5 m, and its mean is shorter than that of the
+        mean throw, as 45 degrees is too steep and steeper loses more than flatter wins."""
+    )
+    board.head()
+    board.check("throws that landed", (many.status == 1).sum(), n, 0)
+    allowed = 1e3 * (ATOL + RTOL * exact.max())
+    board.check("largest error of a range (m)", abs(many.y_end[:, 0] - exact).max(), 0.0, allowed)
+    mean, deviation = many.y_end[:, 0].mean(), many.y_end[:, 0].std()
+    with plot.slides():
+        figure, (axes,) = plot.column(1, figsize=(10, 5.5))
+        axes.hist(many.y_end[:, 0], bins=80, density=True, color=plot.COLOURS[5])
+        x = np.linspace(mean - 4 * deviation, mean + 4 * deviation, 200)
+        bell = np.exp(-0.5 * ((x - mean) / deviation) ** 2) / (deviation * math.sqrt(2 * math.pi))
+        axes.plot(x, bell, label=f"normal, {mean:.2f} ± {deviation:.2f} m")
+        axes.axvline(thrown.range, color=plot.COLOURS[1], label="the mean throw")
+        axes.set(xlabel="range (m)", ylabel="share of the throws (1/m)")
+        plot.legend(figure, axes)
+    board.figure("tower-monte-carlo", figure)

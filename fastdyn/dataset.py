@@ -1,0 +1,62 @@
+"""An ensemble as an xarray.Dataset."""
+
+import numbers
+
+import numpy as np
+
+from .labels import TIMES
+
+COUNTS = ("nfev", "n_accepted", "n_rejected")
+STATUS = "0 the end was reached, 1 a terminal event, -1 failure, -2 interrupted"
+
+
+def dataset(trajectories):
+    """The Dataset of `Trajectories.to_xarray`."""
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError(
+            '`to_xarray` needs xarray: python -m pip install "fastdyn[cluster]".'
+        ) from error
+    e = trajectories
+    of_all, of_each = ("trajectory",), ("trajectory", "component")
+    second = {"units": "s"} if e.system is not None else {}
+    values = {
+        "y_end": (of_each, e.y_end),
+        "t_end": (of_all, e.t_end, second),
+        "status": (of_all, e.status, {"long_name": STATUS}),
+        **{name: (of_all, getattr(e, name)) for name in COUNTS},
+    }
+    coordinates: dict = {"component": [label.name for label in e.labels]}
+    if e.system is not None:
+        coordinates["unit"] = ("component", [label.unit for label in e.labels])
+    if np.ndim(e.y) == 3:
+        values["y"] = ((*of_each, "time"), _lazy(e.y))
+        coordinates["time"] = ("time", e.t, second)
+    for name, reduced in e.reduced.items():
+        axes = ("trajectory", "event") if name == "first_event" else of_each
+        values[name] = (axes, reduced, second if name in TIMES else {})
+    if len(e.y0) > 1:
+        coordinates["y0"] = (of_each, e.y0)
+    facts = {"method": e.method, "t_start": e.t_start}
+    if e.system is not None:
+        facts["system"] = e.system.name
+    for j, label in enumerate(e.argument_labels):
+        taken = label.name in {*values, *coordinates, *facts, *of_each, "time", "event"}
+        name = f"args[{j}]" if taken else label.name
+        if j in e.parameters:
+            about = {"units": label.unit, "long_name": label.meaning}
+            known = {key: text for key, text in about.items() if text}
+            coordinates[name] = (of_all, e.parameters[j], known)
+        elif isinstance(e.first[j], numbers.Real):
+            facts[name] = e.first[j]
+    return xarray.Dataset(values, coordinates, facts)
+
+
+def _lazy(y):
+    """An array in a store as one of dask's, which reads what is used of it."""
+    if isinstance(y, np.ndarray):
+        return y
+    from dask import array
+
+    return array.from_array(y, chunks=y.chunks)
