@@ -72,29 +72,26 @@ def arc_tangent_of_two(y, x):
 
 
 def small_arc(a):
-    """asin a for a <= 1/2, else of its half: asin sqrt((1 - a) / 2); a rounded number, the rest."""
+    """q and asin q - q, where q = a for a <= 1/2, and else sin of (pi/2 - asin a) / 2."""
     far = a > 0.5
     z = where(far, (1.0 - a) * 0.5, a * a)
-    root = sqrt(z)
-    q = where(far, root, a)
-    error = where(far & (root > 0.0), fma(-root, root, z) / (root + root), 0.0)
-    return far, q, fma(q * z, polynomial(z, ARC_SINE), error)
+    q = where(far, sqrt(z), a)
+    return far, q, q * z * polynomial(z, ARC_SINE)
 
 
 @outlined
 def arc_sine(x):
-    far, q, low = small_arc(abs(x))
-    return signed(where(far, PI_2[0] - (2.0 * q - (PI_2[1] - 2.0 * low)), q + low), x)
+    far, q, rest = small_arc(abs(x))
+    return signed(where(far, PI_2[0] - (2.0 * q - (PI_2[1] - 2.0 * rest)), q + rest), x)
 
 
 @outlined
 def arc_cosine(x):
-    far, q, low = small_arc(abs(x))
+    far, q, rest = small_arc(abs(x))
     left = x < 0.0
-    near = PI_2[0] - (signed(q, x) - (PI_2[1] - where(left, -low, low)))
-    half = q + low
-    rest = where(left, 2.0 * (PI_2[0] - (q - (PI_2[1] - low))), half + half)
-    return where(far, rest, near)
+    near = PI_2[0] - (signed(q, x) - (PI_2[1] - signed(rest, x)))
+    beyond = 2.0 * where(left, PI_2[0] - (q - (PI_2[1] - rest)), q + rest)
+    return where(far, beyond, near)
 
 
 @outlined

@@ -29,7 +29,7 @@ EXPONENTIAL = (
 )  # fmt: skip
 INF = float("inf")
 BIAS = 1023  # of the exponent in a double
-SMALLEST, LARGEST = -746.0, 710.6  # e^x is 0 and 4 * 2^1023
+SMALLEST, LARGEST = -746.0, 710.6  # where e^x is 0 and sinh x is infinite
 TINY = 2.0**-60
 
 
@@ -39,16 +39,15 @@ def within(x, low, high):
 
 
 def reduced(x, low=0.0):
-    """k as a whole number, and r as a number and its error, of x + low."""
+    """k as a whole number, and r, of x + low."""
     nearest = fma(x, 1 / LN2[0], SHIFT)
     k = nearest - SHIFT
-    r, low = fast_two_sum(fma(-k, LN2[0], x), fma(-k, LN2[1], low))
-    return bits(nearest) - word(SHIFT), r, low
+    return bits(nearest) - word(SHIFT), fma(-k, LN2[0], x) + fma(-k, LN2[1], low)
 
 
-def rise(r, low):
-    """e^(r + low) - 1 as a number and what to add to it."""
-    return r, fma(r * r, polynomial(r, EXPONENTIAL), fma(r, low, low))
+def bend(r):
+    """e^r - 1 - r."""
+    return r * r * polynomial(r, EXPONENTIAL)
 
 
 def times_power(x, k):
@@ -59,9 +58,8 @@ def times_power(x, k):
 
 def exponential_of_sum(x, low):
     """e^(x + low)."""
-    k, r, low = reduced(within(x, SMALLEST, LARGEST), low)
-    first, rest = rise(r, low)
-    return times_power(1.0 + (first + rest), k)
+    k, r = reduced(within(x, SMALLEST, LARGEST), low)
+    return times_power(1.0 + (r + bend(r)), k)
 
 
 @outlined
@@ -82,8 +80,8 @@ def power_of_two(x):
 
 def quarter_rise(x):
     """(e^x - 1) / 4, which is a number where sinh x is one, and its error."""
-    k, r, low = reduced(within(x, -60.0, LARGEST))
-    r, low = fast_two_sum(*rise(r, low))
+    k, r = reduced(within(x, -60.0, LARGEST))
+    r, low = fast_two_sum(r, bend(r))
     power = real((k + (BIAS - 2)) << 52)
     high, error = two_sum(power - 0.25, power * r)
     return fast_two_sum(high, fma(power, low, error))
@@ -104,9 +102,8 @@ def hyperbolic_sine(x):
 
 @outlined
 def hyperbolic_cosine(x):
-    k, r, low = reduced(within(abs(x), 0.0, 720.0))
-    first, rest = rise(r, low)
-    half = times_power(1.0 + (first + rest), k - 1)
+    k, r = reduced(within(abs(x), 0.0, 720.0))
+    half = times_power(1.0 + (r + bend(r)), k - 1)
     return half + 0.25 / half
 
 
