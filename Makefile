@@ -32,6 +32,7 @@ check: .venv/.dev
 
 bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --editable ".[bench]"
+	-$(BIN)/python -m pip install --quiet numbalsoda  # needs a Fortran compiler
 	$(BIN)/python -m bench
 
 .PHONY: help tour test check bench

@@ -1,1 +1,1 @@
-"""Benchmarks: ``python -m bench`` measures fastdyn beside SciPy and hand-written C++."""
+"""Benchmarks: ``python -m bench`` measures fastdyn beside what a user would pick instead."""

@@ -4,18 +4,34 @@ import argparse
 import datetime
 import json
 import pathlib
+import time
 
-from . import course, drift, first_call, fixed_cost, memory, same_steps, scaling, speed
-from .timing import machine
+import bench.one_thread  # noqa: F401  before all that follow
+
+from . import (
+    course,
+    drift,
+    figures,
+    first_call,
+    fixed_cost,
+    memory,
+    same_steps,
+    scaling,
+    speed,
+    work_precision,
+)
+from .table import RESULTS
+from .timing import load, machine
 
 GROUPS = {
     "same_steps": same_steps,
+    "work_precision": work_precision,
     "speed": speed,
     "course": course,
-    "drift": drift,
     "fixed_cost": fixed_cost,
     "first_call": first_call,
     "scaling": scaling,
+    "drift": drift,
     "memory": memory,
 }
 
@@ -37,24 +53,37 @@ def show(rows):
 
 
 def main():
-    """Run the groups that are asked for."""
+    """Run the groups that are asked for; keep a full run, and draw its figures."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a smoke run")
     parser.add_argument("--only", nargs="+", choices=GROUPS, default=list(GROUPS))
-    parser.add_argument("--json", type=pathlib.Path, help="where the figures go")
+    parser.add_argument("--json", type=pathlib.Path, help="where the figures of a part go")
     options = parser.parse_args()
-    today = datetime.date.today().isoformat()
-    path = options.json or pathlib.Path(__file__).with_name("results") / f"{today}.json"
-    record = {"date": today, "machine": machine(), "quick": options.quick}
-    print(record["machine"])
+    full = not options.quick and options.only == list(GROUPS)
+    record = {
+        "date": datetime.date.today().isoformat(),
+        "quick": options.quick,
+        "machine": machine(),
+        "load": {},
+        "seconds": {},
+    }
+    print(json.dumps(record["machine"], indent=1))
+    path = options.json or (RESULTS if full else None)
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
     for name in options.only:
+        record["load"][name] = load()
+        begun = time.perf_counter()
         record[name] = list(GROUPS[name].rows(options.quick))
-        print(f"\n{name}: {GROUPS[name].__doc__.splitlines()[0]}")
+        record["seconds"][name] = time.perf_counter() - begun
+        doc = GROUPS[name].__doc__.splitlines()[0]
+        print(f"\n{name}: {doc} ({record['seconds'][name]:.0f} s)")
         if record[name]:
             show(record[name])
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(record, indent=1))
-    print(f"\nwritten to {path}")
+        if path is not None:
+            path.write_text(json.dumps(record, indent=1) + "\n")
+    if full:
+        figures.draw_all(record["work_precision"], path.parent)
 
 
 if __name__ == "__main__":

@@ -35,9 +35,9 @@ def solvers(problem, order, rtol, atol):
     Parameters
     ----------
     problem : Problem
-        Its `entry` names the C++ function.
+        Its `code` names the C++ function.
     order : {5, 8}
-        DOPRI5 or DOP853; the chain of springs has DOPRI5 only.
+        DOPRI5 or DOP853; springs and bodies of any number have DOPRI5 only.
     rtol, atol : float
         Tolerances, as for SciPy.
 
@@ -59,7 +59,7 @@ def solvers(problem, order, rtol, atol):
             y0.ctypes.data_as(pointer), y.ctypes.data_as(pointer), p.ctypes.data_as(pointer),
             real(rtol), real(atol), counts,
         )  # fmt: skip
-        entry = getattr(library, problem.entry)
+        entry = getattr(library, problem.code)
         entry.restype = None
 
         def run(entry=entry, given=given, y=y, counts=counts):

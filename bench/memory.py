@@ -8,13 +8,13 @@ import sys
 SCRIPT = """
 import resource
 from fastdyn import solve_ivp
-from bench.problems import pendulum
+from bench.problems import PENDULUM
 def resident():
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * resource.getpagesize() / 2**20
 def run(n):
-    r = solve_ivp(pendulum, (0.0, n * 1e-3), [0.0, 0.1], "RK4", step=1e-3, t_eval=[n * 1e-3],
-                  args=(9.81, 1.0), tier="specialised")
+    r = solve_ivp(PENDULUM.fun, (0.0, n * 1e-3), PENDULUM.y0, "RK4", step=1e-3, t_eval=[n * 1e-3],
+                  args=PENDULUM.args, tier="specialised")
     return r.n_accepted
 run(10**4)
 before = resident()

@@ -1,5 +1,5 @@
 // Reference integrators in C++: DOPRI5 and DOP853 with the step control of scipy.integrate, for a
-// right-hand side known at compile time, and DOPRI5 for a chain of springs of any length.
+// right-hand side known at compile time, and DOPRI5 for springs and bodies of any number.
 // Endpoint only.  Each entry leaves y0 alone and writes the end state to y and to counts the
 // evaluations, accepted and rejected steps, so that it can be called again with nothing to reset.
 #include <algorithm>
@@ -229,6 +229,80 @@ struct Vehicle {
   }
 };
 
+struct ConstrainedByHand {
+  static constexpr int n = 4;
+  const double *p;  // g
+  inline void operator()(double, const double *y, double *d) const {
+    const double pull = (y[2] * y[2] + y[3] * y[3] + p[0] * y[1]) / (y[0] * y[0] + y[1] * y[1]);
+    d[0] = y[2], d[1] = y[3], d[2] = -pull * y[0], d[3] = p[0] - pull * y[1];
+  }
+};
+
+struct VehicleByHand {
+  static constexpr int n = 6;
+  const double *p;  // m, L, c
+  inline void operator()(double t, const double *w, double *d) const {
+    const double m = p[0], L = p[1], c = p[2];
+    const double alpha = 0.1 + 0.2 * std::sin(t), turn = 0.2 * std::cos(t), P = 0.2;
+    const double s = std::sin(w[2]), cs = std::cos(w[2]), sa = std::sin(alpha), ca = std::cos(alpha);
+    const double sf = std::sin(w[2] + alpha), cf = std::cos(w[2] + alpha);
+    const double v = std::sqrt(w[3] * w[3] + w[4] * w[4]);
+    const double fx = P * cs - c * v * w[3], fy = -P * s - c * v * w[4];
+    const double rear = (s * w[4] - cs * w[3]) * w[5];
+    const double front = (sf * w[4] - cf * w[3]) * (w[5] + turn) - 0.5 * L * sa * w[5] * turn;
+    const double dx = sf + ca * s, dy = cf + ca * cs;
+    const double force = (m * (ca * rear + front) - dx * fx - dy * fy) / (dx * dx + dy * dy);
+    const double ax = (fx + force * dx) / m, ay = (fy + force * dy) / m;
+    d[0] = w[3], d[1] = w[4], d[2] = w[5], d[3] = ax, d[4] = ay;
+    d[5] = 2 / L * (rear - s * ax - cs * ay);
+  }
+};
+
+struct Arenstorf {
+  static constexpr int n = 4;
+  const double *p;  // mass of the moon
+  inline void operator()(double, const double *y, double *d) const {
+    const double moon = p[0], earth = 1 - moon, x = y[0] + moon, z = y[0] - earth;
+    const double r2 = x * x + y[1] * y[1], s2 = z * z + y[1] * y[1];
+    const double a = earth / (r2 * std::sqrt(r2)), b = moon / (s2 * std::sqrt(s2));
+    d[0] = y[2], d[1] = y[3];
+    d[2] = y[0] + 2 * y[3] - a * x - b * z, d[3] = y[1] - 2 * y[2] - a * y[1] - b * y[1];
+  }
+};
+
+struct Lorenz {
+  static constexpr int n = 3;
+  const double *p;  // sigma, rho, beta
+  inline void operator()(double, const double *y, double *d) const {
+    d[0] = p[0] * (y[1] - y[0]), d[1] = y[0] * (p[1] - y[2]) - y[1], d[2] = y[0] * y[1] - p[2] * y[2];
+  }
+};
+
+struct HenonHeiles {
+  static constexpr int n = 4;
+  const double *p;
+  inline void operator()(double, const double *y, double *d) const {
+    d[0] = y[2], d[1] = y[3];
+    d[2] = -y[0] - 2 * y[0] * y[1], d[3] = y[1] * y[1] - y[1] - y[0] * y[0];
+  }
+};
+
+// x, y, vx, vy of seven stars of masses 1 to 7.
+struct Pleiades {
+  static constexpr int n = 28;
+  const double *p;
+  inline void operator()(double, const double *w, double *d) const {
+    for (int i = 0; i < 14; ++i) d[i] = w[14 + i], d[14 + i] = 0;
+    for (int i = 0; i < 7; ++i)
+      for (int j = 0; j < i; ++j) {
+        const double dx = w[j] - w[i], dy = w[7 + j] - w[7 + i], r2 = dx * dx + dy * dy;
+        const double c = 1 / (r2 * std::sqrt(r2));
+        d[14 + i] += (j + 1) * c * dx, d[21 + i] += (j + 1) * c * dy;
+        d[14 + j] -= (i + 1) * c * dx, d[21 + j] -= (i + 1) * c * dy;
+      }
+  }
+};
+
 // Springs between two walls: y is [q, v], the number of components known at run time.
 struct Chain {
   int n;
@@ -238,6 +312,24 @@ struct Chain {
     d[m] = y[1] - 2 * y[0];
     for (int i = 1; i < m - 1; ++i) d[m + i] = y[i - 1] - 2 * y[i] + y[i + 1];
     d[n - 1] = y[m - 2] - 2 * y[m - 1];
+  }
+};
+
+// Bodies of one mass in all, attraction softened; [q, v], each x, y, z by body.
+struct Bodies {
+  int n;
+  void operator()(const double *__restrict y, double *__restrict d) const {
+    const int half = n / 2;
+    const double mass = 3.0 / half, softening = 0.01;
+    for (int i = 0; i < half; ++i) d[i] = y[half + i], d[half + i] = 0;
+    for (int i = 0; i < half; i += 3)
+      for (int j = 0; j < i; j += 3) {
+        const double dx = y[j] - y[i], dy = y[j + 1] - y[i + 1], dz = y[j + 2] - y[i + 2];
+        const double r2 = dx * dx + dy * dy + dz * dz + softening * softening;
+        const double c = mass / (r2 * std::sqrt(r2));
+        d[half + i] += c * dx, d[half + i + 1] += c * dy, d[half + i + 2] += c * dz;
+        d[half + j] -= c * dx, d[half + j + 1] -= c * dy, d[half + j + 2] -= c * dz;
+      }
   }
 };
 
@@ -255,18 +347,19 @@ inline double mean_square(int n, const V &size) {
   return all / n;
 }
 
-template <int S = 1>
-inline void chain_stages(const Chain &f, const double *y, double h, double *__restrict u,
+template <class F, int S = 1>
+inline void long_stages(const F &f, const double *y, double h, double *__restrict u,
                          double *const (&k)[7]) {
   if constexpr (S <= 6) {
     for (int i = 0; i < f.n; ++i)
       u[i] = y[i] + h * weighted<Dopri5, S>(k, i, std::make_integer_sequence<int, S>{});
     f(u, k[S]);
-    chain_stages<S + 1>(f, y, h, u, k);
+    long_stages<F, S + 1>(f, y, h, u, k);
   }
 }
 
-void solve_chain(const Chain &f, double t, double t_end, const double *y0, double *state, double rtol,
+template <class F>
+void solve_long(const F &f, double t, double t_end, const double *y0, double *state, double rtol,
                  double atol, long *counts) {
   const int n = f.n;
   std::vector<double> memory(9 * n);
@@ -293,7 +386,7 @@ void solve_chain(const Chain &f, double t, double t_end, const double *y0, doubl
     const double h_min = 10 * std::abs(std::nextafter(t, INFINITY) - t);
     if (refused && h < h_min) break;
     const double t_new = std::min(t + std::max(h, h_min), t_end), step = t_new - t;
-    chain_stages(f, y, step, u, k);
+    long_stages(f, y, step, u, k);
     const double error = step * std::sqrt(mean_square(n, [&](int i) {
       const double scale = atol + std::max(std::abs(y[i]), std::abs(u[i])) * rtol;
       return error_of<Dopri5, 0>(k, i, std::make_integer_sequence<int, 7>{}) / scale;
@@ -331,7 +424,16 @@ ENTRY(pendulum, Pendulum)
 ENTRY(building, Building)
 ENTRY(pendulum_xy, ConstrainedPendulum)
 ENTRY(vehicle, Vehicle)
-extern "C" void chain(int, int n, double t, double t_end, const double *y0, double *y, const double *,
-                      double rtol, double atol, long *counts) {
-  solve_chain(Chain{n}, t, t_end, y0, y, rtol, atol, counts);
-}
+ENTRY(constrained_pendulum, ConstrainedByHand)
+ENTRY(vehicle_explicit, VehicleByHand)
+ENTRY(arenstorf, Arenstorf)
+ENTRY(lorenz, Lorenz)
+ENTRY(henon_heiles, HenonHeiles)
+ENTRY(pleiades, Pleiades)
+#define LONG_ENTRY(name, F)                                                                         \
+  extern "C" void name(int, int n, double t, double t_end, const double *y0, double *y,              \
+                       const double *, double rtol, double atol, long *counts) {                     \
+    solve_long(F{n}, t, t_end, y0, y, rtol, atol, counts);                                          \
+  }
+LONG_ENTRY(chain, Chain)
+LONG_ENTRY(bodies, Bodies)

@@ -1,58 +1,55 @@
-"""Time a step and component against the number of components: a chain of springs."""
+"""Time against the number of revolutions, of springs and of bodies, for every compiled solver."""
 
-import scipy.integrate
-from numba import njit
+import math
 
-import fastdyn
+import numpy as np
 
-from . import cpp
-from .problems import chain, chain_of, reference
+from . import rivals
+from .problems import SATELLITE, bodies_of, chain_of, error, reference
 from .timing import interleaved
 
-RTOL, ATOL = 1e-6, 1e-9
-GROWTH = 1.1
+TOL = 1e-6
+BY_HAND = ("SciPy RK45", "SciPy DOP853", "SciPy LSODA")  # loops in plain Python
+UP_TO = {"SciPy odeint, njit": 1000, "SciPy LSODA, njit": 1000}  # room for n x n numbers
+LIMIT = 0.05  # s; a solver that needs longer is not asked for a larger size
+
+
+def revolutions(count):
+    """The satellite for so many revolutions."""
+    return SATELLITE._replace(t_span=(0.0, 2.0 * math.pi * count))
+
+
+CASES = (
+    ("revolutions", revolutions, (1, 10, 100, 1000)),
+    ("components of a chain of springs", chain_of, (10, 100, 1000, 10_000)),
+    ("components of bodies", lambda n: bodies_of(n // 6), (12, 102, 1002, 10_002)),
+)
 
 
 def rows(quick):
-    """Nanoseconds a step and component, for fastdyn, SciPy with the jitted function, and C++.
-
-    `growth` is fastdyn's time over its least at any shorter chain; above one it grows, and
-    GROWTH leaves room for noise.
-    """
-    jitted = njit(chain)
-    least = float("inf")
-    for n in (10, 100) if quick else (10, 100, 1000, 10_000):
-        problem = chain_of(n)
-        t_end = problem.t_span[1]
-        given = {"t_span": problem.t_span, "y0": problem.y0, "t_eval": [t_end]}
-        given |= {"rtol": RTOL, "atol": ATOL}
-        r = fastdyn.solve_ivp(chain, **given, tier="specialised")
-        scipy.integrate.solve_ivp(jitted, **given)
-        steps = r.n_accepted + r.n_rejected
-        references = cpp.solvers(problem, 5, RTOL, ATOL)
-        times = interleaved(
-            {
-                "fastdyn": lambda g=given: fastdyn.solve_ivp(chain, **g),
-                "SciPy": lambda g=given: scipy.integrate.solve_ivp(jitted, **g),
-                **references,
-            },
-            3 if quick else 200,
-            0.5 if quick else 4.0,
-        )
-        each = {name: best / (steps * n) * 1e9 for name, (best, _) in times.items()}
-        ours, theirs = each["fastdyn"], each["SciPy"]
-        fastest = min((each[name] for name in references), default=None)
-        growth, least = ours / min(least, ours), min(least, ours)
-        yield {
-            "n": n,
-            "steps": steps,
-            "error": float(abs(r.y[:, -1] - reference(problem)).max()),
-            "fastdyn_ns": ours,
-            "scipy_njit_ns": theirs,
-            "cpp_ns": fastest,
-            "of_scipy": ours / theirs,
-            "of_fastest_cpp": ours / fastest if fastest else None,
-            "growth": growth,
-            "target": f"of_scipy <= 1, growth <= {GROWTH}",
-            "met": bool(ours <= theirs and growth <= GROWTH),
-        }
+    """One row a size and solver; `growth` is `ns_each` over its least at any smaller size."""
+    for against, problem_of, sizes in CASES:
+        least, out = {}, set(BY_HAND)
+        for size in sizes[:1] if quick else sizes:
+            problem = problem_of(size)
+            exact = np.array(SATELLITE.y0) if against == "revolutions" else reference(problem)
+            runs, errors = {}, {}
+            for name, prepare in rivals.solvers(problem).items():
+                if name not in out and size <= UP_TO.get(name, math.inf):
+                    runs[name] = prepare(TOL)
+                    errors[name] = error(runs[name](), exact)
+            times = interleaved(runs, 3 if quick else 50, 0.1 if quick else 2.0)
+            out |= {name for name in runs if times[name][0] > LIMIT}
+            for name in runs:
+                each = times[name][0] / size * 1e9
+                least[name] = min(each, least.get(name, each))
+                yield {
+                    "against": against,
+                    "size": size,
+                    "solver": name,
+                    "error": errors[name],
+                    "min_us": times[name][0] * 1e6,
+                    "median_us": times[name][1] * 1e6,
+                    "ns_each": each,
+                    "growth": each / least[name],
+                }

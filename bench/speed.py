@@ -1,13 +1,11 @@
 """Endpoint-only solves through the public call, against SciPy and C++."""
 
-import numpy as np
 import scipy.integrate
-from numba import njit
 
 import fastdyn
 
 from . import cpp
-from .problems import PROBLEMS, reference
+from .problems import PROBLEMS, compiled, error, reference
 from .timing import interleaved
 
 RTOL, ATOL = 1e-6, 1e-9
@@ -52,7 +50,7 @@ def stretched(problem, method, order, quick):
             "solver": name,
             "min_us": times[name][0] * 1e6,
             "median_us": times[name][1] * 1e6,
-            "error": float(abs(y - other).max()),
+            "error": error(y, other),
             "nfev": counts[0],
             "of_fastest_cpp": ratio,
             "of_fastdyn": times[name][0] / times["fastdyn"][0],
@@ -70,21 +68,20 @@ def as_it_is(problem, method, order, quick, jit=True):
         r = fastdyn.solve_ivp(problem.fun, problem.t_span, problem.y0, **given, **options)
         return r.y[:, -1], (r.nfev,)
 
-    def scipys(fun):
-        r = scipy.integrate.solve_ivp(fun, problem.t_span, problem.y0, **given)
+    def scipys(fun, args):
+        r = scipy.integrate.solve_ivp(fun, problem.t_span, problem.y0, **given | {"args": args})
         return r.y[:, -1], (r.nfev,)
 
     ours(tier="specialised")
     references = cpp.solvers(problem, order, RTOL, ATOL)
-    compiled = {"fastdyn": ours, **references}
-    slow = {"SciPy": lambda: scipys(problem.fun)}
+    fast = {"fastdyn": ours, **references}
+    slow = {"SciPy": lambda: scipys(problem.fun, problem.args)}
     if jit:
-        inner = njit(problem.fun)
-        jitted = njit(lambda t, y, *args: np.array(inner(t, y, *args)))
-        slow["SciPy + njit"] = lambda: scipys(jitted)
+        jitted = compiled(problem)
+        slow["SciPy + njit"] = lambda: scipys(jitted, None)
     exact = reference(problem)
-    answers = {name: solve() for name, solve in {**compiled, **slow}.items()}
-    times = interleaved(compiled, 20 if quick else 4000, 0.2 if quick else 4.0)
+    answers = {name: solve() for name, solve in {**fast, **slow}.items()}
+    times = interleaved(fast, 20 if quick else 4000, 0.2 if quick else 4.0)
     times |= interleaved({"fastdyn ": ours, **slow}, 3 if quick else 20)
     fastest = min((times[name][0] for name in references), default=None)
     mine = times["fastdyn"][0]
@@ -95,7 +92,7 @@ def as_it_is(problem, method, order, quick, jit=True):
             "solver": name,
             "min_us": times[name][0] * 1e6,
             "median_us": times[name][1] * 1e6,
-            "error": float(abs(y - exact).max()),
+            "error": error(y, exact),
             "nfev": counts[0],
             "of_fastest_cpp": times[name][0] / fastest if fastest else None,
             "of_fastdyn": times[name][0] / mine,

@@ -2,14 +2,21 @@
 
 import os
 import platform
+import shutil
 import statistics
+import subprocess
 import time
+from importlib import metadata
+
+WARM = 5e-3
 
 
 def interleaved(functions, repetitions=30, seconds=2.0):
     """{name: (minimum, median)} of the run times in seconds, the functions taking turns.
 
-    Stops after `repetitions` turns or when `seconds` are over, with three turns at least.
+    Stops after `repetitions` turns or when `seconds` are over, with three turns at least.  A call
+    shorter than WARM follows an untimed one: after the others of a turn, the first would pay for
+    their traces in the caches.
     """
     times = {name: [] for name in functions}
     began = time.perf_counter()
@@ -17,18 +24,22 @@ def interleaved(functions, repetitions=30, seconds=2.0):
         if turn >= 3 and time.perf_counter() - began > seconds:
             break
         for name, function in functions.items():
+            if times[name] and times[name][-1] < WARM:
+                function()
             start = time.perf_counter()
             function()
             times[name].append(time.perf_counter() - start)
     return {name: (min(t), statistics.median(t)) for name, t in times.items()}
 
 
-def machine():
-    """Versions, processor, load."""
-    import numba
-    import numpy
-    import scipy
+LIBRARIES = (
+    "numba", "numpy", "scipy", "CyRK", "numbalsoda", "heyoka", "diffrax", "jax", "scikit-sundae",
+    "rebound",
+)  # fmt: skip
 
+
+def machine():
+    """Versions, processor, threads, load."""
     import fastdyn
 
     cpu = platform.processor() or platform.machine()
@@ -37,13 +48,25 @@ def machine():
             cpu = next(s.split(":")[1].strip() for s in file if s.startswith("model name"))
     except (OSError, StopIteration):
         pass
+    versions = {"python": platform.python_version(), "fastdyn": fastdyn.__version__}
+    for name in LIBRARIES:
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            versions[name] = None
+    for compiler in ("clang++", "g++"):
+        if shutil.which(compiler):
+            said = subprocess.run([compiler, "--version"], capture_output=True, text=True)
+            versions[compiler] = said.stdout.splitlines()[0]
     return {
-        "python": platform.python_version(),
-        "fastdyn": fastdyn.__version__,
-        "numba": numba.__version__,
-        "numpy": numpy.__version__,
-        "scipy": scipy.__version__,
         "cpu": cpu,
         "cores": os.cpu_count(),
-        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+        "threads": 1,
+        "load": load(),
+        "versions": versions,
     }
+
+
+def load():
+    """Mean number of running processes of the last minute, if the system tells."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None

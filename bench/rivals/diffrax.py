@@ -1,0 +1,47 @@
+"""diffrax in double precision, one jitted function a problem and solver."""
+
+import functools
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from . import MAX_STEPS
+
+jax.config.update("jax_enable_x64", True)
+METHODS = ("Dopri5", "Tsit5", "Dopri8")
+
+
+def solvers(problem):
+    """The explicit pairs, with the default controller."""
+    return {
+        f"diffrax {name}": functools.partial(_prepare, problem, _jitted(problem, name))
+        for name in METHODS
+        if problem.arrays or problem.terms
+    }
+
+
+def _jitted(problem, name):
+    begin, end = problem.t_span
+    rates = (problem.arrays or problem.terms)(jnp)
+    term = diffrax.ODETerm(lambda t, y, _: jnp.stack(rates(t, y, *problem.args)))
+    if problem.arrays:
+        term = diffrax.ODETerm(lambda t, y, _: rates(t, y))
+
+    @jax.jit
+    def solve(y0, tol, times):
+        return diffrax.diffeqsolve(
+            term, getattr(diffrax, name)(), begin, end, None, y0, max_steps=MAX_STEPS, throw=False,
+            stepsize_controller=diffrax.PIDController(rtol=tol, atol=tol),
+            saveat=diffrax.SaveAt(ts=times) if times is not None else diffrax.SaveAt(t1=True),
+        ).ys  # fmt: skip
+
+    return solve
+
+
+def _prepare(problem, solve, tol, times=None):
+    y0 = jnp.array(problem.y0, dtype=float)
+    times = None if times is None else jnp.array(times)
+    solve(y0, tol, times).block_until_ready()
+    return lambda: np.asarray(solve(y0, tol, times).block_until_ready())[-1]

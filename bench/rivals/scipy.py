@@ -1,0 +1,60 @@
+"""SciPy: solve_ivp with plain and with compiled right-hand sides; its compiled loops of old."""
+
+import functools
+
+import numpy as np
+from scipy.integrate import ode, odeint, solve_ivp
+
+from ..problems import compiled
+from . import MAX_STEPS
+
+
+def end_of(result):
+    """The last state of a result of solve_ivp, NaN if it failed."""
+    return result.y[:, -1] if result.success else np.nan
+
+
+def solvers(problem):
+    """RK45, DOP853 and LSODA by solve_ivp; LSODA by odeint; Hairer's DOP853 by ode."""
+    jitted = functools.cache(lambda: compiled(problem))
+    made = {}
+    for method in ("RK45", "DOP853", "LSODA"):
+        made[f"SciPy {method}"] = functools.partial(_ivp, problem, method, None)
+        made[f"SciPy {method}, njit"] = functools.partial(_ivp, problem, method, jitted)
+    made["SciPy odeint, njit"] = functools.partial(_odeint, problem, jitted)
+    made["Hairer's DOP853, njit"] = functools.partial(_hairer, problem, jitted)
+    return made
+
+
+def _ivp(problem, method, jitted, tol, times=None):
+    end = problem.t_span[1]
+    given = {
+        "method": method,
+        "rtol": tol,
+        "atol": tol,
+        "t_eval": [end] if times is None else times,
+    }
+    fun = problem.fun
+    if jitted is not None:
+        fun = jitted()
+    else:
+        given["args"] = problem.args
+    return lambda: end_of(solve_ivp(fun, problem.t_span, problem.y0, **given))
+
+
+def _odeint(problem, jitted, tol, times=None):
+    fun, times = jitted(), problem.t_span if times is None else times
+    given = {"tfirst": True, "rtol": tol, "atol": tol, "mxstep": MAX_STEPS}
+    return lambda: odeint(fun, problem.y0, times, **given)[-1]
+
+
+def _hairer(problem, jitted, tol, times=None):
+    if times is not None:
+        return None
+    fun, (begin, end), y0 = jitted(), problem.t_span, np.array(problem.y0)
+
+    def run():
+        solver = ode(fun).set_integrator("dop853", rtol=tol, atol=tol, nsteps=MAX_STEPS)
+        return solver.set_initial_value(y0, begin).integrate(end)
+
+    return run

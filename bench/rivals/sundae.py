@@ -1,0 +1,33 @@
+"""CVODE of SUNDIALS, Adams' methods for problems that are not stiff, by scikit-sundae."""
+
+import functools
+
+import numpy as np
+from sksundae.cvode import CVODE
+
+from ..problems import in_place
+from . import MAX_STEPS
+
+DENSE = 100  # up to so many components Newton's matrix is a matrix
+
+
+def solvers(problem):
+    """Adams, with the right-hand side compiled; CVODE calls it through Python."""
+    into = functools.cache(lambda: in_place(problem))
+    return {"CVODE Adams, njit": functools.partial(_prepare, problem, into)}
+
+
+def _prepare(problem, into, tol, times=None):
+    (begin, end), y0 = problem.t_span, np.array(problem.y0, dtype=float)
+    solver = CVODE(
+        into(), method="Adams", rtol=tol, atol=tol, max_num_steps=MAX_STEPS,
+        linsolver="dense" if y0.size <= DENSE else "gmres",
+    )  # fmt: skip
+
+    def run():
+        if times is not None:
+            return solver.solve(times, y0).y[-1]
+        solver.init_step(begin, y0)
+        return solver.step(end, tstop=end).y
+
+    return run
