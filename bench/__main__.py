@@ -11,6 +11,7 @@ import bench.one_thread  # noqa: F401  before all that follow
 from . import (
     course,
     drift,
+    ensemble,
     figures,
     first_call,
     fixed_cost,
@@ -31,6 +32,7 @@ GROUPS = {
     "fixed_cost": fixed_cost,
     "first_call": first_call,
     "scaling": scaling,
+    "ensemble": ensemble,
     "drift": drift,
     "memory": memory,
 }

@@ -131,6 +131,8 @@ def for_readme(record):
         "The first call, median seconds:", "", *first_call(record["first_call"]), "",
         "A solve of thirty steps, and one with a thousand outputs, microseconds:", "",
         *pivot(record["fixed_cost"], "solver", "output", "min_us"), "",
+        "Trajectories a second, of 10 000 (satellite to t = 100, building to t = 20, rtol 1e-6):", "",
+        *pivot(record["ensemble"], "solver", "problem", "a_second"), "",
         origin(record),
     ]  # fmt: skip
 
@@ -143,6 +145,9 @@ def whole(record):
         "## Time at equal achieved error, microseconds", "",
         *every_solver(record["work_precision"]),
         "## Scaling", "", *scaling(record["scaling"]),
+        "## Trajectories a second, and the median of their errors", "",
+        *pivot(record["ensemble"], "solver", "problem", "a_second"), "",
+        *pivot(record["ensemble"], "solver", "problem", "median_error"), "",
         "## Long runs", "", *drift(record["drift"]),
     ]  # fmt: skip
 
