@@ -131,7 +131,7 @@ def for_readme(record):
         "The first call, median seconds:", "", *first_call(record["first_call"]), "",
         "A solve of thirty steps, and one with a thousand outputs, microseconds:", "",
         *pivot(record["fixed_cost"], "solver", "output", "min_us"), "",
-        "Trajectories a second, of 10 000 (satellite to t = 100, building to t = 20, rtol 1e-6):", "",
+        "Trajectories a second (satellite to t = 100, building to t = 20, rtol 1e-6):", "",
         *pivot(record["ensemble"], "solver", "problem", "a_second"), "",
         origin(record),
     ]  # fmt: skip
