@@ -33,6 +33,8 @@ def dataset(trajectories):
     if np.ndim(e.y) == 3:
         values["y"] = ((*of_each, "time"), _lazy(e.y))
         coordinates["time"] = ("time", e.t, second)
+    if "first_event" in e.reduced:
+        coordinates["event"] = e.event_names
     for name, reduced in e.reduced.items():
         axes = ("trajectory", "event") if name == "first_event" else of_each
         values[name] = (axes, reduced, second if name in TIMES else {})

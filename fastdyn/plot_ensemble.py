@@ -181,10 +181,9 @@ def _quantities(e, names, chosen):
         values = np.where(e.success[:, None], values, np.nan)
         unit = _second(e)
         if name == "first_event":
-            several = values.shape[1] > 1
-            for k in range(values.shape[1]):
-                title = f"time of the first event {k if several else ''}".strip()
-                found.append(Quantity(title, unit, values[:, k], ("time of events", unit)))
+            for event, times in zip(e.event_names, values.T, strict=True):
+                panel = ("time of events", unit)
+                found.append(Quantity(f"time of the first {event}", unit, times, panel))
             continue
         for i in chosen:
             label, title = e.labels[i], TITLES[name].format(e.labels[i].name)

@@ -39,7 +39,10 @@ def test_a_dataset_has_the_names_of_the_function():
     assert np.array_equal(data.stiffness, np.linspace(1.0, 9.0, 40))
     assert data.attrs == {"method": "RK4", "t_start": 0.0, "damping": 0.1}
     assert np.array_equal(data["max"], result.reduced["max"])
-    assert np.array_equal(data.first_event, result.reduced["first_event"])
+    first = data.first_event.sel(event="crossing")
+    assert np.array_equal(first, result.reduced["first_event"][:, 0])
+    figure = result.plot(of="first_event")
+    assert labels(figure) == [("stiffness", "time of the first crossing", "")]
     for name in ("y_end", "t_end", "status", "nfev", "n_accepted", "n_rejected"):
         assert np.array_equal(data[name], getattr(result, name))
     assert data.where(data.stiffness > 5.0, drop=True).sizes["trajectory"] == 20
