@@ -93,11 +93,13 @@ def already(state, work, block, n_steps):
 
 
 @njit(**OPTIONS)
-def _next_stop(s, o, t_eval, t_final, each):
+def _next_stop(s, o, t_eval, each):
     """Time at which a lane has to be looked at."""
     if each:
         return -s.direction * np.inf
-    return t_eval[o.i_eval] if o.i_eval < len(t_eval) else t_final
+    if o.i_eval < len(t_eval) and s.direction * (t_eval[o.i_eval] - s.t_end) < 0.0:
+        return t_eval[o.i_eval]
+    return s.t_end  # of the leg
 
 
 @njit(**OPTIONS)
@@ -191,7 +193,7 @@ def serve(
                     )  # fmt: skip
                 elif w.vector:
                     set_parameters(many_places, values, member, lane)
-                    stop = _next_stop(states[lane], outs[lane], t_eval, w.t_final, each)
+                    stop = _next_stop(states[lane], outs[lane], t_eval, each)
                     _to_lane(states[lane], lanes, many, work, lane, stop, w.max_steps)
                     if w.extrema:
                         _raise_bar(many, best[member], lane, width)
@@ -259,7 +261,7 @@ def serve(
                 if w.vector:
                     lanes[LIVE, lane] = 0.0
             elif w.vector:
-                stop = _next_stop(s, o, t_eval, w.t_final, each)
+                stop = _next_stop(s, o, t_eval, each)
                 _to_lane(s, lanes, many, work, lane, stop, w.max_steps)
                 if w.extrema:
                     _raise_bar(many, best[member], lane, width)
