@@ -4,6 +4,9 @@ The state arrives as a tuple of vectors.  An array would be added and compared c
 component; a tuple would be joined, or compared as a whole: such code runs one trajectory at a time.
 """
 
+# Numba's decorators and types say less than they are.
+# pyright: reportArgumentType=false, reportIncompatibleMethodOverride=false, reportOptionalCall=false
+
 from numba.core import errors, ir, types
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature

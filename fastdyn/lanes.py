@@ -1,5 +1,8 @@
 """The user's function on vectors: eight trajectories at once, from the same text."""
 
+# Numba's decorators and types say less than they are.
+# pyright: reportCallIssue=false, reportArgumentType=false
+
 import functools
 from typing import NamedTuple
 

@@ -208,7 +208,8 @@ def _stages_kernel(method, function, n):
 
     s, step = method.at_once
     form = Form(n // 2 if method.second_order else n, s, exact=True)
-    rhs = right_hand_side(*function.on_vectors(), function.mode)
+    user, values = function.on_vectors()
+    rhs = right_hand_side(user, values, function.mode)
     advance = method.advance
 
     @njit(**BARE)

@@ -63,7 +63,7 @@ def run(options):
     seconds = time.perf_counter() - began
     print(f"{system.title}: {result!r} in {seconds:.2f} s.")
     if len(varied) == 1:
-        _tell(system, *varied.items(), result)
+        _tell(system, *next(iter(varied.items())), result)
     if options.plot:
         result.plot().savefig(options.plot)
     if options.csv:
@@ -71,9 +71,8 @@ def run(options):
     return 0 if result.success.all() else 1
 
 
-def _tell(system, parameter, result):
+def _tell(system, name, at, result):
     """The highest maxima over one parameter."""
-    name, at = parameter
     for reduced, columns in result.reduced.items():
         if reduced not in ("max", "rms"):
             continue

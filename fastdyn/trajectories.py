@@ -83,8 +83,8 @@ class Trajectories:
     @property
     def event_names(self):
         """Names of the event functions."""
-        events = enumerate(self._problem.events or ())
-        return [getattr(event, "__name__", f"event {i}") for i, (event, _, _) in events]
+        events = [event for event, _, _ in self._problem.events or ()]
+        return [getattr(event, "__name__", f"event {i}") for i, event in enumerate(events)]
 
     @property
     def t_start(self):
