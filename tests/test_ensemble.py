@@ -238,7 +238,7 @@ def test_ctrl_c_returns_the_finished_part():
 
     y0 = launch(np.ones(100_000))
     for choice in ("return", "raise"):
-        timer = threading.Timer(0.5, _thread.interrupt_main)
+        timer = threading.Timer(3.0, _thread.interrupt_main)  # when it is under way
         solve_ensemble(orbit, (0, 1), y0[:9], (1.0,), **TIGHT)
         timer.start()
         began = time.perf_counter()
