@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from fastdyn.kernels import lanes, vector_math  # noqa: F401
+from fastdyn.kernels.form import Form
 
 RNG = np.random.default_rng(1)
 N = 400
@@ -19,7 +20,7 @@ SPECIAL = [
 
 def vectors(function, *columns, width=8):
     """The function of one or two arrays, computed by vectors."""
-    form = lanes.Form(1, width)
+    form = Form(1, width)
     function = njit(function)
     n = len(columns[0])
     tables = [np.pad(c, (0, -n % width), "edge").reshape(-1, width) for c in columns]

@@ -50,8 +50,8 @@ def test_each_member_is_the_single_solve(method, lanes):
     for i in range(11):
         one = solve_ivp(orbit, (0, 6.1), y0[i], method, args=(GM[i],), **options)
         assert many.nfev[i] == one.nfev
-        # rounding of 6 units of time, along an orbit whose neighbours part linearly
-        assert abs(many.y[i] - one.y).max() < 1e-12
+        # rounding; where the error estimate nearly cancels, it moves the step by 1e-10 of it
+        assert abs(many.y[i] - one.y).max() < 1e-11
         assert many[i].y.shape == one.y.shape and many[i].message == one.message
 
 
