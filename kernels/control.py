@@ -70,7 +70,7 @@ def spacing(typingctx, t, direction):
 
 
 def power(error, exponent):
-    """error ** exponent, of vectors to 1e-12: the size of a step is worth no more."""
+    """error ** exponent, of vectors to a few roundings."""
     return error**exponent
 
 
@@ -115,7 +115,7 @@ def _root(x, exponent):
     p = int(np.rint(-1.0 / down))
     z = _near_power(x, down)
     a, b, c = 1.0 / p, (1.0 / p + 1.0) / 2.0, (1.0 / p + 2.0) / 3.0
-    for _ in range(2):
+    for _ in range(2 if p < 6 else 3):
         product = x * z
         for _ in range(p - 1):
             product = product * z

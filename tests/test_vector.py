@@ -11,6 +11,7 @@ from numba import njit
 from numba.core.errors import TypingError
 
 from fastdyn.kernels import lanes
+from fastdyn.kernels.form import Form
 
 PAIRS = np.array([*itertools.product(SPECIAL, SPECIAL)]).T
 OF_ONE = {
@@ -82,7 +83,7 @@ def test_a_number_becomes_a_vector_where_it_meets_one():
 
 
 def test_vectors_of_two_widths_do_not_mix():
-    four, eight = lanes.Form(1, 4), lanes.Form(1, 8)
+    four, eight = Form(1, 4), Form(1, 8)
 
     @njit
     def mixed(a):

@@ -11,6 +11,7 @@ from by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vect
 from numba import njit
 
 from fastdyn.kernels import lanes, vector_arc, vector_exp, vector_log, vector_trig
+from fastdyn.kernels.form import Form
 
 
 def near_multiples(unit, largest):
@@ -126,7 +127,7 @@ def test_a_lane_depends_neither_on_the_others_nor_on_the_width(function, exact, 
 
 
 def test_sine_and_cosine_of_one_argument_are_one_call():
-    form = lanes.Form(1, 8)
+    form = Form(1, 8)
 
     @njit
     def product(a):
