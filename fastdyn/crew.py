@@ -91,7 +91,7 @@ class Worker:
         advance = vector
         if vector is None:
             function = bounds[0].function
-            if function is not None and 0 < len(bounds[0].block) and n <= MAX_TUPLE:
+            if function is not None and n <= MAX_TUPLE:
                 advance = specialised_kernel(name, function, n)
             advance = advance or pointer_kernel(name)
         addresses = np.array(

@@ -9,7 +9,6 @@ import numpy as np
 from . import check, reductions
 from .callback import evaluate
 from .crew import Results, Worker, work_off
-from .kernels.state import FINISHED, INTERRUPTED
 from .members import Members
 from .refusal import Uncompilable
 from .structure import check_second_order
@@ -206,6 +205,3 @@ def _bar(count, name) -> Any:
     from tqdm.auto import tqdm
 
     return tqdm(total=count, desc=name, unit=" trajectories")
-
-
-__all__ = ["FINISHED", "INTERRUPTED", "n_processors", "solve_ensemble"]

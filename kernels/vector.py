@@ -247,16 +247,6 @@ for _kinds in ((a, b) for a in (Vector, *NUMBERS) for b in (Vector, *NUMBERS)):
 
 
 @intrinsic
-def lane(typingctx, vector, i):
-    """What lane i of a vector holds."""
-
-    def codegen(context, builder, signature, args):
-        return builder.extract_element(args[0], builder.trunc(args[1], INDEX))
-
-    return types.float64(vector, types.intp), codegen
-
-
-@intrinsic
 def any_lane(typingctx, mask):
     """Whether a mask is true in any lane."""
 
