@@ -13,6 +13,7 @@ STUDIES = {
     "Shared": "members",
     "compare_drift": "compare",
     "energy_drift": "drift",
+    "prepare": "prepared",
     "solve_ensemble": "ensemble",
     "time_transformed": "transform",
 }

@@ -77,6 +77,7 @@ class Bound(NamedTuple):
     values: list
     mode: str
     parts: tuple = ()
+    code: Any = None
 
 
 _functions: dict = {}
@@ -126,10 +127,11 @@ def bind(fun, args, mode, n, look=None):
     Bound
     """
 
-    def as_written(t, y):
-        return fun(t, y, *args)
-
     alive = [fun, args]
+
+    def as_written(t, y):
+        return fun(t, y, *alive[1])
+
     try:
         parts = parts_of(fun, args)
         function, kinds = _function(parts, mode, look)
@@ -143,11 +145,49 @@ def bind(fun, args, mode, n, look=None):
     block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
     block[0], block[FAULT] = function.address, end
     if kinds:
-        at, floats = FIRST, block.view(np.float64)
-        for k, value in kinds:
-            at = pack(k, value, block, floats, at, alive)
+        _pack_all(kinds, block, alive)
     alive.append(function)
-    return Bound(function, block, as_written, alive, None, kinds, mode)
+    code = parts.function.__code__
+    return Bound(function, block, as_written, alive, None, kinds, mode, (), code)
+
+
+def rebind(bound, fun, args):
+    """Let a block have other arguments, and what holds now of all else that the function uses.
+
+    `bound` is what `bind` gave for the same `fun`.  False if that takes other code, and the block
+    is as it was.
+    """
+    function = bound.function
+    if function is None:
+        return False
+    kinds = _same_kinds(bound, fun, args)
+    if kinds is None:
+        try:
+            found, kinds = _function(parts_of(fun, args), bound.mode, None)
+        except Uncompilable:
+            return False
+        if found is not function:
+            return False
+    bound.alive[:] = fun, args, function
+    if kinds:
+        _pack_all(kinds, bound.block, bound.alive)
+    return True
+
+
+def _same_kinds(bound, fun, args):
+    """(kind, value) of all parameters if plainly the same code takes them; else None."""
+    if fun.__class__ is not python.FunctionType or fun.__code__ is not bound.code:
+        return None
+    kinds = [(kind(value, frozen), value) for value in args]
+    if [k for k, _ in kinds] != [k for k, _ in bound.values] or _outside(fun, None):
+        return None
+    return kinds
+
+
+def _pack_all(kinds, block, alive):
+    at, floats = FIRST, block.view(np.float64)
+    for k, value in kinds:
+        at = pack(k, value, block, floats, at, alive)
 
 
 def _function(parts, mode, look):

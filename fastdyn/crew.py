@@ -10,13 +10,14 @@ import numpy as np
 from numba import typeof, types
 
 from . import cache
-from .drive import CHUNK_SECONDS, NO_TIMES, OUTPUT_RECORD, begin
+from .drive import CHUNK_SECONDS, NO_TIMES, begin
 from .kernels.calls import FIRST
 from .kernels.events import EVENTS
 from .kernels.lanes import N_FIELDS
 from .kernels.serve import COUNT, IDLE, WORKER, already, serve
 from .kernels.state import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE
 from .kernels.watch import OUTPUT
+from .output import OUTPUT_RECORD
 from .specialise import (
     ADVANCE,
     MAX_TUPLE,

@@ -5,7 +5,7 @@ import numpy as np
 from . import check
 from .adapt import bind
 from .callback import evaluate
-from .drive import counters, run
+from .drive import Run, counters
 from .fallback import by_scipy
 from .kernels.state import FINISHED, INTERRUPTED
 from .result import SUCCESS, OdeResult, OdeSolution, outcome
@@ -191,6 +191,12 @@ def _verify(bound, look, n):
 
 
 def _solve(problem):
+    run = run_of(problem)
+    return result_of(problem, run.solve(), run)
+
+
+def run_of(problem):
+    """A Run with the functions of a problem compiled, and evaluated once."""
     p = problem
     n = len(p.y0)
     bound = bind_equations(p)
@@ -200,18 +206,18 @@ def _solve(problem):
     if p.project is not None:
         projection = bind(p.project, p.args, "derivative", n)
         _verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
-    status, state, work, output = run(p, bound, bound_events, projection)
-    return _result(p, status, state, work, output)
+    return Run(p, bound, bound_events, projection)
 
 
-def _result(problem, status, state, work, output):
-    p = problem
+def result_of(problem, status, run):
+    """What is returned for a problem whose Run ended with this status."""
+    p, state, output = problem, run.state, run.output
     if status == INTERRUPTED:
         code, message = -2, f"Interrupted at t = {state[0]['t']:.10g}; the result ends there."
     elif status == FINISHED:
         code, message = 0, SUCCESS
     else:
-        code, message = outcome(status, state, work, p)
+        code, message = outcome(status, state, run.work, p)
     t, y = output.points()
     sol = None
     if p.dense_output:

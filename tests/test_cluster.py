@@ -316,14 +316,16 @@ def test_a_store_is_read_when_it_is_indexed_and_by_others(finished_store):
 
 
 def test_ctrl_c_takes_back_what_has_not_begun():
-    begun, main = threading.Event(), threading.main_thread().ident
+    main = threading.main_thread().ident
 
     def press():
-        begun.wait()
+        while len(watched.futures) < 2:
+            time.sleep(0.01)
+        time.sleep(0.3)  # until both are waited for
         signal.pthread_kill(main, signal.SIGINT)
 
     with ThreadPoolExecutor(1) as pool:
-        watched = Watched(pool, 1, begun.set)
+        watched = Watched(pool)
         given = problem(t_span=(0, 20000), rtol=1e-9, t_eval=None)
         threading.Thread(target=press).start()
         result = solve_ensemble(**given, client=watched, block=50, on_interrupt="return")
