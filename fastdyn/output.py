@@ -53,11 +53,11 @@ class Output:
 
     def again(self, y0):
         """No output yet; the arrays are used once more, and what is given out will be copies."""
+        self._handed_out = self.dense
         if self.dense or self._points or self._events:
             self._new()
         else:
-            self.record[:] = OUTPUT_RECORD(*self._begin)
-        self._handed_out = self.dense
+            self.record = OUTPUT_RECORD(*self._begin)
         if self.every_step:
             self.t[0], self.y[0] = self._begin[-1], y0
 
