@@ -270,7 +270,7 @@ def _compile(parts, mode, layout, outside):
 def _build(parts, dialect, layout, outside):
     """The dispatcher of the pointer form."""
     mode, tuples = dialect
-    return pointer_form(*taken_in(parts, layout, outside, tuples, {}), mode)
+    return pointer_form(*taken_in(parts, layout, outside, tuples, INLINED), mode)
 
 
 def words_of(kinds):

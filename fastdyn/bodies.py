@@ -113,15 +113,16 @@ def reader(kind, at):
 
 
 def arguments(layout, place):
-    """An intrinsic ``values(t, y, block)``: the positional arguments of the user's function.
+    """An intrinsic ``values(t, y, block, out)``: the positional arguments of the user's function.
 
-    `layout` has "t", "y" or a kind for each; the first one is paired with the block.
+    `layout` has "t", "y" or a kind for each; the first one is joined by the block, and by the
+    array for the result or None.
     """
 
     @intrinsic
-    def values(typingctx, t, y, block):
+    def values(typingctx, t, y, block, out):
         tys = [t if k == "t" else y if k == "y" else numba_type(k) for k in layout]
-        tys[0] = types.Tuple((tys[0], WORDS))
+        tys[0] = types.Tuple((tys[0], WORDS, out))
         whole = types.Tuple(tuple(tys))
 
         def codegen(context, builder, signature, args):
@@ -134,10 +135,10 @@ def arguments(layout, place):
                 else:
                     part, at = _read(context, builder, k, args[2], at)
                     parts.append(part)
-            parts[0] = context.make_tuple(builder, tys[0], [parts[0], args[2]])
+            parts[0] = context.make_tuple(builder, tys[0], [parts[0], args[2], args[3]])
             return context.make_tuple(builder, whole, parts)
 
-        return whole(t, y, block), codegen
+        return whole(t, y, block, out), codegen
 
     return values
 
@@ -175,7 +176,7 @@ def pointer_form(inner, values, mode):
     Parameters
     ----------
     inner : dispatcher
-        Called with the tuple that `values(t, y, block)` makes.
+        Called with the tuple that `values(t, y, block, out)` makes.
     mode : str
         "derivative"; "copy", the same on a private copy of y, for a function that writes to
         it; "column", y as an (n, 1) array; "event", one number; "acceleration", the second
@@ -184,18 +185,19 @@ def pointer_form(inner, values, mode):
     if mode == "event":
 
         def body(t, y, n, block, out):
-            store(inner(*values(t, _readonly(y, n), block)), _array(out, 1), 0)
+            store(inner(*values(t, _readonly(y, n), block, None)), _array(out, 1), 0)
 
     elif mode == "copy":
 
         def body(t, y, n, block, out):
-            store(inner(*values(t, _readonly(y, n).copy(), block)), _array(out, n), 0)
+            d = _array(out, n)
+            store(inner(*values(t, _readonly(y, n).copy(), block, d)), d, 0)
 
     elif mode == "column":
 
         def body(t, y, n, block, out):
             column = _readonly(y, n).reshape((n, 1))
-            store(inner(*values(t, column, block)), _array(out, n), 0)
+            store(inner(*values(t, column, block, None)), _array(out, n), 0)
 
     elif mode in MOMENTS:
         mean, square = "mean" in mode, "rms" in mode
@@ -203,7 +205,8 @@ def pointer_form(inner, values, mode):
 
         def body(t, y, n, block, out):
             m = n // parts
-            store(inner(*values(t, _readonly(y, m), block)), _array(out, m), 0)
+            d = _array(out, m)
+            store(inner(*values(t, _readonly(y, m), block, d)), d, 0)
             state, rates = _array(y, n), _array(out, n)
             for i in range(m):
                 if mean:
@@ -219,12 +222,13 @@ def pointer_form(inner, values, mode):
             else:
                 w = np.zeros(2 * n)
                 w[:n] = _array(y, n)
-            store(inner(*values(t, w, block)), _array(out, n), n)
+            store(inner(*values(t, w, block, None)), _array(out, n), n)
 
     else:
 
         def body(t, y, n, block, out):
-            store(inner(*values(t, _readonly(y, n), block)), _array(out, n), 0)
+            d = _array(out, n)
+            store(inner(*values(t, _readonly(y, n), block, d)), d, 0)
 
     compiled_body = njit(**BARE)(body)
     compiled_body.compile(FORM)  # here, so that what Numba says of the user's code is heard

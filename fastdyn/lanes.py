@@ -116,19 +116,19 @@ def right_hand_side(function, values, mode):
         @njit(**FUSED)
         def rhs(t, y, block, out):
             own = _head(y, mode)
-            return _extended(_value(function(*values(t, own, _words(block))), own), y, mode)
+            return _extended(_value(function(*values(t, own, _words(block), None)), own), y, mode)
 
     elif mode == "acceleration":
 
         @njit(**FUSED)
         def rhs(t, y, block, out):
-            return _value(function(*values(t, _padded(y), _words(block))), y)
+            return _value(function(*values(t, _padded(y), _words(block), None)), y)
 
     else:
 
         @njit(**FUSED)
         def rhs(t, y, block, out):
-            return _value(function(*values(t, y, _words(block))), y)
+            return _value(function(*values(t, y, _words(block), None)), y)
 
     return rhs
 

@@ -5,9 +5,10 @@ Numba compiles what the user wrote, with three changes that keep its meaning:
 - outside numbers and arrays (globals, closure variables, attributes of `self`) become loads from
   the parameter block, so that their values are never stale and never a reason to recompile;
 - plain Python functions that it calls become compiled ones;
-- a returned list, or ``np.array`` of a list, becomes a tuple: nothing is allocated.
+- a returned list, or ``np.array`` of a list, becomes a tuple, and an array that is made to be
+  returned is the kernel's own (`in_place`): nothing is allocated.
 
-The first argument arrives as a pair (argument, block).
+The first argument arrives as three: (argument, block, array for the result or None).
 """
 
 import operator
@@ -24,23 +25,25 @@ from numba.core.untyped_passes import InlineClosureLikes
 from numba.extending import overload
 
 from .guard import Guard
+from .in_place import return_in_place
 from .kernels.calls import BARE
 from .references import MISSING, count_definitions, resolve, track, walks_into
 
 ATTRIBUTE = "__fastdyn_plan__"
+BLOCK, OUT = "$fastdyn_block", "$fastdyn_out"
 
 
 class Plan(NamedTuple):
     """What the pass must know of one function.
 
-    `loads` maps a Reference to the compiled function that reads it from the block, `paired` says
-    whether the first argument is a pair, `tuples` whether returned lists become tuples.
+    `loads` maps a Reference to the compiled function that reads it from the block, `outermost` says
+    whether the first argument is three, `tuples` whether returned lists become tuples.
     """
 
     function: object
     owner: object
     loads: dict
-    paired: bool
+    outermost: bool
     tuples: bool
 
 
@@ -61,10 +64,12 @@ class Rewrite(FunctionPass):
         _replace_powers(blocks)
         counts = count_definitions(blocks)
         _replace_outside(blocks, counts, plan)
-        if plan.paired:
-            _unpair(blocks)
+        if plan.outermost:
+            _unpack(blocks)
+            made = _made_once(blocks)
+            return_in_place(blocks, made, lambda name: _outside_value(name, made), OUT)
         if plan.tuples:
-            _return_tuples(blocks, count_definitions(blocks))
+            _return_tuples(blocks)
         state.func_ir._definitions = _definitions(state.func_ir)
         return True
 
@@ -158,38 +163,46 @@ def _replace_outside(blocks, counts, plan):
                 continue
             reader = scope.redefine("$fastdyn_load", loc)
             body.append(ir.Assign(ir.Global("load", load, loc), reader, loc))
-            call = ir.Expr.call(reader, (scope.get_or_define("$fastdyn_block", loc),), (), loc)
+            call = ir.Expr.call(reader, (scope.get_or_define(BLOCK, loc),), (), loc)
             body.append(ir.Assign(call, statement.target, loc))
         block.body = body
 
 
-def _unpair(blocks):
-    """first = arg(0)  ->  pair = arg(0); first = pair[0]; block = pair[1]."""
+def _unpack(blocks):
+    """first = arg(0)  ->  given = arg(0); first = given[0]; block = given[1]; out = given[2]."""
     block = blocks[min(blocks)]
     for i, statement in enumerate(block.body):
         if isinstance(statement, ir.Assign) and isinstance(statement.value, ir.Arg):
             if statement.value.index == 0:
                 scope, loc = statement.target.scope, statement.loc
-                pair = scope.redefine("$fastdyn_pair", loc)
-                words = scope.get_or_define("$fastdyn_block", loc)
+                given = scope.redefine("$fastdyn_given", loc)
+                others = [scope.get_or_define(name, loc) for name in (BLOCK, OUT)]
                 parts = [
-                    ir.Assign(ir.Expr.static_getitem(pair, k, None, loc), v, loc)
-                    for k, v in ((0, statement.target), (1, words))
+                    ir.Assign(ir.Expr.static_getitem(given, k, None, loc), v, loc)
+                    for k, v in enumerate((statement.target, *others))
                 ]
-                block.body[i : i + 1] = [ir.Assign(statement.value, pair, loc), *parts]
+                block.body[i : i + 1] = [ir.Assign(statement.value, given, loc), *parts]
                 return
 
 
-def _return_tuples(blocks, counts):
+def _made_once(blocks):
+    """{name: statement} of the variables that are assigned once."""
+    counts = count_definitions(blocks)
+    return {
+        statement.target.name: statement
+        for block in blocks.values()
+        for statement in block.find_insts(ir.Assign)
+        if counts[statement.target.name] == 1
+    }
+
+
+def _return_tuples(blocks):
     """Turn each returned list display into a tuple, and drop np.array around one."""
-    made = {}
-    uses = {}
+    made, uses = _made_once(blocks), {}
     for block in blocks.values():
         for statement in block.body:
             for v in statement.list_vars():
                 uses[v.name] = uses.get(v.name, 0) + 1
-            if isinstance(statement, ir.Assign) and counts[statement.target.name] == 1:
-                made[statement.target.name] = statement
     for block in blocks.values():
         if isinstance(block.terminator, ir.Return):
             _tuple_behind(block.terminator.value.name, made, uses)

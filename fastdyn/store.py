@@ -6,15 +6,17 @@ from numba.core import errors
 from numba.extending import intrinsic, overload
 from numba.np import arrayobj
 
-from .kernels.calls import BARE
+from .kernels.calls import BARE, FUSED, address_of
 
 ROW = types.Array(types.float64, 1, "C")
 
 
-@njit(**BARE)
+@njit(**FUSED)
 def _store_row(value, out, skip):
     if value.size != len(out) + skip:
         raise ValueError("fun returned an array of the wrong length")
+    if address_of(value) == address_of(out):  # it was filled in place
+        return
     flat = value.ravel() if value.ndim > 1 else value
     for i in range(len(out)):
         out[i] = flat[i + skip]
