@@ -4,7 +4,6 @@
 and a copy at each evaluation: more than all else, for a state of few components.
 """
 
-
 import numpy as np
 from numba import njit, types
 from numba.core import ir

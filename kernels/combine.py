@@ -17,17 +17,14 @@ from numba.np import arrayobj
 
 from .vector import FUSE, Vector
 
-PARTS = 4  # partial results of `fold`, in every storage, so that rows can be added four at a time
-
-
 ROW = types.Array(types.float64, 1, "C")
 
 
-def _size(context, builder, ty, value):
+def length_of(context, builder, ty, value):
     return builder.extract_value(arrayobj.make_array(ty)(context, builder, value).shape, 0)
 
 
-def _data(context, builder, ty, value):
+def data_of(context, builder, ty, value):
     return arrayobj.make_array(ty)(context, builder, value).data
 
 
@@ -54,9 +51,9 @@ def map_components(context, builder, outs, operands, body):
             for i in range(len(ty))
         ]
         return [context.make_tuple(builder, ty, part) for part in zip(*results, strict=True)]
-    pointers = [_data(context, builder, t, v) for t, v in operands]
-    targets = [_data(context, builder, *out) for out in outs]
-    with cgutils.for_range(builder, _size(context, builder, ty, value)) as loop:
+    pointers = [data_of(context, builder, t, v) for t, v in operands]
+    targets = [data_of(context, builder, *out) for out in outs]
+    with cgutils.for_range(builder, length_of(context, builder, ty, value)) as loop:
         components = [builder.load(builder.gep(p, [loop.index])) for p in pointers]
         for result, target in zip(body(builder, components), targets, strict=True):
             builder.store(result, builder.gep(target, [loop.index]))
@@ -152,53 +149,6 @@ def assign(typingctx, out, value):
     return value(out, value), codegen
 
 
-@intrinsic
-def fold(typingctx, function, merge, start, values):
-    """Accumulate ``total = function(total, component of each of values)`` over the components.
-
-    Four partial results run side by side (component i goes to number i % 4), in every storage;
-    ``merge`` joins them.  Both functions are compiled and take and return numbers; `values` is
-    a tuple of state values.
-    """
-    number = element(values[0])
-    join = merge.get_call_type(typingctx, (number, number), {})
-    inner = function.get_call_type(typingctx, (number,) * (len(values) + 1), {})
-
-    def codegen(context, builder, signature, args):
-        call = context.get_function(function, inner)
-        both = context.get_function(merge, join)
-        parts = [(t, builder.extract_value(args[3], i)) for i, t in enumerate(values)]
-        sums = [cgutils.alloca_once_value(builder, args[2]) for _ in range(PARTS)]
-
-        def add(lane, components):
-            builder.store(call(builder, [builder.load(sums[lane]), *components]), sums[lane])
-
-        ty, value = parts[0]
-        if isinstance(ty, types.BaseTuple):
-            for i in range(len(ty)):
-                add(i % PARTS, [builder.extract_value(v, i) for _, v in parts])
-        else:
-            n = _size(context, builder, ty, value)
-            pointers = [_data(context, builder, t, v) for t, v in parts]
-
-            def at(index):
-                return [builder.load(builder.gep(p, [index])) for p in pointers]
-
-            whole = builder.and_(n, ir.Constant(n.type, -PARTS))
-            zero, four = ir.Constant(n.type, 0), ir.Constant(n.type, PARTS)
-            with cgutils.for_range_slice(builder, zero, whole, four, inc=True) as (i, _):
-                for lane in range(PARTS):
-                    add(lane, at(builder.add(i, ir.Constant(n.type, lane))))
-            for lane in range(PARTS - 1):
-                index = builder.add(whole, ir.Constant(n.type, lane))
-                with builder.if_then(builder.icmp_signed("<", index, n)):
-                    add(lane, at(index))
-        a, b, c, d = (builder.load(s) for s in sums)
-        return both(builder, (both(builder, (a, b)), both(builder, (c, d))))
-
-    return number(function, merge, number, values), codegen
-
-
 def _row_pointer(context, builder, ty, work, index, number=types.float64):
     """Where a row of numbers of this type begins."""
     array = arrayobj.make_array(ty)(context, builder, work)
@@ -206,7 +156,7 @@ def _row_pointer(context, builder, ty, work, index, number=types.float64):
     return builder.bitcast(row, context.get_value_type(number).as_pointer())
 
 
-def _load(builder, pointer):
+def load(builder, pointer):
     value = builder.load(pointer)
     value.align = 8  # of vectors too: rows are not laid out for them
     return value
@@ -238,7 +188,7 @@ def fetch(typingctx, form, work, index):
 
     def codegen(context, builder, signature, args):
         pointer = _row_pointer(context, builder, work, args[1], args[2], value.dtype)
-        parts = [_load(builder, cgutils.gep(builder, pointer, i)) for i in range(len(value))]
+        parts = [load(builder, cgutils.gep(builder, pointer, i)) for i in range(len(value))]
         return context.make_tuple(builder, value, parts)
 
     return value(form, work, types.intp), codegen

@@ -18,7 +18,8 @@ from numba import njit, types
 from numba.extending import intrinsic, overload
 
 from .calls import BARE, FUSED, OPTIONS
-from .combine import constant, fold
+from .combine import constant
+from .fold import fold
 from .vector import Mask, Vector, splat
 
 SAFETY = 0.9

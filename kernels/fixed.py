@@ -5,7 +5,8 @@ from numba import njit
 
 from .calls import FUSED, OPTIONS
 from .calls import RAISED as RAISED_WORD
-from .combine import assign, fetch, fold, keep, slot
+from .combine import assign, fetch, keep, slot
+from .fold import fold
 from .state import FINISHED, NON_FINITE, RAISED, RUNNING, Y_OLD, K, Y
 
 LANDED = 1e-6  # a step that ends this close to t_end, in steps, ends at t_end

@@ -12,10 +12,11 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from .calls import FUSED
-from .combine import fetch, fold, keep, map_components
+from .combine import fetch, keep, map_components
 from .control import select
 from .extrema import turning
 from .fixed import LANDED, add, add_size
+from .fold import fold
 from .state import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from .vector import any_lane
 
