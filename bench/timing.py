@@ -9,6 +9,7 @@ import time
 from importlib import metadata
 
 WARM = 5e-3
+CALLS = 50  # before the first that is timed: Python itself learns from them
 
 
 def interleaved(functions, repetitions=30, seconds=2.0):
@@ -19,6 +20,8 @@ def interleaved(functions, repetitions=30, seconds=2.0):
     their traces in the caches.
     """
     times = {name: [] for name in functions}
+    for function in functions.values():
+        _warm_up(function)
     began = time.perf_counter()
     for turn in range(repetitions):
         if turn >= 3 and time.perf_counter() - began > seconds:
@@ -30,6 +33,15 @@ def interleaved(functions, repetitions=30, seconds=2.0):
             function()
             times[name].append(time.perf_counter() - start)
     return {name: (min(t), statistics.median(t)) for name, t in times.items()}
+
+
+def _warm_up(function):
+    """Call it often, but no longer than a few times WARM."""
+    end = time.perf_counter() + 4 * WARM
+    for _ in range(CALLS):
+        function()
+        if time.perf_counter() > end:
+            break
 
 
 LIBRARIES = (

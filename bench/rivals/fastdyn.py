@@ -1,4 +1,4 @@
-"""fastdyn itself, through its public call; the methods are those it has."""
+"""fastdyn itself, through its public calls; the methods are those it has."""
 
 import functools
 
@@ -12,18 +12,31 @@ PAIRS = [name for name, m in METHODS.items() if m.error_order and name not in ("
 
 
 def solvers(problem):
-    """Each embedded pair; the right-hand side in plain Python, that of many components compiled."""
+    """Each embedded pair, prepared as the rivals are, and RK45 through the plain call.
+
+    The right-hand side is in plain Python, that of many components compiled.
+    """
     if problem.into is not None:
         problem = problem._replace(fun=compiled(problem))
-    return {f"fastdyn {name}": functools.partial(_prepare, problem, name) for name in PAIRS}
+    made = {f"fastdyn {name}": functools.partial(_prepared, problem, name) for name in PAIRS}
+    return made | {"fastdyn RK45 by solve_ivp": functools.partial(_plain, problem, "RK45")}
 
 
-def _prepare(problem, method, tol, times=None):
-    end = problem.t_span[1]
-    given = {
-        "method": method, "rtol": tol, "atol": tol, "args": problem.args,
-        "t_eval": [end] if times is None else times,
+def _given(problem, method, tol, times):
+    """What both calls are given."""
+    return {
+        "fun": problem.fun, "t_span": problem.t_span, "y0": problem.y0, "method": method,
+        "t_eval": problem.t_span[1:] if times is None else times, "args": problem.args,
+        "rtol": tol, "atol": tol,
     }  # fmt: skip
-    fastdyn.solve_ivp(problem.fun, problem.t_span, problem.y0, **given, tier="specialised")
 
-    return lambda: end_of(fastdyn.solve_ivp(problem.fun, problem.t_span, problem.y0, **given))
+
+def _prepared(problem, method, tol, times=None):
+    solve = fastdyn.prepare(**_given(problem, method, tol, times))
+    return lambda: end_of(solve())
+
+
+def _plain(problem, method, tol, times=None):
+    given = _given(problem, method, tol, times)
+    fastdyn.solve_ivp(**given, tier="specialised")
+    return lambda: end_of(fastdyn.solve_ivp(**given))
