@@ -22,7 +22,7 @@ tour: .venv/.user
 	$(BIN)/fastdyn tour --out figures
 
 test: .venv/.dev
-	$(BIN)/python -m pytest --numprocesses 2 --dist worksteal
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup
 
 check: .venv/.dev
 	$(BIN)/ruff check .

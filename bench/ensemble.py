@@ -233,7 +233,7 @@ def rows(quick):
                 print(f"skipped {name}: {error}")
         if "heyoka batch" in runs:
             runs |= _as_accurate(given, exact, runs["heyoka batch"])
-        few = slice(0, count, max(1, count // 20))
+        few = slice(0, count, max(1, count // (4 if quick else 20)))
         runs["SciPy"] = _scipy(fun, end, y0[few], parameters[few])
         errors = {}
         for name, run in runs.items():

@@ -10,6 +10,7 @@ __version__ = "0.1.0"
 
 
 STUDIES = {
+    "Fold": "reductions",
     "Shared": "members",
     "compare_drift": "compare",
     "energy_drift": "drift",

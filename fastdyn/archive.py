@@ -19,6 +19,7 @@ AXES = {
     "y": ("trajectory", "component", "time"), "y_end": ("trajectory", "row"),
     "t_end": ("trajectory",), "status": ("trajectory",), "counts": ("trajectory", "count"),
     "best": ("trajectory", "extremum", "row"), "t_first": ("trajectory", "event"),
+    "folded": ("trajectory", "fold"),
 }  # fmt: skip
 FILL = {"status": INTERRUPTED, "counts": 0}  # of what is not there yet; else NaN
 

@@ -111,8 +111,8 @@ def description(ensemble, first):
 
     p = ensemble.problem
     try:
-        bounds = [bind(fun, first, mode, n) for fun, mode, n in functions_of(p)]
-        functions = fingerprint(bounds)
+        called = functions_of(p, reductions.folds(ensemble.wanted))
+        functions = fingerprint([bind(fun, first, mode, n) for fun, mode, n in called])
     except ValueError:
         functions = None
     return {
@@ -122,13 +122,13 @@ def description(ensemble, first):
         **resume.description(p, functions),
         "max_steps": repr(p.max_steps),
         "lanes": ensemble.vector is not None,
-        "reduce": list(ensemble.wanted),
+        "reduce": [reductions.described(item) for item in ensemble.wanted],
     }
 
 
 def _marked(event, limit, direction):
     """An event that takes what was said of it along to another process."""
-    marked: Any = functools.partial(event)
+    marked: Any = functools.partial(getattr(event, reductions.AS_GIVEN, event))
     marked.terminal, marked.direction = limit, direction
     return marked
 

@@ -14,7 +14,7 @@ from .drive import CHUNK_SECONDS, NO_TIMES, begin
 from .kernels.calls import FIRST
 from .kernels.events import EVENTS
 from .kernels.lanes import N_FIELDS
-from .kernels.serve import COUNT, IDLE, WORKER, already, serve
+from .kernels.serve import COUNT, FOLD, IDLE, WORKER, already, serve
 from .kernels.state import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE
 from .kernels.watch import OUTPUT
 from .output import OUTPUT_RECORD
@@ -27,6 +27,7 @@ from .specialise import (
     start_kernel,
     watch_kernel,
 )
+from .values import MOMENTS
 
 LOOK = 0.1  # seconds between two looks of the main thread at its workers
 ROOM = 256  # events in the first piece
@@ -39,7 +40,7 @@ def _serving():
     def build():
         reals = [types.Array(types.float64, d, "C") for d in range(4)]
         whole = [types.Array(types.int64, d, "C") for d in range(3)]
-        records = {d: typeof(np.zeros(1, d)) for d in (WORKER, STATE, OUTPUT)}
+        records = {d: typeof(np.zeros(1, d)) for d in (WORKER, STATE, OUTPUT, FOLD)}
         table = typeof(np.zeros((1, 1), EVENTS))
         signature = types.int64(
             whole[1], whole[1], records[WORKER], records[STATE], records[OUTPUT],
@@ -48,8 +49,8 @@ def _serving():
             whole[2], reals[2],
             reals[1], reals[2], reals[2], reals[1], reals[3], reals[2], whole[1], reals[1],
             reals[2],
-            reals[3], reals[2], reals[1], whole[1], whole[2], reals[3], reals[2],
-            whole[2], reals[1], reals[2], types.int64,
+            reals[3], reals[2], reals[1], whole[1], whole[2], reals[3], reals[2], reals[2],
+            whole[2], reals[1], reals[2], records[FOLD], reals[2], types.int64,
         )  # fmt: skip
         return serve, signature
 
@@ -70,15 +71,16 @@ class Worker:
     members : members.Members
     vector : lanes.Kernel or None
     results : Results
+    folds : sequence of reductions.Fold
     """
 
-    def __init__(self, problem, members, vector, results):
+    def __init__(self, problem, members, vector, results, folds=()):
         p, n = problem, len(problem.y0)
         self._results, self.found = results, []
         width = vector.width if vector else 1
         state, self._work = begin(p)
         places, bounds = [], []
-        for fun, mode, length in functions_of(p):
+        for fun, mode, length in functions_of(p, folds):
             bound, offsets = members.bind(fun, mode, length)
             bounds.append(bound)
             address = bound.block.ctypes.data
@@ -114,11 +116,18 @@ class Worker:
         worker["t_final"] = p.tf
         worker["extrema"], worker["keep_found"] = results.extrema, results.keep_found
         worker["project"] = bounds[-1].block.ctypes.data if p.project is not None else 0
+        worker["watches"] = watches = n_events > 0 and vector is not None and vector.watches
+        worker["gathers"] = gathers = len(folds) > 0 and vector is not None and vector.gathers
+        unwatched, ungathered = n_events > 0 and not watches, len(folds) > 0 and not gathers
+        worker["each"] = p.project is not None or unwatched or ungathered
+        fold_table: Any = np.zeros(len(folds), FOLD)
+        for i, fold in enumerate(folds):
+            fold_table[i] = bounds[1 + n_events + i].block.ctypes.data, fold.start
         self.record = worker
         many = np.zeros((len(self._work) + 2, n * width))
         for row in (RTOL, ATOL):
             many[row] = np.repeat(self._work[row], width)
-        lanes = np.zeros((N_FIELDS, width))
+        lanes = np.zeros((N_FIELDS + n_events * watches + len(folds) * gathers, width))
         n_times = 0 if p.t_eval is None else len(p.t_eval)
         rows = p.method.n_dense + 1
         e_room = n_events * (1 if vector else 8)
@@ -132,8 +141,9 @@ class Worker:
             np.empty(n_times), np.empty((1, rows, n)), np.empty((1, 2)),
             np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
             results.y_eval, results.y_end, results.t_end, results.status, results.counts,
-            results.best, results.t_first,
+            results.best, results.t_first, results.folded,
         )  # fmt: skip
+        self._folds = fold_table, np.empty((2, n + 1))
         self._n_events, self._room = n_events, max(ROOM, width * e_room) if n_events else 0
         self._new_piece()
         self._chunk = 100
@@ -155,7 +165,7 @@ class Worker:
         status = RUNNING
         while status in (RUNNING, FULL) and not stopped():
             began = time.perf_counter()
-            status = serving(*self._given, *self._piece, self._chunk)
+            status = serving(*self._given, *self._piece, *self._folds, self._chunk)
             spent = time.perf_counter() - began
             if status == FULL:
                 self._keep_piece()
@@ -166,11 +176,13 @@ class Worker:
         self._keep_piece()
 
 
-def functions_of(problem):
+def functions_of(problem, folds=()):
     """The functions that are called in a solve: (function, mode, length of what it gets)."""
     p, n = problem, len(problem.y0)
     functions = [(p.fun, p.mode, n // 2 if p.method.second_order else n)]
     functions += [(event, "event", n) for event, _, _ in p.events or ()]
+    n_parts = 1 + len(p.mode.split()) if p.mode in MOMENTS else 1
+    functions += [(fold.of_state(n, n_parts), "event", n + 1) for fold in folds]
     if p.project is not None:
         functions.append((p.project, "derivative", n))
     return functions
@@ -190,11 +202,12 @@ class Results:
         Whether to look for the largest and smallest values.
     keep_found : bool
         Whether to keep every event, not only the time of the first.
+    n_folds : int
     """
 
-    ROWS = ("y_eval", "y_end", "t_end", "status", "counts", "best", "t_first")
+    ROWS = ("y_eval", "y_end", "t_end", "status", "counts", "best", "t_first", "folded")
 
-    def __init__(self, n_members, n, n_times, n_events, extrema, keep_found):
+    def __init__(self, n_members, n, n_times, n_events, extrema, keep_found, n_folds=0):
         self.extrema, self.keep_found = extrema, keep_found
         self.queue = np.array([0, n_members])
         self.y_eval = np.full((n_members, n_times, n), math.nan)
@@ -204,6 +217,7 @@ class Results:
         self.counts = np.zeros((n_members, 4), np.int64)
         self.best = np.full((n_members if extrema else 0, 4, n), math.nan)
         self.t_first = np.full((n_members, n_events), math.nan)
+        self.folded = np.full((n_members, n_folds), math.nan)
         self.found: list = []
 
     def put(self, start, part):

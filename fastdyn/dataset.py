@@ -36,7 +36,7 @@ def dataset(trajectories):
     if "first_event" in e.reduced:
         coordinates["event"] = e.event_names
     for name, reduced in e.reduced.items():
-        axes = ("trajectory", "event") if name == "first_event" else of_each
+        axes = ("trajectory", "event") if name == "first_event" else of_each[: reduced.ndim]
         values[name] = (axes, reduced, second if name in TIMES else {})
     if len(e.y0) > 1:
         coordinates["y0"] = (of_each, e.y0)

@@ -53,11 +53,12 @@ def solve_ensemble(
     args : tuple
         Each a number, or a 1-D array of M numbers, one a trajectory.  An array that all share goes
         in as ``Shared(array)``.
-    reduce : str or sequence of str, optional
+    reduce : str, Fold or sequence of them, optional
         What to gather along each trajectory, in constant memory, as `Trajectories.reduced`:
-        "max", "min", "max_time", "min_time", "mean", "rms" of each component, "final", and
-        "first_event", the time of the first event of each kind (other events are not kept).
-        Extrema are those of the interpolant, means are integrated by the method itself.
+        "max", "min", "max_time", "min_time", "mean", "rms" of each component, "final",
+        "first_event", the time of the first event of each kind (other events are not kept), or a
+        Fold of a function of your own.  Extrema are those of the interpolant, means are integrated
+        by the method itself, folds see the end of each step.
     threads : int, optional
         All processors unless given, one for each block if there is a `client`.  The results do not
         depend on it.
@@ -134,7 +135,7 @@ def sizes(ensemble):
     n_times = 0 if p.t_eval is None else len(p.t_eval)
     return (
         members.count, members.n, n_times, len(p.events or ()),
-        reductions.extrema(wanted), "first_event" not in wanted,
+        reductions.extrema(wanted), "first_event" not in wanted, len(reductions.folds(wanted)),
     )  # fmt: skip
 
 
@@ -143,7 +144,8 @@ def solve_here(ensemble, results, threads, bar):
     members, problem, vector = ensemble.members, ensemble.problem, ensemble.vector
     width = vector.width if vector else 1
     n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
-    workers = [Worker(problem, members, vector, results) for _ in range(n_workers)]
+    folds = reductions.folds(ensemble.wanted)
+    workers = [Worker(problem, members, vector, results, folds) for _ in range(n_workers)]
     if any(bound.callback is not None for bound in workers[0].bounds):
         del workers[1:]  # Python runs one thread at a time
     work_off(workers, results, bar)
@@ -187,18 +189,33 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, option
     members.bind(fun, mode, n, look)
     vector, reason = None, '`lanes` is "scalar"'
     if lanes != "scalar":
-        from .lanes import kernel
-
         try:
-            varying = tuple(j in members.varying for j in range(len(members.first)))
-            n, extrema = members.n, reductions.extrema(wanted)
-            vector = kernel(ours.name, fun, members.first, varying, mode, n, extrema)
-            reason = ""
+            vector, reason = _on_vectors(problem, members, wanted)
         except Uncompilable as error:
             reason = str(error)
             if lanes == "vector":
                 raise ValueError(f"`fun` has no form for vectors: {reason}.") from error
     return Ensemble(members, problem, vector, reason, wanted)
+
+
+def _on_vectors(problem, members, wanted):
+    """The kernel for vectors, and why it leaves the events or folds to one trajectory at a time."""
+    from .lanes import kernel
+
+    p = problem
+    varying = tuple(j in members.varying for j in range(len(members.first)))
+    given = (
+        p.method.name, p.fun, members.first, varying, p.mode, members.n, reductions.extrema(wanted)
+    )  # fmt: skip
+    events, folds = [event for event, _, _ in p.events or ()], reductions.folds(wanted)
+    others = [fold.of_state(members.n, reductions.parts(wanted)) for fold in folds]
+    reason = ""
+    if (events or others) and p.project is None:
+        try:
+            return kernel(*given, events, others), ""
+        except Uncompilable as error:
+            reason = f"events and folds one by one: {error}"
+    return kernel(*given), reason
 
 
 def _bar(count, name) -> Any:

@@ -35,21 +35,41 @@ def width():
 
 
 class Kernel(NamedTuple):
-    """A stepping kernel on vectors; `n_words` is the length of its block behind FIRST."""
+    """A stepping kernel on vectors; `n_words` is the length of its block behind FIRST.
+
+    `kinds` are those of the parameters, a list for each function.  `watches` says whether it looks
+    out for events, `gathers` whether it takes each state into the folds.
+    """
 
     address: int
     width: int
     n_words: int
     kinds: list
     alive: list
+    watches: bool
+    gathers: bool
 
 
 @intrinsic
-def _words(typingctx, block):
-    def codegen(context, builder, signature, args):
-        return arrayobj.make_array(WORDS)(context, builder, args[0]).data
+def _words(typingctx, block, skip):
+    """The block, from so many words on."""
 
-    return types.CPointer(types.int64)(block), codegen
+    def codegen(context, builder, signature, args):
+        return builder.gep(arrayobj.make_array(WORDS)(context, builder, args[0]).data, [args[1]])
+
+    return types.CPointer(types.int64)(block, types.intp), codegen
+
+
+@intrinsic
+def _one(typingctx, result, like):
+    """What a function returned, as one number a lane."""
+    if not is_real(result):
+        raise errors.TypingError(f"the result on vectors is of type {result}")
+
+    def codegen(context, builder, signature, args):
+        return widen(context, builder, result, args[0], like.width)
+
+    return like(result, like), codegen
 
 
 @intrinsic
@@ -116,24 +136,86 @@ def right_hand_side(function, values, mode):
         @njit(**FUSED)
         def rhs(t, y, block, out):
             own = _head(y, mode)
-            return _extended(_value(function(*values(t, own, _words(block), None)), own), y, mode)
+            return _extended(
+                _value(function(*values(t, own, _words(block, 0), None)), own), y, mode
+            )
 
     elif mode == "acceleration":
 
         @njit(**FUSED)
         def rhs(t, y, block, out):
-            return _value(function(*values(t, _padded(y), _words(block), None)), y)
+            return _value(function(*values(t, _padded(y), _words(block, 0), None)), y)
 
     else:
 
         @njit(**FUSED)
         def rhs(t, y, block, out):
-            return _value(function(*values(t, y, _words(block), None)), y)
+            return _value(function(*values(t, y, _words(block, 0), None)), y)
 
     return rhs
 
 
-def _loop(method, rhs, form, extrema):
+def _number(function, values, skip):
+    """``number(t, y, block)`` of a function whose parameters come behind `skip` words."""
+
+    @njit(**FUSED)
+    def number(t, y, block):
+        return _one(function(*values(t, y, _words(block, skip), None)), t)
+
+    return number
+
+
+def _watched(events, row):
+    """What `lanes.advance` watches: the `events`, their values from `row` on."""
+    watched = None
+    for i, g in enumerate(events, row):
+        watched = _watched_too(watched, g, i)
+    return watched
+
+
+def _watched_too(before, g, row):
+    if before is None:
+
+        @njit(**FUSED)
+        def watched(form, t, y, ok, block, many):
+            return lanes.crossed(g, row, form, t, y, ok, block, many)
+
+    else:
+
+        @njit(**FUSED)
+        def watched(form, t, y, ok, block, many):
+            others = before(form, t, y, ok, block, many)
+            return others | lanes.crossed(g, row, form, t, y, ok, block, many)
+
+    return watched
+
+
+def _gathered(folds, row):
+    """What `lanes.advance` gathers: the `folds`, their values from `row` on."""
+    gathered = None
+    for i, update in enumerate(folds, row):
+        gathered = _gathered_too(gathered, update, i)
+    return gathered
+
+
+def _gathered_too(before, update, row):
+    if before is None:
+
+        @njit(**FUSED)
+        def gathered(form, t, y, on, block, many):
+            lanes.gather(update, row, form, t, y, on, block, many)
+
+    else:
+
+        @njit(**FUSED)
+        def gathered(form, t, y, on, block, many):
+            before(form, t, y, on, block, many)
+            lanes.gather(update, row, form, t, y, on, block, many)
+
+    return gathered
+
+
+def _loop(method, rhs, form, extrema, watched, gathered):
     """The dispatcher of a method's loop around `rhs`."""
     step = method.step
     if method.advance is adaptive.advance:
@@ -142,8 +224,9 @@ def _loop(method, rhs, form, extrema):
         @njit(**BARE)
         def kernel(state, many, work, block, n_steps):
             return lanes.advance(
-                rhs, step, control, exponent, last, form, extrema, state, many, work, block, n_steps
-            )
+                rhs, step, control, exponent, last, form, extrema, watched, gathered, state, many,
+                work, block, n_steps,
+            )  # fmt: skip
 
     else:
         last, low = method.arguments
@@ -151,8 +234,9 @@ def _loop(method, rhs, form, extrema):
         @njit(**BARE)
         def kernel(state, many, work, block, n_steps):
             return lanes.advance_fixed(
-                rhs, step, last, low, form, extrema, state, many, work, block, n_steps
-            )
+                rhs, step, last, low, form, extrema, watched, gathered, state, many, work, block,
+                n_steps,
+            )  # fmt: skip
 
     return kernel
 
@@ -160,7 +244,7 @@ def _loop(method, rhs, form, extrema):
 _kernels: dict = {}
 
 
-def kernel(name, fun, args, varying, mode, n, extrema):
+def kernel(name, fun, args, varying, mode, n, extrema, events=(), folds=()):
     """The stepping kernel of a method for n vectors, with `fun` inlined.
 
     Parameters
@@ -176,6 +260,8 @@ def kernel(name, fun, args, varying, mode, n, extrema):
         Length of the state.
     extrema : bool
         Whether it looks out for the largest and smallest values.
+    events, folds : sequence of callable
+        Functions of the mode "event", and of the state with the gathered value before it.
 
     Returns
     -------
@@ -193,25 +279,40 @@ def kernel(name, fun, args, varying, mode, n, extrema):
         raise Uncompilable(f"{n} components are more than {MAX_TUPLE}")
     spread = Spread(width())
     given = tuple(spread if v else a for v, a in zip(varying, args, strict=True))
-    parts = parts_of(fun, given)
-    layout, outside = described(parts)
-    key = identity(parts, mode, layout, outside)
-    key = key and f"lanes {name} {n} {width()} {extrema} {key}"
-    found = _kernels.get(key)
-    if found is None:
+    functions = [(fun, mode), *((number, "event") for number in (*events, *folds))]
+    parts = [parts_of(function, given) for function, _ in functions]
+    found = [described(part) for part in parts]
+    keys = [
+        identity(part, how, *known)
+        for part, (_, how), known in zip(parts, functions, found, strict=True)
+    ]
+    key = None if None in keys else f"lanes {name} {n} {width()} {extrema} {len(events)} {keys}"
+    kinds = [
+        [(k, v) for k, v in zip(layout, part.positional, strict=True) if type(k) is not str]
+        + [*outside.values()]
+        for part, (layout, outside) in zip(parts, found, strict=True)
+    ]
+    sizes = [words_of([k for k, _ in group]) for group in kinds]
+    compiled = _kernels.get(key)
+    if compiled is None:
 
         def build():
-            function, values = taken_in(parts, layout, outside, True, INLINED)
-            rhs = right_hand_side(function, values, mode)
-            return _loop(method, rhs, Form(n, width()), extrema or None), ADVANCE
+            (user, values), *others = [
+                taken_in(part, *known, True, INLINED)
+                for part, known in zip(parts, found, strict=True)
+            ]
+            numbers = [_number(*f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
+            watched = _watched(numbers[: len(events)], lanes.N_FIELDS)
+            gathered = _gathered(numbers[len(events) :], lanes.N_FIELDS + len(events))
+            rhs, form = right_hand_side(user, values, mode), Form(n, width())
+            return _loop(method, rhs, form, extrema or None, watched, gathered), ADVANCE
 
         try:
-            found = cache.compiled(key, build)
+            compiled = cache.compiled(key, build)
         except Exception as error:
             raise Uncompilable(explain(error)) from error
         if key is not None:
-            _kernels[key] = found
-    kinds = [(k, v) for k, v in zip(layout, parts.positional, strict=True) if type(k) is not str]
-    kinds += outside.values()
-    size = words_of([k for k, _ in kinds])
-    return Kernel(found.address, width(), size, kinds, [found, parts])
+            _kernels[key] = compiled
+    alive = [compiled, parts]
+    watches, gathers = bool(events), bool(folds)
+    return Kernel(compiled.address, width(), sum(sizes), kinds, alive, watches, gathers)

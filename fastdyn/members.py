@@ -160,11 +160,12 @@ class Members:
         """Write what all share into the block of a vector kernel; (address, column, stride)."""
         at, alive, found = FIRST, [], []
         kernel.alive.append(alive)
-        for kind, value in kernel.kinds:
-            if kind[0] == "lanes":
-                column = len(self.varying) + len(found)
-                found.append((block.ctypes.data + 8 * at, column, 8))
-                at += kind[1]
-            else:
-                at = pack(kind, value, block, block.view(float), at, alive)
+        for kinds in kernel.kinds:  # of one function
+            column = len(self.varying)
+            for kind, value in kinds:
+                if kind[0] == "lanes":
+                    found.append((block.ctypes.data + 8 * at, column, 8))
+                    at, column = at + kind[1], column + 1
+                else:
+                    at = pack(kind, value, block, block.view(float), at, alive)
         return found

@@ -178,6 +178,9 @@ def _quantities(e, names, chosen):
     found = []
     for name in names:
         values = e.y_end if name == "y_end" else e.reduced[name]
+        if values.ndim == 1:  # of a Fold
+            found.append(Quantity(name, "", np.where(e.success, values, np.nan), (name, "")))
+            continue
         values = np.where(e.success[:, None], values, np.nan)
         unit = _second(e)
         if name == "first_event":

@@ -1,6 +1,7 @@
 """What an ensemble gathers along each trajectory instead of keeping it."""
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -8,34 +9,97 @@ from .kernels.extrema import MAX, MIN, T_MAX, T_MIN
 
 EXTREMA = {"max": MAX, "max_time": T_MAX, "min": MIN, "min_time": T_MIN}
 MOMENTS = ("mean", "rms")
+AS_GIVEN = "__fastdyn_event__"  # on an event function that is changed for the moments
 NAMES = (*EXTREMA, *MOMENTS, "final", "first_event")
 
 
+class Fold(NamedTuple):
+    """A number that a function of the user gathers along each trajectory, for `reduce`.
+
+    It begins as `start` and becomes ``function(value, t, y, *args)`` after each step that is
+    accepted: at the end of the step, or at the event, or the end of the span, that cuts it short.
+
+    Parameters
+    ----------
+    function : callable
+        Returns one number.
+    start : float, optional
+    name : str, optional
+        Key in `Trajectories.reduced`; the function's own, unless given.
+
+    Examples
+    --------
+    >>> Fold(lambda farthest, t, y: max(farthest, np.hypot(y[0], y[1])), name="farthest")
+    """
+
+    function: Any
+    start: float = 0.0
+    name: str = ""
+
+    def of_state(self, n, parts):
+        """The function of (t, [value, state]), for the kernels; the state has n components."""
+        function, end = self.function, n // parts + 1
+
+        def fold(t, z, *args):
+            return function(z[0], t, z[1:], *args)
+
+        def fold_without_moments(t, z, *args):
+            return function(z[0], t, z[1:end], *args)
+
+        return fold if parts == 1 else fold_without_moments
+
+
 def wanted(reduce, events):
-    """The names in `reduce`, checked, as a tuple."""
+    """What `reduce` asks for, checked, as a tuple of names and Folds."""
     if reduce is None:
         return ()
-    names = (reduce,) if isinstance(reduce, str) else tuple(reduce)
-    for name in names:
-        if name not in NAMES:
-            raise ValueError(f"`reduce={name!r}` is unknown; choose from {', '.join(NAMES)}.")
-    if "first_event" in names and events is None:
+    items = (reduce,) if isinstance(reduce, str | Fold) else tuple(reduce)
+    for item in items:
+        if isinstance(item, Fold):
+            if not callable(item.function) or not math.isfinite(item.start):
+                raise ValueError(f"a Fold takes a function and a finite number; got {item!r}.")
+        elif item not in NAMES:
+            raise ValueError(
+                f"`reduce={item!r}` is unknown; choose from {', '.join(NAMES)}, or give a Fold."
+            )
+    names = [name_of(item) for item in items]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"`reduce` names {', '.join(twice)} twice; give a Fold another `name`.")
+    if "first_event" in items and events is None:
         raise ValueError('`reduce="first_event"` needs `events`.')
-    return names
+    return items
 
 
-def extrema(names):
-    return not set(names).isdisjoint(EXTREMA)
+def name_of(item):
+    """The key of a reduction in `Trajectories.reduced`."""
+    if isinstance(item, str):
+        return item
+    return item.name or getattr(item.function, "__name__", "fold")
 
 
-def moments(names):
+def folds(items):
+    """The Folds among the reductions."""
+    return tuple(item for item in items if isinstance(item, Fold))
+
+
+def described(item):
+    """A reduction in JSON's types, but for its function."""
+    return item if isinstance(item, str) else [name_of(item), float(item.start)]
+
+
+def extrema(items):
+    """Whether largest and smallest values are asked for."""
+    return any(name in items for name in EXTREMA)
+
+
+def moments(items):
     """The mode of the derivative that is extended by the moments asked for; "" for none."""
-    return " ".join(name for name in MOMENTS if name in names)
+    return " ".join(name for name in MOMENTS if name in items)
 
 
-def parts(names):
+def parts(items):
     """How many times the state fits into the extended one."""
-    return 1 + len(moments(names).split())
+    return 1 + len(moments(items).split())
 
 
 def extended(problem, mode, members):
@@ -61,11 +125,27 @@ def extended(problem, mode, members):
     )
     atol = np.full(times * n, math.inf)
     atol[:n] = np.broadcast_to(problem.atol, n) * share
-    return problem._replace(y0=np.tile(problem.y0, times), rtol=rtol, atol=atol, mode=mode)
+    events = problem.events and [(_of_own(e, n), *how) for e, *how in problem.events]
+    y0 = np.tile(problem.y0, times)
+    return problem._replace(y0=y0, rtol=rtol, atol=atol, mode=mode, events=events)
 
 
-def value(name, results, trajectories):
-    """The reduced values under this name, one row a trajectory."""
+def _of_own(event, n):
+    """An event function of the state that its moments follow."""
+
+    def watched(t, y, *args):
+        return event(t, y[:n], *args)
+
+    watched.__name__ = getattr(event, "__name__", "event")
+    setattr(watched, AS_GIVEN, event)
+    return watched
+
+
+def value(item, results, trajectories):
+    """What a reduction came to, one row a trajectory."""
+    if isinstance(item, Fold):
+        return results.folded[:, folds(trajectories.reductions).index(item)]
+    name = item
     y_end, n = results.y_end, trajectories.y_end.shape[1]
     if name == "final":
         return y_end[:, :n]

@@ -50,11 +50,12 @@ class Trajectories:
     t_events, y_events : list of lists of ndarray, or None
         By event, then by trajectory.
     reduced : dict of str to ndarray
-        What `reduce` asked for, each of shape (M, n), or (M, n_events) for "first_event".
+        What `reduce` asked for, each of shape (M, n), (M, n_events) for "first_event", or (M,)
+        for a Fold.
     width : int
         Trajectories that a vector holds; 1 if each ran alone.
     reason : str
-        Why each ran alone, if so.
+        Why each ran alone, if so, or why each step was looked at alone for events and folds.
     parameters : dict of int to ndarray
         The arguments that differ from one trajectory to the next, by position.
     system : System or None
@@ -65,7 +66,7 @@ class Trajectories:
 
     def __init__(self, problem, members, results, width, reason, wanted=()):
         self._problem, self._members, self._results = problem, members, results
-        self.width, self.reason, self._wanted = width, reason, wanted
+        self.width, self.reason, self.reductions = width, reason, wanted
         self.parameters = members.varying
         self._n = members.n // reductions.parts(wanted)  # without the moments
 
@@ -126,8 +127,11 @@ class Trajectories:
 
     @functools.cached_property
     def reduced(self):
-        """What `reduce` asked for: {name: array of shape (M, n), or (M, n_events)}."""
-        return {name: reductions.value(name, self._results, self) for name in self._wanted}
+        """What `reduce` asked for, by name."""
+        return {
+            reductions.name_of(item): reductions.value(item, self._results, self)
+            for item in self.reductions
+        }
 
     @property
     def y0(self):

@@ -21,8 +21,10 @@ from .state import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K,
 from .vector import any_lane
 
 # Rows of `lanes`, an array of one column a lane.
+# Behind them, one row for each event function and for each gathered value.
 T, T_OLD, T_END, T_STOP, H, ERROR, ACCEPTED, REJECTED, TRIES, LIMIT, LIVE, STATUS = range(12)
 N_FIELDS = 12
+NEAR = 1e-6  # of its change in a step: an event function that small is looked at
 NOTHING = -1  # status of a lane that need not be looked at
 
 
@@ -71,8 +73,24 @@ def leave(typingctx, form, lanes, row, value):
 
 
 @njit(**FUSED)
+def crossed(g, row, form, t, y, ok, block, lanes):
+    """Where an event function has changed its sign, or nearly; its last value is in `row`."""
+    old, new = field(form, lanes, row), g(t, y, block)
+    leave(form, lanes, row, select(ok, new, old))
+    return ok & ((abs(new) <= NEAR * abs(new - old)) | ~(old * new > 0.0))
+
+
+@njit(**FUSED)
+def gather(update, row, form, t, y, on, block, lanes):
+    """Let the value in `row` be ``update(t, [value, y])`` where `on` holds."""
+    old = field(form, lanes, row)
+    leave(form, lanes, row, select(on, update(t, (old, *y), block), old))
+
+
+@njit(**FUSED)
 def advance(
-    rhs, step, control, exponent, last, form, extrema, state, lanes, work, block, n_steps
+    rhs, step, control, exponent, last, form, extrema, watched, gathered, state, lanes, work, block,
+    n_steps,
 ):  # fmt: skip
     """Try at most `n_steps` steps in each lane; see `adaptive.advance`.
 
@@ -82,6 +100,11 @@ def advance(
     extrema : None or anything else
         Whether a lane wants to be looked at when a component may exceed what it was so far, the
         last two rows of `work`.
+    watched : None or function
+        ``watched(form, t, y, ok, block, lanes)``: the lanes that want to be looked at for an event.
+    gathered : None or function
+        ``gathered(form, t, y, on, block, lanes)`` takes the state into what is gathered along the
+        way, in the lanes that nobody will look at after this step; the others are left to `serve`.
     state : array
         One STATE record, for what all lanes have in common: direction, h_max.
     lanes, work : arrays, (N_FIELDS, width), (rows, n * width)
@@ -128,6 +151,10 @@ def advance(
         call = live & (stopped | failed)
         if extrema is not None:
             call = call | (live & ok & turning(t_new - t, y, y_new, k_last, k[last], tops, lows))
+        if watched is not None:
+            call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
+        if gathered is not None:
+            gathered(form, t_new, y_new, ok & ~call, block, lanes)
         t_old, y_old = t, y
         t, y, k_new = select(ok, t_new, t), choose(ok, y_new, y), choose(ok, k[last], k_last)
         if taken >= n_steps or any_lane(call):
@@ -149,7 +176,9 @@ def advance(
 
 
 @njit(**FUSED)
-def advance_fixed(rhs, step, last, low, form, extrema, state, lanes, work, block, n_steps):
+def advance_fixed(
+    rhs, step, last, low, form, extrema, watched, gathered, state, lanes, work, block, n_steps
+):  # fmt: skip
     """Take at most `n_steps` constant steps in each lane; see `fixed.advance` and `advance`."""
     s = state[0]
     direction, t_start = s.direction, s.t_start
@@ -172,6 +201,10 @@ def advance_fixed(rhs, step, last, low, form, extrema, state, lanes, work, block
         call = live & (~ok | reached | (accepted >= limit))
         if extrema is not None:
             call = call | (live & ok & turning(h, y, y_new, k_last, k[last], tops, lows))
+        if watched is not None:
+            call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
+        if gathered is not None:
+            gathered(form, t_new, y_new, ok & ~call, block, lanes)
         t_old, y_old = t, y
         t, y = select(ok, t_new, t), choose(ok, y_new, y)
         k_new, low_new = choose(ok, k[last], k_last), choose(ok, k[low], k_low)

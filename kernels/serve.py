@@ -11,7 +11,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from .calls import OPTIONS, RAISED, invoke
+from .calls import OPTIONS, RAISED, call, invoke, word
 from .combine import slot
 from .dense import polynomial
 from .extrema import MAX, MIN, note_state, note_step
@@ -20,6 +20,7 @@ from .lanes import (
     ERROR,
     LIMIT,
     LIVE,
+    N_FIELDS,
     NOTHING,
     REJECTED,
     STATUS,
@@ -47,12 +48,18 @@ WORKER = np.dtype(
         ("project", "i8"),  # address of a block, or 0
         ("max_steps", "f8"),
         ("t_final", "f8"),
+        ("each", "i8"),  # whether every step has to be looked at
+        ("watches", "i8"),  # whether the stepping kernel looks out for events
+        ("gathers", "i8"),  # whether it takes the states into the folds
         ("extrema", "i8"),  # whether they are wanted
         ("keep_found", "i8"),  # whether every event is, not the first of each kind alone
         ("n_found", "i8"),  # events in this piece
         ("n_done", "i8"),  # trajectories
     ]
 )
+
+# A value that is gathered along a trajectory, number <- function(t, [number, state]).
+FOLD = np.dtype([("block", "i8"), ("start", "f8")])
 
 
 @intrinsic
@@ -103,11 +110,18 @@ def _next_stop(s, o, t_eval, each):
 
 
 @njit(**OPTIONS)
-def _to_lane(s, lanes, many, work, lane, stop, max_steps):
+def _to_lane(w, s, lanes, many, work, lane, stop, events, folded):
     """Let a lane go on from the state and the rows of one trajectory."""
-    width = lanes.shape[1]
+    width, row = lanes.shape[1], N_FIELDS
+    if w.watches:
+        for i in range(len(events)):
+            lanes[row + i, lane] = events[i].g
+        row += len(events)
+    if w.gathers:
+        for i in range(len(folded)):
+            lanes[row + i, lane] = folded[i]
     lanes[T, lane], lanes[T_OLD, lane], lanes[H, lane] = s.t, s.t_old, s.h
-    lanes[T_END, lane], lanes[T_STOP, lane], lanes[LIMIT, lane] = s.t_end, stop, max_steps
+    lanes[T_END, lane], lanes[T_STOP, lane], lanes[LIMIT, lane] = s.t_end, stop, w.max_steps
     lanes[ACCEPTED, lane], lanes[REJECTED, lane] = s.n_accepted, s.n_rejected
     lanes[TRIES, lane], lanes[LIVE, lane] = 0.0, 1.0
     for j in range(work.shape[1]):
@@ -117,9 +131,12 @@ def _to_lane(s, lanes, many, work, lane, stop, max_steps):
 
 
 @njit(**OPTIONS)
-def _from_lane(s, lanes, many, work, lane):
+def _from_lane(w, s, lanes, many, work, lane, folded):
     """The state and the rows of the trajectory in a lane."""
     width = lanes.shape[1]
+    if w.gathers:
+        for i in range(len(folded)):
+            folded[i] = lanes[len(lanes) - len(folded) + i, lane]
     s.t, s.t_old, s.h, s.error = (
         lanes[T, lane],
         lanes[T_OLD, lane],
@@ -138,7 +155,8 @@ def serve(
     addresses, queue, worker, common, blank, lanes, many, many_block, many_places,
     members, states, outs, events, work, block, places, values, y0,
     t_eval, legs, scratch, t_out, d, spans, e_index, e_t, e_y,
-    y_eval, y_end, t_end, status_end, counts, best, t_first, f_where, f_t, f_y, n_steps,
+    y_eval, y_end, t_end, status_end, counts, best, t_first, folded, f_where, f_t, f_y, folds,
+    extended, n_steps,
 ):  # fmt: skip
     """Take about `n_steps` steps in each lane.
 
@@ -160,10 +178,12 @@ def serve(
         As for `watch`.
     y_eval, y_end, t_end, status_end, counts : arrays, (M, n_times, n), (M, n), (M,), (M,), (M, 4)
         Results: counts are of steps accepted, rejected, evaluations outside them, times reached.
-    best, t_first : arrays, (M, 4, n) or (0, 4, n), (M, n_events)
-        See `extrema`; time of the first event of each kind, NaN until it happens.
+    best, t_first, folded : arrays, (M, 4, n) or (0, 4, n), (M, n_events), (M, n_folds)
+        See `extrema`; time of the first event of each kind, NaN until it happens; FOLD's numbers.
     f_where, f_t, f_y : arrays
         Occurrences of events: (member, event), time and state.
+    folds, extended : arrays, (n_folds,), (2, n + 1)
+        FOLD records, and scratch.
 
     Returns
     -------
@@ -171,7 +191,7 @@ def serve(
         RUNNING, FULL (`f_t` has no room for the events of a step), or FINISHED.
     """
     w = worker[0]
-    width, each = len(members), events.shape[1] > 0 or w.project != 0
+    width, each = len(members), w.each != 0
     while n_steps > 0:
         if w.n_found + width * len(e_t) > len(f_t):
             return FULL
@@ -182,6 +202,8 @@ def serve(
                 if member >= queue[COUNT]:
                     break
                 members[lane] = member
+                for i in range(len(folds)):
+                    folded[member, i] = folds[i].start
                 status = _begin(
                     addresses, w, common, blank, lane, member, states, outs, events, work, block,
                     places, values, y0, scratch, best,
@@ -193,8 +215,9 @@ def serve(
                     )  # fmt: skip
                 elif w.vector:
                     set_parameters(many_places, values, member, lane)
-                    stop = _next_stop(states[lane], outs[lane], t_eval, each)
-                    _to_lane(states[lane], lanes, many, work, lane, stop, w.max_steps)
+                    s = states[lane]
+                    stop = _next_stop(s, outs[lane], t_eval, each)
+                    _to_lane(w, s, lanes, many, work, lane, stop, events[lane], folded[member])
                     if w.extrema:
                         _raise_bar(many, best[member], lane, width)
             n_live += members[lane] != IDLE
@@ -209,13 +232,13 @@ def serve(
             s, o, member = states[lane], outs[lane], members[lane]
             kernel, status = addresses[ADVANCE], RUNNING
             if w.vector:
-                _from_lane(s, lanes, many, work, lane)
+                _from_lane(w, s, lanes, many, work, lane, folded[member])
                 set_parameters(places, values, member, 0)
                 kernel, status, budget = addresses[ALREADY], int(lanes[STATUS, lane]), 1
                 if status <= FINISHED:
                     s.n_accepted -= 1
-            if w.extrema:
-                budget = 1  # and `watch` leaves the interpolant in d
+            if w.extrema or len(folds) > 0:
+                budget = 1  # and `watch` leaves the interpolant in d for the extrema
             before, left = s.n_accepted, w.max_steps - s.n_accepted
             if status <= FINISHED:
                 status = invoke(
@@ -253,6 +276,8 @@ def serve(
                 note_step(best[member], d[0], spans[0, 0], spans[0, 1], x_end)
                 note_state(best[member], s.t, work)
                 o.n_dense = 0
+            if s.n_accepted > before and not _gather(folds, folded[member], s.t, work, extended):
+                status = RAISED_STATUS
             if status != RUNNING:
                 _end(
                     addresses, w, lane, status, members, states, outs, work, y_end, t_end,
@@ -262,7 +287,7 @@ def serve(
                     lanes[LIVE, lane] = 0.0
             elif w.vector:
                 stop = _next_stop(s, o, t_eval, each)
-                _to_lane(s, lanes, many, work, lane, stop, w.max_steps)
+                _to_lane(w, s, lanes, many, work, lane, stop, events[lane], folded[member])
                 if w.extrema:
                     _raise_bar(many, best[member], lane, width)
     return RUNNING
@@ -291,6 +316,20 @@ def _begin(
         t = states[lane].t
         status = invoke(addresses[OPEN], (events[lane], t, slot(None, work, Y), scratch[1]))
     return status
+
+
+@njit(**OPTIONS)
+def _gather(folds, folded, t, work, extended):
+    """Take the state into the folds; False if one raised."""
+    for i in range(len(folds)):
+        extended[0, 0] = folded[i]
+        for j in range(work.shape[1]):
+            extended[0, 1 + j] = work[Y, j]
+        call(folds[i].block, t, extended[0], extended[1])
+        if word(folds[i].block, RAISED) != 0:
+            return False
+        folded[i] = extended[1, 0]
+    return True
 
 
 @njit(**OPTIONS)
