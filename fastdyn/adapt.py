@@ -66,7 +66,8 @@ class Function(NamedTuple):
 class Bound(NamedTuple):
     """A function with the values of one solve, (kind, value) each.
 
-    `python(t, y)` is the function as written; a pair has its two functions in `parts`.
+    `python(t, y)` is the function as written; a pair has its two functions in `parts`; `seen` is
+    a place for what `rebind` remembers.
     """
 
     function: Function | None
@@ -77,7 +78,7 @@ class Bound(NamedTuple):
     values: list
     mode: str
     parts: tuple = ()
-    code: Any = None
+    seen: Any = None
 
 
 _functions: dict = {}
@@ -134,7 +135,7 @@ def bind(fun, args, mode, n, look=None):
 
     try:
         parts = parts_of(fun, args)
-        function, kinds = _function(parts, mode, look)
+        function, kinds = compiled_function(parts, mode, look)
     except Uncompilable as reason:
         warn_once(fun, mode, str(reason))
         callback = Callback(as_written, mode, n)
@@ -145,52 +146,19 @@ def bind(fun, args, mode, n, look=None):
     block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
     block[0], block[FAULT] = function.address, end
     if kinds:
-        _pack_all(kinds, block, alive)
+        pack_all(kinds, block, alive)
     alive.append(function)
-    code = parts.function.__code__
-    return Bound(function, block, as_written, alive, None, kinds, mode, (), code)
+    return Bound(function, block, as_written, alive, None, kinds, mode, (), {})
 
 
-def rebind(bound, fun, args):
-    """Let a block have other arguments, and what holds now of all else that the function uses.
-
-    `bound` is what `bind` gave for the same `fun`.  False if that takes other code, and the block
-    is as it was.
-    """
-    function = bound.function
-    if function is None:
-        return False
-    kinds = _same_kinds(bound, fun, args)
-    if kinds is None:
-        try:
-            found, kinds = _function(parts_of(fun, args), bound.mode, None)
-        except Uncompilable:
-            return False
-        if found is not function:
-            return False
-    bound.alive[:] = fun, args, function
-    if kinds:
-        _pack_all(kinds, bound.block, bound.alive)
-    return True
-
-
-def _same_kinds(bound, fun, args):
-    """(kind, value) of all parameters if plainly the same code takes them; else None."""
-    if fun.__class__ is not python.FunctionType or fun.__code__ is not bound.code:
-        return None
-    kinds = [(kind(value, frozen), value) for value in args]
-    if [k for k, _ in kinds] != [k for k, _ in bound.values] or _outside(fun, None):
-        return None
-    return kinds
-
-
-def _pack_all(kinds, block, alive):
+def pack_all(kinds, block, alive):
+    """Write all parameters, (kind, value) each, into a block."""
     at, floats = FIRST, block.view(np.float64)
     for k, value in kinds:
         at = pack(k, value, block, floats, at, alive)
 
 
-def _function(parts, mode, look):
+def compiled_function(parts, mode, look):
     """The compiled function, and (kind, value) of each of its parameters in order."""
     code = parts.function.__code__
     layout, outside = described(parts)
@@ -208,7 +176,7 @@ def _function(parts, mode, look):
             if id(code) not in _not_lifted and any(n_words(k) for _, k in kinds):
                 _not_lifted.add(id(code))
                 try:
-                    return _function(parts, mode, None)
+                    return compiled_function(parts, mode, None)
                 except Uncompilable:
                     pass
             _refused[key] = (str(reason), code)  # the code, to keep its id taken

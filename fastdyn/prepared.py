@@ -1,8 +1,8 @@
 """prepare: everything that a solve needs, made once, for many short solves."""
 
 from . import check
-from .adapt import rebind
 from .kernels.state import FINISHED
+from .rebind import rebind
 from .solve import result_of, run_of
 from .structure import check_second_order
 
