@@ -10,6 +10,15 @@ HERE = pathlib.Path(__file__).parent
 RESULTS = HERE / "results" / "full.json"
 README = HERE.parent / "README.md"
 BEGIN, END = "<!-- bench: begin -->\n", "<!-- bench: end -->"
+SAME = {  # the same method by different hands: {title: (level, solvers)}
+    "The Dormand-Prince pair of order 5": (
+        0, ["fastdyn RK45", "C++ RK45", "CyRK RK45", "diffrax Dopri5", "SciPy RK45, njit"]
+    ),
+    "The pair of order 8 (diffrax: another one)": (
+        1, ["fastdyn DOP853", "C++ DOP853", "CyRK DOP853", "diffrax Dopri8",
+            "Hairer's DOP853, njit"],
+    ),
+}  # fmt: skip
 FAMILIES = ("fastdyn", "C++", "SciPy", "Hairer's", "CyRK", "numbalsoda", "heyoka", "diffrax",
             "CVODE", "REBOUND")  # fmt: skip
 
@@ -70,6 +79,21 @@ def at_equal_error(rows):
     return lines
 
 
+def same_method(rows):
+    """A table a method: microseconds by different hands, at an equal error."""
+    reached, lines = equal_error(rows), []
+    for title, (i, names) in SAME.items():
+        names = [name for name in names if any(name in solvers for solvers in reached.values())]
+        body = []
+        for problem, solvers in reached.items():
+            times = [solvers[name][i] if name in solvers else None for name in names]
+            if times[0] is not None:
+                body.append([problem, *times])
+        lines += [f"{title}, error {LEVELS[i]:g}, microseconds:", ""]
+        lines += [*markdown(["problem", *names], body), ""]
+    return lines
+
+
 def every_solver(rows):
     """All solvers at all levels, a table a problem."""
     lines = []
@@ -127,6 +151,7 @@ def origin(record):
 def for_readme(record):
     """What the README shows."""
     return [
+        *same_method(record["work_precision"]),
         *at_equal_error(record["work_precision"]),
         "The first call, median seconds:", "", *first_call(record["first_call"]), "",
         "A solve of thirty steps, and one with a thousand outputs, microseconds:", "",

@@ -1,5 +1,6 @@
 """What an ensemble gathers along each trajectory instead of keeping it."""
 
+import functools
 import math
 from typing import Any, NamedTuple
 
@@ -132,6 +133,8 @@ def extended(problem, mode, members):
 
 def _of_own(event, n):
     """An event function of the state that its moments follow."""
+    while isinstance(event, functools.partial) and not event.args and not event.keywords:
+        event = event.func  # a partial that is there to carry marks
 
     def watched(t, y, *args):
         return event(t, y[:n], *args)

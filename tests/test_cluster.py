@@ -321,12 +321,12 @@ def test_ctrl_c_takes_back_what_has_not_begun():
     def press():
         while len(watched.futures) < 2:
             time.sleep(0.01)
-        time.sleep(0.3)  # until both are waited for
+        time.sleep(0.1)  # until both are waited for
         signal.pthread_kill(main, signal.SIGINT)
 
     with ThreadPoolExecutor(1) as pool:
         watched = Watched(pool)
-        given = problem(t_span=(0, 20000), rtol=1e-9, t_eval=None)
+        given = problem(t_span=(0, 80000), rtol=1e-9, t_eval=None)
         threading.Thread(target=press).start()
         result = solve_ensemble(**given, client=watched, block=50, on_interrupt="return")
         running, waiting = watched.futures
