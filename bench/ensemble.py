@@ -214,6 +214,8 @@ def rows(quick):
     """One row a problem and solver."""
     count = 104 if quick else 10_000
     for number, (problem, make) in enumerate(PROBLEMS.items()):
+        if quick and number > 0:
+            return
         fun, end, y0, parameters = make(count)
         given = fun, end, y0, parameters
         tight = {"rtol": 1e-12, "atol": 1e-13, "method": "DOP853"}

@@ -126,9 +126,13 @@ def seen(monkeypatch):
     return counts
 
 
-@pytest.mark.parametrize("fun", [*TAKEN, *LEFT, square], ids=lambda f: f.__name__)
-@pytest.mark.parametrize("tier", ["pointer", "specialised"])
-def test_the_bits_of_a_list(fun, tier, request):
+@pytest.mark.parametrize(
+    ("fun", "tier"),
+    [(f, "pointer") for f in (*TAKEN, *LEFT, square)]
+    + [(f, "specialised") for f in (sized, zeros, reversed_view)],
+    ids=lambda value: getattr(value, "__name__", value),
+)
+def test_the_bits_of_a_list(fun, tier):
     def as_list(t, y):
         return [y[1], -K * y[0]]
 
