@@ -21,6 +21,7 @@ MARKERS = {
     "RK45": "o", "Dopri5": "o", "DOP853": "s", "Dopri8": "s", "Tsit5": "^", "Vern7": "D",
     "Vern8": "P", "Vern9": "X", "LSODA": "v", "odeint": "<", "Adams": "v", "IAS15": "*", "BS": "h",
 }  # fmt: skip
+PLAIN = ("SciPy RK45", "SciPy DOP853", "SciPy LSODA", "fastdyn RK45 by solve_ivp")  # dotted
 
 
 def style(solver):
@@ -31,9 +32,9 @@ def style(solver):
     return {
         "color": COLOURS.get(library, "0.6"),
         "marker": MARKERS.get(first, "x"),
-        "lw": 2.6 if ours else 1.2,
-        "ms": 7 if ours else 4.5,
-        "ls": ":" if solver in ("SciPy RK45", "SciPy DOP853", "SciPy LSODA") else "-",
+        "lw": 2.0 if ours else 1.2,
+        "ms": 6 if ours else 4.5,
+        "ls": ":" if solver in PLAIN else "-",
         "zorder": 3 if ours else 2,
     }
 
