@@ -49,7 +49,7 @@ def same(one, other):
         {"method": "DOP853", "max_step": 0.1},
         {"breakpoints": [1.0, 2.0]},
     ],
-    ids=str,
+    ids=["steps", "times", "dense", "event", "all of it", "DOP853", "breakpoints"],
 )
 def test_any_output_and_any_state(options):
     given = TIGHT | options
