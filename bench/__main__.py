@@ -60,6 +60,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="a smoke run")
     parser.add_argument("--only", nargs="+", choices=GROUPS, default=list(GROUPS))
     parser.add_argument("--json", type=pathlib.Path, help="where the figures of a part go")
+    parser.add_argument("--into", type=pathlib.Path, help="a file in which groups are replaced")
     options = parser.parse_args()
     full = not options.quick and options.only == list(GROUPS)
     record = {
@@ -70,7 +71,9 @@ def main():
         "seconds": {},
     }
     print(json.dumps(record["machine"], indent=1))
-    path = options.json or (RESULTS if full else None)
+    path = options.into or options.json or (RESULTS if full else None)
+    if options.into is not None:
+        record = json.loads(path.read_text())
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
     for name in options.only:

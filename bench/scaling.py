@@ -1,10 +1,10 @@
-"""Time against the number of revolutions, of springs and of bodies, for every compiled solver."""
+"""Time against the number of revolutions, of springs, of bodies and of trajectories."""
 
 import math
 
 import numpy as np
 
-from . import rivals
+from . import ensemble, rivals
 from .problems import SATELLITE, bodies_of, chain_of, error, reference
 from .timing import interleaved
 
@@ -26,8 +26,27 @@ CASES = (
 )
 
 
+TRAJECTORIES = (8, 80, 800, 8000)
+
+
 def rows(quick):
     """One row a size and solver; `growth` is `ns_each` over its least at any smaller size."""
+    yield from _of_one(quick)
+    yield from _of_many(quick)
+
+
+def _of_many(quick):
+    least = {}
+    for size in TRAJECTORIES[:1] if quick else TRAJECTORIES:
+        runs, given = ensemble.of_count(size)
+        exact = ensemble.exact(given)
+        errors = {name: ensemble.median_error(run(), exact) for name, run in runs.items()}
+        times = interleaved(runs, 3 if quick else 50, 0.1 if quick else 10.0)
+        for name in runs:
+            yield _row("trajectories", size, name, errors[name], times[name], least)
+
+
+def _of_one(quick):
     for against, problem_of, sizes in CASES:
         least, out = {}, set(BY_HAND)
         for size in sizes[:1] if quick else sizes:
@@ -41,15 +60,19 @@ def rows(quick):
             times = interleaved(runs, 3 if quick else 50, 0.1 if quick else 2.0)
             out |= {name for name in runs if times[name][0] > LIMIT}
             for name in runs:
-                each = times[name][0] / size * 1e9
-                least[name] = min(each, least.get(name, each))
-                yield {
-                    "against": against,
-                    "size": size,
-                    "solver": name,
-                    "error": errors[name],
-                    "min_us": times[name][0] * 1e6,
-                    "median_us": times[name][1] * 1e6,
-                    "ns_each": each,
-                    "growth": each / least[name],
-                }
+                yield _row(against, size, name, errors[name], times[name], least)
+
+
+def _row(against, size, name, far, seconds, least):
+    each = seconds[0] / size * 1e9
+    least[name] = min(each, least.get(name, each))
+    return {
+        "against": against,
+        "size": size,
+        "solver": name,
+        "error": far,
+        "min_us": seconds[0] * 1e6,
+        "median_us": seconds[1] * 1e6,
+        "ns_each": each,
+        "growth": each / least[name],
+    }
