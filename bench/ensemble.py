@@ -55,23 +55,22 @@ def exact(given):
     return many.fastdyn(*given, "scalar", None, "DOP853", 1e-12, 1e-13)()
 
 
-def of_count(count):
-    """{solver: run} for so many satellites: what `scaling` measures."""
-    given = orbits(count)
+def solvers(problem, given):
+    """{solver: run} of all that solve every trajectory of a problem at rtol 1e-6."""
     runs = {
         "fastdyn, 1 core": many.fastdyn(*given, "auto", 1),
         "fastdyn, 2 cores": many.fastdyn(*given, "auto", 2),
     }
+    number = list(PROBLEMS).index(problem)  # in lanes.cpp
     for name, (each, lanes) in batches().items():
-        runs[f"C++ {name}"] = many.cpp(each, 0, *given[1:])
-        runs[f"C++ {name}, 8 lanes by hand"] = many.cpp(lanes, 0, *given[1:])
+        runs[f"C++ {name}"] = many.cpp(each, number, *given[1:])
+        runs[f"C++ {name}, 8 lanes by hand"] = many.cpp(lanes, number, *given[1:])
     for name, adapter in many.RIVALS.items():
-        if name != "heyoka batch" or count % 4 == 0:  # it takes whole batches
-            try:
-                runs[name] = adapter(*given)
-            except ImportError:
-                pass
-    return runs, given
+        try:
+            runs[name] = adapter(*given)
+        except ImportError as error:
+            print(f"skipped {name}: {error}")
+    return runs
 
 
 def _as_accurate(given, truth, rival):
@@ -89,25 +88,11 @@ def _as_accurate(given, truth, rival):
 def rows(quick):
     """One row a problem and solver."""
     count = 104 if quick else 10_000
-    for number, (problem, make) in enumerate(PROBLEMS.items()):
-        if quick and number > 0:
-            return
-        fun, end, y0, parameters = make(count)
-        given = fun, end, y0, parameters
+    for problem in list(PROBLEMS)[:1] if quick else PROBLEMS:
+        given = fun, end, y0, parameters = PROBLEMS[problem](count)
         truth = exact(given)
-        runs = {
-            "fastdyn, 1 core": many.fastdyn(*given, "auto", 1),
-            "fastdyn, 2 cores": many.fastdyn(*given, "auto", 2),
-            "fastdyn one by one, 1 core": many.fastdyn(*given, "scalar", 1),
-        }
-        for name, (each, lanes) in batches().items():
-            runs[f"C++ {name}"] = many.cpp(each, number, end, y0, parameters)
-            runs[f"C++ {name}, 8 lanes by hand"] = many.cpp(lanes, number, end, y0, parameters)
-        for name, adapter in many.RIVALS.items():
-            try:
-                runs[name] = adapter(*given)
-            except ImportError as error:
-                print(f"skipped {name}: {error}")
+        runs = solvers(problem, given)
+        runs["fastdyn one by one, 1 core"] = many.fastdyn(*given, "scalar", 1)
         if "heyoka batch" in runs:
             runs |= _as_accurate(given, truth, runs["heyoka batch"])
         few = slice(0, count, max(1, count // (4 if quick else 20)))

@@ -38,7 +38,8 @@ def rows(quick):
 def _of_many(quick):
     least = {}
     for size in TRAJECTORIES[:1] if quick else TRAJECTORIES:
-        runs, given = ensemble.of_count(size)
+        given = ensemble.orbits(size)
+        runs = ensemble.solvers("satellite", given)
         exact = ensemble.exact(given)
         errors = {name: ensemble.median_error(run(), exact) for name, run in runs.items()}
         times = interleaved(runs, 3 if quick else 50, 0.1 if quick else 10.0)

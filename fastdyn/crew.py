@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numba import typeof, types
 
-from . import cache
+from . import cache, reductions
 from .drive import CHUNK_SECONDS, NO_TIMES, begin
 from .kernels.calls import FIRST
 from .kernels.events import EVENTS
@@ -27,7 +27,6 @@ from .specialise import (
     start_kernel,
     watch_kernel,
 )
-from .values import MOMENTS
 
 LOOK = 0.1  # seconds between two looks of the main thread at its workers
 ROOM = 256  # events in the first piece
@@ -181,7 +180,7 @@ def functions_of(problem, folds=()):
     p, n = problem, len(problem.y0)
     functions = [(p.fun, p.mode, n // 2 if p.method.second_order else n)]
     functions += [(event, "event", n) for event, _, _ in p.events or ()]
-    n_parts = 1 + len(p.mode.split()) if p.mode in MOMENTS else 1
+    n_parts = reductions.parts(p.mode.split())
     functions += [(fold.of_state(n, n_parts), "event", n + 1) for fold in folds]
     if p.project is not None:
         functions.append((p.project, "derivative", n))
