@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit, types
 from numba.core.dispatcher import Dispatcher
 
-from . import cache
+from . import code_store
 from .bodies import arguments, pointer_form, reader
 from .callback import Callback
 from .kernels.calls import BARE, FAULT, FIRST, FORM
@@ -219,9 +219,9 @@ def _compile(parts, mode, layout, outside):
             build = functools.partial(_build, parts, dialect, layout, outside)
             try:
                 compiled = (
-                    cache.compiled(key, lambda b=build: (b(), types.none(*FORM)))
+                    code_store.compiled(key, lambda b=build: (b(), types.none(*FORM)), kernel=False)
                     if fresh
-                    else (key and cache.stored(key))
+                    else (key and code_store.stored(key))
                 )
             except Exception as error:
                 reasons.append(explain(error))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numba import typeof, types
 
-from . import cache, reductions
+from . import code_store, reductions
 from .drive import CHUNK_SECONDS, NO_TIMES, begin
 from .kernels.calls import FIRST
 from .kernels.events import EVENTS
@@ -53,12 +53,12 @@ def _serving():
         )  # fmt: skip
         return serve, signature
 
-    return cache.compiled("serve", build).call
+    return code_store.compiled("serve", build)
 
 
 @functools.cache
 def _already():
-    return cache.compiled("already", lambda: (already, ADVANCE)).address
+    return code_store.compiled("already", lambda: (already, ADVANCE)).address
 
 
 class Worker:
@@ -130,7 +130,7 @@ class Worker:
         n_times = 0 if p.t_eval is None else len(p.t_eval)
         rows = p.method.n_dense + 1
         e_room = n_events * (1 if vector else 8)
-        self._given = (
+        given = (
             addresses, results.queue, worker, state,
             OUTPUT_RECORD(0, results.extrema, 0, 0, 0, 0, 0, 0, p.t0),
             lanes, many, many_block, _table(many_places),
@@ -142,10 +142,11 @@ class Worker:
             results.y_eval, results.y_end, results.t_end, results.status, results.counts,
             results.best, results.t_first, results.folded,
         )  # fmt: skip
-        self._folds = fold_table, np.empty((2, n + 1))
-        self._n_events, self._room = n_events, max(ROOM, width * e_room) if n_events else 0
+        self._room = max(ROOM, width * e_room) if n_events else 0
         self._new_piece()
         self._chunk = 100
+        folds = fold_table, np.empty((2, n + 1))
+        self._serve = code_store.Call(_serving(), *given, *self._piece, *folds, self._chunk)
 
     def _new_piece(self):
         n, room = len(self._work[0]), self._room
@@ -158,13 +159,16 @@ class Worker:
             self.record["n_found"] = 0
             self._room *= 2
             self._new_piece()
+            for name, part in zip(("f_where", "f_t", "f_y"), self._piece, strict=True):
+                self._serve[name] = part
 
-    def run(self, serving, stopped):
+    def run(self, stopped):
         """Serve until the queue is empty or `stopped()`."""
         status = RUNNING
         while status in (RUNNING, FULL) and not stopped():
             began = time.perf_counter()
-            status = serving(*self._given, *self._piece, *self._folds, self._chunk)
+            self._serve["n_steps"] = self._chunk
+            status = self._serve()
             spent = time.perf_counter() - began
             if status == FULL:
                 self._keep_piece()
@@ -237,11 +241,11 @@ class Results:
 
 def work_off(workers, results, bar):
     """Let all workers run to the end; on Ctrl-C, what is done stays."""
-    serving, stopped = _serving(), []
+    stopped = []
     try:
         with ThreadPoolExecutor(len(workers), thread_name_prefix="fastdyn") as pool:
             try:
-                running = {pool.submit(w.run, serving, lambda: bool(stopped)) for w in workers}
+                running = {pool.submit(w.run, lambda: bool(stopped)) for w in workers}
                 while running:
                     done, running = wait(running, LOOK, FIRST_EXCEPTION)
                     for future in done:

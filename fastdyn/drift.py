@@ -10,6 +10,7 @@ from . import check
 from .adapt import bind
 from .callback import evaluate, interruptible
 from .checkpoint import Checkpoint, fingerprint
+from .code_store import Call
 from .drive import begin, progress_bar, raise_kept
 from .kernels.state import FINISHED, RAISED, RUNNING
 from .kernels.survey import INVARIANT, SURVEY
@@ -248,21 +249,26 @@ class _Survey:
         p, block = self._problem, self._bound.block
         everyone = [*self._bound.parts, self._bound, *self._followed]
         callbacks = [b.callback for b in everyone if b.callback is not None]
-        open_survey, survey = survey_kernels()
         tier = Tier(p.method.name, self._bound, len(p.y0), p.tier)
         status, chunk = RUNNING, FIRST_STEPS
+        open_survey, survey = survey_kernels()
+        survey = Call(
+            survey, tier.address, self.state, self.work, block, self.record, self.invariants,
+            self.edges, self.bins, self.t_bins, self.y_bins, self._scratch, chunk,
+        )  # fmt: skip
         if self._fresh:
-            start = start_kernel(p.method.name, bool(self._bound.parts)).call
-            status = start(self.state, self.work, block, float(p.method.error_order), p.method.last)
+            start = start_kernel(p.method.name, bool(self._bound.parts))
+            status = Call(
+                start, self.state, self.work, block, p.method.error_order, p.method.last
+            )()
             if status == RUNNING:
-                status = open_survey(self.invariants, p.t0, self.work[0], self._scratch)
+                opened = (self.invariants, p.t0, self.work[0], self._scratch)
+                status = Call(open_survey, *opened)()
         with interruptible(callbacks):
             while status == RUNNING:
                 began = time.perf_counter()
-                status = survey(
-                    tier.address, self.state, self.work, block, self.record, self.invariants,
-                    self.edges, self.bins, self.t_bins, self.y_bins, self._scratch, chunk,
-                )  # fmt: skip
+                survey["advance"], survey["n"] = tier.address, chunk
+                status = survey()
                 spent = time.perf_counter() - began
                 tier.spend(spent)
                 tier.review()

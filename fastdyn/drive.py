@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .callback import evaluate, interruptible
+from .code_store import Call
 from .kernels.calls import FAULT, RAISED, TIME
 from .kernels.events import EVENTS
 from .kernels.state import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE, STEP_LIMIT, K, Y
@@ -82,15 +83,22 @@ class Run:
         self.output = Output(p, n)
         self.table = _event_table(p, bound_events)
         self.bounds = [*bound.parts, bound, *bound_events]
-        self._project = 0
+        project = 0
         if projection is not None:
             self.bounds.append(projection)
-            self._project = projection.block.ctypes.data
+            project = projection.block.ctypes.data
         self._tier = Tier(p.method.name, bound, n, p.tier)
         kernel = (p.method.name, bool(bound.parts))
-        self._start, self._watch = start_kernel(*kernel).call, watch_kernel(*kernel).call
-        self._scratch = np.empty((2, n))
-        self._t_eval = NO_TIMES if p.t_eval is None else p.t_eval.astype(float)
+        solve = self.state, self.work, self.block
+        self._start = Call(start_kernel(*kernel), *solve, p.method.error_order, p.method.last)
+        self._open, scratch, o = None, np.empty((2, n)), self.output
+        if len(self.table):
+            self._open = Call(events_kernel(), self.table, p.t0, self.work[Y], scratch[1])
+        self._watch = Call(
+            watch_kernel(*kernel), 0, *solve, o.record, o.t, o.y, o.d, o.spans,
+            NO_TIMES if p.t_eval is None else p.t_eval.astype(float), p.legs, project,
+            self.table, o.e_index, o.e_t, o.e_y, scratch, 0,
+        )  # fmt: skip
         self._callbacks = [b.callback for b in self.bounds if b.callback is not None]
         self._fresh: list = []
 
@@ -114,11 +122,10 @@ class Run:
         p, state, work, output, table = (
             self.problem, self.state, self.work, self.output, self.table
         )  # fmt: skip
-        tier, block, t_eval, scratch = self._tier, self.block, self._t_eval, self._scratch
+        tier, watch = self._tier, self._watch
         bar = progress_bar(p) if p.progress else None
-        watch = self._watch
-        if self._callbacks:
-            watch = interruptible(self._callbacks)(watch)
+        advance = interruptible(self._callbacks)(watch) if self._callbacks else watch
+        output.lay_into(watch)
         status, left = INTERRUPTED, p.max_steps
         file: Any = None
         if p.checkpoint is not None:
@@ -127,10 +134,10 @@ class Run:
             file = checkpoint_of(p, self.bounds)
         try:
             began = time.perf_counter()
-            status = self._start(state, work, block, float(p.method.error_order), p.method.last)
+            status = self._start()
             cost = time.perf_counter() - began
-            if len(table):
-                opened = events_kernel().call(table, p.t0, work[Y], scratch[1])
+            if self._open is not None:
+                opened = self._open()
                 status = opened if status == RUNNING else status
             if file is not None and (saved := file.load()) is not None:
                 status = from_arrays(saved, state, work, output, table)  # pyright: ignore
@@ -142,16 +149,14 @@ class Run:
                         status = STEP_LIMIT
                         break
                 n_steps = chunk if chunk < left else int(left)
+                watch["advance"], watch["n_steps"] = tier.address, n_steps
                 began = time.perf_counter()
-                status = watch(
-                    tier.address, state, work, block, output.record, output.t, output.y, output.d,
-                    output.spans, t_eval, p.legs, self._project, table, output.e_index, output.e_t,
-                    output.e_y, scratch, n_steps,
-                )  # fmt: skip
+                status = advance()
                 spent = time.perf_counter() - began
                 tier.spend(spent)
                 if status == FULL:
                     output.make_room()
+                    output.lay_into(watch)
                 elif status == RUNNING:
                     chunk = max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
                     tier.review()

@@ -6,6 +6,7 @@ import numpy as np
 from . import check, limits
 from .adapt import bind
 from .callback import evaluate
+from .code_store import Call
 from .kernels.calls import RAISED
 from .result import OdeResult
 from .specialise import evaluate_kernel
@@ -17,19 +18,20 @@ OWN_OPTIONS = check.COMMON | {"step", *REFUSED}
 def python_callable(fun, args, mode, n):
     """``f(t, y)`` for SciPy, running compiled code where `fun` compiles."""
     bound = bind(fun, args, mode, n)
-    kernel = evaluate_kernel()
+    given, out = np.empty(n), np.empty(n)
+    kernel = Call(evaluate_kernel(), bound.block, 0.0, given, out)
 
     def f(t, y):
-        out = np.empty(n)
-        given = np.ascontiguousarray(y, dtype=float)
-        kernel(bound.block, float(t), given, out)
+        given[:] = y
+        kernel["t"] = t
+        kernel()
         if bound.block[RAISED]:
             bound.block[RAISED] = 0
             if bound.callback is not None and bound.callback.exception is not None:
                 raise bound.callback.exception
             evaluate(bound.python, mode, t, given)
             raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {given!r}")
-        return out
+        return out.copy()
 
     return f
 

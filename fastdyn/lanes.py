@@ -12,7 +12,7 @@ from numba.core import errors
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from . import cache
+from . import code_store
 from .adapt import INLINED, described, identity, taken_in, words_of
 from .kernels import METHODS, adaptive, fixed, lanes, vector_math  # noqa: F401
 from .kernels.calls import BARE, FUSED, WORDS
@@ -308,7 +308,7 @@ def kernel(name, fun, args, varying, mode, n, extrema, events=(), folds=()):
             return _loop(method, rhs, form, extrema or None, watched, gathered), ADVANCE
 
         try:
-            compiled = cache.compiled(key, build)
+            compiled = code_store.compiled(key, build)
         except Exception as error:
             raise Uncompilable(explain(error)) from error
         if key is not None:

@@ -51,6 +51,13 @@ class Output:
             self._n_occurrences = PIECE
             self._new_events()
 
+    def lay_into(self, watch):
+        """Tell a `Call` of the kernel `watch` which arrays to fill."""
+        watch["out"], watch["t_out"], watch["y_out"] = self.record, self.t, self.y
+        watch["d_out"], watch["span_out"] = self.d, self.spans
+        if self._m:
+            watch["e_index"], watch["e_t"], watch["e_y"] = self.e_index, self.e_t, self.e_y
+
     def again(self, y0):
         """No output yet; the arrays are used once more, and what is given out will be copies."""
         self._handed_out = self.dense

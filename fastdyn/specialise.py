@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numba import njit, typeof, types
 
-from . import cache
+from . import code_store
 from .kernels import METHODS
-from .kernels.calls import BARE, OPTIONS, WORDS, by_pointer, inlined
+from .kernels.calls import BARE, WORDS, by_pointer, inlined
 from .kernels.composition import cubic_of_pair
 from .kernels.events import EVENTS, open_events
 from .kernels.form import Form
@@ -29,7 +29,7 @@ from .kernels.pair import (
     velocity_by_pointer,
 )
 from .kernels.start import plain
-from .kernels.state import STATE
+from .kernels.state import RUNNING, STATE
 from .kernels.survey import INVARIANT, SURVEY, open_survey, survey
 from .kernels.watch import OUTPUT, watch
 
@@ -69,13 +69,13 @@ def splits(name, pair):
 def start_kernel(name, pair=False):
     """``start(state, work, block, order, last)`` of a method."""
     start = plain if splits(name, pair) else METHODS[name].start
-    return cache.compiled(f"start {start.py_func.__name__}", lambda: (start, START))
+    return code_store.compiled(f"start {start.py_func.__name__}", lambda: (start, START))
 
 
 @functools.cache
 def events_kernel():
     """``open_events(events, t, y, scratch)``."""
-    return cache.compiled("events", lambda: (open_events, OPEN))
+    return code_store.compiled("events", lambda: (open_events, OPEN))
 
 
 @functools.cache
@@ -83,20 +83,21 @@ def evaluate_kernel():
     """``evaluate(block, t, y, out)``: one call of a user's function."""
 
     def build():
-        @njit(**OPTIONS)
+        @njit(**BARE)
         def evaluate(block, t, y, out):
             by_pointer(t, y, block, out)
+            return RUNNING
 
-        return evaluate, types.none(WORDS, types.float64, ROWS, ROWS)
+        return evaluate, types.int64(WORDS, types.float64, ROWS, ROWS)
 
-    return cache.compiled("evaluate", build).call
+    return code_store.compiled("evaluate", build)
 
 
 @functools.cache
 def survey_kernels():
     """``open_survey`` and ``survey``."""
-    first = cache.compiled("open survey", lambda: (open_survey, OPEN_SURVEY))
-    return first.call, cache.compiled("survey", lambda: (survey, SURVEYING)).call
+    first = code_store.compiled("open survey", lambda: (open_survey, OPEN_SURVEY))
+    return first, code_store.compiled("survey", lambda: (survey, SURVEYING))
 
 
 @functools.cache
@@ -106,13 +107,14 @@ def watch_kernel(name, pair=False):
     enrich, last = cubic_of_pair if splits(name, pair) else method.enrich, method.last
 
     def build():
-        @njit(**OPTIONS)
+        @njit(**BARE)
         def kernel(
-            address, s, w, b, o, ts, ys, ds, spans, t_eval, legs, project, events, ei, et, ey, sc, n
-        ):
+            advance, state, work, block, out, t_out, y_out, d_out, span_out, t_eval, legs, project,
+            events, e_index, e_t, e_y, scratch, n_steps,
+        ):  # fmt: skip
             return watch(
-                enrich, last, address, s, w, b, o, ts, ys, ds, spans, t_eval, legs, project, events,
-                ei, et, ey, sc, n,
+                enrich, last, advance, state, work, block, out, t_out, y_out, d_out, span_out,
+                t_eval, legs, project, events, e_index, e_t, e_y, scratch, n_steps,
             )  # fmt: skip
 
         return kernel, WATCH
@@ -120,7 +122,7 @@ def watch_kernel(name, pair=False):
     code = enrich.py_func
     if code.__closure__ is None:  # one for all methods that share it
         name = f"{code.__module__}.{code.__name__}"
-    return cache.compiled(f"watch {name} {last}", build)
+    return code_store.compiled(f"watch {name} {last}", build)
 
 
 def _stepping_kernel(name, rhs, form, velocity=None):
@@ -155,9 +157,9 @@ def pointer_kernel(name, pair=False):
     """The stepping kernel that serves every function, or every pair."""
     if splits(name, pair):
         split = (name, force_by_pointer, None, velocity_by_pointer)
-        return cache.compiled(f"split {name}", lambda: (_stepping_kernel(*split), ADVANCE))
+        return code_store.compiled(f"split {name}", lambda: (_stepping_kernel(*split), ADVANCE))
     whole = (name, by_pointer, None)
-    return cache.compiled(f"advance {name}", lambda: (_stepping_kernel(*whole), ADVANCE))
+    return code_store.compiled(f"advance {name}", lambda: (_stepping_kernel(*whole), ADVANCE))
 
 
 _specialised: dict = {}
@@ -174,9 +176,9 @@ def specialised_kernel(name, function, n, build=True) -> Any:
     if found is None or (build and not found):
         key = function.key and f"specialised {name} {n} {function.key}"
         if build:
-            found = cache.compiled(key, lambda: (_inlining_kernel(name, function, n), ADVANCE))
+            found = code_store.compiled(key, lambda: (_inlining_kernel(name, function, n), ADVANCE))
         else:
-            found = (key and cache.stored(key)) or False
+            found = (key and code_store.stored(key)) or False
         _specialised[place] = found
     return found or None
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from . import cache
+from . import code_store
 from .adapt import Bound, Function, bind
 from .callback import derivative, evaluate
 from .kernels import METHODS
@@ -105,7 +105,8 @@ def bind_equations(problem):
 
 @functools.cache
 def _both():
-    return cache.compiled("both of a pair", lambda: (both_by_pointer, types.none(*FORM)))
+    build = lambda: (both_by_pointer, types.none(*FORM))  # noqa: E731
+    return code_store.compiled("both of a pair", build, kernel=False)
 
 
 def _function_of(functions):

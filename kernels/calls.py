@@ -18,10 +18,13 @@ from .combine import ROW
 
 ADDRESS, RAISED, TIME, FAULT, FIRST = 0, 1, 2, 3, 4
 
-OPTIONS = {"error_model": "numpy", "nogil": True}  # of every kernel
-
-# Of code that is called from compiled code only: no entry points for Python and C.
-BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, **OPTIONS}
+# Of every kernel.  Numba's entry points for Python and C are left out: `words` is the one way in.
+BARE = {
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "error_model": "numpy",
+    "nogil": True,
+}
 
 # Of kernels that take functions: a function left as a run-time argument would be a pointer into
 # this process, and the code could not be kept on disk.
@@ -80,7 +83,7 @@ def call(typingctx, block, t, y, out):
     return types.none(types.int64, types.float64, ROW, ROW), codegen
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def by_pointer(t, y, block, out):
     """The derivative, in the row `out`, by whatever function the block names."""
     call(address_of(block), t, y, out)
@@ -116,21 +119,3 @@ def inlined(typingctx, function, t, y, block):
         return context.make_tuple(builder, y, parts)
 
     return y(function, types.float64, y, block), codegen
-
-
-@intrinsic
-def invoke(typingctx, address, given):
-    """Call the kernel at `address` with a tuple of arguments; its status."""
-    kinds = [types.unliteral(ty) for ty in given]
-
-    def codegen(context, builder, signature, args):
-        kind = context.call_conv.get_function_type(types.int64, kinds)
-        function = builder.inttoptr(args[0], kind.as_pointer())
-        values = [
-            context.cast(builder, builder.extract_value(args[1], i), ty, kinds[i])
-            for i, ty in enumerate(given)
-        ]
-        _, status = context.call_conv.call_function(builder, function, types.int64, kinds, values)
-        return status
-
-    return types.int64(types.int64, given), codegen

@@ -10,13 +10,13 @@ a method of higher order adds rows.  Both ends of the step are met to round-off.
 
 from numba import njit
 
-from .calls import FUSED, OPTIONS
+from .calls import BARE, FUSED
 from .state import Y_OLD, K, Y
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def hermite(h, last, work, d):
     """Fill y_old, F0, F1 and F2 in the rows of d; stages 0 and `last` are the slopes."""
     for i in range(d.shape[1]):
@@ -28,7 +28,7 @@ def hermite(h, last, work, d):
         d[F + 2, i] = 2.0 * rise - h * (final + first)
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def polynomial(d, x, out):
     """The value at x in [0, 1], written to `out` of length n."""
     for i in range(d.shape[1]):

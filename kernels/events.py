@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from .calls import OPTIONS, RAISED, call, word
+from .calls import BARE, RAISED, call, word
 from .dense import polynomial
 from .roots import crossing
 from .state import RAISED as RAISED_STATUS
@@ -24,7 +24,7 @@ EVENTS = np.dtype(
 )
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def evaluate_all(events, t, y, scratch):
     """g_new of each event; False if one raised."""
     for i in range(len(events)):
@@ -35,7 +35,7 @@ def evaluate_all(events, t, y, scratch):
     return True
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def open_events(events, t, y, scratch):
     """The values at the start, before the first step."""
     if not evaluate_all(events, t, y, scratch):
@@ -45,7 +45,7 @@ def open_events(events, t, y, scratch):
     return RUNNING
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def leave_zero(events, t, y, scratch):
     """At the start of a leg: an event that is exactly zero, and counted, is looked at anew."""
     for i in range(len(events)):
@@ -58,7 +58,7 @@ def leave_zero(events, t, y, scratch):
     return True
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def find_active(events):
     """Mark the events that changed sign in their direction; the number of them."""
     n = 0
@@ -73,7 +73,7 @@ def find_active(events):
     return n
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def locate(events, d, t_from, t, t_old, h, direction, scratch):
     """Root of each active event in [t_from, t]; index of the first one to end the run, or -1."""
     first = -1
@@ -88,7 +88,7 @@ def locate(events, d, t_from, t, t_old, h, direction, scratch):
     return first
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def record(events, final, d, t_old, h, direction, e_index, e_t, e_y, n):
     """Store the active events, none later than the final one; the new count."""
     for i in range(len(events)):

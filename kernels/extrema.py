@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import njit
 from numba.extending import intrinsic
 
-from .calls import OPTIONS
+from .calls import BARE
 from .combine import constant
 from .state import Y
 from .vector import FUSE, Mask
@@ -57,7 +57,7 @@ def turning(typingctx, h, y, y_new, k, k_new, tops, lows):
     return mask(h, y, y_new, k, k_new, tops, lows), codegen
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _value_and_slope(d, i, x):
     """Component i of the polynomial of `dense`, and its derivative by x."""
     total, slope = 0.0, 0.0
@@ -72,7 +72,7 @@ def _value_and_slope(d, i, x):
     return d[0, i] + total, slope
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _turn(d, i, a, b, fa, fb):
     """Where in [a, b] the slope is zero: regula falsi, with Illinois' halving."""
     for _ in range(N_ITERATIONS):
@@ -90,7 +90,7 @@ def _turn(d, i, a, b, fa, fb):
     return x
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def note_state(best, t, work):
     """Compare with the state in row Y at time t."""
     for i in range(best.shape[1]):
@@ -100,7 +100,7 @@ def note_state(best, t, work):
             best[MIN, i], best[T_MIN, i] = work[Y, i], t
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def note_step(best, d, t_old, h, x_end):
     """Compare with what the interpolant d of a step does between its start and x_end."""
     for i in range(best.shape[1]):

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from .calls import FUSED, OPTIONS
+from .calls import BARE, FUSED
 from .calls import RAISED as RAISED_WORD
 from .combine import assign, fetch, keep, slot
 from .fold import fold
@@ -12,12 +12,12 @@ from .state import FINISHED, NON_FINITE, RAISED, RUNNING, Y_OLD, K, Y
 LANDED = 1e-6  # a step that ends this close to t_end, in steps, ends at t_end
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def add(a, b):
     return a + b
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def add_size(total, y):
     return total + abs(y)
 

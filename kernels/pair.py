@@ -5,7 +5,7 @@ The block of a pair names the blocks of both: word VELOCITY and word FORCE are t
 
 from numba import carray, njit
 
-from .calls import BARE, FIRST, FUSED, OPTIONS, RAISED, call, inlined, word
+from .calls import BARE, FIRST, FUSED, RAISED, call, inlined, word
 from .combine import halves, join
 
 VELOCITY, FORCE = FIRST, FIRST + 1
@@ -19,7 +19,7 @@ def _noted(block, part):
         block[RAISED] = 1
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def velocity_by_pointer(t, p, block, out):
     """The velocity, in the row `out`."""
     call(block[VELOCITY], t, p, out)
@@ -27,7 +27,7 @@ def velocity_by_pointer(t, p, block, out):
     return out
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def force_by_pointer(t, q, block, out):
     """The force, in the row `out`."""
     call(block[FORCE], t, q, out)

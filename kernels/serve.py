@@ -11,7 +11,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from .calls import OPTIONS, RAISED, call, invoke, word
+from .calls import BARE, RAISED, call, word
 from .combine import slot
 from .dense import polynomial
 from .extrema import MAX, MIN, note_state, note_step
@@ -33,6 +33,7 @@ from .lanes import (
 )
 from .state import EVENT, FINISHED, FULL, RUNNING, STEP_LIMIT, Y_OLD, K, Y
 from .state import RAISED as RAISED_STATUS
+from .words import invoke
 
 # In `addresses`; from BLOCKS on, the blocks of one trajectory's functions.
 ADVANCE, START, WATCH, ALREADY, OPEN, BLOCKS = range(6)
@@ -84,14 +85,14 @@ def _write(typingctx, address, value):
     return types.none(types.int64, types.int64), codegen
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def set_parameters(places, values, member, lane):
     """Write the parameters of a member to where functions read them."""
     for j in range(len(places)):
         _write(places[j, 0] + lane * places[j, 2], values[member, places[j, 1]])
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def already(state, work, block, n_steps):
     """In place of a stepping kernel, for a step that has been taken."""
     s = state[0]
@@ -99,7 +100,7 @@ def already(state, work, block, n_steps):
     return FINISHED if s.direction * (s.t - s.t_end) >= 0.0 else RUNNING
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _next_stop(s, o, t_eval, each):
     """Time at which a lane has to be looked at."""
     if each:
@@ -109,7 +110,7 @@ def _next_stop(s, o, t_eval, each):
     return s.t_end  # of the leg
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _to_lane(w, s, lanes, many, work, lane, stop, events, folded):
     """Let a lane go on from the state and the rows of one trajectory."""
     width, row = lanes.shape[1], N_FIELDS
@@ -130,7 +131,7 @@ def _to_lane(w, s, lanes, many, work, lane, stop, events, folded):
             many[row, j * width + lane] = work[row, j]
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _from_lane(w, s, lanes, many, work, lane, folded):
     """The state and the rows of the trajectory in a lane."""
     width = lanes.shape[1]
@@ -150,7 +151,7 @@ def _from_lane(w, s, lanes, many, work, lane, folded):
             work[row, j] = many[row, j * width + lane]
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def serve(
     addresses, queue, worker, common, blank, lanes, many, many_block, many_places,
     members, states, outs, events, work, block, places, values, y0,
@@ -293,7 +294,7 @@ def serve(
     return RUNNING
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _begin(
     addresses, w, common, blank, lane, member, states, outs, events, work, block, places, values,
     y0, scratch, best,
@@ -318,7 +319,7 @@ def _begin(
     return status
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _gather(folds, folded, t, work, extended):
     """Take the state into the folds; False if one raised."""
     for i in range(len(folds)):
@@ -332,7 +333,7 @@ def _gather(folds, folded, t, work, extended):
     return True
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _raise_bar(many, best, lane, width):
     """Tell the stepping kernel what a component has to exceed, or to fall below."""
     for j in range(best.shape[1]):
@@ -340,14 +341,14 @@ def _raise_bar(many, best, lane, width):
         many[len(many) - 1, j * width + lane] = best[MIN, j]
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _note_first(t_first, n_events, e_index, e_t):
     for i in range(n_events):
         if np.isnan(t_first[e_index[i]]):
             t_first[e_index[i]] = e_t[i]
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _stop_at_event(s, work, n_events, e_t, e_y):
     """The state at the event that ended the run: the last one of the step."""
     last = 0
@@ -359,7 +360,7 @@ def _stop_at_event(s, work, n_events, e_t, e_y):
         work[Y, j] = e_y[last, j]
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _end(
     addresses, w, lane, status, members, states, outs, work, y_end, t_end, status_end, counts, best
 ):

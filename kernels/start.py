@@ -8,13 +8,13 @@ It returns RUNNING, RAISED, or NON_FINITE if the derivative is not finite.
 import numpy as np
 from numba import njit
 
-from .calls import OPTIONS, by_pointer
+from .calls import BARE, by_pointer
 from .calls import RAISED as RAISED_WORD
 from .combine import halves, slot
 from .state import ATOL, NON_FINITE, RAISED, RTOL, RUNNING, STAGE, K, Y
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def plain(state, work, block, order, last):
     """The derivative alone, for a step size that is given."""
     s = state[0]
@@ -28,7 +28,7 @@ def plain(state, work, block, order, last):
     return RUNNING
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def second_order(state, work, block, order, last):
     """The derivative [v, a] of a state [q, v], from the acceleration alone."""
     s = state[0]
@@ -43,7 +43,7 @@ def second_order(state, work, block, order, last):
     return RUNNING if np.all(np.isfinite(a)) else NON_FINITE
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _scaled_rms(values, work):
     total = 0.0
     for i in range(len(values)):
@@ -52,7 +52,7 @@ def _scaled_rms(values, work):
     return np.sqrt(total / len(values))
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def hairer(state, work, block, order, last):
     """The first step of Hairer, Norsett and Wanner, section II.4: one more evaluation."""
     status = plain(state, work, block, order, last)
@@ -83,7 +83,7 @@ def hairer(state, work, block, order, last):
     return status
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def matlab(state, work, block, order, last):
     """The first step of ode45: a tenth of the span at most, from the slope; no evaluation."""
     status = plain(state, work, block, order, last)

@@ -3,10 +3,11 @@
 import numpy as np
 from numba import njit
 
-from .calls import OPTIONS, RAISED, call, invoke, word
+from .calls import BARE, RAISED, call, word
 from .combine import slot
 from .state import FINISHED, RUNNING, Y
 from .state import RAISED as RAISED_STATUS
+from .words import invoke
 
 # One per invariant: where its function is, and the statistics of (value - start) / scale.
 INVARIANT = np.dtype(
@@ -33,14 +34,14 @@ SURVEY = np.dtype(
 )
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _clear(invariants):
     for i in range(len(invariants)):
         q = invariants[i]
         q.bin_sum, q.bin_min, q.bin_max = 0.0, np.inf, -np.inf
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _look(invariants, t, y, scratch):
     """Evaluate every invariant; False if one raised."""
     for i in range(len(invariants)):
@@ -59,7 +60,7 @@ def _look(invariants, t, y, scratch):
     return True
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def open_survey(invariants, t, y, scratch):
     """The values at the start."""
     for i in range(len(invariants)):
@@ -73,7 +74,7 @@ def open_survey(invariants, t, y, scratch):
     return RUNNING
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def survey(
     advance, state, work, block, record, invariants, edges, bins, t_bins, y_bins, scratch, n
 ):

@@ -8,12 +8,13 @@ method in both tiers.
 import numpy as np
 from numba import njit
 
-from .calls import FUSED, OPTIONS, RAISED, by_pointer, call, invoke, word
+from .calls import BARE, FUSED, RAISED, by_pointer, call, word
 from .combine import slot
 from .dense import hermite, polynomial
 from .events import evaluate_all, find_active, leave_zero, locate, record
 from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, K, Y
 from .state import RAISED as RAISED_STATUS
+from .words import invoke
 
 # What is wanted and how much of it there is.
 OUTPUT = np.dtype(
@@ -31,7 +32,7 @@ OUTPUT = np.dtype(
 )
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _copy(row, out):
     # A loop: the assignment of a row to a row allocates, in case they overlap.
     for i in range(len(row)):
@@ -46,7 +47,7 @@ def _interpolate(enrich, last, s, work, block, d):
     s.n_extra += enrich(by_pointer, s.t_old, h, work, block, d)
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _derive(s, work, block, last):
     """The derivative at the present state, for the step that comes next; RUNNING or RAISED."""
     by_pointer(s.t, slot(None, work, Y), block, slot(None, work, K + last))
@@ -54,14 +55,14 @@ def _derive(s, work, block, last):
     return RAISED_STATUS if block[RAISED] != 0 else RUNNING
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _drift(work, last, gap):
     """Move the state by its slope, over a few roundings of the time."""
     for i in range(work.shape[1]):
         work[Y, i] += gap * work[K + last, i]
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _project_row(project, t, y, scratch):
     """Take a state of the output to its constraints; False if the function raised."""
     if project == 0:
@@ -71,7 +72,7 @@ def _project_row(project, t, y, scratch):
     return word(project, RAISED) == 0
 
 
-@njit(**OPTIONS)
+@njit(**BARE)
 def _project(project, s, work, block, last, scratch):
     """Take the new state to its constraints; False if a function raised."""
     call(project, s.t, slot(None, work, Y), scratch)

@@ -1,0 +1,83 @@
+"""Object code into this process: each file a name space of its own, its needs from a closed list."""
+
+import functools
+import importlib.machinery
+import importlib.util
+import itertools
+import pathlib
+import sys
+import threading
+
+import llvmlite.binding as llvm
+
+LIBC = frozenset("malloc realloc free abort memcpy memset memmove memcmp".split())
+LIBM = frozenset(
+    "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp10 exp2 "
+    "expm1 fabs floor fma fmax fmin fmod frexp hypot ldexp lgamma llrint log log10 log1p log2 "
+    "nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc".split()
+)
+PREFIX = "numba_"
+
+_lock = threading.Lock()
+_names = itertools.count()
+
+
+class UnknownSymbol(Exception):
+    """A symbol that no provider of ours has."""
+
+
+def provider(symbol):
+    """Who has a symbol that object code needs: "libc", "libm", or "numba", its C helpers."""
+    if symbol in LIBC:
+        return "libc"
+    if symbol.removesuffix("f") in LIBM or symbol in LIBM:
+        return "libm"
+    if symbol.startswith(PREFIX) and symbol.removeprefix(PREFIX) in _helpers():
+        return "numba"
+    raise UnknownSymbol(symbol)
+
+
+@functools.cache
+def _helpers():
+    """Addresses of Numba's C helpers by name (BLAS, LAPACK, random numbers), without Numba."""
+    if "numba" in sys.modules:
+        from numba import _helperlib
+
+        return _helperlib.c_helpers
+    spec = importlib.util.find_spec("numba")
+    if spec is None or spec.origin is None:
+        return {}
+    for suffix in importlib.machinery.EXTENSION_SUFFIXES:
+        file = pathlib.Path(spec.origin).parent / f"_helperlib{suffix}"
+        if file.exists():
+            found = importlib.util.spec_from_file_location("numba._helperlib", file)
+            module = importlib.util.module_from_spec(found)  # pyright: ignore
+            found.loader.exec_module(module)  # pyright: ignore
+            return module.c_helpers
+    return {}
+
+
+def _address(symbol):
+    if provider(symbol) == "numba":
+        return _helpers()[symbol.removeprefix(PREFIX)]
+    address = llvm.address_of_symbol(symbol)
+    if not address:
+        raise UnknownSymbol(symbol)
+    return address
+
+
+@functools.cache
+def _linker():
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.create_lljit_compiler()
+
+
+def load(code, symbol, needs):
+    """(address of `symbol`, what keeps it): links object code by itself."""
+    builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
+    for name in needs:
+        builder.import_symbol(name, _address(name))
+    with _lock:
+        library = builder.link(_linker(), f"{symbol} {next(_names)}")
+    return library[symbol], library

@@ -1,0 +1,76 @@
+"""The file of a piece of machine code: what is in it, and whether it is what it says.
+
+MAGIC, the sha256 of the rest, the length of the header, the header as JSON, the object code.
+Nothing here needs Numba.
+"""
+
+import hashlib
+import json
+import struct
+
+MAGIC = b"fastdyn object 1\n"
+DIGEST = 32
+RELOCATABLE, SYMBOL_TABLE, CONSTRUCTORS = 1, 2, (14, 15, 16)  # of ELF
+
+
+class NotWhole(Exception):
+    """A file that is damaged, or holds something else than it should."""
+
+
+def packed(header, code):
+    """The bytes of a file."""
+    head = json.dumps(header, sort_keys=True).encode()
+    rest = struct.pack("<q", len(head)) + head + code
+    return MAGIC + hashlib.sha256(rest).digest() + rest
+
+
+def unpacked(data, symbol):
+    """(header, object code) of a file that has to define `symbol`; raises NotWhole."""
+    n = len(MAGIC)
+    digest, rest = data[n : n + DIGEST], data[n + DIGEST :]
+    if data[:n] != MAGIC or hashlib.sha256(rest).digest() != digest:
+        raise NotWhole("it is damaged")
+    (size,) = struct.unpack_from("<q", rest)
+    header, code = json.loads(rest[8 : 8 + size]), rest[8 + size :]
+    checked(code, symbol, header["needs"])
+    return header, code
+
+
+def is_elf(code):
+    """Whether `symbols` can read it: a 64-bit ELF object for a little-endian processor."""
+    return code[:6] == b"\x7fELF\x02\x01"
+
+
+def checked(code, symbol, needs):
+    """Raise NotWhole unless the code defines `symbol` alone and needs just what is said."""
+    defined, undefined = symbols(code)
+    if defined != [symbol]:
+        raise NotWhole(f"it defines {defined}, not {symbol} alone")
+    if set(undefined) != set(needs):
+        raise NotWhole(f"it needs {sorted(undefined)}, not {sorted(needs)}")
+
+
+def symbols(code):
+    """(defined, undefined): the names in an object file that a linker sees."""
+    if not is_elf(code):
+        raise NotWhole("it is no ELF object")
+    (kind,) = struct.unpack_from("<H", code, 0x10)
+    if kind != RELOCATABLE:
+        raise NotWhole("it is no relocatable object")
+    (start,) = struct.unpack_from("<Q", code, 0x28)
+    size, count = struct.unpack_from("<HH", code, 0x3A)
+    sections = [struct.unpack_from("<IIQQQQIIQQ", code, start + i * size) for i in range(count)]
+    defined, undefined = [], []
+    for _, kind, _, _, offset, length, link, *_ in sections:
+        if kind in CONSTRUCTORS:
+            raise NotWhole("it has code that runs when it is loaded")
+        if kind != SYMBOL_TABLE:
+            continue
+        names = sections[link][4]
+        for at in range(offset, offset + length, 24):
+            name, info, _, section = struct.unpack_from("<IBBH", code, at)
+            if info >> 4 == 0:  # local to the file
+                continue
+            text = code[names + name : code.index(b"\0", names + name)].decode()
+            (undefined if section == 0 else defined).append(text)
+    return defined, undefined

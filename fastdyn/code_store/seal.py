@@ -1,0 +1,242 @@
+"""What Numba compiled -> object code with one visible symbol that needs nothing of this process.
+
+Numba lowers a function and all that it calls, each in a library of its own.  `deferred` keeps it
+from optimising and translating each of them; `sealed` does so once, for the whole: link, make all
+but one symbol internal, optimise, translate.
+"""
+
+# Numba's and LLVM's objects say less than they are.
+# pyright: reportAttributeAccessIssue=false
+
+import functools
+import threading
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba.core import callconv, codegen, types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+from ..kernels.words import FAILED, WORD, n_words, values_of
+from . import runtime
+from .loader import UnknownSymbol, provider
+from .object_file import checked, is_elf, symbols
+
+# Globals that the process which lowered the code fills in: an environment of Python objects, an
+# address, a function that was not there yet.
+PROCESS_BOUND = ("_ZN08NumbaEnv", "numba.dynamic.globals", ".numba.unresolved$")
+ENVIRONMENT = "NumbaEnv"
+FOR_PYTHON = "_ZN7cpython"  # begins the name of a function's entry from Python
+
+
+class Unsealable(Exception):
+    """Code that only this process can run, or that Numba's own cache brought into it."""
+
+
+class deferred:
+    """While it holds, what this thread lowers is linked, but neither optimised nor translated.
+
+    Functions with an entry for Python, a user's own ``@njit`` ones, are Numba's as always: they
+    may be called from Python later.
+    """
+
+    _thread = None
+
+    def __enter__(self):
+        global_compiler_lock.acquire()
+        self._outer, deferred._thread = deferred._thread, threading.get_ident()
+
+    def __exit__(self, *_):
+        deferred._thread = self._outer
+        global_compiler_lock.release()
+
+
+def _instead(owner, name):
+    """Replace a method of Numba's where `deferred` holds: ``f(original, self, *args)``."""
+
+    def decorate(function):
+        original = getattr(owner, name)
+
+        @functools.wraps(original)
+        def method(self, *args, **kwargs):
+            if deferred._thread != threading.get_ident():
+                return original(self, *args, **kwargs)
+            return function(original, self, *args, **kwargs)
+
+        setattr(owner, name, method)
+        return original
+
+    return decorate
+
+
+def _spared(library):
+    return not any(
+        f.name.startswith(FOR_PYTHON) and not f.is_declaration
+        for f in library._final_module.functions
+    )
+
+
+@_instead(codegen.CPUCodeLibrary, "_optimize_final_module")
+def _optimised(original, library):
+    if not _spared(library):
+        original(library)
+
+
+@_instead(codegen.CPUCodeLibrary, "_finalize_final_module")
+def _finalise(original, library):
+    if not _spared(library):
+        return original(library)
+    library._finalize_dynamic_globals()
+    library._finalized = True
+
+
+@_instead(codegen.JITCodeLibrary, "get_pointer_to_function")
+def _pointer(original, library, name):
+    return 0 if _spared(library) else original(library, name)
+
+
+@_instead(codegen.JITCPUCodegen, "set_env")
+def _environment(original, code, name, environment):
+    if code._engine.is_symbol_defined(name):
+        original(code, name, environment)
+
+
+@_instead(callconv.CPUCallConv, "set_dynamic_user_exc")
+def _raise(original, convention, builder, exc, args, types, loc=None, func_name=None):
+    """A message made at run time needs an environment; only whether it raised is ever read."""
+    convention.set_static_user_exc(builder, exc, None, loc, func_name)
+
+
+@functools.cache
+def target():
+    """Numba's target machine, but for code that may lie anywhere."""
+    triple, cpu, features = cpu_target.target_context.codegen().magic_tuple()
+    return llvm.Target.from_triple(triple).create_target_machine(
+        cpu=cpu, features=features, opt=3, reloc="pic", codemodel="small"
+    )
+
+
+def sealed(result, symbol, kernel):
+    """A compiled function as object code.
+
+    Parameters
+    ----------
+    result : CompileResult
+        Made while `deferred` held, as it does here.
+    symbol : str
+        What it will be called.
+    kernel : bool
+        Whether it takes its arguments in words (see `kernels/words.py`); the functions of a user
+        keep Numba's calling convention.
+
+    Returns
+    -------
+    code : bytes
+    needs : list of str
+        Symbols that it calls.
+
+    Raises
+    ------
+    Unsealable
+    """
+    _check_origin(result.library)
+    result.library._ensure_finalized()
+    module = llvm.parse_bitcode(result.library._final_module.as_bitcode())
+    if kernel:
+        entry = llvm.parse_assembly(_entry(result, symbol))
+        entry.data_layout = module.data_layout
+        module.link_in(entry)
+    else:
+        module.get_function(result.fndesc.llvm_func_name).name = symbol
+    memory = llvm.parse_assembly(runtime.ASSEMBLY)
+    memory.triple, memory.data_layout = module.triple, module.data_layout
+    module.link_in(memory)
+    # A global that is filled in later must not be internal: the optimiser would believe its null.
+    for value in (*module.functions, *module.global_variables):
+        if not value.is_declaration and not value.name.startswith(PROCESS_BOUND):
+            value.linkage = "external" if value.name == symbol else "internal"
+    _drop_unused(module)  # entries for Python and C, before the optimiser looks at them
+    _optimise(module)
+    for value in module.global_variables:
+        if ENVIRONMENT in value.name:
+            value.linkage = "linkonce_odr"  # which goes if it is unused
+    _drop_unused(module)
+    for value in module.global_variables:
+        if value.name.startswith(PROCESS_BOUND):
+            raise Unsealable("it goes back to Python (prints, or uses Python objects)")
+    return _translated(module, symbol)
+
+
+def _check_origin(library):
+    """Refuse code from Numba's own cache: names in it are unique in the process that made it."""
+    seen, todo = set(), [library]
+    while todo:
+        one = todo.pop()
+        if one in seen:
+            continue
+        seen.add(one)
+        if one._disable_inspection:
+            raise Unsealable("it calls a function from Numba's own cache (cache=True)")
+        todo += one._linking_libraries
+
+
+def _entry(result, symbol):
+    """Text of a module with ``int64 symbol(int64 *words)``, which calls the compiled function."""
+    context = cpu_target.target_context
+    module = context.codegen()._create_empty_module(symbol)
+    entry = ir.Function(module, ir.FunctionType(WORD, [WORD.as_pointer()]), symbol)
+    builder = ir.IRBuilder(entry.append_basic_block())
+    tys = result.signature.args
+    status, value = context.call_conv.call_function(
+        builder,
+        context.declare_function(module, result.fndesc),
+        types.int64,
+        tys,
+        values_of(context, builder, tys, entry.args[0]),
+    )
+    builder.ret(builder.select(status.is_ok, value, WORD(FAILED)))
+    return str(module)
+
+
+def _optimise(module):
+    """Numba's own two rounds, under its settings."""
+    library = cpu_target.target_context.codegen().create_library(module.name)
+    library._final_module = module
+    _optimised(library)
+
+
+def _drop_unused(module):
+    builder = llvm.create_pass_builder(target(), llvm.create_pipeline_tuning_options(0))
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    passes.run(module, builder)
+
+
+def _translated(module, symbol):
+    code = target().emit_object(module)
+    if is_elf(code):
+        needs = symbols(code)[1]
+        checked(code, symbol, needs)
+    else:
+        needs = [f.name for f in module.functions if f.is_declaration and not f.is_intrinsic]
+    for name in needs:
+        try:
+            provider(name)
+        except UnknownSymbol:
+            raise Unsealable(f"it calls {name}, which is not known to be everywhere") from None
+    return code, needs
+
+
+def arguments(names, signature):
+    """How Python lays out the arguments of a kernel: (name, kind) each, for `Call`."""
+    from numba.np.numpy_support import as_dtype
+
+    kinds = [
+        f"{as_dtype(ty.dtype).str}:{ty.ndim}" if isinstance(ty, types.Array) else ty.name
+        for ty in signature.args
+    ]
+    return list(map(list, zip(names, kinds, strict=True)))
+
+
+__all__ = ["Unsealable", "arguments", "deferred", "n_words", "sealed"]

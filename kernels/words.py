@@ -1,0 +1,90 @@
+"""How the arguments of a kernel lie in words: a number in its 8 bytes, an array by address and shape.
+
+Every kernel has one compiled form, ``int64 kernel(int64 *words)``, for Python and for other kernels.
+Arrays are C-contiguous, and stay the caller's.
+"""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+WORD = ir.IntType(64)
+FAILED = -(2**62)  # returned by a kernel that raised, which none of ours does
+
+
+def n_words(ty):
+    """Words that an argument of this type takes."""
+    return 1 + ty.ndim if isinstance(ty, types.Array) else 1
+
+
+def array_of(context, builder, ty, words):
+    """The array whose address and shape are the words of an iterator."""
+    item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(ty.dtype)))
+    array = arrayobj.make_array(ty)(context, builder)
+    data = builder.inttoptr(next(words), array.data.type)
+    shape = [next(words) for _ in range(ty.ndim)]
+    strides = [item]
+    for extent in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], extent))
+    arrayobj.populate_array(
+        array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None
+    )
+    return array._getvalue()
+
+
+def values_of(context, builder, tys, pointer):
+    """The arguments that the words at `pointer` hold."""
+
+    def loads():
+        at = 0
+        while True:
+            yield builder.load(cgutils.gep(builder, pointer, at))
+            at += 1
+
+    words, values = loads(), []
+    for ty in tys:
+        if isinstance(ty, types.Array):
+            values.append(array_of(context, builder, ty, words))
+        elif ty == types.float64:
+            values.append(builder.bitcast(next(words), ir.DoubleType()))
+        elif ty == types.int64:
+            values.append(next(words))
+        else:
+            raise TypeError(f"a kernel takes no argument of type {ty}")
+    return values
+
+
+def words_of(context, builder, tys, values):
+    """The words of arguments, as a list of integers."""
+    words = []
+    for ty, value in zip(tys, values, strict=True):
+        if isinstance(ty, types.Array):
+            array = arrayobj.make_array(ty)(context, builder, value)
+            words.append(builder.ptrtoint(array.data, WORD))
+            words += cgutils.unpack_tuple(builder, array.shape)
+        elif isinstance(ty, types.Float):
+            real = context.cast(builder, value, ty, types.float64)
+            words.append(builder.bitcast(real, WORD))
+        else:
+            words.append(context.cast(builder, value, ty, types.int64))
+    return words
+
+
+@intrinsic
+def invoke(typingctx, address, given):
+    """Call the kernel at `address` with a tuple of arguments; its status."""
+    kinds = [types.unliteral(ty) for ty in given]
+    room = sum(map(n_words, kinds))
+
+    def codegen(context, builder, signature, args):
+        place = cgutils.alloca_once(builder, ir.ArrayType(WORD, room))
+        parts = [builder.extract_value(args[1], i) for i in range(len(given))]
+        for i, word in enumerate(words_of(context, builder, given, parts)):
+            builder.store(word, cgutils.gep(builder, place, 0, i))
+        kind = ir.FunctionType(WORD, [WORD.as_pointer()])
+        kernel = builder.inttoptr(args[0], kind.as_pointer())
+        return builder.call(kernel, [cgutils.gep(builder, place, 0, 0)])
+
+    return types.int64(types.int64, given), codegen
