@@ -92,12 +92,14 @@ class Run:
         solve = self.state, self.work, self.block
         self._start = Call(start_kernel(*kernel), *solve, p.method.error_order, p.method.last)
         self._open, scratch, o = None, np.empty((2, n)), self.output
+        events = (None, None, None, None)
         if len(self.table):
             self._open = Call(events_kernel(), self.table, p.t0, self.work[Y], scratch[1])
+            events = self.table, o.e_index, o.e_t, o.e_y
         self._watch = Call(
             watch_kernel(*kernel), 0, *solve, o.record, o.t, o.y, o.d, o.spans,
-            NO_TIMES if p.t_eval is None else p.t_eval.astype(float), p.legs, project,
-            self.table, o.e_index, o.e_t, o.e_y, scratch, 0,
+            None if p.t_eval is None else p.t_eval.astype(float),
+            p.legs if len(p.legs) else None, project, *events, scratch, 0,
         )  # fmt: skip
         self._callbacks = [b.callback for b in self.bounds if b.callback is not None]
         self._fresh: list = []

@@ -1,6 +1,6 @@
-"""How the arguments of a kernel lie in words: a number in its 8 bytes, an array by address and shape.
+"""How the arguments of a kernel lie in words: numbers in 8 bytes, arrays by address and shape.
 
-Every kernel has one compiled form, ``int64 kernel(int64 *words)``, for Python and for other kernels.
+Every kernel has one compiled form, ``int64 kernel(int64 *words)``, for Python and other kernels.
 Arrays are C-contiguous, and stay the caller's.
 """
 

@@ -15,7 +15,7 @@ import pathlib
 import secrets
 import sys
 import tempfile
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import llvmlite
 import numba
@@ -23,6 +23,7 @@ import numpy as np
 from numba.core.registry import cpu_target
 from numba.misc.appdirs import AppDirs
 
+from .call import laid_out
 from .loader import UnknownSymbol, load
 from .object_file import NotWhole, is_elf, packed, unpacked
 from .seal import Unsealable, arguments, deferred, sealed
@@ -33,14 +34,10 @@ COUNTS = {"loaded": 0, "compiled": 0, "stored": 0}
 
 
 class Code(NamedTuple):
-    """Machine code: its address, what keeps it, and the arguments of a kernel as `Call` lays them.
-
-    ``arguments`` has (name, kind) of each; functions of the user have none.
-    """
+    """Machine code: its address, and how a kernel's arguments are laid out for it, by `Call`."""
 
     address: int
-    owner: Any
-    arguments: list
+    layout: dict
 
 
 def directory():
@@ -144,7 +141,7 @@ def _path(symbol):
 
 
 def _loaded(header, code):
-    return Code(*load(code, header["symbol"], header["needs"]), header["arguments"])
+    return Code(load(code, header["symbol"], header["needs"]), laid_out(header["arguments"]))
 
 
 def _store(path, data):

@@ -1,6 +1,8 @@
 """A kernel called from Python: its arguments laid out once, in words."""
 
 import ctypes
+import struct
+from array import array
 from typing import Any
 
 import numpy as np
@@ -8,6 +10,77 @@ import numpy as np
 from ..kernels.words import FAILED
 
 KERNEL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)  # which lets go of the interpreter lock
+_as_float, _as_word = struct.Struct("d").pack, struct.Struct("q").unpack
+_pointer_at, _HEAD = ctypes.c_void_p.from_address, object.__basicsize__
+
+
+def address_of(a):
+    """Where the data of an array begins: a tenth of the time of ``a.ctypes.data``."""
+    return _pointer_at(id(a) + _HEAD).value or 0  # behind the head of the object
+
+
+def _first_field_is_data():
+    probe = np.zeros(3)
+    return address_of(probe) == probe.ctypes.data
+
+
+if not _first_field_is_data():  # an interpreter with another layout of objects
+
+    def address_of(a):
+        """Where the data of an array begins."""
+        return a.ctypes.data
+
+
+class Argument:
+    """How one argument lies: from word `at` on, of a kind "int64", "float64" or "dtype:ndim"."""
+
+    __slots__ = ("at", "dtype", "index", "is_array", "kind", "name", "ndim", "none")
+
+    def __init__(self, name, kind, index, at):
+        self.name, self.kind, self.index, self.at, self.dtype = name, kind, index, at, None
+        self.is_array, self.ndim = ":" in kind, int(kind.partition(":")[2] or 0)
+        self.none = (0,) * (1 + self.ndim)
+
+    def check(self, value):
+        """Raise TypeError for an array that is not what the kernel takes."""
+        given = f"{value.dtype.str}:{value.ndim}"
+        if given != self.kind or not value.flags.c_contiguous:
+            raise TypeError(
+                f"`{self.name}` must be a C-contiguous array of {self.kind}; got {given}"
+            )
+        self.dtype = value.dtype  # to be known at sight
+
+
+def laid_out(arguments):
+    """{name: Argument} of (name, kind) pairs."""
+    layout, at = {}, 0
+    for index, (name, kind) in enumerate(arguments):
+        layout[name] = argument = Argument(name, kind, index, at)
+        at += 1 + argument.ndim
+    return layout
+
+
+def _words(arguments, values):
+    """The words of values, one for each Argument."""
+    words = []
+    for argument, a in zip(arguments, values, strict=True):
+        if a is None:
+            words += argument.none
+        elif argument.is_array:
+            shape = a.shape
+            if (
+                a.dtype is not argument.dtype
+                or len(shape) != argument.ndim
+                or not a.flags.c_contiguous
+            ):
+                argument.check(a)
+            words.append(address_of(a))
+            words += shape
+        elif argument.kind == "int64":
+            words.append(a)
+        else:
+            words += _as_word(_as_float(a))
+    return words
 
 
 class Call:
@@ -17,9 +90,9 @@ class Call:
     ----------
     code : Code
         Of a kernel.
-    *values : int, float or ndarray
-        Its arguments in order; arrays are used in place and kept.  ``call[name] = value`` changes
-        one.
+    *values : int, float, ndarray or None
+        Its arguments in order; arrays are used in place and kept, None is an empty one.
+        ``call[name] = value`` changes one.
 
     Raises
     ------
@@ -27,33 +100,21 @@ class Call:
         An array of another dtype or number of dimensions, or one that is not C-contiguous.
     """
 
+    __slots__ = ("_at", "_kernel", "_layout", "_values", "_words")
+
     def __init__(self, code, *values):
-        self._code, self._places, at = code, {}, 0
-        self._values: dict = {}
-        for name, kind in code.arguments:
-            self._places[name] = at, kind
-            at += 1 + int(kind.partition(":")[2] or 0)
-        self._words = np.zeros(at, np.int64)
-        self._floats, self._at = self._words.view(float), self._words.ctypes.data
+        self._layout = code.layout
+        self._words = array("q", _words(self._layout.values(), values))
+        self._values = list(values)  # which keeps the arrays
+        self._at = self._words.buffer_info()[0]
         self._kernel: Any = KERNEL(code.address)
-        for (name, _), value in zip(code.arguments, values, strict=True):
-            self[name] = value
 
     def __setitem__(self, name, value):
-        at, kind = self._places[name]
-        if kind == "int64":
-            self._words[at] = value
-        elif kind == "float64":
-            self._floats[at] = value
-        elif self._values.get(name) is not value:
-            if f"{value.dtype.str}:{value.ndim}" != kind or not value.flags.c_contiguous:
-                raise TypeError(
-                    f"`{name}` must be a C-contiguous array of {kind}; got "
-                    f"{value.dtype.str}:{value.ndim}"
-                )
-            self._values[name] = value  # which keeps its memory
-            self._words[at] = value.ctypes.data
-            self._words[at + 1 : at + 1 + value.ndim] = value.shape
+        argument = self._layout[name]
+        if self._values[argument.index] is not value:
+            words = array("q", _words((argument,), (value,)))
+            self._words[argument.at : argument.at + len(words)] = words
+            self._values[argument.index] = value
 
     def __call__(self):
         status = self._kernel(self._at)

@@ -1,9 +1,8 @@
-"""Object code into this process: each file a name space of its own, its needs from a closed list."""
+"""Object code into this process: each file its own name space, its needs from a closed list."""
 
 import functools
 import importlib.machinery
 import importlib.util
-import itertools
 import pathlib
 import sys
 import threading
@@ -19,7 +18,7 @@ LIBM = frozenset(
 PREFIX = "numba_"
 
 _lock = threading.Lock()
-_names = itertools.count()
+_loaded: list = []
 
 
 class UnknownSymbol(Exception):
@@ -74,10 +73,14 @@ def _linker():
 
 
 def load(code, symbol, needs):
-    """(address of `symbol`, what keeps it): links object code by itself."""
+    """The address of `symbol` in object code, linked by itself; it is never taken out again.
+
+    Blocks and kernels hold addresses as numbers, which would keep nothing in place.
+    """
     builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
     for name in needs:
         builder.import_symbol(name, _address(name))
     with _lock:
-        library = builder.link(_linker(), f"{symbol} {next(_names)}")
-    return library[symbol], library
+        library = builder.link(_linker(), f"{symbol} {len(_loaded)}")
+        _loaded.append(library)
+    return library[symbol]
