@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
+from numba.core.compiler import Compiler as NumbaCompiler
 from numba.core.dispatcher import Dispatcher
+from numba.core.registry import CPUDispatcher
 
 from . import code_store
 from .bodies import arguments, pointer_form, reader
@@ -30,11 +32,12 @@ from .references import (
     references,
     resolve,
 )
-from .refusal import Uncompilable, explain, warn_once
+from .refusal import GaveUp, Uncompilable, explain, warn_once
 from .rewrite import Plan, compile_with
 from .values import MOMENTS, Constant, is_function, kind, n_words, pack
 
 INLINED = {"forceinline": True}
+CHECKED = {"boundscheck": True, **INLINED}  # indices, where an exception can be reported
 NUMPY = ("numpy", "np")  # and a library under its own name: the code itself says what is meant
 DERIVATIVE = (("derivative", True), ("derivative", False), ("copy", False))
 MODES = {  # how a function may be compiled, best first: (mode, returned lists become tuples)
@@ -137,8 +140,7 @@ def bind(fun, args, mode, n, look=None):
         parts = parts_of(fun, args)
         function, kinds = compiled_function(parts, mode, look)
     except Uncompilable as reason:
-        warn_once(fun, mode, str(reason))
-        callback = Callback(as_written, mode, n)
+        callback = Callback(as_written, mode, n, functools.partial(warn_once, fun, str(reason)))
         block = np.zeros(FIRST, np.int64)
         block[0] = callback.address
         return Bound(None, block, as_written, [*alive, callback], callback, [], mode)
@@ -149,6 +151,28 @@ def bind(fun, args, mode, n, look=None):
         pack_all(kinds, block, alive)
     alive.append(function)
     return Bound(function, block, as_written, alive, None, kinds, mode, (), {})
+
+
+def or_in_python(solve):
+    """``solve()``, repeated with a function left to Python where it raised only when compiled.
+
+    A whole number grew beyond 64 bits, a matrix has complex eigenvalues: Python goes on.
+    """
+    while True:
+        try:
+            return solve()
+        except GaveUp as reason:
+            leave_to_python(reason)
+
+
+def leave_to_python(reason):
+    """Let the function that gave up run in Python from now on, and say so when it is bound."""
+    function = reason.bound.function
+    keys = [key for key, (known, _) in _functions.items() if known is function]
+    if not keys:
+        raise RuntimeError(f"{reason}, and there is no Python form of it.")
+    for key in keys:
+        _refused[key] = (str(reason), _functions.pop(key)[1])
 
 
 def pack_all(kinds, block, alive):
@@ -238,7 +262,7 @@ def _compile(parts, mode, layout, outside):
 def _build(parts, dialect, layout, outside):
     """The dispatcher of the pointer form."""
     mode, tuples = dialect
-    return pointer_form(*taken_in(parts, layout, outside, tuples, INLINED), mode)
+    return pointer_form(*taken_in(parts, layout, outside, tuples, CHECKED), mode)
 
 
 def words_of(kinds):
@@ -265,10 +289,22 @@ def taken_in(parts, layout, outside, tuples, options):
 
 
 def called_function(value):
-    """The compiled form of a function that a user's function calls; None if it is not one."""
-    if isinstance(value, Dispatcher):
+    """The compiled form of a function that a user's function calls; None if it is not one.
+
+    A jitted function is compiled anew: its own machine code may be of other values of its globals,
+    or from Numba's cache, where the names of helpers are not unique.
+    """
+    owner, options, signatures = None, {"boundscheck": True}, ()
+    if type(value) is CPUDispatcher and value._compiler.pipeline_class is NumbaCompiler:
+        options = {"error_model": "python", **value.targetoptions}
+        options = {k: v for k, v in options.items() if k != "nopython"}
+        if not value._can_compile:
+            signatures = value.nopython_signatures
+        dispatcher, value = value, value.py_func
+        if of_library(value):
+            return dispatcher
+    elif isinstance(value, Dispatcher):
         return value
-    owner = None
     if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
         value, owner = value.__func__, value.__self__
     if not isinstance(value, python.FunctionType):
@@ -276,10 +312,14 @@ def called_function(value):
     if of_library(value):
         return None
     tuples = hasattr(value, TUPLES)
-    token = (frozen(value if owner is None else python.MethodType(value, owner)), tuples)
+    token = frozen(value if owner is None else python.MethodType(value, owner))
+    token = (token, tuples, repr(sorted(options.items())), signatures)
     if token in _called:
         return _called[token]
-    compiled = compile_with(Plan(value, owner, {}, False, tuples), {})
+    compiled = compile_with(Plan(value, owner, {}, False, tuples), options)
+    for signature in signatures:
+        compiled.compile(signature)
+        compiled.disable_compile()
     if owner is not None:
         inner = compiled
         compiled = njit(**BARE)(lambda *given: inner(None, *given))

@@ -12,7 +12,7 @@ from numba import cloudpickle
 
 from . import ensemble as ensembles
 from . import reductions, resume
-from .adapt import bind
+from .adapt import bind, or_in_python
 from .checkpoint import fingerprint
 from .crew import LOOK, Results, functions_of
 from .kernels.state import INTERRUPTED
@@ -176,9 +176,14 @@ def solve_block(call, y0, columns):
             f"a worker would solve something else; what differs: {', '.join(wrong)}. Install the "
             "same there, and pass numbers that change as `args`."
         )
-    results = Results(*ensembles.sizes(part))
-    ensembles.solve_here(part, results, threads, None)
-    return results
+
+    def solve():
+        part = ensembles.checked(y0=y0, args=args, **given)
+        results = Results(*ensembles.sizes(part))
+        ensembles.solve_here(part, results, threads, None)
+        return results
+
+    return or_in_python(solve)
 
 
 def solve_parts(executor, n_waiting, call, parts, results, bar):

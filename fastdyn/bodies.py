@@ -11,11 +11,11 @@ from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np import arrayobj
 
 from .kernels.calls import BARE, FAULT, FORM, RAISED, TIME
 from .kernels.combine import view
 from .kernels.vector import Vector
+from .kernels.words import array_of
 from .store import store
 from .values import MOMENTS, Constant
 
@@ -45,7 +45,8 @@ def numba_type(kind):
         return Vector(kind[1])
     from numba.np.numpy_support import from_dtype
 
-    return types.Array(from_dtype(np.dtype(kind[1])), kind[2], "C")
+    item, frozen = from_dtype(np.dtype(kind[1])), kind[0] != "array"
+    return types.Array(item, kind[2], "C", readonly=frozen, aligned=kind[0] != "list")
 
 
 def _read(context, builder, kind, words, at):
@@ -68,19 +69,9 @@ def _read(context, builder, kind, words, at):
             part, at = _read(context, builder, k, words, at)
             parts.append(part)
         return context.make_tuple(builder, ty, parts), at
-    if kind[0] == "array":
-        item = context.get_abi_sizeof(context.get_data_type(ty.dtype))
-        shape = [word(at + 1 + i) for i in range(ty.ndim)]
-        size = context.get_constant(types.intp, item)
-        strides = [size]
-        for extent in reversed(shape[1:]):
-            strides.insert(0, builder.mul(strides[0], extent))
-        array = arrayobj.make_array(ty)(context, builder)
-        pointer = builder.inttoptr(word(at), array.data.type)
-        arrayobj.populate_array(
-            array, data=pointer, shape=shape, strides=strides, itemsize=size, meminfo=None
-        )
-        return array._getvalue(), at + 1 + ty.ndim
+    if isinstance(ty, types.Array):
+        here = (word(at + i) for i in range(1 + ty.ndim))
+        return array_of(context, builder, ty, here), at + 1 + ty.ndim
     if kind[0] == "complex":
         number = context.make_complex(builder, ty)
         number.real, number.imag = (word(at + i, ir.DoubleType()) for i in (0, 1))

@@ -38,11 +38,14 @@ class Callback:
     mode : str
         As in `adapt.bind`.
     n : int
+    announce : callable, optional
+        Called once the function has given a value: one that is wrong says so itself.
     """
 
-    def __init__(self, fun, mode, n):
+    def __init__(self, fun, mode, n, announce=None):
         self.exception, self.inside, self.pending = None, False, None
         self._fun, self._mode, self._arrays = fun, mode, {}
+        self.announce = announce
         self._n_out = 1 if mode == "event" else n
         self._function = SIGNATURE(self._call)
         self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
@@ -64,6 +67,9 @@ class Callback:
                 if self.pending is not None:
                     self.pending()
                 target[:] = evaluate(self._fun, self._mode, t, self._array(y, n).copy())
+                if self.announce is not None:
+                    announce, self.announce = self.announce, None
+                    announce()
                 self.inside = False
         except BaseException as error:
             self.inside = False
@@ -134,6 +140,11 @@ def derivative(value, n, mode="derivative"):
         raise TypeError(
             f"`{name}` returned complex numbers"
             + ("; give a complex `y0` to solve for them" if name == "fun" else "")
+        )
+    if array.size == n and array.ndim == 2 and array.shape[1] == 1 and mode != "column" and n > 1:
+        raise ValueError(
+            f"`{name}` returned a column, of shape {array.shape}; it must return one of shape "
+            f"({n},), unless `vectorized` is set"
         )
     if array.size != n or (array.ndim > 1 and array.shape != (n, 1)):
         raise ValueError(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import check
-from .adapt import bind
+from .adapt import bind, or_in_python
 from .callback import evaluate, interruptible
 from .checkpoint import Checkpoint, fingerprint
 from .code_store import Call
@@ -96,7 +96,8 @@ def energy_drift(
         options["step"] = length[0]
     if int(every) != every or every < 1 or int(samples) != samples or samples < 1:
         raise ValueError("`every` and `samples` must be whole numbers of at least 1.")
-    return run.follow(length[1], options, int(samples), int(every), checkpoint, progress)
+    given = (length[1], options, int(samples), int(every), checkpoint, progress)
+    return or_in_python(lambda: run.follow(*given))
 
 
 class _Run:

@@ -14,6 +14,7 @@ from .kernels.events import EVENTS
 from .kernels.state import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE, STEP_LIMIT, K, Y
 from .kernels.state import RAISED as RAISED_STATUS
 from .output import STATE_RECORD, Output
+from .refusal import GaveUp
 from .specialise import Tier, events_kernel, start_kernel, watch_kernel
 
 CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier
@@ -50,7 +51,10 @@ def _event_table(problem, bound_events) -> Any:
 
 
 def raise_kept(bounds):
-    """Raise what a user's function raised: from Python, or by asking it again in Python."""
+    """Raise what a user's function raised: from Python, or by asking it again in Python.
+
+    Raises GaveUp if it does not raise there.
+    """
     for bound in bounds:
         if bound.block[RAISED]:
             if bound.callback is not None and bound.callback.exception is not None:
@@ -58,7 +62,7 @@ def raise_kept(bounds):
             t = float(bound.block[TIME : TIME + 1].view(float)[0])
             y = bound.block[bound.block[FAULT] :].view(float)
             evaluate(bound.python, bound.mode, t, y.copy())
-            raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {y!r}")
+            raise GaveUp(bound, t)
 
 
 class Run:

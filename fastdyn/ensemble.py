@@ -7,10 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import check, reductions
+from .adapt import or_in_python
 from .callback import evaluate
 from .crew import Results, Worker, work_off
+from .kernels.state import RAISED
 from .members import Members
-from .refusal import Uncompilable
+from .refusal import GaveUp, Uncompilable
+from .solve import run_of
 from .structure import check_second_order
 from .trajectories import Trajectories
 
@@ -95,7 +98,12 @@ def solve_ensemble(
     it as an array, runs one trajectory at a time, some five times slower.  `Trajectories.width`
     and `reason` tell which it was.
     """
-    ensemble = checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, options)
+    given = (fun, t_span, y0, args, method, t_eval, events, reduce, lanes, options)
+    how = (threads, progress, client, store, block, options)
+    return or_in_python(lambda: _solve(checked(*given), *how))
+
+
+def _solve(ensemble, threads, progress, client, store, block, options):
     if client is None and store is None:
         results = Results(*sizes(ensemble))
         solve = functools.partial(solve_here, ensemble, results, threads)
@@ -149,6 +157,20 @@ def solve_here(ensemble, results, threads, bar):
     if any(bound.callback is not None for bound in workers[0].bounds):
         del workers[1:]  # Python runs one thread at a time
     work_off(workers, results, bar)
+    raised = np.flatnonzero(results.status == RAISED)
+    if len(raised):
+        _ask_again(members, problem, int(raised[0]))
+
+
+def _ask_again(members, problem, i):
+    """Raise GaveUp if trajectory i raised only because its function is compiled."""
+    p = problem._replace(y0=members.state(i), args=members.args(i), tier="pointer")
+    try:
+        run_of(p).solve()
+    except GaveUp:
+        raise
+    except Exception:  # which it raises in Python too: its status says so
+        pass
 
 
 def checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, options):

@@ -29,8 +29,7 @@ def python_callable(fun, args, mode, n):
             bound.block[RAISED] = 0
             if bound.callback is not None and bound.callback.exception is not None:
                 raise bound.callback.exception
-            evaluate(bound.python, mode, t, given)
-            raise RuntimeError(f"the compiled function raised at t = {t!r}, y = {given!r}")
+            return evaluate(bound.python, mode, t, given.copy())
         return out.copy()
 
     return f
@@ -57,9 +56,10 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
         limits.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
         mode = "column" if vectorized else "derivative"
         derivative, vectorized = python_callable(fun, args, mode, len(y0)), False
-        f0 = evaluate(lambda t, y: fun(t, y, *args), mode, float(t_span[0]), y0.copy())
+        f0 = derivative(float(t_span[0]), y0)
         if not np.isfinite(f0).all():
             return _not_finite(t_span[0], y0, t_eval)
+        derivative = _known_at_first(derivative, f0)
     events = _with_args(events, args)
     jac = options.get("jac")
     if callable(jac) and args:
@@ -71,6 +71,12 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
         derivative, t_span, y0, name, t_eval, dense_output, events, vectorized, **options
     )
     return OdeResult(result)
+
+
+def _known_at_first(derivative, f0):
+    """The same function, without another evaluation where every solver begins."""
+    known = [f0]
+    return lambda t, y: known.pop() if known else derivative(t, y)
 
 
 def _with_args(events, args):

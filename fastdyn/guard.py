@@ -1,4 +1,4 @@
-"""What a function must not do with vectors, found once its types are known.
+"""What a function must not do with vectors or lists, found once its types are known.
 
 The state arrives as a tuple of vectors.  An array would be added and compared component by
 component; a tuple would be joined, or compared as a whole: such code runs one trajectory at a time.
@@ -32,6 +32,10 @@ class Guard(FunctionPass):
         FunctionPass.__init__(self)
 
     def run_pass(self, state):
+        for block in state.func_ir.blocks.values():
+            for statement in block.body:
+                if _is_arithmetic_on_list(getattr(statement, "value", None), state.typemap):
+                    raise errors.TypingError("it computes with a list", loc=statement.loc)
         if not any(map(_holds_vectors, state.args)):
             return False
         for block in state.func_ir.blocks.values():
@@ -42,6 +46,20 @@ class Guard(FunctionPass):
                 if reason:
                     raise errors.TypingError(reason, loc=statement.loc)
         return False
+
+
+def _is_list(ty):
+    """Whether this is a list of the user, which arrives as an array marked so (`numba_type`)."""
+    return isinstance(ty, types.Array) and not ty.aligned
+
+
+def _is_arithmetic_on_list(value, types_of):
+    """Whether an operator means another thing for a list: 2 * [1, 2] is [1, 2, 1, 2]."""
+    if not isinstance(value, ir.Expr) or value.op not in ("binop", "inplace_binop", "unary"):
+        return False
+    operands = [types_of[v.name] for v in value.list_vars()]
+    arrays = [ty for ty in operands if isinstance(ty, types.Array)]
+    return any(map(_is_list, arrays)) and all(map(_is_list, arrays))
 
 
 def _reason(value, types_of):

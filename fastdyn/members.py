@@ -128,7 +128,7 @@ class Members:
         """
         bound = bind(fun, self.first, mode, n, look)
         if bound.function is None:
-            return self._in_python(fun, mode, n), [
+            return self._in_python(fun, mode, n, bound.callback.announce), [
                 (FIRST + column, column) for column in range(len(self.varying))
             ]
         before = parts_of(fun, self.first).positional.index(Y) - 1
@@ -137,7 +137,7 @@ class Members:
             (FIRST + sum(sizes[: before + j]), column) for column, j in enumerate(self.varying)
         ]
 
-    def _in_python(self, fun, mode, n):
+    def _in_python(self, fun, mode, n, announce):
         """The same for a function that stays in Python: it looks into the block."""
         block = np.zeros(FIRST + len(self.varying), np.int64)
         floats = block.view(float)
@@ -152,7 +152,7 @@ class Members:
                 block[RAISED] = 1
                 return np.full(1 if mode == "event" else n, math.nan)
 
-        callback = Callback(called, mode, n)
+        callback = Callback(called, mode, n, announce)
         block[0] = callback.address
         return Bound(None, block, called, [callback], callback, [], mode)
 

@@ -4,8 +4,10 @@ Found in Numba's own reading of the bytecode, so that what is found is what is c
 """
 
 import builtins
+import dis
 import functools
 import hashlib
+import sys
 import types as python
 from typing import Any, NamedTuple
 
@@ -28,11 +30,17 @@ class Reference(NamedTuple):
     attributes: tuple = ()
 
 
-class Opaque(NamedTuple):
-    """The token of a value that cannot be part of compiled code."""
+class Opaque:
+    """The token of a value that only this process can tell from others; it keeps the value."""
 
-    type_name: str
-    identity: int
+    def __init__(self, value):
+        self.value = value
+
+    def __eq__(self, other):
+        return isinstance(other, Opaque) and self.value is other.value
+
+    def __hash__(self):
+        return id(self.value)
 
 
 def track(blocks, n_definitions, owned):
@@ -164,7 +172,8 @@ def frozen(value, seen=()):
     if isinstance(value, np.generic):
         return ("scalar", value.dtype.str, value.tobytes())
     if isinstance(value, tuple | list):
-        return (type(value).__qualname__, *(frozen(v, seen) for v in value))
+        fields = getattr(value, "_fields", None)  # of a named tuple
+        return (type(value).__qualname__, fields, *(frozen(v, seen) for v in value))
     if isinstance(value, np.ndarray) and not value.dtype.hasobject:
         digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
         return ("array", value.dtype.str, value.shape, value.flags.c_contiguous, digest)
@@ -172,27 +181,61 @@ def frozen(value, seen=()):
         return ("module", value.__name__)
     if isinstance(value, Dispatcher):
         options = tuple(sorted((k, repr(v)) for k, v in value.targetoptions.items()))
-        return ("njit", options, frozen(value.py_func, seen))
+        typed = () if value._can_compile else tuple(map(str, value.nopython_signatures))
+        return ("njit", options, typed, frozen(value.py_func, seen))
     if isinstance(value, python.FunctionType):
         return _frozen_function(value, seen)
     if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
         return ("method", _frozen_function(value.__func__, seen, value.__self__))
-    if isinstance(value, python.BuiltinFunctionType | np.ufunc | type) or callable(value):
+    if callable(value):
         name: Any = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
-        module = getattr(value, "__module__", None)
-        if name and (module is None or module.split(".")[0] in LIBRARIES):
-            return ("builtin", module, name)
-    return Opaque(str(type(value).__qualname__), id(value))
+        for module in (getattr(value, "__module__", None), "numpy", "scipy.special"):
+            if name and module and is_named(value, module, name):
+                return ("builtin", module, name)
+    return Opaque(value)
 
 
 KERNELS = f"{__package__}.kernels."
 LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operator", "scipy"}
 
 
+def is_named(value, module, name):
+    """Whether this very object is what a library calls by this name (others may claim it)."""
+    if module.split(".")[0] not in LIBRARIES and not module.startswith(KERNELS):
+        return False
+    found = sys.modules.get(module)
+    for part in name.split("."):
+        found = getattr(found, part, None)
+    return found is value or (isinstance(found, Dispatcher) and found.py_func is value)
+
+
 def of_library(function):
     """Whether Numba, or a kernel, knows a Python function by itself."""
-    module = function.__module__ or ""
-    return module.split(".")[0] in LIBRARIES - {"builtins"} or module.startswith(KERNELS)
+    return is_named(function, function.__module__ or "", function.__qualname__)
+
+
+def draws_random(value):
+    """Whether a value is a generator of random numbers, or one of its methods."""
+    owner = getattr(value, "__self__", None) or value
+    kind = owner if isinstance(owner, type | python.ModuleType) else type(owner)
+    name = kind.__name__ if isinstance(kind, python.ModuleType) else kind.__module__
+    return name == "random" or name.startswith("numpy.random")
+
+
+STORES = ("STORE_GLOBAL", "DELETE_GLOBAL", "STORE_DEREF", "DELETE_DEREF")
+
+
+def stored_outside(code):
+    """A global or enclosing variable that a function assigns to, or None."""
+    todo, free = [code], set(code.co_freevars)
+    while todo:
+        one = todo.pop()
+        for instruction in dis.get_instructions(one):
+            if instruction.opname in STORES:
+                if instruction.opname.endswith("GLOBAL") or instruction.argval in free:
+                    return instruction.argval
+        todo += [c for c in one.co_consts if isinstance(c, python.CodeType)]
+    return None
 
 
 def _frozen_function(function, seen, owner=None):
@@ -204,7 +247,7 @@ def _frozen_function(function, seen, owner=None):
     try:
         outside = references(function, owner is not None)
     except Exception:  # Numba says why when it is asked to compile
-        return Opaque("function", id(function))
+        return Opaque(function)
     values = tuple((r, frozen(resolve(r, function, owner)[0], seen)) for r in outside)
     return ("function", code_token(function.__code__), frozen(function.__defaults__), values)
 
@@ -213,7 +256,8 @@ def _frozen_function(function, seen, owner=None):
 def code_token(code):
     """Everything of a code object that machine code depends on."""
     parts = [code.co_code, code.co_exceptiontable, code.co_names, code.co_varnames]
-    parts += [code.co_freevars, code.co_argcount, code.co_flags]
+    parts += [code.co_freevars, code.co_cellvars, code.co_flags]
+    parts += [code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount]
     for constant in code.co_consts:
         nested = isinstance(constant, python.CodeType)
         parts.append(code_token(constant) if nested else frozen_constant(constant))

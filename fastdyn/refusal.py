@@ -1,5 +1,6 @@
 """Why a function cannot be compiled, in one sentence, said once."""
 
+import sys
 import warnings
 
 
@@ -11,7 +12,16 @@ class Uncompilable(Exception):
     """Why a function cannot be compiled."""
 
 
+class GaveUp(Exception):
+    """A compiled function raised where the Python function gives a value."""
+
+    def __init__(self, bound, t):
+        super().__init__(f"its compiled form could not go on at t = {t:.10g}")
+        self.bound = bound
+
+
 _warned: set = set()
+PACKAGE = f"{__package__}."
 
 
 def explain(error):
@@ -27,14 +37,23 @@ def explain(error):
     return sentence
 
 
-def warn_once(fun, mode, reason):
+def warn_once(fun, reason):
+    """Say that a function runs in Python, at the line of the user who called."""
     name = getattr(fun, "__qualname__", None) or repr(fun)
-    identity = (getattr(fun, "__code__", type(fun)), mode)
+    identity = getattr(fun, "__code__", type(fun))
     if identity in _warned:
         return
     _warned.add(identity)
     warnings.warn(
         f"{name} cannot be compiled and runs in Python, many times slower: {reason}",
         CompileWarning,
-        stacklevel=5,
+        stacklevel=_levels_inside(),
     )
+
+
+def _levels_inside():
+    """Frames from the caller of `warn_once`'s warning to the first one outside this package."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(PACKAGE):
+        frame, level = frame.f_back, level + 1
+    return level

@@ -26,8 +26,21 @@ from numba.extending import overload
 
 from .guard import Guard
 from .in_place import return_in_place
+from .integers import INSTEAD as CONVERSIONS
+from .integers import CheckedIntegers
 from .kernels.calls import BARE
-from .references import MISSING, count_definitions, resolve, track, walks_into
+from .references import (
+    MISSING,
+    count_definitions,
+    draws_random,
+    references,
+    resolve,
+    stored_outside,
+    track,
+    walks_into,
+)
+from .refusal import Uncompilable
+from .unbound import guard_unbound
 
 ATTRIBUTE = "__fastdyn_plan__"
 BLOCK, OUT = "$fastdyn_block", "$fastdyn_out"
@@ -61,7 +74,9 @@ class Rewrite(FunctionPass):
         if plan is None:
             return False
         blocks = state.func_ir.blocks
+        guard_unbound(blocks)
         _replace_powers(blocks)
+        _replace_conversions(blocks)
         counts = count_definitions(blocks)
         _replace_outside(blocks, counts, plan)
         if plan.outermost:
@@ -81,6 +96,7 @@ class Compiler(CompilerBase):
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.add_pass_after(Rewrite, InlineClosureLikes)
         manager.add_pass_after(Guard, NopythonTypeInference)
+        manager.add_pass_after(CheckedIntegers, Guard)
         manager.finalize()
         return [manager]
 
@@ -120,6 +136,25 @@ def _replace_powers(blocks):
                     statement = ir.Assign(call, statement.target, loc)
             body.append(statement)
         block.body = body
+
+
+def _replace_conversions(blocks):
+    """Send int(x), round(x) and their kin to the functions that check what they make."""
+    made = _made_once(blocks)
+    for block in blocks.values():
+        for statement in block.find_insts(ir.Assign):
+            value = statement.value
+            if isinstance(value, ir.Expr) and value.op == "call":
+                if len(value.args) != 1 or value.kws or value.vararg is not None:
+                    continue
+                called = _outside_value(value.func.name, made)
+                function = next((ours for his, ours in CONVERSIONS.items() if his is called), None)
+                if function is not None:
+                    loc = value.loc
+                    name = statement.target.scope.redefine("$fastdyn_conversion", loc)
+                    at = block.body.index(statement)
+                    block.body.insert(at, ir.Assign(ir.Global("whole", function, loc), name, loc))
+                    statement.value = ir.Expr.call(name, value.args, (), loc)
 
 
 def _definitions(func_ir):
@@ -249,15 +284,21 @@ def _is_float(name, made):
 def compile_with(plan, options):
     """A dispatcher of the plan's function that goes through the pass.
 
-    Each plan has a function object of its own: the same code, globals and closure.
+    Each plan has a function object of its own: the same code, globals and closure.  Raises
+    Uncompilable for a function that assigns to variables outside itself: it would be lost.
     """
     source = plan.function
+    if name := stored_outside(source.__code__):
+        raise Uncompilable(f"it assigns to `{name}`, a variable outside itself")
+    for reference in references(source, plan.owner is not None):
+        if draws_random(resolve(reference, source, plan.owner)[0]):
+            raise Uncompilable("it draws random numbers, which follow NumPy's seed in Python only")
     clone = type(source)(
         source.__code__, source.__globals__, source.__name__, None, source.__closure__
     )
     clone.__qualname__, clone.__module__ = source.__qualname__, source.__module__
     setattr(clone, ATTRIBUTE, plan)
-    return njit(pipeline_class=Compiler, **BARE, **options)(clone)
+    return njit(pipeline_class=Compiler, **{**BARE, **options})(clone)
 
 
 __all__ = ["Plan", "compile_with", "types"]

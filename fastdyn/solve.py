@@ -3,13 +3,14 @@
 import numpy as np
 
 from . import check
-from .adapt import bind
+from .adapt import bind, or_in_python
 from .callback import evaluate
 from .drive import Run, counters
 from .fallback import by_scipy
 from .kernels.state import FINISHED, INTERRUPTED
 from .result import SUCCESS, OdeResult, OdeSolution, outcome
 from .structure import bind_equations, check_pair, check_second_order, look_at, pair_of
+from .values import may_write
 
 
 def solve_ivp(
@@ -182,17 +183,25 @@ _verified: set = set()
 
 
 def _verify(bound, look, n):
-    """Evaluate a function in Python the first time it meets a state of n, for its mistakes."""
-    place = (bound.function.address, n) if bound.function else None
+    """Evaluate a function in Python the first time it meets a state of n, for its mistakes.
+
+    Not one that could tell: it runs in Python, or may write to an array.
+    """
+    if bound.function is None:
+        return
+    place = (bound.function.address, n)
     if place not in _verified:
-        look()
-        if place is not None:
-            _verified.add(place)
+        if not any(may_write(k) for b in (bound, *bound.parts) for k, _ in b.values):
+            look()
+        _verified.add(place)
 
 
 def _solve(problem):
-    run = run_of(problem)
-    return result_of(problem, run.solve(), run)
+    def solve():
+        run = run_of(problem)
+        return result_of(problem, run.solve(), run)
+
+    return or_in_python(solve)
 
 
 def run_of(problem):
@@ -206,7 +215,10 @@ def run_of(problem):
     if p.project is not None:
         projection = bind(p.project, p.args, "derivative", n)
         _verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
-    return Run(p, bound, bound_events, projection)
+    run = Run(p, bound, bound_events, projection)
+    if p.mode == "acceleration" and bound.function is None:
+        run.state["n_extra"] = 2  # evaluations by which `check_second_order` found its form
+    return run
 
 
 def result_of(problem, status, run):

@@ -88,12 +88,12 @@ def look_at(problem):
 
 def bind_equations(problem):
     """The equations of a problem, bound as `adapt.bind` does."""
-    p, look = problem, functools.partial(look_at, problem)
+    p = problem
     n = len(given_state(p))
     if not isinstance(p.fun, Pair):
-        return bind(p.fun, p.args, p.mode, n, look)
+        return bind(p.fun, p.args, p.mode, n)
     halves = zip(p.fun, HALVES, strict=True)
-    parts = tuple([bind(fun, p.args, mode, n // 2, look) for fun, mode in halves])
+    parts = tuple([bind(fun, p.args, mode, n // 2) for fun, mode in halves])
     block = np.zeros(N_WORDS, np.int64)
     block[0], block[FAULT] = _both().address, N_WORDS
     block[VELOCITY], block[FORCE] = [part.block.ctypes.data for part in parts]

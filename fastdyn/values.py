@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 
+ARRAYS = ("array", "frozen", "list")
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 # Modes of a derivative that is extended by the moments of its state: "rms" integrates squares.
 MOMENTS = ("mean", "rms", "mean rms")
@@ -56,7 +57,8 @@ def kind(value, freeze):
     -------
     tuple or Constant
         FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", kinds), ("lanes", width) or
-        a Constant.
+        a Constant.  ("frozen", dtype, ndim) is an array that the function must not write to,
+        because the kernel has a copy of it; ("list", dtype, 1) a list, which is one too.
     """
     cls = value.__class__
     if cls is float:
@@ -77,7 +79,12 @@ def kind(value, freeze):
     if cls is tuple:
         return ("tuple", tuple(kind(v, freeze) for v in value))
     if cls is list and value and not any(isinstance(v, list | tuple | str) for v in value):
-        return _array_kind(np.asarray(value), freeze)
+        found = _array_kind(np.asarray(value), freeze)
+        return (
+            ("list", *found[1:])
+            if found[0] in ("array", "frozen")
+            else Constant(freeze(value), value)
+        )
     return Constant(freeze(value), value)
 
 
@@ -87,14 +94,22 @@ def _array_kind(value, freeze):
     code = value.dtype.str[1:]
     if value.ndim == 0 or code not in ARRAY_DTYPES or not value.dtype.isnative:
         return Constant(freeze(value), value)
-    return ("array", code, value.ndim)
+    in_place = value.flags.c_contiguous and value.flags.writeable
+    return ("array" if in_place else "frozen", code, value.ndim)
+
+
+def may_write(kind):
+    """Whether a parameter of this kind is, or holds, an array of the caller."""
+    if isinstance(kind, Constant):
+        return False
+    return kind[0] == "array" or (kind[0] == "tuple" and any(map(may_write, kind[1])))
 
 
 def n_words(kind: Any) -> int:
     """Words that a value of this kind takes in a block."""
     if isinstance(kind, Constant):
         return 0
-    if kind[0] == "array":
+    if kind[0] in ARRAYS:
         return 1 + kind[2]
     if kind[0] == "tuple":
         return sum([n_words(k) for k in kind[1]])
@@ -118,7 +133,7 @@ def pack(kind, value, words, floats, at, alive):
         for k, v in zip(kind[1], value, strict=True):
             at = pack(k, v, words, floats, at, alive)
         return at
-    elif name == "array":
+    elif name in ARRAYS:
         array = np.ascontiguousarray(value)
         alive.append(array)
         words[at] = array.ctypes.data

@@ -15,6 +15,7 @@ LIBM = frozenset(
     "expm1 fabs floor fma fmax fmin fmod frexp hypot ldexp lgamma llrint log log10 log1p log2 "
     "nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc".split()
 )
+PYTHON = frozenset("PyGILState_Ensure PyGILState_Release Py_FatalError".split())  # of LAPACK's end
 PREFIX = "numba_"
 
 _lock = threading.Lock()
@@ -26,9 +27,11 @@ class UnknownSymbol(Exception):
 
 
 def provider(symbol):
-    """Who has a symbol that object code needs: "libc", "libm", or "numba", its C helpers."""
+    """Who has a symbol that object code needs: "libc", "libm", "python", or "numba", its helpers."""
     if symbol in LIBC:
         return "libc"
+    if symbol in PYTHON:
+        return "python"
     if symbol.removesuffix("f") in LIBM or symbol in LIBM:
         return "libm"
     if symbol.startswith(PREFIX) and symbol.removeprefix(PREFIX) in _helpers():
