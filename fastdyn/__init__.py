@@ -1,9 +1,10 @@
 """fastdyn: equations of motion, integrated at compiled speed behind SciPy's solve_ivp."""
 
+from .dense import OdeSolution
 from .kernels.constrained import constrained
 from .kernels.linear import SingularMatrixError, solve_linear
 from .refusal import CompileWarning
-from .result import OdeResult, OdeSolution
+from .result import OdeResult
 from .solve import solve_ivp, solve_second_order, solve_separable
 
 __version__ = "0.1.0"

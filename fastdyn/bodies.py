@@ -16,7 +16,7 @@ from .kernels.calls import BARE, FAULT, FORM, RAISED, TIME
 from .kernels.combine import view
 from .kernels.vector import Vector
 from .kernels.words import array_of
-from .store import store
+from .store import flat, store
 from .values import MOMENTS, Constant
 
 WORDS = types.CPointer(types.int64)
@@ -188,7 +188,7 @@ def pointer_form(inner, values, mode):
 
         def body(t, y, n, block, out):
             column = _readonly(y, n).reshape((n, 1))
-            store(inner(*values(t, column, block, None)), _array(out, n), 0)
+            store(flat(inner(*values(t, column, block, None))), _array(out, n), 0)
 
     elif mode in MOMENTS:
         mean, square = "mean" in mode, "rms" in mode

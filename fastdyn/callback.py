@@ -45,10 +45,16 @@ class Callback:
     def __init__(self, fun, mode, n, announce=None):
         self.exception, self.inside, self.pending = None, False, None
         self._fun, self._mode, self._arrays = fun, mode, {}
-        self.announce = announce
+        self._announcement = announce
         self._n_out = 1 if mode == "event" else n
         self._function = SIGNATURE(self._call)
         self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
+
+    def announce(self):
+        """Say, once, that the function runs in Python."""
+        if self._announcement is not None:
+            said, self._announcement = self._announcement, None
+            said()
 
     def _array(self, address, n):
         array = self._arrays.get((address, n))
@@ -67,9 +73,7 @@ class Callback:
                 if self.pending is not None:
                     self.pending()
                 target[:] = evaluate(self._fun, self._mode, t, self._array(y, n).copy())
-                if self.announce is not None:
-                    announce, self.announce = self.announce, None
-                    announce()
+                self.announce()
                 self.inside = False
         except BaseException as error:
             self.inside = False
@@ -141,7 +145,7 @@ def derivative(value, n, mode="derivative"):
             f"`{name}` returned complex numbers"
             + ("; give a complex `y0` to solve for them" if name == "fun" else "")
         )
-    if array.size == n and array.ndim == 2 and array.shape[1] == 1 and mode != "column" and n > 1:
+    if array.ndim == 2 and array.shape == (n, 1) and n > 1 and mode != "column":
         raise ValueError(
             f"`{name}` returned a column, of shape {array.shape}; it must return one of shape "
             f"({n},), unless `vectorized` is set"

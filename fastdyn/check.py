@@ -74,6 +74,8 @@ def initial_state(y0, name="y0"):
             y0 = np.array(y0, dtype=float)
         if math.isfinite(sum(y0.tolist()) if y0.size < 32 else y0.dot(y0)):
             return y0  # where the sum overflows, look again below
+    if y0.dtype.kind in "US":
+        raise TypeError(f"`{name}` must be numbers; got an array of strings.")
     if y0.dtype.kind not in "fiubc":
         try:
             y0 = y0.astype(float)
@@ -220,7 +222,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     else:
         warn_unused(options, FIXED)
         rtol, atol, h_max = 0.0, 0.0, math.inf
-        h = limits.fixed_step(options, span, method.name)
+        h = limits.fixed_step(options, t0, tf, method.name)
     project = options.get("project")
     if project is not None and (not method.projects or not callable(project)):
         raise ValueError(

@@ -169,6 +169,9 @@ class _Run:
         followed = [bind(f, self.args, "event", n) for f in self.invariants.values()]
         for one in followed:
             evaluate(one.python, "event", 0.0, self.y0.copy())
+        for one in (*bound.parts, bound, *followed):
+            if one.callback is not None:
+                one.callback.announce()
         survey = _Survey(p, bound, followed, samples, every)
         file = None
         if checkpoint is not None:

@@ -149,27 +149,29 @@ class CheckedIntegers(FunctionPass):
         changed = False
         for block in state.func_ir.blocks.values():
             for statement in block.find_insts(ir.Assign):
-                new = _checked(statement.value, state.typemap, state.calltypes)
+                new = _checked(statement.value, state)
                 if new is not None:
                     statement.value, changed = new, True
         return changed
 
 
-def _checked(value, types_of, calltypes):
+def _checked(value, state):
     """The checked form of an expression on whole numbers, or None."""
     if not isinstance(value, ir.Expr) or value.op not in ("binop", "inplace_binop", "unary"):
         return None
     function = CHECKED.get(value.fn)
     names = ["value"] if value.op == "unary" else ["lhs", "rhs"]
     operands = [getattr(value, name) for name in names]
-    whole = all(isinstance(types_of[v.name], types.Integer | types.Boolean) for v in operands)
-    if function is None or not whole or calltypes[value].return_type != types.int64:
+    kinds = [state.typemap[v.name] for v in operands]
+    whole = all(isinstance(ty, types.Integer | types.Boolean) for ty in kinds)
+    if function is None or not whole or state.calltypes[value].return_type != types.int64:
         return None
     op = "unary" if value.op == "unary" else "binop"
     given = {name: getattr(value, name) for name in names}
     given |= {f"static_{name}": ir.UNDEFINED for name in names}
     new = ir.Expr(op=op, loc=value.loc, fn=function, **given)
-    calltypes[new] = signature(types.int64, *[types.int64] * len(operands))
+    context, given = state.typingctx, (types.int64,) * len(operands)
+    state.calltypes[new] = context.resolve_value_type(function).get_call_type(context, given, {})
     return new
 
 

@@ -61,14 +61,21 @@ def step_limits(options, span):
     return h_max, float(first)
 
 
-def fixed_step(options, span, name):
+def fixed_step(options, t0, tf, name):
     """The step of a fixed-step method, adjusted by round-off where the span is a whole number."""
+    span = abs(tf - t0)
     step = options.get("step")
     if step is None:
         raise ValueError(f"`method={name!r}` takes constant steps: give their size as `step`.")
     step = float(step)
     if not (step > 0 and math.isfinite(step)):
         raise ValueError(f"`step` must be positive and finite; got {step}.")
+    largest = max(abs(t) for t in (t0, tf) if math.isfinite(t))
+    if step < math.ulp(largest):
+        raise ValueError(
+            f"`step={step}` is less than the spacing of numbers at t = {largest}: "
+            "the time would stand still."
+        )
     n = round(span / step) if math.isfinite(span) else 0
     return span / n if n and abs(n * step - span) <= LANDING * step else step
 

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .check import extra_arguments, initial_state, method_named, output_times, time_span
-from .result import SUCCESS, OdeResult, OdeSolution
+from .dense import PiecewisePolynomial
+from .result import SUCCESS, OdeResult
 from .solve import solve_ivp
 
 
@@ -167,7 +168,7 @@ def _joined_solution(pieces):
     if not pieces:
         return None
     ts = np.concatenate([pieces[0].ts[:1], *(piece.ts[1:] for piece in pieces)])
-    return OdeSolution(
+    return PiecewisePolynomial(
         ts,
         np.concatenate([piece.polynomials for piece in pieces]),
         np.concatenate([piece.spans for piece in pieces]),

@@ -127,6 +127,9 @@ class _Kept:
     def __init__(self, problem):
         p = problem
         self.run = run_of(p)
+        for bound in self.run.bounds:
+            if bound.callback is not None:
+                bound.callback.announce()
         self._functions = [p.fun, *(event for event, _, _ in p.events or ())]
         if p.project is not None:
             self._functions.append(p.project)

@@ -90,54 +90,6 @@ class OdeResult(dict):
         return self.system
 
 
-class OdeSolution:
-    """The continuous solution: ``sol(t)`` has shape (n,), or (n, k) for k times.
-
-    Times outside the span are extrapolated from the nearest step, as SciPy does.
-
-    Parameters
-    ----------
-    ts : ndarray, shape (n_segments + 1,)
-        Ends of the segments, monotonic.
-    polynomials : ndarray, shape (n_segments, rows, n)
-    spans : ndarray, shape (n_segments, 2)
-        Start and length of the step that each polynomial belongs to.
-    """
-
-    def __init__(self, ts, polynomials, spans):
-        self.ts, self.polynomials, self.spans = ts, polynomials, spans
-        self.n_segments = len(polynomials)
-        self.ascending = bool(ts[-1] >= ts[0])
-        self.t_min, self.t_max = (ts[0], ts[-1]) if self.ascending else (ts[-1], ts[0])
-
-    def __call__(self, t):
-        t = np.asarray(t, dtype=float)
-        if t.ndim > 1:
-            raise ValueError("`t` must be a float or a 1-D array.")
-        times = np.atleast_1d(t)
-        if self.ascending:
-            segment = np.searchsorted(self.ts, times, side="left") - 1
-        else:
-            segment = self.n_segments - np.searchsorted(self.ts[::-1], times, side="right")
-        segment = np.clip(segment, 0, self.n_segments - 1)
-        start, length = self.spans[segment].T
-        x = ((times - start) / length)[:, None]
-        d = self.polynomials[segment]
-        total = np.zeros_like(d[:, 0])
-        for j in range(d.shape[1] - 1, 0, -1):
-            total = (d[:, j] + total) * (x if (j - 1) % 2 == 0 else 1 - x)
-        y = (d[:, 0] + total).T
-        return y[:, 0] if t.ndim == 0 else y
-
-    @property
-    def interpolants(self):
-        """One OdeSolution a segment, as SciPy's list of local interpolants."""
-        return [
-            OdeSolution(self.ts[i : i + 2], self.polynomials[i : i + 1], self.spans[i : i + 1])
-            for i in range(self.n_segments)
-        ]
-
-
 def outcome(status, state, work, problem):
     """SciPy's status and a message that says why the kernels stopped before the end."""
     s = state[0]
@@ -168,6 +120,8 @@ def outcome(status, state, work, problem):
 
 def _why(s, work, problem, t):
     """Why an adaptive run came to a stop."""
+    if problem.h_max < 16 * np.spacing(abs(float(s["t"]))):
+        return f"At {t}, `max_step={problem.h_max:g}` is no step."
     if not np.isfinite(s["error"]):
         return f"`fun` returns nan or inf just after {t}."
     rate = work[K + problem.method.last]

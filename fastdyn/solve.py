@@ -5,10 +5,11 @@ import numpy as np
 from . import check
 from .adapt import bind, or_in_python
 from .callback import evaluate
+from .dense import PiecewisePolynomial
 from .drive import Run, counters
 from .fallback import by_scipy
 from .kernels.state import FINISHED, INTERRUPTED
-from .result import SUCCESS, OdeResult, OdeSolution, outcome
+from .result import SUCCESS, OdeResult, outcome
 from .structure import bind_equations, check_pair, check_second_order, look_at, pair_of
 from .values import may_write
 
@@ -236,7 +237,7 @@ def result_of(problem, status, run):
         polynomials, spans = output.polynomials()
         if len(polynomials):
             ends = np.append(spans[:, 0], t[-1] if p.t_eval is None else spans[-1].sum())
-            sol = OdeSolution(ends, polynomials, spans)
+            sol = PiecewisePolynomial(ends, polynomials, spans)
     t_events = y_events = None
     if p.events is not None:
         t_events, y_events = output.occurrences()

@@ -17,6 +17,8 @@ def _store_row(value, out, skip):
         raise ValueError("fun returned an array of the wrong length")
     if address_of(value) == address_of(out):  # it was filled in place
         return
+    if value.ndim > 1 and value.size > 1:
+        raise ValueError("fun returned an array of two dimensions")
     flat = value.ravel() if value.ndim > 1 else value
     for i in range(len(out)):
         out[i] = flat[i + skip]
@@ -35,6 +37,18 @@ def _store_tuple(typingctx, value, out, skip):
         return context.get_dummy_value()
 
     return types.none(value, out, types.intp), codegen
+
+
+def flat(value):
+    """A user's result for a state that came as a column."""
+    raise TypeError("compiled only")
+
+
+@overload(flat, jit_options=BARE)
+def _flat(value):
+    if isinstance(value, types.Array) and value.ndim > 1:
+        return lambda value: value.ravel()
+    return lambda value: value
 
 
 def store(value, out, skip):

@@ -49,6 +49,9 @@ def advance(rhs, step, control, exponent, last, form, state, work, block, n_step
         k1 = assign(slot(form, work, K), k_last)
         rejections = 0
         while True:
+            if h < h_min:  # rejected once more, or h_max is below the spacing of t
+                status = STEP_TOO_SMALL
+                break
             wanted = h
             t_new = control.aim(t, h, t_end, direction)
             h = abs(t_new - t)
@@ -60,9 +63,6 @@ def advance(rhs, step, control, exponent, last, form, state, work, block, n_step
                 break
             h = control.shrink(h, error, exponent, rejections, h_min)
             rejections += 1
-            if h == 0.0:
-                status = STEP_TOO_SMALL
-                break
         refused += rejections
         if status != RUNNING:
             y = assign(slot(form, work, Y), y_old)

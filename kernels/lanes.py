@@ -137,17 +137,18 @@ def advance(
         t_new = control.aim(t, wanted, t_end, direction)
         size = t_new - t
         y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
-        ok = error < 1.0
+        stuck = wanted < h_min  # h_max is below the spacing of t
+        ok = (error < 1.0) & ~stuck
         size = abs(size)
         longer = control.grow(size, error, exponent, tries)
         shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
         shorter = control.shrink(size, error, exponent, tries, h_min)
         h = select(ok, select(shortened, wanted, longer), shorter)
         accepted = accepted + select(ok, 1.0, 0.0)
-        rejected = rejected + select(ok, 0.0, 1.0)
+        rejected = rejected + select(ok | stuck, 0.0, 1.0)
         tries = select(ok, 0.0, tries + 1.0)
         stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
-        failed = ~ok & (h == 0.0)
+        failed = stuck | (~ok & (h == 0.0))
         call = live & (stopped | failed)
         if extrema is not None:
             call = call | (live & ok & turning(t_new - t, y, y_new, k_last, k[last], tops, lows))

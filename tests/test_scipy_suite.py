@@ -18,7 +18,7 @@ def _module():
     module = types.ModuleType("scipy_test_ivp")
     module.__file__ = str(SOURCE)
     exec(compile(SOURCE.read_text(), str(SOURCE), "exec"), module.__dict__)
-    module.solve_ivp = fastdyn.solve_ivp
+    module.solve_ivp, module.OdeSolution = fastdyn.solve_ivp, fastdyn.OdeSolution
     return module
 
 

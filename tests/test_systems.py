@@ -10,6 +10,7 @@ import pytest
 
 from fastdyn import plot, systems
 from fastdyn.adapt import bind
+from fastdyn.code_store import Call
 from fastdyn.specialise import evaluate_kernel
 from fastdyn.systems import (
     SYSTEMS,
@@ -118,7 +119,7 @@ def test_functions_of_the_state_compile_and_agree_with_python(system):
         for name, function in group.items():
             bound, out = bind(function, system.args, "event", len(y)), np.empty(1)
             assert bound.function is not None, name
-            evaluate_kernel()(bound.block, 0.3, y, out)
+            Call(evaluate_kernel(), bound.block, 0.3, y, out)()
             expected = function(0.3, tuple(y), *system.args)
             assert out[0] == pytest.approx(expected, rel=16 * EPS, abs=16 * EPS), name
 

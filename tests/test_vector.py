@@ -6,7 +6,7 @@ import operator
 
 import numpy as np
 import pytest
-from by_vectors import ANY, SPECIAL, numbers, same, uniform, vectors
+from support.by_vectors import ANY, SPECIAL, numbers, same, uniform, vectors
 from numba import njit
 from numba.core.errors import TypingError
 

@@ -7,7 +7,7 @@ import re
 import mpmath
 import numpy as np
 import pytest
-from by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
+from support.by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
 from numba import njit
 
 from fastdyn.kernels import lanes, vector_arc, vector_exp, vector_log, vector_trig

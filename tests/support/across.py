@@ -1,0 +1,108 @@
+"""Answers of a fresh process, for functions that other processes have compiled or will.
+
+    python across.py MODE NAME...     prints {name: numbers} as JSON
+
+A name is one of `everyday.CASES`, or the number of a drawn function.  Functions are solved in the
+order given.  MODE is a tier of `solve_ivp`, or "scalar" or "vector" for an ensemble of two.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import scipy.integrate
+
+HERE = pathlib.Path(__file__).parent
+MODES = ("pointer", "specialised", "scalar", "vector")
+TIGHT = {"rtol": 1e-9, "atol": 1e-11}
+CLOSE = 1e-6  # of two solvers at these tolerances; a wrong function is off by far more
+
+
+def case_named(name):
+    from support import drawn, everyday
+
+    if not name.isdigit():
+        return everyday.CASES[name]
+    found = drawn.module(int(name))
+    return everyday.Case(found["fun"], found["args"], tuple(found["y0"]))
+
+
+def answer(name, mode):
+    """Numbers that tell the function: the end state, the events, the fold."""
+    return _solved(case_named(name), mode)
+
+
+def _solved(case, mode):
+    import fastdyn
+
+    given = {"events": case.events, "project": case.project, "method": "RK23", **TIGHT}
+    if mode in ("pointer", "specialised") and case.fold is None:
+        r = fastdyn.solve_ivp(case.fun, (0, 1), case.y0, args=case.args, tier=mode, **given)
+        return [*r.y[:, -1], *np.concatenate(r.t_events or [[]])]
+    lanes = "scalar" if mode == "scalar" else "auto"
+    args = [a if np.ndim(a) == 0 else fastdyn.Shared(a) for a in case.args]
+    states = np.outer([1.0, 1.0], case.y0)
+    found = fastdyn.solve_ensemble(
+        case.fun, (0, 1), states, args=args, reduce=case.fold, lanes=lanes, threads=1, **given
+    )
+    folded = [] if case.fold is None else [v[1] for v in found.reduced.values()]
+    events = [times[1] for times in found.t_events or []]
+    return [*found.y_end[1], *np.concatenate([*events, folded])]
+
+
+def expected(name):
+    """The same by SciPy, or by functions that stay in Python where SciPy has no such thing."""
+    case = case_named(name)
+    if case.fold is not None:
+        case = case._replace(fold=case.fold._replace(function=in_python(case.fold.function)))
+        return _solved(case._replace(fun=in_python(case.fun)), "scalar")
+    if case.project is not None:
+        case = case._replace(fun=in_python(case.fun), project=in_python(case.project))
+        return _solved(case, "pointer")
+    r = scipy.integrate.solve_ivp(
+        case.fun, (0, 1), case.y0, args=case.args, events=case.events, method="RK23", **TIGHT
+    )
+    return [*r.y[:, -1], *np.concatenate(r.t_events or [[]])]
+
+
+def in_python(function):
+    """The same function, which cannot be compiled."""
+    return lambda *given: {"it": function}["it"](*given)
+
+
+def start(cache, mode, names):
+    """A process that answers."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": _paths()}
+    return subprocess.Popen(
+        [sys.executable, "-W", "ignore", __file__, mode, *names],
+        env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def _paths():
+    return os.pathsep.join([str(HERE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+
+def answers(process, seconds=300):
+    """{name: numbers} of a process that was started."""
+    out, errors = process.communicate(timeout=seconds)
+    assert process.returncode == 0, errors[-2000:]
+    return json.loads(out)
+
+
+def wrong(found, reference):
+    """Names whose answers are not those of the reference."""
+    return [
+        name
+        for name, numbers in found.items()
+        if len(numbers) != len(reference[name])
+        or not np.allclose(numbers, reference[name], rtol=CLOSE, atol=CLOSE)
+    ]
+
+
+if __name__ == "__main__":
+    mode, *names = sys.argv[1:]
+    json.dump({name: [float(x) for x in answer(name, mode)] for name in names}, sys.stdout)
