@@ -10,7 +10,7 @@ import types as python
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.core.compiler import Compiler as NumbaCompiler
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
@@ -18,7 +18,8 @@ from numba.core.registry import CPUDispatcher
 from . import code_store
 from .bodies import arguments, pointer_form, reader
 from .callback import Callback
-from .kernels.calls import BARE, FAULT, FIRST, FORM
+from .kernels.calls import FAULT, FIRST, FORM
+from .kernels.jit_options import BARE, njit
 from .parts import T, Y, parts_of
 from .references import (
     LIBRARIES,
@@ -111,7 +112,7 @@ def _outside(function, owner):
     return found
 
 
-def bind(fun, args, mode, n, look=None):
+def bind(fun, args, mode, n, look=None, refused=None):
     """A block to call `fun(t, y, *args)` by, with the values that hold now.
 
     Parameters
@@ -125,6 +126,8 @@ def bind(fun, args, mode, n, look=None):
         Length of the y that the function gets.
     look : callable, optional
         Called before a function is compiled, to find in Python what is wrong with it.
+    refused : str, optional
+        Why the function must run in Python.
 
     Returns
     -------
@@ -137,6 +140,8 @@ def bind(fun, args, mode, n, look=None):
         return fun(t, y, *alive[1])
 
     try:
+        if refused:
+            raise Uncompilable(refused)
         parts = parts_of(fun, args)
         function, kinds = compiled_function(parts, mode, look)
     except Uncompilable as reason:

@@ -8,12 +8,13 @@ import math
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .kernels.calls import BARE, FAULT, FORM, RAISED, TIME
+from .kernels.calls import FAULT, FORM, RAISED, TIME
 from .kernels.combine import view
+from .kernels.jit_options import BARE, njit
 from .kernels.vector import Vector
 from .kernels.words import array_of
 from .store import flat, store

@@ -5,11 +5,11 @@ and a copy at each evaluation: more than all else, for a state of few components
 """
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.core import ir
 from numba.extending import overload
 
-from .kernels.calls import FUSED
+from .kernels.jit_options import FUSED, njit
 
 ROW = types.Array(types.float64, 1, "C")
 

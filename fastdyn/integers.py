@@ -10,13 +10,13 @@ import math
 import operator
 
 from llvmlite import ir as code
-from numba import njit, types
+from numba import types
 from numba.core import ir
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, overload
 
-from .kernels.calls import BARE
+from .kernels.jit_options import BARE, njit
 
 TOO_LARGE = "a whole number beyond 64 bits"
 LIMIT = 2.0**63

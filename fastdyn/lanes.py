@@ -7,7 +7,7 @@ import functools
 from typing import NamedTuple
 
 import llvmlite.binding as llvm
-from numba import njit, types
+from numba import types
 from numba.core import errors
 from numba.extending import intrinsic
 from numba.np import arrayobj
@@ -15,8 +15,9 @@ from numba.np import arrayobj
 from . import code_store
 from .adapt import INLINED, described, identity, taken_in, words_of
 from .kernels import METHODS, adaptive, fixed, lanes, vector_math  # noqa: F401
-from .kernels.calls import BARE, FUSED, WORDS
+from .kernels.calls import WORDS
 from .kernels.form import Form
+from .kernels.jit_options import BARE, FUSED, njit
 from .kernels.vector import is_real, widen
 from .parts import parts_of
 from .refusal import Uncompilable, explain

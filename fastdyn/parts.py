@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 from numba.core.dispatcher import Dispatcher
 
-from .refusal import Uncompilable
+from .kernels.jit_options import DISABLED
+from .refusal import SWITCHED_OFF, Uncompilable
 
 T, Y = object(), object()  # where t and y go among the arguments
 KEYWORDS = inspect.CO_VARKEYWORDS
@@ -24,6 +25,8 @@ class Parts(NamedTuple):
 
 def parts_of(fun, args):
     """Take a callable apart; raises Uncompilable for what has no Python code."""
+    if DISABLED:
+        raise Uncompilable(SWITCHED_OFF)
     leading, keywords, options, owner = (), {}, {}, None
     if fun.__class__ is not python.FunctionType:
         while isinstance(fun, functools.partial):

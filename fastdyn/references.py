@@ -291,7 +291,7 @@ def calls_itself(token):
 
 
 def outside_kind(value):
-    """The kind of an outside value: floats and arrays are parameters, all else is constant."""
-    if isinstance(value, float | complex | np.ndarray | np.floating | np.complexfloating):
+    """The kind of an outside value: floats, arrays and lists are parameters, else constant."""
+    if isinstance(value, float | complex | np.ndarray | np.floating | np.complexfloating | list):
         return kind(value, frozen)
     return Constant(frozen(value), value)

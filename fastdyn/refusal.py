@@ -1,7 +1,10 @@
 """Why a function cannot be compiled, in one sentence, said once."""
 
+import re
 import sys
 import warnings
+
+from .code_store import Unsealable
 
 
 class CompileWarning(UserWarning):
@@ -20,17 +23,44 @@ class GaveUp(Exception):
         self.bound = bound
 
 
+SWITCHED_OFF = "NUMBA_DISABLE_JIT is set"
 _warned: set = set()
 PACKAGE = f"{__package__}."
 
 
+# What Numba says -> what it means to the user; \\1 and \\2 are the groups of the pattern.
+SENTENCES = (
+    (r"Untyped global name '(\w+)':? ?Cannot type empty list", r"it uses `\1`, an empty list"),
+    (
+        r"Untyped global name '(\w+)':? ?Cannot determine Numba type of <class '(?:\w+\.)*(\w+)'>",
+        r"it uses `\1`, of type \2, which compiled code cannot hold: pass its numbers as `args`",
+    ),
+    (r"Untyped global name '(\w+)'.*", r"it uses `\1`, which compiled code cannot hold"),
+    (r"NameError: name '(\w+)' is not defined", r"`\1` is not defined"),
+    (
+        r"No implementation of function Function\(<built-in function setitem>\) found.*",
+        "it writes to an item of something that only Python can change",
+    ),
+    (
+        r"No implementation of function Function\(<(?:[\w-]+ )*'?(\w+)[^>]*>\) found.*",
+        r"`\1` has no compiled form for what it is given",
+    ),
+)
+
+
 def explain(error):
-    """One sentence from Numba's report: what it could not compile, and the line."""
+    """One sentence: what Numba could not compile, and the line."""
+    from numba.core.errors import NumbaError
+
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     skip = ("Failed in", "During:", "File ", "<source", "- Resolution", "There are", "[", "raised")
     what = [s for s in lines if not s.startswith(skip) and "type inference" not in s]
     at = [s for s in lines if s.startswith('File "')]
     sentence = what[0].rstrip(".:") if what else type(error).__name__
+    if not isinstance(error, NumbaError | Uncompilable | Unsealable):
+        sentence = f"Numba fails on it ({type(error).__name__})"
+    for pattern, meaning in SENTENCES:
+        sentence = re.sub(pattern, meaning, sentence)
     if at:
         file, _, line = at[0].partition(", line ")
         sentence += f" ({file[6:].rstrip(chr(34))}, line {line.split(':')[0].strip()})"
@@ -40,7 +70,7 @@ def explain(error):
 def warn_once(fun, reason):
     """Say that a function runs in Python, at the line of the user who called."""
     name = getattr(fun, "__qualname__", None) or repr(fun)
-    identity = getattr(fun, "__code__", type(fun))
+    identity = reason if reason == SWITCHED_OFF else getattr(fun, "__code__", type(fun))
     if identity in _warned:
         return
     _warned.add(identity)

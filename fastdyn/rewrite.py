@@ -16,7 +16,6 @@ from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.core import ir, types
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
@@ -28,7 +27,7 @@ from .guard import Guard
 from .in_place import return_in_place
 from .integers import INSTEAD as CONVERSIONS
 from .integers import CheckedIntegers
-from .kernels.calls import BARE
+from .kernels.jit_options import BARE, njit
 from .references import (
     MISSING,
     count_definitions,

@@ -10,7 +10,15 @@ from .drive import Run, counters
 from .fallback import by_scipy
 from .kernels.state import FINISHED, INTERRUPTED
 from .result import SUCCESS, OdeResult, outcome
-from .structure import bind_equations, check_pair, check_second_order, look_at, pair_of
+from .side_effects import CHANGED, depends
+from .structure import (
+    Pair,
+    bind_equations,
+    check_pair,
+    check_second_order,
+    look_at,
+    pair_of,
+)
 from .values import may_write
 
 
@@ -209,17 +217,35 @@ def run_of(problem):
     """A Run with the functions of a problem compiled, and evaluated once."""
     p = problem
     n = len(p.y0)
-    bound = bind_equations(p)
-    bound_events = [bind(event, p.args, "event", n) for event, _, _ in p.events or ()]
+    bound, bound_events, projection = _bound(p)
     _verify(bound, lambda: look_at(p), n)
-    projection = None
-    if p.project is not None:
-        projection = bind(p.project, p.args, "derivative", n)
+    if projection is not None:
         _verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
     run = Run(p, bound, bound_events, projection)
     if p.mode == "acceleration" and bound.function is None:
         run.state["n_extra"] = 2  # evaluations by which `check_second_order` found its form
     return run
+
+
+def _bound(problem):
+    """The equations, the events and the projection of a problem, or None for the last."""
+    p, n = problem, len(problem.y0)
+    others = [(event, "event") for event, _, _ in p.events or ()]
+    if p.project is not None:
+        others.append((p.project, "derivative"))
+    bound = bind_equations(p)
+    bounds = [bind(fun, p.args, mode, n) for fun, mode in others]
+    equations = list(p.fun) if isinstance(p.fun, Pair) else [p.fun]
+    if others and (bound.function is None or any(b.function is None for b in bounds)):
+        every = [(bound, equations), *((b, [f]) for b, (f, _) in zip(bounds, others, strict=True))]
+        in_python = [f for b, functions in every if b.function is None for f in functions]
+        if bound.function is not None and any(depends(f, in_python) for f in equations):
+            bound = bind_equations(p, CHANGED)
+        for i, (fun, mode) in enumerate(others):
+            if bounds[i].function is not None and depends(fun, in_python):
+                bounds[i] = bind(fun, p.args, mode, n, refused=CHANGED)
+    projection = bounds.pop() if p.project is not None else None
+    return bound, bounds, projection
 
 
 def result_of(problem, status, run):

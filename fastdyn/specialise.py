@@ -12,14 +12,15 @@ import functools
 from typing import Any
 
 import numpy as np
-from numba import njit, typeof, types
+from numba import typeof, types
 
 from . import code_store
 from .kernels import METHODS
-from .kernels.calls import BARE, WORDS, by_pointer, inlined
+from .kernels.calls import WORDS, by_pointer, inlined
 from .kernels.composition import cubic_of_pair
 from .kernels.events import EVENTS, open_events
 from .kernels.form import Form
+from .kernels.jit_options import BARE, njit
 from .kernels.pair import (
     FORCE,
     VELOCITY,

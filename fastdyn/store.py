@@ -1,12 +1,13 @@
 """What a user's function returns, written to its place by compiled code."""
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.core import errors
 from numba.extending import intrinsic, overload
 from numba.np import arrayobj
 
-from .kernels.calls import BARE, FUSED, address_of
+from .kernels.calls import address_of
+from .kernels.jit_options import BARE, FUSED, njit
 
 ROW = types.Array(types.float64, 1, "C")
 

@@ -86,14 +86,14 @@ def look_at(problem):
     evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, p.t0, given_state(p).copy())
 
 
-def bind_equations(problem):
+def bind_equations(problem, refused=None):
     """The equations of a problem, bound as `adapt.bind` does."""
     p = problem
     n = len(given_state(p))
     if not isinstance(p.fun, Pair):
-        return bind(p.fun, p.args, p.mode, n)
+        return bind(p.fun, p.args, p.mode, n, refused=refused)
     halves = zip(p.fun, HALVES, strict=True)
-    parts = tuple([bind(fun, p.args, mode, n // 2) for fun, mode in halves])
+    parts = tuple([bind(fun, p.args, mode, n // 2, refused=refused) for fun, mode in halves])
     block = np.zeros(N_WORDS, np.int64)
     block[0], block[FAULT] = _both().address, N_WORDS
     block[VELOCITY], block[FORCE] = [part.block.ctypes.data for part in parts]

@@ -1,10 +1,9 @@
 """Variables that may be read before they are assigned: compiled code would take them for zero."""
 
-from numba import njit
 from numba.core import ir
 from numba.core.analysis import compute_cfg_from_blocks
 
-from .kernels.calls import BARE
+from .kernels.jit_options import BARE, njit
 
 
 @njit(**BARE)

@@ -1,10 +1,8 @@
 """The loop for embedded pairs: any step, any controller, any storage of the state."""
 
-from numba import njit
-
-from .calls import FUSED
 from .calls import RAISED as RAISED_WORD
 from .combine import assign, fetch, keep, slot
+from .jit_options import FUSED, njit
 from .state import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, K, Y
 
 

@@ -9,26 +9,15 @@ the same code.
 """
 
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from .combine import ROW
+from .jit_options import BARE, njit
 
 ADDRESS, RAISED, TIME, FAULT, FIRST = 0, 1, 2, 3, 4
-
-# Of every kernel.  Numba's entry points for Python and C are left out: `words` is the one way in.
-BARE = {
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-    "error_model": "numpy",
-    "nogil": True,
-}
-
-# Of kernels that take functions: a function left as a run-time argument would be a pointer into
-# this process, and the code could not be kept on disk.
-FUSED = {**BARE, "forceinline": True}
 
 WORDS = types.Array(types.int64, 1, "C")
 FORM = (

@@ -13,13 +13,13 @@ from functools import partial
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from . import fixed, start
-from .calls import FUSED
 from .combine import assign, factor, halves, join, map_components, slot
 from .dense import cubic, hermite
+from .jit_options import FUSED, njit
 from .method import Method
 from .pair import velocity_by_pointer
 from .state import Y_OLD, K, Y

@@ -4,7 +4,7 @@ import numpy as np
 from numba.core import errors
 from numba.extending import intrinsic, overload
 
-from .calls import BARE
+from .jit_options import BARE
 from .linear import (
     Code,
     Numbers,

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic, overload
 
-from .calls import BARE, FUSED
 from .combine import constant
 from .fold import fold
+from .jit_options import BARE, FUSED, njit
 from .vector import Mask, Vector, splat
 
 SAFETY = 0.9

@@ -8,9 +8,7 @@ F0, F1, F2 make the cubic Hermite polynomial of the two ends and are the same fo
 a method of higher order adds rows.  Both ends of the step are met to round-off.
 """
 
-from numba import njit
-
-from .calls import BARE, FUSED
+from .jit_options import BARE, FUSED, njit
 from .state import Y_OLD, K, Y
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...

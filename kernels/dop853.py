@@ -6,13 +6,12 @@ II.6, as printed in the authors' program DOP853 to 30 digits.
 """
 
 import numpy as np
-from numba import njit
 
 from . import adaptive, start
-from .calls import FUSED
 from .combine import combine, slot, weigh
 from .control import SCIPY, select, sum_of_squares
 from .dense import F
+from .jit_options import FUSED, njit
 from .method import Method
 from .row import Row
 from .state import STAGE, Y_OLD, K, Y

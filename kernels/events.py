@@ -1,10 +1,10 @@
 """Events: functions whose sign is watched, and where in a step it changes."""
 
 import numpy as np
-from numba import njit
 
-from .calls import BARE, RAISED, call, word
+from .calls import RAISED, call, word
 from .dense import polynomial
+from .jit_options import BARE, njit
 from .roots import crossing
 from .state import RAISED as RAISED_STATUS
 from .state import RUNNING

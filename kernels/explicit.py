@@ -7,14 +7,14 @@ Hermite polynomial of `dense.py`.
 
 import operator
 
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from . import adaptive, start
-from .calls import FUSED
 from .combine import combine, slot, weigh
 from .control import SCIPY, rms
 from .dense import F
+from .jit_options import FUSED, njit
 from .method import Method
 from .row import Row, RowType
 from .state import STAGE, Y_OLD, K, Y

@@ -6,11 +6,10 @@ middle of the step, which is compared first, in all lanes at once.
 """
 
 from llvmlite import ir
-from numba import njit
 from numba.extending import intrinsic
 
-from .calls import BARE
 from .combine import constant
+from .jit_options import BARE, njit
 from .state import Y
 from .vector import FUSE, Mask
 

@@ -1,12 +1,11 @@
 """The loop for constant steps."""
 
 import numpy as np
-from numba import njit
 
-from .calls import BARE, FUSED
 from .calls import RAISED as RAISED_WORD
 from .combine import assign, fetch, keep, slot
 from .fold import fold
+from .jit_options import BARE, FUSED, njit
 from .state import FINISHED, NON_FINITE, RAISED, RUNNING, Y_OLD, K, Y
 
 LANDED = 1e-6  # a step that ends this close to t_end, in steps, ends at t_end

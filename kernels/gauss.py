@@ -18,11 +18,10 @@ functions at reasonable steps.
 from decimal import Decimal
 
 import numpy as np
-from numba import njit
 
 from . import implicit, legendre, start
-from .calls import FUSED
 from .implicit import make_step
+from .jit_options import FUSED, njit
 from .method import Method
 from .stages import Matrix
 from .state import K

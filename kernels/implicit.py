@@ -12,12 +12,11 @@ The stages of a component lie side by side, so that they are one vector of the p
 """
 
 import numpy as np
-from numba import njit
 
-from .calls import FUSED
 from .calls import RAISED as RAISED_WORD
 from .combine import fetch, halves, slot
 from .fixed import LANDED
+from .jit_options import FUSED, njit
 from .stages import (
     Matrix,
     follow,

@@ -7,16 +7,16 @@ lanes that are done another trajectory.
 """
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from .calls import FUSED
 from .combine import fetch, keep, map_components
 from .control import select
 from .extrema import turning
 from .fixed import LANDED, add, add_size
 from .fold import fold
+from .jit_options import FUSED, njit
 from .state import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from .vector import any_lane
 

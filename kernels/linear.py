@@ -13,8 +13,8 @@ from numba import types
 from numba.core import errors
 from numba.extending import intrinsic, overload
 
-from .calls import BARE
 from .combine import constant
+from .jit_options import BARE
 from .vector import Vector, is_real, vector_in, widen
 
 EPS = float(np.finfo(float).eps)

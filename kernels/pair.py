@@ -3,10 +3,11 @@
 The block of a pair names the blocks of both: word VELOCITY and word FORCE are their addresses.
 """
 
-from numba import carray, njit
+from numba import carray
 
-from .calls import BARE, FIRST, FUSED, RAISED, call, inlined, word
+from .calls import FIRST, RAISED, call, inlined, word
 from .combine import halves, join
+from .jit_options import BARE, FUSED, njit
 
 VELOCITY, FORCE = FIRST, FIRST + 1
 N_WORDS = FIRST + 2

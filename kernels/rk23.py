@@ -4,13 +4,11 @@ P. Bogacki and L. F. Shampine, "A 3(2) pair of Runge-Kutta formulas", Appl. Math
 equation (5).
 """
 
-from numba import njit
-
 from . import adaptive, start
-from .calls import FUSED
 from .combine import combine, slot, weigh
 from .control import SCIPY, rms
 from .dense import cubic
+from .jit_options import FUSED, njit
 from .method import Method
 from .row import Row
 from .state import STAGE, K, Y

@@ -5,12 +5,10 @@ Z. Math. Phys. 46 (1901).  The derivative at the end of a step is kept: it is th
 the next one and the end slope of the interpolant.
 """
 
-from numba import njit
-
 from . import fixed, start
-from .calls import FUSED
 from .combine import combine, slot
 from .dense import cubic
+from .jit_options import FUSED, njit
 from .method import Method
 from .row import Row
 from .state import STAGE, K, Y

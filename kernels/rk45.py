@@ -7,13 +7,11 @@ x^2 (1 - x)^2 h D.k, after Hairer, Norsett and Wanner, "Solving Ordinary Differe
 Equations I", section II.6.
 """
 
-from numba import njit
-
 from . import adaptive, start
-from .calls import FUSED
 from .combine import combine, slot, weigh
 from .control import MATLAB, SCIPY, largest, rms
 from .dense import F
+from .jit_options import FUSED, njit
 from .method import Method
 from .row import Row
 from .state import STAGE, K, Y

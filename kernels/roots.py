@@ -3,10 +3,9 @@
 R. P. Brent, "Algorithms for Minimization without Derivatives" (1973), chapter 4.
 """
 
-from numba import njit
-
-from .calls import BARE, RAISED, call, word
+from .calls import RAISED, call, word
 from .dense import polynomial
+from .jit_options import BARE, njit
 
 TOLERANCE = 4 * 2.220446049250313e-16  # absolute and relative, as SciPy's
 N_ITERATIONS = 100

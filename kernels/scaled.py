@@ -5,7 +5,7 @@ from numba import types
 from numba.core import errors
 from numba.extending import intrinsic, overload
 
-from .calls import BARE
+from .jit_options import BARE
 
 
 def scaled(f, rate):

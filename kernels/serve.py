@@ -7,14 +7,15 @@ which is told that the step has been taken.  Without vectors there is one lane, 
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from .calls import BARE, RAISED, call, word
+from .calls import RAISED, call, word
 from .combine import slot
 from .dense import polynomial
 from .extrema import MAX, MIN, note_state, note_step
+from .jit_options import BARE, njit
 from .lanes import (
     ACCEPTED,
     ERROR,

@@ -6,11 +6,11 @@ It returns RUNNING, RAISED, or NON_FINITE if the derivative is not finite.
 """
 
 import numpy as np
-from numba import njit
 
-from .calls import BARE, by_pointer
 from .calls import RAISED as RAISED_WORD
+from .calls import by_pointer
 from .combine import halves, slot
+from .jit_options import BARE, njit
 from .state import ATOL, NON_FINITE, RAISED, RTOL, RUNNING, STAGE, K, Y
 
 

@@ -1,10 +1,10 @@
 """The loop of a drift study: steps, invariants, and their statistics in constant memory."""
 
 import numpy as np
-from numba import njit
 
-from .calls import BARE, RAISED, call, word
+from .calls import RAISED, call, word
 from .combine import slot
+from .jit_options import BARE, njit
 from .state import FINISHED, RUNNING, Y
 from .state import RAISED as RAISED_STATUS
 from .words import invoke

@@ -10,7 +10,7 @@ from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
 from . import vector_arc, vector_exp, vector_log, vector_plain, vector_trig
-from .calls import BARE
+from .jit_options import BARE
 from .vector import INDEX, Mask, Vector, define, is_real
 from .vector_code import Lanes
 

@@ -6,12 +6,12 @@ method in both tiers.
 """
 
 import numpy as np
-from numba import njit
 
-from .calls import BARE, FUSED, RAISED, by_pointer, call, word
+from .calls import RAISED, by_pointer, call, word
 from .combine import slot
 from .dense import hermite, polynomial
 from .events import evaluate_all, find_active, leave_zero, locate, record
+from .jit_options import BARE, FUSED, njit
 from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, K, Y
 from .state import RAISED as RAISED_STATUS
 from .words import invoke

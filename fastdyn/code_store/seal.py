@@ -13,11 +13,13 @@ import threading
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import callconv, codegen, types
+from numba.core import callconv, codegen, cpu, types
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.environment import lookup_environment
 from numba.core.registry import cpu_target
 
-from ..kernels.words import FAILED, WORD, n_words, values_of
+from ..kernels.jit_options import jit_enabled
+from ..kernels.words import FAILED, WORD, values_of
 from . import runtime
 from .loader import UnknownSymbol, provider
 from .object_file import checked, is_elf, symbols
@@ -41,12 +43,16 @@ class deferred:
     """
 
     _thread = None
+    addressless = False  # whether Numba makes an entry for Python that nobody will call
 
     def __enter__(self):
         global_compiler_lock.acquire()
         self._outer, deferred._thread = deferred._thread, threading.get_ident()
+        self._enabled = jit_enabled()
+        self._enabled.__enter__()
 
-    def __exit__(self, *_):
+    def __exit__(self, *failure):
+        self._enabled.__exit__(*failure)
         deferred._thread = self._outer
         global_compiler_lock.release()
 
@@ -77,27 +83,53 @@ def _spared(library):
 
 
 @_instead(codegen.CPUCodeLibrary, "_optimize_final_module")
-def _optimised(original, library):
+def optimise_library(original, library):
+    """Leave the optimising of each library to `sealed`, but for functions that Python may call."""
     if not _spared(library):
         original(library)
 
 
 @_instead(codegen.CPUCodeLibrary, "_finalize_final_module")
-def _finalise(original, library):
+def finalise_library(original, library):
+    """Leave the translating of each library to `sealed`, with the same exception."""
     if not _spared(library):
         return original(library)
     library._finalize_dynamic_globals()
     library._finalized = True
 
 
+@_instead(cpu.CPUContext, "get_executable")
+def _executable(original, context, library, *rest):
+    """An entry for Python that has no address, of a library that has none."""
+    before, deferred.addressless = deferred.addressless, _spared(library)
+    try:
+        return original(context, library, *rest)
+    finally:
+        deferred.addressless = before
+
+
 @_instead(codegen.JITCodeLibrary, "get_pointer_to_function")
 def _pointer(original, library, name):
-    return 0 if _spared(library) else original(library, name)
+    if deferred.addressless:
+        return 0
+    if _spared(library) and not library._codegen._engine.is_symbol_defined(name):
+        _translate_after_all(library)
+    return original(library, name)
+
+
+def _translate_after_all(library):
+    """What Numba needs the address of at once: a loop of a ufunc (`numba.vectorize`)."""
+    optimise_library(library)
+    finalise_library(library)
+    for value in library._final_module.global_variables:
+        environment = lookup_environment(value.name)
+        if ENVIRONMENT in value.name and environment is not None:
+            library._codegen.set_env(value.name, environment)
 
 
 @_instead(codegen.JITCPUCodegen, "set_env")
 def _environment(original, code, name, environment):
-    if code._engine.is_symbol_defined(name):
+    if not deferred.addressless:
         original(code, name, environment)
 
 
@@ -202,7 +234,7 @@ def _optimise(module):
     """Numba's own two rounds, under its settings."""
     library = cpu_target.target_context.codegen().create_library(module.name)
     library._final_module = module
-    _optimised(library)
+    optimise_library(library)
 
 
 def _drop_unused(module):
@@ -239,4 +271,4 @@ def arguments(names, signature):
     return list(map(list, zip(names, kinds, strict=True)))
 
 
-__all__ = ["Unsealable", "arguments", "deferred", "n_words", "sealed"]
+__all__ = ["Unsealable", "arguments", "deferred", "sealed"]

@@ -1,9 +1,13 @@
 """Answers of a fresh process, for functions that other processes have compiled or will.
 
-    python across.py MODE NAME...     prints {name: numbers} as JSON
+    python across.py together MODE NAME...     prints {name: numbers} as JSON
+    python across.py apart MODE NAME...        the same, by a process for each
 
 A name is one of `everyday.CASES`, or the number of a drawn function.  Functions are solved in the
 order given.  MODE is a tier of `solve_ivp`, or "scalar" or "vector" for an ensemble of two.
+
+Processes apart are forks of one that has compiled nothing: Numba's counters stand the same in
+each, which is when their names for different code are the same.
 """
 
 import json
@@ -73,11 +77,11 @@ def in_python(function):
     return lambda *given: {"it": function}["it"](*given)
 
 
-def start(cache, mode, names):
+def start(cache, how, mode, names):
     """A process that answers."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": _paths()}
     return subprocess.Popen(
-        [sys.executable, "-W", "ignore", __file__, mode, *names],
+        [sys.executable, "-W", "ignore", __file__, how, mode, *names],
         env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
 
@@ -103,6 +107,26 @@ def wrong(found, reference):
     ]
 
 
+def numbers(name, mode):
+    return [float(x) for x in answer(name, mode)]
+
+
+def numbers_of_fork(name, mode):
+    """The same, by a copy of this process."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.write(writing, json.dumps(numbers(name, mode)).encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        found = pipe.read()
+    assert os.waitpid(child, 0)[1] == 0, f"the process for {name} died"
+    return json.loads(found)
+
+
 if __name__ == "__main__":
-    mode, *names = sys.argv[1:]
-    json.dump({name: [float(x) for x in answer(name, mode)] for name in names}, sys.stdout)
+    how, mode, *names = sys.argv[1:]
+    case_named("int 2")  # imports what all of them need
+    solved = numbers if how == "together" else numbers_of_fork
+    json.dump({name: solved(name, mode) for name in names}, sys.stdout)

@@ -1,0 +1,67 @@
+"""Processes that share a cache, in any order, never get each other's code.
+
+Numba names helpers by counters that begin anew in each process: code that two processes have kept
+may define the same names.  Each test lets some processes compile, then others load it all.
+"""
+
+import random
+import warnings
+
+import numpy as np
+import pytest
+
+from support import across, everyday
+
+MAKERS = 2
+
+
+def references(names):
+    """Answers by SciPy, or in Python."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return {name: across.expected(name) for name in names}
+
+
+def check(cache, mode, names, reference, rng):
+    """Compile each in a process of its own, load all in one; all answers, to the bit."""
+    rng.shuffle(names)
+    makers = [across.start(cache, "apart", mode, names[i::MAKERS]) for i in range(MAKERS)]
+    made = {name: found for process in makers for name, found in across.answers(process).items()}
+    rng.shuffle(names)
+    loaded = across.answers(across.start(cache, "together", mode, names))
+    assert not across.wrong(made, reference)
+    assert not across.wrong(loaded, reference)
+    assert [name for name in names if not np.array_equal(made[name], loaded[name])] == []
+
+
+@pytest.fixture(scope="module")
+def fixed():
+    names = list(everyday.CASES)
+    return names, references(names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", across.MODES)
+def test_everyday_functions(fixed, mode, tmp_path, rng):
+    names, reference = fixed
+    assert len(names) >= 40
+    check(tmp_path, mode, list(names), reference, rng)
+
+
+@pytest.mark.slow
+def test_drawn_functions(tmp_path, rng, pytestconfig):
+    """Other functions in each run: ``--draws`` tells how many."""
+    left = pytestconfig.getoption("draws")
+    while left > 0:
+        names = [str(rng.randrange(10**9)) for _ in range(min(left, 40))]
+        mode = rng.choice(across.MODES)
+        check(tmp_path, mode, names, references(names), rng)
+        left -= len(names)
+
+
+@pytest.fixture
+def rng():
+    """Random numbers whose seed a failure shows."""
+    seed = random.SystemRandom().randrange(10**9)
+    print("seed", seed)
+    return random.Random(seed)
