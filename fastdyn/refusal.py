@@ -77,12 +77,12 @@ def warn_once(fun, reason):
     warnings.warn(
         f"{name} cannot be compiled and runs in Python, many times slower: {reason}",
         CompileWarning,
-        stacklevel=_levels_inside(),
+        stacklevel=levels_inside(),
     )
 
 
-def _levels_inside():
-    """Frames from the caller of `warn_once`'s warning to the first one outside this package."""
+def levels_inside():
+    """The `stacklevel` of a warning given by the caller: that of the first line outside."""
     frame, level = sys._getframe(1), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(PACKAGE):
         frame, level = frame.f_back, level + 1

@@ -7,6 +7,7 @@ import numpy as np
 
 from .drive import counters
 from .growth import Growth, growth
+from .phase import phase
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,17 +81,20 @@ class Study:
         self.phase = self._phase()
 
     def _phase(self):
-        if self.system is None:
+        system = self.system
+        if system is None or not len(self.t):
             return None
         try:
-            exact = self.system.exact(self.t)
+            system.exact(self.t)
         except ValueError:
             return None
-        args = self.system.args
-        rates = np.array(
-            [self.system.rhs(t, w, *args) for t, w in zip(self.t, exact.T, strict=True)]
-        ).T
-        return ((self.y - exact) * rates).sum(axis=0) / (rates * rates).sum(axis=0)
+        try:
+            period = system.period
+        except (AttributeError, ValueError):
+            period = None
+        return phase(
+            system.exact, lambda t, w: system.rhs(t, w, *system.args), self.t, self.y, period
+        )
 
     def __str__(self):
         return table({self.method: self})

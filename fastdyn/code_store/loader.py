@@ -27,7 +27,7 @@ class UnknownSymbol(Exception):
 
 
 def provider(symbol):
-    """Who has a symbol that object code needs: "libc", "libm", "python", or "numba", its helpers."""
+    """Who has a symbol that object code needs: "libc", "libm", "python" or "numba"."""
     if symbol in LIBC:
         return "libc"
     if symbol in PYTHON:

@@ -112,6 +112,7 @@ def _executable(original, context, library, *rest):
 def _pointer(original, library, name):
     if deferred.addressless:
         return 0
+    library._ensure_finalized()
     if _spared(library) and not library._codegen._engine.is_symbol_defined(name):
         _translate_after_all(library)
     return original(library, name)

@@ -8,6 +8,7 @@ import numpy as np
 from fastdyn.check import method_named
 from fastdyn.ensemble import solve_ensemble
 from fastdyn.members import Shared
+from fastdyn.systems.consistent import check_members
 from fastdyn.systems.declare import checked
 
 
@@ -60,9 +61,12 @@ def ensemble(system, t_span, y0, method, given):
     args = tuple(
         columns.get(field.name, _shared(system, field)) for field in dataclasses.fields(system)
     )
+    t_span = (0.0, system.t_end) if t_span is None else t_span
+    if y0 is not None and system.constraints:
+        check_members(system, t_span[0], y0, columns)
     result = solve_ensemble(
         system.rhs,
-        (0.0, system.t_end) if t_span is None else t_span,
+        t_span,
         _initial_states(system, columns) if y0 is None else y0,
         args,
         method,

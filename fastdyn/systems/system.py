@@ -13,6 +13,7 @@ import numpy as np
 
 from fastdyn.check import method_named
 from fastdyn.solve import solve_ivp
+from fastdyn.systems.consistent import start_of
 from fastdyn.systems.declare import State, checked
 
 
@@ -148,7 +149,8 @@ class System:
             As for `fastdyn.solve_ivp`.
         stabilise : {None, "projection", "baumgarte"}
             How constraints are held: by the accelerations alone, by taking the state back to them
-            after each step, or by Baumgarte's pull.
+            at the start and after each step, or by Baumgarte's pull.  A start that violates them
+            is warned of, unless it is projected.
         **options
             As for `fastdyn.solve_ivp`, with two differences: `events` may also name events of
             the system (``events="slack"``), and the default tolerances of the adaptive methods
@@ -182,6 +184,8 @@ class System:
             options["project"] = self.project
         t_span = (0.0, self.t_end) if t_span is None else t_span
         start = self.initial_state() if y0 is None else self.full_state(y0)
+        if y0 is not None and self.constraints:
+            start = start_of(self, t_span[0], start, stabilise == "projection")
         result = solve_ivp(self.rhs, t_span, start, method=method, args=self.args, **options)
         result.system = self.as_started(t_span[0], y0)
         return result

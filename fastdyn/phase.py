@@ -1,0 +1,54 @@
+"""By how much time a computed motion is ahead of the exact one."""
+
+import math
+
+import numpy as np
+
+GRID = 64  # places on the orbit that are tried first
+REFINEMENTS = 20
+
+
+def phase(exact, rhs, t, y, period):
+    """The time by which y at t is ahead: that of the exact state nearest to it, less t.
+
+    Parameters
+    ----------
+    exact : callable
+        ``exact(t)``, shape (n, n_times).
+    rhs : callable
+        ``rhs(t, w)``, the derivative.
+    t, y : ndarray, shapes (n_times,), (n, n_times)
+        Times in equal steps.
+    period : float or None
+        Of the exact motion, if it has one.  A phase of more than half of it is told from smaller
+        ones by continuity: what changes from one time to the next changes by less than that.
+
+    Returns
+    -------
+    ndarray, shape (n_times,)
+    """
+    if period is None or not math.isfinite(period):
+        return _refined(exact, rhs, t, y, np.zeros(len(t)), math.inf)
+    offsets = (np.arange(GRID) / GRID - 0.5) * period
+    distance = [np.sum((exact(t + offset) - y) ** 2, axis=0) for offset in offsets]
+    nearest = offsets[np.argmin(distance, axis=0)]
+    found = _refined(exact, rhs, t, y, nearest, period / GRID)
+    step = before = 0.0
+    for i, value in enumerate(found):
+        turns = round((before + step - value) / period)
+        found[i] = value + turns * period
+        step, before = found[i] - before if i else 0.0, found[i]
+    return found
+
+
+def _refined(exact, rhs, t, y, ahead, longest):
+    """Newton's method for the place at which the difference is at right angles to the motion."""
+    ahead = np.array(ahead, float)
+    for _ in range(REFINEMENTS):
+        state = exact(t + ahead)
+        rate = np.array([rhs(*given) for given in zip(t + ahead, state.T, strict=True)]).T
+        change = ((y - state) * rate).sum(axis=0) / (rate * rate).sum(axis=0)
+        ahead += np.clip(change, -longest, longest)
+        if not np.abs(change).max() > 1e-12 * np.abs(t).max():
+            break
+    return ahead
