@@ -17,13 +17,13 @@ COMMON = ["-std=c++17", "-Wno-psabi", "-O3", "-march=native", "-fPIC", "-shared"
 @functools.cache
 def libraries(source=SOURCE):
     """{compiler: library} of a source for the compilers that are installed."""
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="fastdyn-bench-"))
     found = {}
-    for compiler, flags in COMPILERS.items():
-        if shutil.which(compiler):
-            out = folder / f"{compiler}.so"
-            subprocess.run([compiler, *COMMON, *flags, str(source), "-o", str(out)], check=True)
-            found[compiler] = ctypes.CDLL(str(out))
+    with tempfile.TemporaryDirectory(prefix="fastdyn-bench-") as folder:
+        for compiler, flags in COMPILERS.items():
+            if shutil.which(compiler):
+                out = pathlib.Path(folder, f"{compiler}.so")
+                subprocess.run([compiler, *COMMON, *flags, str(source), "-o", str(out)], check=True)
+                found[compiler] = ctypes.CDLL(str(out))  # loaded, it needs its file no more
     if not found:
         print("no C++ compiler (clang++ or g++) found: rows have no C++ column")
     return found

@@ -2,29 +2,22 @@
 
 To compare two commits::
 
-    python -m pytest bench/kernels.py --benchmark-save=before
-    python -m pytest bench/kernels.py --benchmark-compare --benchmark-compare-fail=min:10%
+    python -m pytest -p pytest_benchmark.plugin bench/kernels.py --benchmark-save=before
+    python -m pytest -p pytest_benchmark.plugin bench/kernels.py --benchmark-compare
 """
 
 import numpy as np
 import pytest
-from numba import njit
 
 from bench.problems import SATELLITE
 from fastdyn import check
 from fastdyn.adapt import bind
+from fastdyn.code_store import Call
 from fastdyn.drive import begin
 from fastdyn.kernels import METHODS
-from fastdyn.kernels.calls import resume
 from fastdyn.specialise import pointer_kernel, specialised_kernel, start_kernel
 
 STEPS, STEP, TOL = 1000, 0.01, 1e-6
-
-
-@njit
-def step(address, state, work, block):
-    """Call a kernel, as the chunk loop does, from compiled code: it has no other entry."""
-    return resume(address, state, work, block, STEPS)
 
 
 @pytest.mark.parametrize("tier", ["pointer", "specialised"])
@@ -40,11 +33,11 @@ def test_thousand_steps(benchmark, name, tier):
     )  # fmt: skip
     bound = bind(SATELLITE.fun, SATELLITE.args, mode, n // 2 if method.second_order else n)
     state, work = begin(problem)
-    start_kernel(name)(state, work, bound.block, float(method.error_order), method.last)
+    Call(start_kernel(name), state, work, bound.block, method.error_order, method.last)()
     if tier == "pointer":
         kernel = pointer_kernel(name)
     else:
         kernel = specialised_kernel(name, bound.function, n)
     benchmark.group = f"{STEPS} steps, {tier}"
-    benchmark(step, kernel.address, state, work, bound.block)
+    benchmark(Call(kernel, state, work, bound.block, STEPS))
     assert int(state["n_accepted"][0]) >= STEPS

@@ -1,17 +1,21 @@
-"""Each test process has a cache of compiled code of its own, filled once and kept for its life."""
+"""All workers share one cache of compiled code; it is kept from one run to the next."""
 
 import os
 import pathlib
-import tempfile
 
+import hypothesis.configuration
 import matplotlib
 import pytest
 
 matplotlib.use("Agg")
 
-BASE = os.environ.get("NUMBA_CACHE_DIR") or tempfile.mkdtemp(prefix="fastdyn-tests-")
-WORKER = os.environ.get("PYTEST_XDIST_WORKER", "main")
-os.environ["NUMBA_CACHE_DIR"] = str(pathlib.Path(BASE, WORKER))
+KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
+os.environ.setdefault("NUMBA_CACHE_DIR", str(KEPT / "compiled"))
+hypothesis.configuration.set_hypothesis_home_dir(KEPT / "hypothesis")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--draws", type=int, default=12, help="functions drawn across processes")
 
 
 def pytest_collection_modifyitems(items):

@@ -9,7 +9,6 @@ import warnings
 
 import numpy as np
 import pytest
-
 from support import across, everyday
 
 MAKERS = 2

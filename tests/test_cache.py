@@ -18,7 +18,7 @@ def fun(t, y, k):
     return np.array([v, {helper}.force(x) * k])
 r = fastdyn.solve_ivp(fun, (0, 5), [1.0, 0.0], "RK23", args=(2.0,), tier={tier!r})
 fastdyn.systems.vehicle().solve((0, 1), method="RK23")  # a function among its args
-print(r.nfev, r.y[0, -1].hex(), fastdyn.cache.COUNTS["compiled"])
+print(r.nfev, r.y[0, -1].hex(), fastdyn.code_store.COUNTS["compiled"])
 """
 
 
@@ -121,10 +121,10 @@ def test_an_edit_to_a_kernel_is_seen(tmp_path):
 
 
 def test_old_entries_go(tmp_path, monkeypatch):
-    from fastdyn import cache
+    from fastdyn.code_store import cache
 
     for i in range(30):
-        path = tmp_path / f"{i}.nbc"
+        path = tmp_path / f"{i}.o"
         path.write_bytes(b"x" * 10)
         os.utime(path, (i, i))
     monkeypatch.setattr(cache, "MAX_FILES", 10)

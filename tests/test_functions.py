@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import scipy.integrate
 from numba import njit
+from rounding import spread
 
 import fastdyn
-from rounding import spread
 
 STIFFNESS = 2.0
 MATRIX = np.array([[0.0, 1.0], [-2.0, 0.0]])

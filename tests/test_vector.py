@@ -6,9 +6,9 @@ import operator
 
 import numpy as np
 import pytest
-from support.by_vectors import ANY, SPECIAL, numbers, same, uniform, vectors
 from numba import njit
 from numba.core.errors import TypingError
+from support.by_vectors import ANY, SPECIAL, numbers, same, uniform, vectors
 
 from fastdyn.kernels import lanes
 from fastdyn.kernels.form import Form

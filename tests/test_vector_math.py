@@ -7,8 +7,8 @@ import re
 import mpmath
 import numpy as np
 import pytest
-from support.by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
 from numba import njit
+from support.by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
 
 from fastdyn.kernels import lanes, vector_arc, vector_exp, vector_log, vector_trig
 from fastdyn.kernels.form import Form

@@ -28,7 +28,8 @@ from .loader import UnknownSymbol, load
 from .object_file import NotWhole, is_elf, packed, unpacked
 from .seal import Unsealable, arguments, deferred, sealed
 
-MAX_FILES, MAX_BYTES = 2000, 512 * 2**20  # beyond either, the entries longest unused go
+MAX_FILES, MAX_BYTES = 4000, 512 * 2**20  # beyond either, the entries longest unused go
+PRUNE_ONCE_IN = 64  # entries that are written
 PACKAGE = pathlib.Path(__file__).parent.parent
 COUNTS = {"loaded": 0, "compiled": 0, "stored": 0}
 
@@ -152,7 +153,8 @@ def _store(path, data):
             file.write(data)
         os.replace(file.name, path)
         COUNTS["stored"] += 1
-        _prune(path.parent)
+        if secrets.randbelow(PRUNE_ONCE_IN) == 0:
+            _prune(path.parent)
     except OSError:
         pass
 

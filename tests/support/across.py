@@ -92,7 +92,10 @@ def _paths():
 
 def answers(process, seconds=300):
     """{name: numbers} of a process that was started."""
-    out, errors = process.communicate(timeout=seconds)
+    try:
+        out, errors = process.communicate(timeout=seconds)
+    finally:
+        process.kill()
     assert process.returncode == 0, errors[-2000:]
     return json.loads(out)
 
