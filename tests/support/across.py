@@ -6,8 +6,8 @@
 A name is one of `everyday.CASES`, or the number of a drawn function.  Functions are solved in the
 order given.  MODE is a tier of `solve_ivp`, or "scalar" or "vector" for an ensemble of two.
 
-Processes apart are forks of one that has compiled nothing: Numba's counters stand the same in
-each, which is when their names for different code are the same.
+Processes apart are forks of one that has compiled one function: Numba's counters stand the same
+in each, which is when their names for different code are the same.
 """
 
 import json
@@ -130,6 +130,6 @@ def numbers_of_fork(name, mode):
 
 if __name__ == "__main__":
     how, mode, *names = sys.argv[1:]
-    case_named("int 2")  # imports what all of them need
+    numbers("first", mode)  # imports what all of them need
     solved = numbers if how == "together" else numbers_of_fork
     json.dump({name: solved(name, mode) for name in names}, sys.stdout)

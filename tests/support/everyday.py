@@ -258,6 +258,7 @@ def of_system(system):
 
 
 CASES = {
+    "first": Case(lambda t, y: [y[1], -0.75 * y[0]]),
     "int 2": Case(rate, (2,)),
     "float 2.5": Case(rate, (2.5,)),
     "bool": Case(rate, (True,)),

@@ -1,0 +1,429 @@
+"""Calls that would make compiled code answer wrongly without a word, or never."""
+
+import math
+import os
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+import scipy.integrate
+
+import fastdyn
+from fastdyn import prepare, solve_ensemble, solve_ivp
+from fastdyn.kernels import METHODS
+from fastdyn.systems import pendulum_xy, satellite, vehicle
+
+LIST = [2.0, 3.0]
+ADAPTIVE = [name for name, m in METHODS.items() if m.error_order]
+
+
+def outcome(solve, make, args=(), **options):
+    """The end state, the events and the number of calls; or what was raised."""
+    fun, events = make() if make.__name__.startswith("with_event") else (make(), None)
+    calls = []
+
+    def counted(t, y, *args):
+        calls.append(t)
+        return fun(t, y, *args)
+
+    np.random.seed(3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            r = solve(fun, (0, 1), [1.0], args=args, events=events, **options)
+        except Exception as error:
+            return type(error)
+    return r.y[0, -1], r.nfev, r.t_events
+
+
+def nonlocal_flag():
+    fired = False
+
+    def fun(t, y):
+        nonlocal fired
+        if y[0] < 0.6:
+            fired = True
+        return [0.0] if fired else [-y[0]]
+
+    return fun
+
+
+def with_event_that_sets_a_flag():
+    fired = False
+
+    def fun(t, y):
+        return [-5.0 * y[0]] if fired else [-y[0]]
+
+    def event(t, y):
+        nonlocal fired
+        if y[0] < 0.6:
+            fired = True
+        return y[0] - 0.6
+
+    return fun, event
+
+
+def with_event_that_sets_an_attribute():
+    class Settings:
+        k = 1.0
+
+    settings = Settings()
+
+    def event(t, y):
+        if y[0] < 0.6:
+            settings.k = 4.0
+        return y[0] - 0.6
+
+    return (lambda t, y: [-settings.k * y[0]]), event
+
+
+def with_event_that_sets_an_item():
+    box = [1.0]
+
+    def event(t, y):
+        if y[0] < 0.6:
+            box[0] = 4.0
+        return y[0] - 0.6
+
+    return (lambda t, y: [-box[0] * y[0]]), event
+
+
+def counting_array():
+    log = np.zeros(1)
+
+    def fun(t, y):
+        log[0] += 1
+        return [-log[0] * y[0] * 0.01]
+
+    return fun
+
+
+def counting_view():
+    log = np.zeros(4)[::2]
+
+    def fun(t, y):
+        log[0] += 1
+        return [-log[0] * y[0] * 0.01]
+
+    return fun
+
+
+def counting_list():
+    log = []
+
+    def fun(t, y):
+        log.append(t)
+        return [-len(log) * y[0] * 0.01]
+
+    return fun
+
+
+def random_numbers():
+    return lambda t, y: [-y[0] * np.random.rand()]
+
+
+def factorial():
+    def fun(t, y):
+        n = 1
+        for i in range(1, 26):
+            n *= i
+        return [-y[0] * (n / 1.5e25)]
+
+    return fun
+
+
+def factorial_later():
+    def fun(t, y):
+        n = 1
+        for i in range(1, 18 + int(10 * t)):
+            n = i * n
+        return [-y[0] * (1 + n % 7)]
+
+    return fun
+
+
+def power_of_whole_numbers():
+    def fun(t, y):
+        n = 3 + int(t)
+        return [-y[0] * n**41 / 3**41]
+
+    return fun
+
+
+def shifted():
+    def fun(t, y):
+        n = 64 + int(t)
+        return [-y[0] * (1 << n) / 2**64]
+
+    return fun
+
+
+def negated():
+    def fun(t, y):
+        n = -(2**63) + int(t)
+        return [-y[0] * (-n - 1) / 2**63]
+
+    return fun
+
+
+def whole_of_float():
+    return lambda t, y: [-y[0] * int(1e25 + t) / 1e25]
+
+
+def floor_of_float():
+    return lambda t, y: [-y[0] * math.floor(1e25 + t) / 1e25 * round(1e19) / 1e19]
+
+
+def unassigned():
+    def fun(t, y):
+        if t < 0.5:
+            k = 2.0
+        return [-k * y[0]]
+
+    return fun
+
+
+def assigned_by_a_loop():
+    def fun(t, y):
+        for i in range(3):
+            k = i
+        return [-k * y[0]]
+
+    return fun
+
+
+def beyond_the_end():
+    table = np.array([1.0, 2.0])
+    return lambda t, y: [-table[int(4 * t)] * y[0]]
+
+
+def complex_eigenvalues():
+    matrix = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    return lambda t, y: [-y[0] + np.linalg.eigvals(matrix)[0].real]
+
+
+def sees_a_list():
+    return lambda t, y: [-LIST[0] * y[0] * len(LIST)]
+
+
+def repeated_list():
+    def fun(t, y):
+        twice = LIST * 2
+        return [-twice[2] * y[0]]
+
+    return fun
+
+
+FUNCTIONS = [
+    nonlocal_flag, with_event_that_sets_a_flag, with_event_that_sets_an_attribute,
+    with_event_that_sets_an_item, counting_array, counting_view, counting_list, random_numbers,
+    factorial, factorial_later, power_of_whole_numbers, shifted, negated, whole_of_float,
+    floor_of_float, unassigned, assigned_by_a_loop, beyond_the_end, complex_eigenvalues,
+    sees_a_list, repeated_list,
+]  # fmt: skip
+
+
+def same(ours, theirs):
+    if isinstance(theirs, type) or isinstance(ours, type):
+        return ours == theirs
+    events = [
+        theirs[2] is None or np.allclose(a, b) for a, b in zip(ours[2] or [], theirs[2] or [])
+    ]
+    return math.isclose(ours[0], theirs[0], rel_tol=1e-9) and ours[1] == theirs[1] and all(events)
+
+
+@pytest.mark.parametrize("make", FUNCTIONS, ids=lambda make: make.__name__)
+@pytest.mark.parametrize("method", ["RK45", "Radau"])
+def test_functions_that_compiled_code_would_get_wrong(make, method):
+    theirs = outcome(scipy.integrate.solve_ivp, make, method=method)
+    if method == "Radau" and "counting" in make.__name__:
+        return  # its Jacobian, by differences, is SciPy's own affair
+    assert same(outcome(solve_ivp, make, method=method), theirs)
+
+
+def of_parts(t, y, p):
+    a, b = p
+    return [-a * b * y[0]]
+
+
+def of_sum(t, y, p):
+    return [-sum(p) * max(p) * len(p) * y[0]]
+
+
+def of_doubled(t, y, p):
+    return [-(p * 2)[3] * y[0]]
+
+
+def of_joined(t, y, p):
+    return [-(p + p)[2] * y[0]]
+
+
+def of_slice(t, y, p):
+    return [-(p[1:] * 3)[2] * y[0]]
+
+
+def of_array(t, y, p):
+    return [-(np.ones(2) * p)[1] * y[0]]
+
+
+def written(t, y, p):
+    p[0] += 0.5
+    return [-p[0] * y[0]]
+
+
+@pytest.mark.parametrize(
+    "fun", [of_parts, of_sum, of_doubled, of_joined, of_slice, of_array, written]
+)
+def test_a_list_among_the_arguments_is_a_list(fun):
+    theirs = outcome(scipy.integrate.solve_ivp, lambda: fun, ([2.0, 3.0],))
+    assert same(outcome(solve_ivp, lambda: fun, ([2.0, 3.0],)), theirs)
+
+
+def test_every_call_of_a_function_is_counted():
+    for method in ("RK23", "RK45", "DOP853", "LSODA"):
+        for vectorized in (False, True):
+            calls = []
+
+            def fun(t, y, calls=calls):
+                calls.append(t)
+                return -y
+
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                r = solve_ivp(fun, (0, 3), [1.0, 2.0], method, vectorized=vectorized)
+            assert len(calls) == r.nfev
+
+
+def test_a_solve_that_gave_up_goes_on_in_python_everywhere():
+    make = factorial_later
+    expected = outcome(scipy.integrate.solve_ivp, make)[0]
+    with pytest.warns(fastdyn.CompileWarning, match="could not go on at t"):
+        solver = prepare(make(), (0, 1), [1.0])
+        assert math.isclose(solver().y[0, -1], expected, rel_tol=1e-9)
+    assert math.isclose(solver([1.0]).y[0, -1], expected, rel_tol=1e-9)
+    with pytest.warns(fastdyn.CompileWarning, match="could not go on at t"):
+        many = solve_ensemble(make(), (0, 1), np.ones((3, 1)))
+    assert many.success.all() and np.allclose(many.y_end, expected, rtol=1e-9)
+    with pytest.warns(fastdyn.CompileWarning, match="could not go on at t"):
+        study = fastdyn.energy_drift(
+            make(), "RK45", t_end=1.0, y0=[1.0], invariants={"y": lambda t, y: y[0]}
+        )
+    assert math.isclose(study.y[0, -1], expected, rel_tol=1e-2) and not study.message
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_longest_step_below_the_spacing_of_t_fails(method):
+    r = solve_ivp(lambda t, y: -y, (5, 9), [1.0], method, max_step=1e-20)
+    assert r.status == -1 and "max_step=1e-20" in r.message and r.n_accepted == 0
+    if method in ("RK23", "RK45", "DOP853"):
+        s = scipy.integrate.solve_ivp(lambda t, y: -y, (5, 9), [1.0], method, max_step=1e-20)
+        assert s.status == -1 and s.message in r.message and s.nfev == r.nfev
+
+
+@pytest.mark.parametrize("lanes", ["scalar", "vector"])
+def test_such_a_step_fails_in_ensembles(lanes):
+    states = np.ones((9, 1))
+    many = solve_ensemble(lambda t, y: [-y[0]], (5, 9), states, max_step=1e-20, lanes=lanes)
+    assert not many.success.any() and (many.nfev == 8).all()
+    study_options = {"y0": [1.0], "invariants": {"y": lambda t, y: y[0]}, "max_step": 1e-300}
+    assert fastdyn.energy_drift(lambda t, y: [-y[0]], "RK45", t_end=9.0, **study_options).message
+
+
+@pytest.mark.parametrize("method", ["RK4", "VelocityVerlet", "Gauss4"])
+def test_a_constant_step_below_the_spacing_of_t_is_refused(method):
+    with pytest.raises(ValueError, match="the time would stand still"):
+        solve_ivp(lambda t, y: [y[1], -y[0]], (5, 9), [1.0, 0.0], method, step=1e-20)
+
+
+def test_words_are_no_initial_state():
+    for y0 in (["1.0"], np.array(["1"]), [b"1"]):
+        with pytest.raises(TypeError, match="must be numbers"):
+            solve_ivp(lambda t, y: -y, (0, 1), y0)
+
+
+def test_what_compiled_code_cannot_hold_is_named():
+    class Thing:
+        k = 1.0
+
+        def pull(self, y):
+            return -self.k * y
+
+    things = {"it": Thing()}
+    with pytest.warns(fastdyn.CompileWarning) as caught:
+        solve_ivp(lambda t, y: [things["it"].pull(y[0])], (0, 1), [1.0])
+    assert "it uses `things`" in str(caught[0].message)
+    assert caught[0].filename == __file__  # the line of the user
+
+
+def test_a_list_that_changes_between_two_solves_is_read_anew():
+    rates = [1.0, 5.0]
+    decay = lambda t, y: [-rates[0] * y[0]]  # noqa: E731
+    ends = []
+    for k in (1.0, 2.0):
+        rates[0] = k
+        ends.append(solve_ivp(decay, (0, 1), [1.0], rtol=1e-8).y[0, -1])
+    assert np.allclose(ends, np.exp([-1.0, -2.0]), rtol=1e-6)
+
+
+DISABLED = """
+import warnings, fastdyn, numpy as np
+def turn(t, y): return [y[1], -y[0]]
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    one = fastdyn.solve_ivp(turn, (0, 1), [1.0, 0.0], tier="specialised", rtol=1e-8)
+    two = fastdyn.solve_ensemble(turn, (0, 1), [[1.0, 0.0]], events=lambda t, y: y[0])
+    three = fastdyn.systems.satellite().solve((0, 1))
+print(one.y[0, -1], len(caught), "NUMBA_DISABLE_JIT" in str(caught[0].message))
+"""
+
+
+def test_numba_switched_off_runs_in_python_with_one_warning():
+    done = subprocess.run(
+        [sys.executable, "-c", DISABLED], capture_output=True, text=True, check=True,
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+    )  # fmt: skip
+    end, n_warnings, said = done.stdout.split()
+    assert abs(float(end) - math.cos(1.0)) < 1e-6 and n_warnings == "1" and said == "True"
+
+
+def test_a_start_off_the_constraints_is_warned_of_or_projected():
+    car, slipping = vehicle(), [0.0, 0.0, 0.0, 1.0, 0.5, 0.0]
+    with pytest.warns(UserWarning, match=r"`front_slip` is 0.597, `rear_slip` is 0.5"):
+        car.solve((0, 1), slipping)
+    held = car.solve((0, 1), slipping, stabilise="projection")
+    assert max(np.abs(v).max() for v in held.residuals().values()) < 1e-15
+    pendulum = pendulum_xy()
+    start = np.array(pendulum.initial_state())
+    with pytest.warns(UserWarning, match="this is trajectory 1"):
+        pendulum.ensemble((0, 1), np.outer([1.0, 1.01], start))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pendulum.solve((0, 1), start)
+        car.solve((0, 1), car.rolling(2.0))
+        car.ensemble((0, 1), [car.rolling(1.0), car.rolling(2.0)])
+
+
+def test_the_phase_of_a_study_is_that_of_counted_turns():
+    """RK45 at 1e-6 loses energy: after 700 orbits it is four revolutions ahead."""
+    system, turns = satellite(V=1.2), 700
+    given = {"rtol": 1e-6, "atol": 1e-9}
+    study = fastdyn.energy_drift(system, "RK45", periods=turns, **given)
+    end = turns * system.period
+    run = system.solve((0, end), t_eval=[end], events="periapsis", **given)
+    passages = run.t_events[0]
+    ahead = (len(passages) - 1) * system.period - passages[-1]
+    turn = passages[-1] - passages[-2]
+    assert ahead > 2.0 * system.period
+    assert abs(study.phase[-1] - ahead) < abs(turn - system.period) + 0.01 * ahead
+    assert np.abs(np.diff(study.phase)).max() < 0.1 * system.period
+
+
+def test_a_small_phase_is_as_exact_as_it_was():
+    system = satellite(V=1.2)
+    study = fastdyn.energy_drift(system, "Gauss16", periods=10, steps_per_period=60, samples=10)
+    exact = system.exact(study.t)
+    rates = np.array([system.rhs(0.0, w, *system.args) for w in exact.T]).T
+    linear = ((study.y - exact) * rates).sum(axis=0) / (rates * rates).sum(axis=0)
+    assert np.abs(study.phase - linear).max() < 1e-12
