@@ -293,17 +293,17 @@ def taken_in(parts, layout, outside, tuples, options):
     return compile_with(plan, {**parts.options, **options}), arguments(ready, FIRST)
 
 
-def called_function(value):
+def called_function(value: Any):
     """The compiled form of a function that a user's function calls; None if it is not one.
 
     A jitted function is compiled anew: its own machine code may be of other values of its globals,
     or from Numba's cache, where the names of helpers are not unique.
     """
     owner, options, signatures = None, {"boundscheck": True}, ()
-    if type(value) is CPUDispatcher and value._compiler.pipeline_class is NumbaCompiler:
+    if type(value) is CPUDispatcher and value._compiler.pipeline_class is NumbaCompiler:  # pyright: ignore
         options = {"error_model": "python", **value.targetoptions}
         options = {k: v for k, v in options.items() if k != "nopython"}
-        if not value._can_compile:
+        if not value._can_compile:  # pyright: ignore
             signatures = value.nopython_signatures
         dispatcher, value = value, value.py_func
         if of_library(value):

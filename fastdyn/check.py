@@ -219,6 +219,8 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         h_max, h = limits.step_limits(options, span)
         if h_max is None:
             h_max = span * method.h_max_share
+        elif options.get("max_steps") is None and not any(limit for _, limit, _ in events or ()):
+            limits.never_ends(h_max, t0, tf)
     else:
         warn_unused(options, FIXED)
         rtol, atol, h_max = 0.0, 0.0, math.inf

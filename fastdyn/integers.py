@@ -5,6 +5,7 @@ Where a result does not fit, the compiled function raises, and the solve goes on
 
 # Numba's decorators and types say less than they are.
 # pyright: reportArgumentType=false, reportIncompatibleMethodOverride=false, reportOptionalCall=false
+# pyright: reportCallIssue=false
 
 import math
 import operator

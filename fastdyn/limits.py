@@ -61,6 +61,15 @@ def step_limits(options, span):
     return h_max, float(first)
 
 
+def never_ends(h_max, t0, tf):
+    """Refuse a longest step that is none any more before the span ends, after 1e14 steps."""
+    if math.isfinite(tf) and 10 * math.ulp(t0) <= h_max < 10 * math.ulp(max(abs(t0), abs(tf))):
+        raise ValueError(
+            f"`max_step={h_max}` is less than the spacing of numbers near t = {tf}: the run would "
+            "take centuries, and fail there."
+        )
+
+
 def fixed_step(options, t0, tf, name):
     """The step of a fixed-step method, adjusted by round-off where the span is a whole number."""
     span = abs(tf - t0)

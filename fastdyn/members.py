@@ -128,7 +128,8 @@ class Members:
         """
         bound = bind(fun, self.first, mode, n, look)
         if bound.function is None:
-            return self._in_python(fun, mode, n, bound.callback.announce), [
+            announce = bound.callback and bound.callback.announce
+            return self._in_python(fun, mode, n, announce), [
                 (FIRST + column, column) for column in range(len(self.varying))
             ]
         before = parts_of(fun, self.first).positional.index(Y) - 1

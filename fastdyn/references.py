@@ -161,7 +161,7 @@ def resolve(reference, function, owner):
     return value, depth
 
 
-def frozen(value, seen=()):
+def frozen(value: Any, seen=()) -> Any:
     """A hashable token that tells a constant from every other one; Opaque if there is none."""
     if isinstance(value, bool | int | str | bytes | type(None) | type(Ellipsis)):
         return (type(value).__name__, value)
@@ -181,7 +181,7 @@ def frozen(value, seen=()):
         return ("module", value.__name__)
     if isinstance(value, Dispatcher):
         options = tuple(sorted((k, repr(v)) for k, v in value.targetoptions.items()))
-        typed = () if value._can_compile else tuple(map(str, value.nopython_signatures))
+        typed = () if value._can_compile else tuple(map(str, value.nopython_signatures))  # pyright: ignore
         return ("njit", options, typed, frozen(value.py_func, seen))
     if isinstance(value, python.FunctionType):
         return _frozen_function(value, seen)

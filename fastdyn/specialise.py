@@ -219,7 +219,7 @@ def _stages_kernel(method, function, n):
     def kernel(state, work, block, n_steps):
         return advance(rhs, step, form, state, work, block, n_steps)
 
-    kernel.compile(ADVANCE)
+    kernel.compile(ADVANCE)  # pyright: ignore
     return kernel
 
 

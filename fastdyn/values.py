@@ -27,7 +27,7 @@ class Spread(NamedTuple):
 class Constant(NamedTuple):
     """A value that is part of the code; `token` tells it from every other one."""
 
-    token: tuple
+    token: Any
     value: Any
 
     def __eq__(self, other):

@@ -1,4 +1,4 @@
-"""Kept code is one object file an entry: one visible symbol, nothing of the process that made it."""
+"""Kept code is one object file an entry: one visible symbol, and nothing of its process."""
 
 import resource
 import threading
@@ -146,9 +146,8 @@ def test_a_jitted_function_is_compiled_anew_with_what_holds_now(monkeypatch):
     exec("@njit\ndef pull(x):\n    return -K * x\n\ndef fun(t, y):\n    return [pull(y[0])]", space)
     assert space["pull"](1.0) == -1.0  # compiled for this K, by Numba
     space["K"] = 2.0
-    assert (
-        abs(fastdyn.solve_ivp(space["fun"], (0, 1), [1.0], rtol=1e-8).y[0, -1] - np.exp(-2)) < 1e-6
-    )
+    end = fastdyn.solve_ivp(space["fun"], (0, 1), [1.0], rtol=1e-8).y[0, -1]
+    assert abs(end - np.exp(-2)) < 1e-6
 
 
 def test_code_from_numbas_own_cache_is_not_linked(tmp_path, monkeypatch):

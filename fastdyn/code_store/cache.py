@@ -20,13 +20,12 @@ from typing import NamedTuple
 import llvmlite
 import numba
 import numpy as np
-from numba.core.registry import cpu_target
 from numba.misc.appdirs import AppDirs
 
 from .call import laid_out
 from .loader import UnknownSymbol, load
 from .object_file import NotWhole, is_elf, packed, unpacked
-from .seal import Unsealable, arguments, deferred, sealed
+from .seal import Unsealable, arguments, deferred, processor, sealed
 
 MAX_FILES, MAX_BYTES = 4000, 512 * 2**20  # beyond either, the entries longest unused go
 PRUNE_ONCE_IN = 64  # entries that are written
@@ -66,7 +65,7 @@ def environment():
             np.__version__,
             importlib.metadata.version("scipy"),
             [(e.value, e.dist.version if e.dist else "") for e in _extensions()],
-            cpu_target.target_context.codegen().magic_tuple(),
+            processor(),
             [str(getattr(numba.config, name, None)) for name in switches],
         )
     )
@@ -111,7 +110,7 @@ def compiled(key, build, kernel=True):
         "arguments": arguments(names, result.signature) if kernel else [],
         "key": hashlib.sha256((key or "").encode()).hexdigest(),
         "environment": hashlib.sha256(environment().encode()).hexdigest(),
-        "processor": cpu_target.target_context.codegen().magic_tuple(),
+        "processor": processor(),
     }
     if key is not None and is_elf(code):
         _store(_path(symbol), packed(header, code))

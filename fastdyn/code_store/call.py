@@ -14,7 +14,7 @@ _as_float, _as_word = struct.Struct("d").pack, struct.Struct("q").unpack
 _pointer_at, _HEAD = ctypes.c_void_p.from_address, object.__basicsize__
 
 
-def address_of(a):
+def address_of(a):  # pyright: ignore
     """Where the data of an array begins: a tenth of the time of ``a.ctypes.data``."""
     return _pointer_at(id(a) + _HEAD).value or 0  # behind the head of the object
 
@@ -26,7 +26,7 @@ def _first_field_is_data():
 
 if not _first_field_is_data():  # an interpreter with another layout of objects
 
-    def address_of(a):
+    def address_of(a):  # pyright: ignore
         """Where the data of an array begins."""
         return a.ctypes.data
 

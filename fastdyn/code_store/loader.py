@@ -45,7 +45,7 @@ def _helpers():
     if "numba" in sys.modules:
         from numba import _helperlib
 
-        return _helperlib.c_helpers
+        return _helperlib.c_helpers  # pyright: ignore
     spec = importlib.util.find_spec("numba")
     if spec is None or spec.origin is None:
         return {}

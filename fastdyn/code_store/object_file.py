@@ -10,7 +10,8 @@ import struct
 
 MAGIC = b"fastdyn object 1\n"
 DIGEST = 32
-RELOCATABLE, SYMBOL_TABLE, CONSTRUCTORS = 1, 2, (14, 15, 16)  # of ELF
+RELOCATABLE, SYMBOL_TABLE = 1, 2  # of ELF
+CONSTRUCTORS = (".init_array", ".fini_array", ".preinit_array", ".ctors", ".dtors")
 
 
 class NotWhole(Exception):
@@ -58,11 +59,11 @@ def symbols(code):
     if kind != RELOCATABLE:
         raise NotWhole("it is no relocatable object")
     (start,) = struct.unpack_from("<Q", code, 0x28)
-    size, count = struct.unpack_from("<HH", code, 0x3A)
+    size, count, names_of_sections = struct.unpack_from("<HHH", code, 0x3A)
     sections = [struct.unpack_from("<IIQQQQIIQQ", code, start + i * size) for i in range(count)]
     defined, undefined = [], []
-    for _, kind, _, _, offset, length, link, *_ in sections:
-        if kind in CONSTRUCTORS:
+    for name, kind, _, _, offset, length, link, *_ in sections:
+        if _text(code, sections[names_of_sections][4] + name).startswith(CONSTRUCTORS):
             raise NotWhole("it has code that runs when it is loaded")
         if kind != SYMBOL_TABLE:
             continue
@@ -71,6 +72,9 @@ def symbols(code):
             name, info, _, section = struct.unpack_from("<IBBH", code, at)
             if info >> 4 == 0:  # local to the file
                 continue
-            text = code[names + name : code.index(b"\0", names + name)].decode()
-            (undefined if section == 0 else defined).append(text)
+            (undefined if section == 0 else defined).append(_text(code, names + name))
     return defined, undefined
+
+
+def _text(code, at):
+    return code[at : code.index(b"\0", at)].decode()

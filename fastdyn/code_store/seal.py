@@ -28,6 +28,7 @@ from .object_file import checked, is_elf, symbols
 # address, a function that was not there yet.
 PROCESS_BOUND = ("_ZN08NumbaEnv", "numba.dynamic.globals", ".numba.unresolved$")
 ENVIRONMENT = "NumbaEnv"
+BACK_TO_PYTHON = "it goes back to Python (prints, or uses Python objects)"
 FOR_PYTHON = "_ZN7cpython"  # begins the name of a function's entry from Python
 
 
@@ -140,10 +141,15 @@ def _raise(original, convention, builder, exc, args, types, loc=None, func_name=
     convention.set_static_user_exc(builder, exc, None, loc, func_name)
 
 
+def processor():
+    """What code is made for: the triple, the processor and its features, by Numba's settings."""
+    return cpu_target.target_context.codegen().magic_tuple()
+
+
 @functools.cache
 def target():
     """Numba's target machine, but for code that may lie anywhere."""
-    triple, cpu, features = cpu_target.target_context.codegen().magic_tuple()
+    triple, cpu, features = processor()
     return llvm.Target.from_triple(triple).create_target_machine(
         cpu=cpu, features=features, opt=3, reloc="pic", codemodel="small"
     )
@@ -196,7 +202,7 @@ def sealed(result, symbol, kernel):
     _drop_unused(module)
     for value in module.global_variables:
         if value.name.startswith(PROCESS_BOUND):
-            raise Unsealable("it goes back to Python (prints, or uses Python objects)")
+            raise Unsealable(BACK_TO_PYTHON)
     return _translated(module, symbol)
 
 
@@ -257,7 +263,9 @@ def _translated(module, symbol):
         try:
             provider(name)
         except UnknownSymbol:
-            raise Unsealable(f"it calls {name}, which is not known to be everywhere") from None
+            python = name.startswith(("Py", "_Py"))
+            reason = BACK_TO_PYTHON if python else f"it calls {name}, which Numba has in a process"
+            raise Unsealable(reason) from None
     return code, needs
 
 
