@@ -1,10 +1,12 @@
 # Everything runs in a virtual environment in .venv; `make` alone says what there is.
 PYTHON ?= python3
 BIN := .venv/bin
+TEST := $(BIN)/python -m pytest --dist loadgroup
 
 help:
 	@echo "make tour    set up, then replay the course: tables, and figures in figures/"
 	@echo "make test    set up, then run the tests"
+	@echo "make processors    the tests under other processors' instructions, and 1 and 4 workers"
 	@echo "make check   set up, then ruff, pyright, import-linter"
 	@echo "make bench   set up with the rival solvers that install, then all benchmarks"
 
@@ -22,7 +24,14 @@ tour: .venv/.user
 	$(BIN)/fastdyn tour --out figures
 
 test: .venv/.dev
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadgroup
+	$(TEST) --numprocesses 2
+
+processors: .venv/.dev
+	for core in Prescott Haswell SkylakeX; do \
+	    OPENBLAS_CORETYPE=$$core $(TEST) --numprocesses 2 || exit 1; done
+	for cpu in x86-64-v2 x86-64-v3; do \
+	    NUMBA_CPU_NAME=$$cpu NUMBA_CPU_FEATURES= $(TEST) --numprocesses 2 || exit 1; done
+	for workers in 1 4; do $(TEST) --numprocesses $$workers || exit 1; done
 
 check: .venv/.dev
 	$(BIN)/ruff check .
@@ -35,4 +44,4 @@ bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet numbalsoda  # needs a Fortran compiler
 	$(BIN)/python -m bench
 
-.PHONY: help tour test check bench
+.PHONY: help tour test processors check bench

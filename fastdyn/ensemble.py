@@ -13,6 +13,7 @@ from .crew import Results, Worker, work_off
 from .kernels.state import RAISED
 from .members import Members
 from .refusal import GaveUp, Uncompilable
+from .side_effects import check_independent
 from .solve import run_of
 from .structure import check_second_order
 from .trajectories import Trajectories
@@ -202,6 +203,10 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, option
     if moments := reductions.moments(wanted):
         problem = reductions.extended(problem, moments, members)
         mode, n = moments, members.n
+
+    folds = [fold.function for fold in reductions.folds(wanted)]
+    project = [problem.project] if problem.project is not None else []
+    check_independent([fun, *(event for event, _, _ in problem.events or ()), *folds, *project])
 
     def look():
         if members.count:

@@ -9,15 +9,19 @@ from .callback import evaluate
 from .code_store import Call
 from .kernels.calls import RAISED
 from .result import OdeResult
+from .side_effects import CHANGED, depends
 from .specialise import evaluate_kernel
 
 REFUSED = ("breakpoints", "project", "checkpoint")
 OWN_OPTIONS = check.COMMON | {"step", *REFUSED}
 
 
-def python_callable(fun, args, mode, n):
-    """``f(t, y)`` for SciPy, running compiled code where `fun` compiles."""
-    bound = bind(fun, args, mode, n)
+def python_callable(fun, args, mode, n, others=()):
+    """``f(t, y)`` for SciPy, running compiled code where `fun` compiles.
+
+    `others` are functions of the same solve, which run in Python.
+    """
+    bound = bind(fun, args, mode, n, refused=CHANGED if depends(fun, others) else None)
     given, out = np.empty(n), np.empty(n)
     kernel = Call(evaluate_kernel(), bound.block, 0.0, given, out)
 
@@ -55,7 +59,9 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     else:
         limits.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
         mode = "column" if vectorized else "derivative"
-        derivative, vectorized = python_callable(fun, args, mode, len(y0)), False
+        others = [event for event, _, _ in check.event_list(events) or ()]
+        others += [options["jac"]] if callable(options.get("jac")) else []
+        derivative, vectorized = python_callable(fun, args, mode, len(y0), others), False
         f0 = derivative(float(t_span[0]), y0)
         if not np.isfinite(f0).all():
             return _not_finite(t_span[0], y0, t_eval)

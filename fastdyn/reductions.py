@@ -47,7 +47,9 @@ class Fold(NamedTuple):
         def fold_without_moments(t, z, *args):
             return function(z[0], t, z[1:end], *args)
 
-        return fold if parts == 1 else fold_without_moments
+        called = fold if parts == 1 else fold_without_moments
+        called.__qualname__ = getattr(function, "__qualname__", called.__qualname__)
+        return called
 
 
 def wanted(reduce, events):

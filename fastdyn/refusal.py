@@ -3,6 +3,7 @@
 import re
 import sys
 import warnings
+from types import CellType
 
 from .code_store import Unsealable
 
@@ -25,6 +26,7 @@ class GaveUp(Exception):
 
 SWITCHED_OFF = "NUMBA_DISABLE_JIT is set"
 _warned: set = set()
+EMPTY = CellType()
 PACKAGE = f"{__package__}."
 
 
@@ -70,7 +72,7 @@ def explain(error):
 def warn_once(fun, reason):
     """Say that a function runs in Python, at the line of the user who called."""
     name = getattr(fun, "__qualname__", None) or repr(fun)
-    identity = reason if reason == SWITCHED_OFF else getattr(fun, "__code__", type(fun))
+    identity = reason if reason == SWITCHED_OFF else _identity(fun)
     if identity in _warned:
         return
     _warned.add(identity)
@@ -79,6 +81,13 @@ def warn_once(fun, reason):
         CompileWarning,
         stacklevel=levels_inside(),
     )
+
+
+def _identity(fun):
+    """What tells a function, or one that is called through a closure, from others."""
+    held = [cell.cell_contents for cell in getattr(fun, "__closure__", None) or () if cell != EMPTY]
+    codes = [getattr(value, "__code__", None) for value in held]
+    return (getattr(fun, "__code__", type(fun)), *codes)
 
 
 def levels_inside():

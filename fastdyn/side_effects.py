@@ -12,41 +12,74 @@ from .references import of_library, references, resolve
 from .refusal import Uncompilable
 
 CHANGED = "another function of the solve may change what it uses"
-STORES = {"STORE_GLOBAL", "DELETE_GLOBAL", "STORE_DEREF", "DELETE_DEREF", "STORE_ATTR"}
 
 
 def stored_by(fun):
-    """What a callable may change: places (of globals and cells) and names of attributes."""
+    """What a callable assigns to: variables, names of attributes."""
     places = set()
     for function, _ in _reached(fun):
         for code in _codes(function.__code__):
             for instruction in dis.get_instructions(code):
-                if instruction.opname == "STORE_ATTR":
-                    places.add(instruction.argval)
-                elif instruction.opname in STORES:
-                    places.add(_place(function, instruction.argval))
+                operation, name = instruction.opname, instruction.argval
+                if operation == "STORE_ATTR":
+                    places.add(name)
+                elif operation.endswith("_GLOBAL") and not operation.startswith("LOAD"):
+                    places.add((id(function.__globals__), name))
+                elif operation in ("STORE_DEREF", "DELETE_DEREF"):
+                    if name in function.__code__.co_freevars:  # not a variable of its own
+                        places.add(_place(function, name))
     return places
 
 
 def used_by(fun):
-    """Places and names of attributes that a callable reads, and whether a list is among them."""
-    places, lists = set(), False
+    """What a callable reads: variables, names of attributes."""
+    places = set()
     for function, owner in _reached(fun):
         for reference in references(function, owner is not None):
-            lists = lists or isinstance(resolve(reference, function, owner)[0], list)
             places.update(reference.attributes)
             if reference.root != "self":
                 places.add(_place(function, reference.name))
-    return places, lists
+    return places
 
 
 def depends(fun, others):
-    """Whether a function uses what others, which run in Python, may change."""
+    """Whether a function uses what others, which run in Python, may change: lists, too."""
+    used, lists = _readable(used_by, fun), _readable(_lists, fun)
+    return any(
+        used & _readable(stored_by, other) or lists & _readable(_lists, other) for other in others
+    )
+
+
+def check_independent(functions):
+    """Refuse functions of an ensemble that change what others use."""
+    for one in functions:
+        stored = _readable(stored_by, one)
+        others = [other for other in functions if other is not one]
+        if stored and any(stored & _readable(used_by, other) for other in others):
+            name = getattr(one, "__qualname__", repr(one))
+            raise ValueError(
+                f"`{name}` changes what another function of the ensemble uses: the trajectories "
+                "would depend on their order. Solve them one by one, or pass what changes as "
+                "`args`."
+            )
+
+
+def _readable(what, fun):
+    """``what(fun)``; nothing of a function whose code Numba cannot read: it is not compiled."""
     try:
-        places, lists = used_by(fun)
-    except Exception:  # it cannot be read, and so is not compiled
-        return False
-    return lists or any(places & stored_by(other) for other in others)
+        return what(fun)
+    except Exception:
+        return set()
+
+
+def _lists(fun):
+    """The lists that a callable knows."""
+    return {
+        id(value)
+        for function, owner in _reached(fun)
+        for reference in references(function, owner is not None)
+        if isinstance(value := resolve(reference, function, owner)[0], list)
+    }
 
 
 def _place(function, name):
@@ -78,7 +111,7 @@ def _reached(fun):
         found.append((function, owner))
         try:
             outside = references(function, owner is not None)
-        except Exception:
+        except Exception:  # Numba cannot read it; what it stores itself is known
             continue
         values = (resolve(reference, function, owner)[0] for reference in outside)
         todo += [v for v in values if isinstance(v, python.FunctionType | python.MethodType)]

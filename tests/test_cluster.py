@@ -1,5 +1,6 @@
 """Ensembles in blocks: on workers, into a store, through breaks, always to the same bits."""
 
+import concurrent.futures as futures
 import functools
 import json
 import os
@@ -318,20 +319,40 @@ def test_a_store_is_read_when_it_is_indexed_and_by_others(finished_store):
         assert np.array_equal(seen.y.sel(time=20.0), local.y[:, :, -1])
 
 
+class Held(Watched):
+    """Lets nothing run until it is told to."""
+
+    def __init__(self, executor):
+        super().__init__(executor)
+        self.go_on = threading.Event()
+
+    def submit(self, fn, /, *args, **kwargs):
+        return super().submit(lambda: (self.go_on.wait(), fn(*args, **kwargs))[1])
+
+
+def waits(thread):
+    """Whether a thread is inside `concurrent.futures.wait`."""
+    frame = sys._current_frames()[thread]
+    while frame is not None:
+        if frame.f_code is futures.wait.__code__:
+            return True
+        frame = frame.f_back
+    return False
+
+
 def test_ctrl_c_takes_back_what_has_not_begun():
     main = threading.main_thread().ident
 
     def press():
-        while len(watched.futures) < 2:
+        while len(held.futures) < 2 or not waits(main):
             time.sleep(0.01)
-        time.sleep(0.1)  # until both are waited for
         signal.pthread_kill(main, signal.SIGINT)
 
     with ThreadPoolExecutor(1) as pool:
-        watched = Watched(pool)
-        given = problem(t_span=(0, 80000), rtol=1e-9, t_eval=None)
+        held = Held(pool)
         threading.Thread(target=press).start()
-        result = solve_ensemble(**given, client=watched, block=50, on_interrupt="return")
-        running, waiting = watched.futures
-        assert not running.done() and waiting.cancelled()
+        result = solve_ensemble(**problem(), client=held, block=50, on_interrupt="return")
+        running, waiting = held.futures
+        assert running.running() and waiting.cancelled()
+        held.go_on.set()
         assert set(result.status) == {-2}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 from numba import njit
-from rounding import spread
+from support.rounding import spread
 
 import fastdyn
 

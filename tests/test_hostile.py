@@ -238,10 +238,19 @@ def test_functions_that_compiled_code_would_get_wrong(make):
     assert same(outcome(solve_ivp, make), outcome(scipy.integrate.solve_ivp, make))
 
 
-@pytest.mark.parametrize("make", [factorial, whole_of_float, unassigned, complex_eigenvalues])
+SOME = [factorial, whole_of_float, unassigned, complex_eigenvalues, with_event_that_sets_a_flag]
+
+
+@pytest.mark.parametrize("make", [*SOME, with_event_that_sets_an_item])
 def test_the_same_by_a_method_of_scipy(make):
     theirs = outcome(scipy.integrate.solve_ivp, make, method="Radau")
     assert same(outcome(solve_ivp, make, method="Radau"), theirs)
+
+
+def test_an_ensemble_whose_functions_change_each_other_is_refused():
+    fun, event = with_event_that_sets_a_flag()
+    with pytest.raises(ValueError, match="would depend on their order"):
+        solve_ensemble(fun, (0, 1), np.ones((3, 1)), events=event)
 
 
 def of_parts(t, y, p):

@@ -4,7 +4,7 @@
     python across.py apart MODE NAME...        the same, by a process for each
 
 A name is one of `everyday.CASES`, or the number of a drawn function.  Functions are solved in the
-order given.  MODE is a tier of `solve_ivp`, or "scalar" or "vector" for an ensemble of two.
+order given.  MODE is a tier of `solve_ivp`, or "ensemble", of two.
 
 Processes apart are forks of one that has compiled one function: Numba's counters stand the same
 in each, which is when their names for different code are the same.
@@ -20,9 +20,9 @@ import numpy as np
 import scipy.integrate
 
 HERE = pathlib.Path(__file__).parent
-MODES = ("pointer", "specialised", "scalar", "vector")
-TIGHT = {"rtol": 1e-9, "atol": 1e-11}
-CLOSE = 1e-6  # of two solvers at these tolerances; a wrong function is off by far more
+MODES = ("pointer", "specialised", "ensemble")
+TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
+CLOSE = 1e-6  # both take the same steps; a wrong function is off by far more
 
 
 def case_named(name):
@@ -42,15 +42,14 @@ def answer(name, mode):
 def _solved(case, mode):
     import fastdyn
 
-    given = {"events": case.events, "project": case.project, "method": "RK23", **TIGHT}
+    given = {"events": case.events, "project": case.project, "method": "RK23", **TOLERANCES}
     if mode in ("pointer", "specialised") and case.fold is None:
         r = fastdyn.solve_ivp(case.fun, (0, 1), case.y0, args=case.args, tier=mode, **given)
         return [*r.y[:, -1], *np.concatenate(r.t_events or [[]])]
-    lanes = "scalar" if mode == "scalar" else "auto"
     args = [a if np.ndim(a) == 0 else fastdyn.Shared(a) for a in case.args]
     states = np.outer([1.0, 1.0], case.y0)
     found = fastdyn.solve_ensemble(
-        case.fun, (0, 1), states, args=args, reduce=case.fold, lanes=lanes, threads=1, **given
+        case.fun, (0, 1), states, args=args, reduce=case.fold, threads=1, **given
     )
     folded = [] if case.fold is None else [v[1] for v in found.reduced.values()]
     events = [times[1] for times in found.t_events or []]
@@ -62,12 +61,12 @@ def expected(name):
     case = case_named(name)
     if case.fold is not None:
         case = case._replace(fold=case.fold._replace(function=in_python(case.fold.function)))
-        return _solved(case._replace(fun=in_python(case.fun)), "scalar")
+        return _solved(case._replace(fun=in_python(case.fun)), "ensemble")
     if case.project is not None:
         case = case._replace(fun=in_python(case.fun), project=in_python(case.project))
         return _solved(case, "pointer")
     r = scipy.integrate.solve_ivp(
-        case.fun, (0, 1), case.y0, args=case.args, events=case.events, method="RK23", **TIGHT
+        case.fun, (0, 1), case.y0, args=case.args, events=case.events, method="RK23", **TOLERANCES
     )
     return [*r.y[:, -1], *np.concatenate(r.t_events or [[]])]
 
