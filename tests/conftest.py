@@ -18,6 +18,7 @@ def pytest_addoption(parser):
     parser.addoption("--draws", type=int, default=12, help="functions drawn across processes")
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the marks
 def pytest_collection_modifyitems(items):
     """Keep together what shares a fixture, or the kernels of a method: both are made once then."""
     from fastdyn.kernels import METHODS
