@@ -1,7 +1,7 @@
 # Everything runs in a virtual environment in .venv; `make` alone says what there is.
 PYTHON ?= python3
 BIN := .venv/bin
-TEST := $(BIN)/python -m pytest --dist loadgroup
+TEST := $(BIN)/python -m pytest --dist worksteal
 
 help:
 	@echo "make tour    set up, then replay the course: tables, and figures in figures/"
