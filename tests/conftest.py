@@ -14,4 +14,4 @@ hypothesis.configuration.set_hypothesis_home_dir(KEPT / "hypothesis")
 
 
 def pytest_addoption(parser):
-    parser.addoption("--draws", type=int, default=12, help="functions drawn across processes")
+    parser.addoption("--draws", type=int, default=8, help="functions drawn across processes")
