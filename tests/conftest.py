@@ -10,7 +10,22 @@ matplotlib.use("Agg")
 
 KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KEPT / "compiled"))
+os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(KEPT / "dask"))
 hypothesis.configuration.set_hypothesis_home_dir(KEPT / "hypothesis")
+
+
+def pytest_sessionstart(session):
+    """Let each worker compile its share of the kernels that all of them use."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "").removeprefix("gw")
+    if not worker:
+        return
+    count = int(os.environ["PYTEST_XDIST_WORKER_COUNT"])
+    from fastdyn.kernels import METHODS
+    from fastdyn.specialise import pointer_kernel, start_kernel, watch_kernel
+
+    for name in list(METHODS)[int(worker) :: count]:
+        for kernel in (pointer_kernel, start_kernel, watch_kernel):
+            kernel(name)
 
 
 def pytest_addoption(parser):

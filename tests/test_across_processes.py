@@ -23,30 +23,23 @@ def references(names):
         return {name: across.expected(name) for name in names}
 
 
-def check(mode, names, reference, rng):
+def check(names, reference, rng):
     """Compile each in a process of its own, load all in one; all answers, to the bit."""
     cache = os.environ["NUMBA_CACHE_DIR"]
     rng.shuffle(names)
-    makers = [across.start(cache, "apart", mode, names[i::MAKERS]) for i in range(MAKERS)]
+    makers = [across.start(cache, "apart", names[i::MAKERS]) for i in range(MAKERS)]
     made = {name: found for process in makers for name, found in across.answers(process).items()}
     rng.shuffle(names)
-    loaded = across.answers(across.start(cache, "together", mode, names))
+    loaded = across.answers(across.start(cache, "together", names))
     assert not across.wrong(made, reference)
     assert not across.wrong(loaded, reference)
     assert [name for name in names if not np.array_equal(made[name], loaded[name])] == []
 
 
-@pytest.fixture(scope="module")
-def fixed():
-    names = list(everyday.CASES)
-    return names, references(names)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("mode", across.MODES)
-def test_everyday_functions(fixed, mode, rng):
-    names, reference = fixed
-    check(mode, rng.sample(names, EVERYDAY), reference, rng)
+def test_everyday_functions(rng):
+    names = rng.sample(list(everyday.CASES), EVERYDAY)
+    check(names, references(names), rng)
 
 
 @pytest.mark.slow
@@ -55,8 +48,7 @@ def test_drawn_functions(rng, pytestconfig):
     left = pytestconfig.getoption("draws")
     while left > 0:
         names = [str(rng.randrange(10**9)) for _ in range(min(left, 40))]
-        mode = rng.choice(across.MODES)
-        check(mode, names, references(names), rng)
+        check(names, references(names), rng)
         left -= len(names)
 
 

@@ -1,10 +1,10 @@
 """Answers of a fresh process, for functions that other processes have compiled or will.
 
-    python across.py together MODE NAME...     prints {name: numbers} as JSON
-    python across.py apart MODE NAME...        the same, by a process for each
+    python across.py together NAME...     prints {name: numbers} as JSON
+    python across.py apart NAME...        the same, by a process for each
 
 A name is one of `everyday.CASES`, or the number of a drawn function.  Functions are solved in the
-order given.  MODE is a tier of `solve_ivp`, or "ensemble", of two.
+order given, each in both tiers of `solve_ivp` and in an ensemble of two.
 
 Processes apart are forks of one that has compiled one function: Numba's counters stand the same
 in each, which is when their names for different code are the same.
@@ -34,9 +34,9 @@ def case_named(name):
     return everyday.Case(found["fun"], found["args"], tuple(found["y0"]))
 
 
-def answer(name, mode):
-    """Numbers that tell the function: the end state, the events, the fold."""
-    return _solved(case_named(name), mode)
+def answer(name):
+    """Numbers that tell the function, in each mode: the end state, the events, the fold."""
+    return [x for mode in MODES for x in _solved(case_named(name), mode)]
 
 
 def _solved(case, mode):
@@ -58,6 +58,10 @@ def _solved(case, mode):
 
 def expected(name):
     """The same by SciPy, or by functions that stay in Python where SciPy has no such thing."""
+    return list(_expected(name)) * len(MODES)
+
+
+def _expected(name):
     case = case_named(name)
     if case.fold is not None:
         case = case._replace(fold=case.fold._replace(function=in_python(case.fold.function)))
@@ -76,11 +80,11 @@ def in_python(function):
     return lambda *given: {"it": function}["it"](*given)
 
 
-def start(cache, how, mode, names):
+def start(cache, how, names):
     """A process that answers."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": _paths()}
     return subprocess.Popen(
-        [sys.executable, "-W", "ignore", __file__, how, mode, *names],
+        [sys.executable, "-W", "ignore", __file__, how, *names],
         env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
 
@@ -109,16 +113,16 @@ def wrong(found, reference):
     ]
 
 
-def numbers(name, mode):
-    return [float(x) for x in answer(name, mode)]
+def numbers(name):
+    return [float(x) for x in answer(name)]
 
 
-def numbers_of_fork(name, mode):
+def numbers_of_fork(name):
     """The same, by a copy of this process."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        os.write(writing, json.dumps(numbers(name, mode)).encode())
+        os.write(writing, json.dumps(numbers(name)).encode())
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading) as pipe:
@@ -128,7 +132,7 @@ def numbers_of_fork(name, mode):
 
 
 if __name__ == "__main__":
-    how, mode, *names = sys.argv[1:]
-    numbers("first", mode)  # imports what all of them need
+    how, *names = sys.argv[1:]
+    numbers("first")  # imports what all of them need
     solved = numbers if how == "together" else numbers_of_fork
-    json.dump({name: solved(name, mode) for name in names}, sys.stdout)
+    json.dump({name: solved(name) for name in names}, sys.stdout)
