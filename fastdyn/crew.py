@@ -10,7 +10,7 @@ import numpy as np
 from numba import typeof, types
 
 from . import code_store, reductions
-from .drive import CHUNK_SECONDS, NO_TIMES, begin
+from .drive import CHUNK_SECONDS, begin
 from .kernels.calls import FIRST
 from .kernels.events import EVENTS
 from .kernels.lanes import N_FIELDS
@@ -136,7 +136,7 @@ class Worker:
             lanes, many, many_block, _table(many_places),
             np.full(width, IDLE), np.zeros(width, STATE), np.zeros(width, OUTPUT), events,
             self._work, bounds[0].block, _table(places), members.words, members.y0,
-            NO_TIMES if p.t_eval is None else p.t_eval.astype(float), p.legs, np.empty((2, n)),
+            None if p.t_eval is None else p.t_eval.astype(float), p.legs, np.empty((2, n)),
             np.empty(n_times), np.empty((1, rows, n)), np.empty((1, 2)),
             np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
             results.y_eval, results.y_end, results.t_end, results.status, results.counts,

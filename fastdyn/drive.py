@@ -19,7 +19,6 @@ from .specialise import Tier, events_kernel, start_kernel, watch_kernel
 
 CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier
 NO_EVENTS = np.zeros(0, EVENTS)
-NO_TIMES = np.empty(0)
 
 
 def counters(state):

@@ -1,7 +1,7 @@
 """prepare: everything that a solve needs, made once, for many short solves."""
 
 from . import check
-from .adapt import leave_to_python, or_in_python
+from .adapt import or_in_python
 from .kernels.state import FINISHED
 from .rebind import rebind
 from .refusal import GaveUp
@@ -96,12 +96,15 @@ class Prepared:
             if len(y0) != self._n or y0.dtype.kind == "c":
                 raise ValueError(f"`y0` must be {self._n} real numbers, as when it was prepared.")
         args = p.args if args is None else check.extra_arguments(args)
-        try:
-            return self._solve(y0, args)
-        except GaveUp as reason:
-            leave_to_python(reason)
-            self._idle.clear()
-            return or_in_python(lambda: self._solve(y0, args))
+
+        def solve():
+            try:
+                return self._solve(y0, args)
+            except GaveUp:
+                self._idle.clear()  # of solvers with the compiled function
+                raise
+
+        return or_in_python(solve)
 
     def _solve(self, y0, args):
         p = self._problem
