@@ -1,5 +1,6 @@
 """All workers share one cache of compiled code; it is kept from one run to the next."""
 
+import gc
 import os
 import pathlib
 
@@ -7,6 +8,7 @@ import hypothesis.configuration
 import matplotlib
 
 matplotlib.use("Agg")
+gc.set_threshold(100_000, 20, 100)  # compiling makes many small objects that live long
 
 KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KEPT / "compiled"))
@@ -29,4 +31,5 @@ def pytest_sessionstart(session):
 
 
 def pytest_addoption(parser):
-    parser.addoption("--draws", type=int, default=8, help="functions drawn across processes")
+    parser.addoption("--draws", type=int, default=4, help="functions drawn across processes")
+    parser.addoption("--all-modes", action="store_true", help="of everyday functions, too")

@@ -37,19 +37,25 @@ def check(names, reference, rng):
 
 
 @pytest.mark.slow
-def test_everyday_functions(rng):
-    names = rng.sample(list(everyday.CASES), EVERYDAY)
+def test_everyday_functions(rng, pytestconfig):
+    """All of them in every mode with ``--all-modes``; else 40, each in one mode that is drawn."""
+    if pytestconfig.getoption("all_modes"):
+        names = [f"{name}:{mode}" for name in everyday.CASES for mode in across.MODES]
+    else:
+        cases = rng.sample(list(everyday.CASES), EVERYDAY)
+        names = [f"{name}:{rng.choice(across.MODES)}" for name in cases]
     check(names, references(names), rng)
 
 
 @pytest.mark.slow
 def test_drawn_functions(rng, pytestconfig):
-    """Other functions in each run: ``--draws`` tells how many."""
+    """Other functions in each run, each in every mode: ``--draws`` tells how many."""
     left = pytestconfig.getoption("draws")
     while left > 0:
-        names = [str(rng.randrange(10**9)) for _ in range(min(left, 40))]
+        numbers = [rng.randrange(10**9) for _ in range(min(left, 40))]
+        names = [f"{number}:{mode}" for number in numbers for mode in across.MODES]
         check(names, references(names), rng)
-        left -= len(names)
+        left -= len(numbers)
 
 
 @pytest.fixture

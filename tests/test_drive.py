@@ -1,5 +1,6 @@
 """The chunk loop: cut anywhere, the bits are the same; it stops when asked; memory stays flat."""
 
+import itertools
 import signal
 import threading
 import tracemalloc
@@ -51,10 +52,14 @@ OUTPUTS = {
 }
 
 
-@pytest.mark.parametrize(
-    ("output", "tier"), [*((name, "pointer") for name in OUTPUTS), ("steps", "specialised")]
-)
-@pytest.mark.parametrize("method", METHODS)
+OF_EACH_LOOP = ("RK45", "ode45", "BlanesMoan6", "Gauss8")
+CUT = [
+    *itertools.product(METHODS, OUTPUTS, ["pointer"]),
+    *itertools.product(OF_EACH_LOOP, ["steps"], ["specialised"]),
+]
+
+
+@pytest.mark.parametrize(("method", "output", "tier"), CUT)
 def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
     whole = solve(method, tier=tier, **OUTPUTS[output])
     monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)  # one step a chunk
@@ -67,7 +72,7 @@ def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
         assert np.array_equal(whole.sol(t), cut.sol(t))
 
 
-@pytest.mark.parametrize("method", ["RK45", "ode45", "BlanesMoan6", "Gauss8"])  # of each loop
+@pytest.mark.parametrize("method", OF_EACH_LOOP)
 def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch, tmp_path):
     expected = solve(method, tier="pointer", t_eval=[20.0])
     monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)

@@ -23,6 +23,11 @@ def at_axis(t, w, GM):
     return w[1]
 
 
+def shared(*given, **named):
+    """A prepared solver that needs no kernel of its own."""
+    return prepare(*given, tier="pointer", **named)
+
+
 def same(one, other):
     """Whether two results are equal to the last bit."""
     assert one.status == other.status and one.message == other.message
@@ -98,11 +103,11 @@ def test_arguments_of_other_kinds():
     def pulled(t, y, k):
         return [y[1], -k[0] * y[0] - k[-1] * y[1]]
 
-    solver = prepare(pull, SPAN, [1, 0], args=(2.0,))
+    solver = shared(pull, SPAN, [1, 0], args=(2.0,))
     for k in (2.0, 3, np.float64(1.5), True, 2.0):
         same(solver(args=(k,)), solve_ivp(pull, SPAN, [1, 0], args=(k,)))
     k = np.array([1.0, 0.1])
-    solver = prepare(pulled, SPAN, [1, 0], args=(k,))
+    solver = shared(pulled, SPAN, [1, 0], args=(k,))
     for _ in range(3):
         same(solver(), solve_ivp(pulled, SPAN, [1, 0], args=(k,)))
         k *= 1.5  # in place
@@ -122,7 +127,7 @@ def test_what_changes_outside_is_seen(monkeypatch):
     def landing(t, y):
         return y[0] - drag
 
-    solver = prepare(fall, SPAN, [1, 9], events=landing)
+    solver = shared(fall, SPAN, [1, 9], events=landing)
     same(solver(), solve_ivp(fall, SPAN, [1, 9], events=landing))
     drag = 0.5
     same(solver(), solve_ivp(fall, SPAN, [1, 9], events=landing))
@@ -139,13 +144,13 @@ def test_new_code_in_the_same_function():
     def decay(t, y):
         return -y
 
-    solver = prepare(grow, SPAN, [1.0])
+    solver = shared(grow, SPAN, [1.0])
     assert solver().y[0, -1] > 1
     grow.__code__ = decay.__code__
     assert solver().y[0, -1] < 1
     scope = {"m": np}
     exec("def root(t, y): return m.sqrt(y)", scope)
-    solver = prepare(scope["root"], SPAN, [1.0])
+    solver = shared(scope["root"], SPAN, [1.0])
     before = solver().y
     scope["m"] = types.SimpleNamespace(sqrt=np.cbrt)
     with pytest.warns(match="runs in Python"):
@@ -163,12 +168,12 @@ def test_after_a_failure():
             raise ValueError(f"{y[0] > a} for a = {a}")
         return [1.0]
 
-    solver = prepare(root, SPAN, [0.0], args=(10.0,))
+    solver = shared(root, SPAN, [0.0], args=(10.0,))
     good = solver()
     bad = solver(args=(-1.0,))
     assert bad.status == -1 and bad.message == solve_ivp(root, SPAN, [0.0], args=(-1.0,)).message
     same(solver(), good)
-    solver = prepare(refuse, SPAN, [0.0], args=(5.0,))
+    solver = shared(refuse, SPAN, [0.0], args=(5.0,))
     for a in (1.0, 2.0):
         with pytest.raises(ValueError, match=f"for a = {a}"):
             solver(args=(a,))
@@ -182,7 +187,7 @@ def test_a_function_that_stays_in_python():
         return [y[1], -table["k"] * y[0] - c * y[1]]
 
     with pytest.warns(match="runs in Python"):
-        solver = prepare(pull, SPAN, [1, 0], args=(0.1,))
+        solver = shared(pull, SPAN, [1, 0], args=(0.1,))
     for c in (0.1, 0.5):
         same(solver(args=(c,)), solve_ivp(pull, SPAN, [1, 0], args=(c,)))
 
@@ -224,7 +229,7 @@ def test_refused(given, error, said):
 
 
 def test_other_states_refused():
-    solver = prepare(lambda t, y: -y, SPAN, [1.0, 2.0])
+    solver = shared(lambda t, y: -y, SPAN, [1.0, 2.0])
     for y0 in ([1.0], [1.0, 2.0, 3.0], [1j, 2.0], [np.nan, 0.0]):
         with pytest.raises(ValueError, match="y0"):
             solver(y0)

@@ -3,8 +3,8 @@
     python across.py together NAME...     prints {name: numbers} as JSON
     python across.py apart NAME...        the same, by a process for each
 
-A name is one of `everyday.CASES`, or the number of a drawn function.  Functions are solved in the
-order given, each in both tiers of `solve_ivp` and in an ensemble of two.
+A name is one of `everyday.CASES`, or the number of a drawn function, and a mode: "sine:pointer".
+Functions are solved in the order given, in a tier of `solve_ivp` or in an ensemble of two.
 
 Processes apart are forks of one that has compiled one function: Numba's counters stand the same
 in each, which is when their names for different code are the same.
@@ -28,6 +28,7 @@ CLOSE = 1e-6  # both take the same steps; a wrong function is off by far more
 def case_named(name):
     from support import drawn, everyday
 
+    name, _ = name.split(":")
     if not name.isdigit():
         return everyday.CASES[name]
     found = drawn.module(int(name))
@@ -35,8 +36,8 @@ def case_named(name):
 
 
 def answer(name):
-    """Numbers that tell the function, in each mode: the end state, the events, the fold."""
-    return [x for mode in MODES for x in _solved(case_named(name), mode)]
+    """Numbers that tell the function: the end state, the events, the fold."""
+    return [float(x) for x in _solved(case_named(name), name.split(":")[1])]
 
 
 def _solved(case, mode):
@@ -58,10 +59,6 @@ def _solved(case, mode):
 
 def expected(name):
     """The same by SciPy, or by functions that stay in Python where SciPy has no such thing."""
-    return list(_expected(name)) * len(MODES)
-
-
-def _expected(name):
     case = case_named(name)
     if case.fold is not None:
         case = case._replace(fold=case.fold._replace(function=in_python(case.fold.function)))
@@ -113,16 +110,12 @@ def wrong(found, reference):
     ]
 
 
-def numbers(name):
-    return [float(x) for x in answer(name)]
-
-
-def numbers_of_fork(name):
+def answer_of_fork(name):
     """The same, by a copy of this process."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        os.write(writing, json.dumps(numbers(name)).encode())
+        os.write(writing, json.dumps(answer(name)).encode())
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading) as pipe:
@@ -133,6 +126,7 @@ def numbers_of_fork(name):
 
 if __name__ == "__main__":
     how, *names = sys.argv[1:]
-    numbers("first")  # imports what all of them need
-    solved = numbers if how == "together" else numbers_of_fork
+    for mode in MODES:
+        answer(f"first:{mode}")  # what all of them need
+    solved = answer if how == "together" else answer_of_fork
     json.dump({name: solved(name) for name in names}, sys.stdout)

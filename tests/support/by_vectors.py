@@ -1,5 +1,6 @@
 """Functions of numbers evaluated by vectors, and numbers to try them on."""
 
+import functools
 import math
 
 import numpy as np
@@ -20,11 +21,17 @@ SPECIAL = [
 
 def vectors(function, *columns, width=8):
     """The function of one or two arrays, computed by vectors."""
-    form = Form(1, width)
-    function = njit(function)
     n = len(columns[0])
     tables = [np.pad(c, (0, -n % width), "edge").reshape(-1, width) for c in columns]
     found = np.empty_like(tables[0])
+    _over_tables(function, width)[len(columns) - 1](*tables, found)
+    return found.ravel()[:n]
+
+
+@functools.cache
+def _over_tables(function, width):
+    form = Form(1, width)
+    function = njit(function)
 
     @njit
     def of_one(a, found):
@@ -37,8 +44,7 @@ def vectors(function, *columns, width=8):
             x, y = lanes.field(form, a, i), lanes.field(form, b, i)
             lanes.leave(form, found, i, function(x, y))
 
-    (of_one if len(columns) == 1 else of_two)(*tables, found)
-    return found.ravel()[:n]
+    return of_one, of_two
 
 
 def numbers(function, *columns):
