@@ -21,6 +21,7 @@ from .output import OUTPUT_RECORD
 from .specialise import (
     ADVANCE,
     MAX_TUPLE,
+    enrich_kernel,
     events_kernel,
     pointer_kernel,
     specialised_kernel,
@@ -98,7 +99,8 @@ class Worker:
             advance = advance or pointer_kernel(name)
         addresses = np.array(
             [
-                advance.address, start_kernel(name).address, watch_kernel(name).address,
+                advance.address, start_kernel(name).address, watch_kernel().address,
+                enrich_kernel(name).address,
                 _already(), events_kernel().address, *blocks,
             ],
             np.int64,

@@ -15,7 +15,7 @@ from .kernels.state import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE, STEP_L
 from .kernels.state import RAISED as RAISED_STATUS
 from .output import STATE_RECORD, Output
 from .refusal import GaveUp
-from .specialise import Tier, events_kernel, start_kernel, watch_kernel
+from .specialise import Tier, enrich_kernel, events_kernel, start_kernel, watch_kernel
 
 CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier
 NO_EVENTS = np.zeros(0, EVENTS)
@@ -100,7 +100,7 @@ class Run:
             self._open = Call(events_kernel(), self.table, p.t0, self.work[Y], scratch[1])
             events = self.table, o.e_index, o.e_t, o.e_y
         self._watch = Call(
-            watch_kernel(*kernel), 0, *solve, o.record, o.t, o.y, o.d, o.spans,
+            watch_kernel(), enrich_kernel(*kernel).address, p.method.last, 0, *solve, o.record, o.t, o.y, o.d, o.spans,
             None if p.t_eval is None else p.t_eval.astype(float),
             p.legs if len(p.legs) else None, project, *events, scratch, 0,
         )  # fmt: skip

@@ -55,8 +55,9 @@ OPEN_SURVEY = types.int64(STUDIED, types.float64, ROWS, ROWS)
 SURVEYING = types.int64(
     types.int64, STATES, TABLE, WORDS, SURVEYED, STUDIED, ROWS, CUBE, ROWS, TABLE, ROWS, types.int64
 )
+ENRICH = types.int64(types.float64, types.float64, TABLE, WORDS, TABLE)
 WATCH = types.int64(
-    types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE,
+    types.int64, types.int64, types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE,
     types.int64, EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
 )  # fmt: skip
 
@@ -102,28 +103,27 @@ def survey_kernels():
 
 
 @functools.cache
-def watch_kernel(name, pair=False):
-    """`kernels.watch.watch` with the interpolant of a method."""
-    method = METHODS[name]
-    enrich, last = cubic_of_pair if splits(name, pair) else method.enrich, method.last
+def watch_kernel():
+    """`kernels.watch.watch`."""
+    return code_store.compiled("watch", lambda: (watch, WATCH))
+
+
+@functools.cache
+def enrich_kernel(name, pair=False):
+    """``enrich(t, h, work, block, d)``, the interpolant of a method."""
+    enrich = cubic_of_pair if splits(name, pair) else METHODS[name].enrich
 
     def build():
         @njit(**BARE)
-        def kernel(
-            advance, state, work, block, out, t_out, y_out, d_out, span_out, t_eval, legs, project,
-            events, e_index, e_t, e_y, scratch, n_steps,
-        ):  # fmt: skip
-            return watch(
-                enrich, last, advance, state, work, block, out, t_out, y_out, d_out, span_out,
-                t_eval, legs, project, events, e_index, e_t, e_y, scratch, n_steps,
-            )  # fmt: skip
+        def kernel(t, h, work, block, d):
+            return enrich(by_pointer, t, h, work, block, d)
 
-        return kernel, WATCH
+        return kernel, ENRICH
 
     code = enrich.py_func
     if code.__closure__ is None:  # one for all methods that share it
         name = f"{code.__module__}.{code.__name__}"
-    return code_store.compiled(f"watch {name} {last}", build)
+    return code_store.compiled(f"enrich {name}", build)
 
 
 def _stepping_kernel(name, rhs, form, velocity=None):
@@ -265,4 +265,12 @@ class Tier:
             self._open = False
 
 
-__all__ = ["MAX_TUPLE", "Tier", "evaluate_kernel", "events_kernel", "start_kernel", "watch_kernel"]
+__all__ = [
+    "MAX_TUPLE",
+    "Tier",
+    "enrich_kernel",
+    "evaluate_kernel",
+    "events_kernel",
+    "start_kernel",
+    "watch_kernel",
+]

@@ -37,7 +37,7 @@ from .state import RAISED as RAISED_STATUS
 from .words import invoke
 
 # In `addresses`; from BLOCKS on, the blocks of one trajectory's functions.
-ADVANCE, START, WATCH, ALREADY, OPEN, BLOCKS = range(6)
+ADVANCE, START, WATCH, ENRICH, ALREADY, OPEN, BLOCKS = range(7)
 NEXT, COUNT = range(2)  # in `queue`
 IDLE = -1  # member of a lane that has none
 
@@ -246,7 +246,7 @@ def serve(
                 status = invoke(
                     addresses[WATCH],
                     (
-                        kernel, states[lane : lane + 1], work, block, outs[lane : lane + 1], t_out,
+                        addresses[ENRICH], w.last, kernel, states[lane : lane + 1], work, block, outs[lane : lane + 1], t_out,
                         y_eval[member], d, spans, t_eval, legs, w.project, events[lane], e_index,
                         e_t, e_y, scratch, budget if budget < left else int(left),
                     ),

@@ -1,8 +1,8 @@
 """The loop above the steps: output, dense output, events.
 
 It calls a stepping kernel through its address, one step at a time where every step must be
-looked at and otherwise up to the next output time, so that one compiled loop serves each
-method in both tiers.
+looked at and otherwise up to the next output time, and the interpolant through another, so that
+one compiled loop serves every method in both tiers.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from .calls import RAISED, by_pointer, call, word
 from .combine import slot
 from .dense import hermite, polynomial
 from .events import evaluate_all, find_active, leave_zero, locate, record
-from .jit_options import BARE, FUSED, njit
+from .jit_options import BARE, njit
 from .state import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, K, Y
 from .state import RAISED as RAISED_STATUS
 from .words import invoke
@@ -39,12 +39,12 @@ def _copy(row, out):
         out[i] = row[i]
 
 
-@njit(**FUSED)
+@njit(**BARE)
 def _interpolate(enrich, last, s, work, block, d):
     """The polynomial of the last step, in the rows of d."""
     h = s.t - s.t_old
     hermite(h, last, work, d)
-    s.n_extra += enrich(by_pointer, s.t_old, h, work, block, d)
+    s.n_extra += invoke(enrich, (s.t_old, h, work, block, d))
 
 
 @njit(**BARE)
@@ -82,7 +82,7 @@ def _project(project, s, work, block, last, scratch):
     return _derive(s, work, block, last) == RUNNING
 
 
-@njit(**FUSED)
+@njit(**BARE)
 def watch(
     enrich,
     last,
@@ -109,7 +109,9 @@ def watch(
 
     Parameters
     ----------
-    enrich : function
+    enrich : int
+        Address of the kernel ``enrich(t, h, work, block, d)`` that adds the rows of the method's
+        interpolant to the Hermite cubic, and returns how often it evaluated the derivative.
     last : int
         See `method.Method`.
     state, work, block : arrays
