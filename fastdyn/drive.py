@@ -100,7 +100,8 @@ class Run:
             self._open = Call(events_kernel(), self.table, p.t0, self.work[Y], scratch[1])
             events = self.table, o.e_index, o.e_t, o.e_y
         self._watch = Call(
-            watch_kernel(), enrich_kernel(*kernel).address, p.method.last, 0, *solve, o.record, o.t, o.y, o.d, o.spans,
+            watch_kernel(), enrich_kernel(*kernel).address, p.method.last, 0, *solve,
+            o.record, o.t, o.y, o.d, o.spans,
             None if p.t_eval is None else p.t_eval.astype(float),
             p.legs if len(p.legs) else None, project, *events, scratch, 0,
         )  # fmt: skip

@@ -57,8 +57,9 @@ SURVEYING = types.int64(
 )
 ENRICH = types.int64(types.float64, types.float64, TABLE, WORDS, TABLE)
 WATCH = types.int64(
-    types.int64, types.int64, types.int64, STATES, TABLE, WORDS, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE,
-    types.int64, EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
+    types.int64, types.int64, types.int64, STATES, TABLE, WORDS,
+    OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE, types.int64,
+    EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
 )  # fmt: skip
 
 
