@@ -247,8 +247,8 @@ def serve(
                     addresses[WATCH],
                     (
                         addresses[ENRICH], w.last, kernel, states[lane : lane + 1], work, block,
-                        outs[lane : lane + 1], t_out, y_eval[member], d, spans, t_eval, legs, w.project,
-                        events[lane], e_index, e_t, e_y, scratch,
+                        outs[lane : lane + 1], t_out, y_eval[member], d, spans, t_eval, legs,
+                        w.project, events[lane], e_index, e_t, e_y, scratch,
                         budget if budget < left else int(left),
                     ),
                 )  # fmt: skip
