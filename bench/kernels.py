@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from bench.problems import SATELLITE
-from fastdyn import check
-from fastdyn.adapt import bind
 from fastdyn.code_store import Call
-from fastdyn.drive import begin
-from fastdyn.kernels import METHODS
-from fastdyn.specialise import pointer_kernel, specialised_kernel, start_kernel
+from fastdyn.compile.bind import bind
+from fastdyn.kernels.methods import METHODS
+from fastdyn.problem import validate
+from fastdyn.run.loop import begin
+from fastdyn.specialise.scalar import pointer_kernel, specialised_kernel, start_kernel
 
 STEPS, STEP, TOL = 1000, 0.01, 1e-6
 
@@ -27,7 +27,7 @@ def test_thousand_steps(benchmark, name, tier):
     method, n = METHODS[name], len(SATELLITE.y0)
     mode = "acceleration" if method.second_order else "derivative"
     options = {"rtol": TOL, "atol": TOL} if method.error_order else {"step": STEP}
-    problem = check.problem(
+    problem = validate.problem(
         SATELLITE.fun, 0.0, 1e12, np.array(SATELLITE.y0), method, np.empty(0), False, None,
         SATELLITE.args, mode, options,
     )  # fmt: skip

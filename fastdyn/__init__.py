@@ -1,23 +1,23 @@
 """fastdyn: equations of motion, integrated at compiled speed behind SciPy's solve_ivp."""
 
-from .dense import OdeSolution
-from .kernels.constrained import constrained
-from .kernels.linear import SingularMatrixError, solve_linear
-from .refusal import CompileWarning
-from .result import OdeResult
-from .solve import solve_ivp, solve_second_order, solve_separable
+from fastdyn.compile.diagnostics import CompileWarning
+from fastdyn.kernels.algebra.constrained import constrained
+from fastdyn.kernels.algebra.linear import SingularMatrixError, solve_linear
+from fastdyn.run.dense_output import OdeSolution
+from fastdyn.run.result import OdeResult
+from fastdyn.solve.ivp import solve_ivp, solve_second_order, solve_separable
 
 __version__ = "0.1.0"
 
 
 STUDIES = {
-    "Fold": "reductions",
-    "Shared": "members",
-    "compare_drift": "compare",
-    "energy_drift": "drift",
-    "prepare": "prepared",
-    "solve_ensemble": "ensemble",
-    "time_transformed": "transform",
+    "Fold": "ensemble.reductions",
+    "Shared": "ensemble.members",
+    "compare_drift": "drift.compare",
+    "energy_drift": "drift.energy",
+    "prepare": "solve.prepared",
+    "solve_ensemble": "ensemble.solve",
+    "time_transformed": "solve.time_transform",
 }
 
 

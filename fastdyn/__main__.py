@@ -2,6 +2,6 @@
 
 import sys
 
-from fastdyn.cli import main
+from fastdyn.cli.main import main
 
 sys.exit(main())

@@ -22,8 +22,8 @@ def pytest_sessionstart(session):
     if not worker:
         return
     count = int(os.environ["PYTEST_XDIST_WORKER_COUNT"])
-    from fastdyn.kernels import METHODS
-    from fastdyn.specialise import enrich_kernel, pointer_kernel, start_kernel
+    from fastdyn.kernels.methods import METHODS
+    from fastdyn.specialise.scalar import enrich_kernel, pointer_kernel, start_kernel
 
     for name in list(METHODS)[int(worker) :: count]:
         for kernel in (pointer_kernel, start_kernel, enrich_kernel):

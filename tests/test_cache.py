@@ -127,7 +127,7 @@ def test_an_edit_to_a_kernel_is_seen(tmp_path):
     (tmp_path / "work").mkdir()
     place = Place(tmp_path / "work", path=package.parent)
     first = place.run()
-    control = package / "kernels" / "control.py"
+    control = package / "kernels" / "stepping" / "step_size.py"
     control.write_text(control.read_text().replace("SAFETY = 0.9", "SAFETY = 0.5"))
     assert place.run()[0] > first[0]
 

@@ -10,16 +10,19 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn import drift
-from fastdyn.kernels import METHODS
+from fastdyn.drift import energy
+from fastdyn.kernels.methods import METHODS
+from fastdyn.run import loop
 from fastdyn.systems import satellite
 
 ORBIT = satellite(V=1.14)
 
 SCRIPT = """
 import sys
-from fastdyn import checkpoint, drift, energy_drift, systems
-checkpoint.SECONDS = drift.CHUNK_SECONDS = 0.02
+from fastdyn import energy_drift, systems
+from fastdyn.drift import energy
+from fastdyn.run import checkpoint
+checkpoint.SECONDS = energy.CHUNK_SECONDS = 0.02
 method, path = sys.argv[1:]
 step = {"rtol": 1e-9, "atol": 1e-12} if method in ("RK45", "Vern9") else {"step": 0.02}
 study = energy_drift(systems.satellite(V=1.14), method, t_end=float(sys.stdin.read()), samples=100,
@@ -67,10 +70,12 @@ def test_a_killed_run_goes_on_bit_for_bit(method, tmp_path):
 
 EVERY_METHOD = """
 import os, pathlib, random, signal, sys, time
-from fastdyn import checkpoint, drift, energy_drift, systems
-from fastdyn.kernels import METHODS
+from fastdyn import energy_drift, systems
+from fastdyn.drift import energy
+from fastdyn.run import checkpoint
+from fastdyn.kernels.methods import METHODS
 
-drift.CHUNK_SECONDS = 0.005
+energy.CHUNK_SECONDS = 0.005
 orbit = systems.satellite(V=1.14)
 
 
@@ -194,8 +199,8 @@ def test_a_function_that_only_this_process_knows_has_no_checkpoint(tmp_path):
 def test_ctrl_c_writes_a_checkpoint_and_says_how_to_go_on(tmp_path, monkeypatch):
     path = tmp_path / "run.npz"
     expected = small(tmp_path / "other.npz")
-    monkeypatch.setattr(drift, "FIRST_STEPS", 100)
-    monkeypatch.setattr(drift, "CHUNK_SECONDS", 0.0)
+    monkeypatch.setattr(energy, "FIRST_STEPS", 100)
+    monkeypatch.setattr(energy, "CHUNK_SECONDS", 0.0)
     looks = []
 
     def interrupted(self):
@@ -204,18 +209,18 @@ def test_ctrl_c_writes_a_checkpoint_and_says_how_to_go_on(tmp_path, monkeypatch)
             raise KeyboardInterrupt
         return False
 
-    monkeypatch.setattr(fastdyn.checkpoint.Checkpoint, "due", interrupted)
+    monkeypatch.setattr(fastdyn.run.checkpoint.Checkpoint, "due", interrupted)
     with pytest.raises(KeyboardInterrupt, match="the same call with the same `checkpoint`"):
         small(path)
-    monkeypatch.setattr(fastdyn.checkpoint.Checkpoint, "due", lambda self: False)
+    monkeypatch.setattr(fastdyn.run.checkpoint.Checkpoint, "due", lambda self: False)
     assert np.array_equal(small(path).y, expected.y)
 
 
 SOLVE = """
 import sys
 import fastdyn
-from fastdyn import checkpoint, drive
-checkpoint.SECONDS = drive.CHUNK_SECONDS = 0.01
+from fastdyn.run import checkpoint, loop
+checkpoint.SECONDS = loop.CHUNK_SECONDS = 0.01
 path, kind = sys.argv[1:]
 def fun(t, y, k):
     return [y[1], -k * y[0] ** 3]
@@ -258,14 +263,13 @@ def test_a_killed_solve_goes_on_bit_for_bit(kind, tmp_path):
 
 
 def test_ctrl_c_in_a_solve_writes_a_checkpoint(tmp_path, monkeypatch):
-    from fastdyn import drive
 
     def fun(t, y):
         return [y[1], -y[0]]
 
     path, given = tmp_path / "run.npz", {"rtol": 1e-8, "atol": 1e-10}
     expected = fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], **given)
-    monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)
+    monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)
     looks = []
 
     def interrupted(self):
@@ -274,7 +278,7 @@ def test_ctrl_c_in_a_solve_writes_a_checkpoint(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return False
 
-    monkeypatch.setattr(fastdyn.checkpoint.Checkpoint, "due", interrupted)
+    monkeypatch.setattr(fastdyn.run.checkpoint.Checkpoint, "due", interrupted)
     with pytest.raises(KeyboardInterrupt):
         fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], checkpoint=path, **given)
     run = fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], checkpoint=path, **given)

@@ -16,7 +16,8 @@ import numba
 import numpy as np
 import pytest
 
-from fastdyn import Shared, blocks, solve_ensemble
+from fastdyn import Shared, solve_ensemble
+from fastdyn.ensemble import distribute
 
 G = 2.0
 M = 333
@@ -188,10 +189,10 @@ def test_any_number_in_any_blocks(count, kept, request):
 def test_no_block_holds_one_of_many():
     for count in range(2, 60):
         for block in range(1, 70):
-            size = blocks.block_size(block, count, 8, 2)
+            size = distribute.block_size(block, count, 8, 2)
             assert count % size != 1 or count < size
-    assert blocks.block_size(None, 10**6, 8, 4) == 10**6 // 64
-    assert blocks.block_size(None, 10**6, 8 * 10**4, 4) == blocks.LARGEST // (8 * 10**4)
+    assert distribute.block_size(None, 10**6, 8, 4) == 10**6 // 64
+    assert distribute.block_size(None, 10**6, 8 * 10**4, 4) == distribute.LARGEST // (8 * 10**4)
 
 
 @pytest.mark.parametrize("events", [None, bottom])

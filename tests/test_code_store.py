@@ -12,8 +12,8 @@ import fastdyn
 from fastdyn.code_store import Call, cache, seal
 from fastdyn.code_store.loader import UnknownSymbol, load, provider
 from fastdyn.code_store.object_file import NotWhole, packed, symbols, unpacked
-from fastdyn.kernels.state import STATE
-from fastdyn.specialise import pointer_kernel, start_kernel
+from fastdyn.kernels.state.record import STATE
+from fastdyn.specialise.scalar import pointer_kernel, start_kernel
 
 RETURNS = "define i64 @{0}(ptr %words) {{ {1} ret i64 0 }}\n"
 

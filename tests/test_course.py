@@ -8,6 +8,9 @@ import pytest
 import scipy.integrate
 
 from fastdyn import CompileWarning
+from fastdyn.course.lessons.building import printed
+from fastdyn.course.lessons.pendulum_xy import velocity_matrix
+from fastdyn.course.lessons.vehicle import coasting
 from fastdyn.systems import (
     SYSTEMS,
     building,
@@ -21,10 +24,7 @@ from fastdyn.systems import (
     tower,
     vehicle,
 )
-from fastdyn.systems.building_lesson import printed
 from fastdyn.systems.drag import specific_drag
-from fastdyn.systems.pendulum_xy_lesson import velocity_matrix
-from fastdyn.systems.vehicle_lesson import coasting
 
 EPS = np.finfo(float).eps
 TIGHT = {"rtol": 1e-10, "atol": 1e-12}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.cli import main
-from fastdyn.growth import BOUNDED, LINEAR, UNDECIDED, WALK, WORSE, growth
+from fastdyn.cli.main import main
+from fastdyn.drift.growth import BOUNDED, LINEAR, UNDECIDED, WALK, WORSE, growth
 from fastdyn.systems import pendulum, satellite, suspension
 
 EPS = np.finfo(float).eps

@@ -11,9 +11,9 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn import drive
-from fastdyn import output as pieces
-from fastdyn.kernels import METHODS
+from fastdyn.kernels.methods import METHODS
+from fastdyn.run import loop
+from fastdyn.run import output as pieces
 
 FIXED = {name for name, m in METHODS.items() if not m.error_order}
 
@@ -62,7 +62,7 @@ CUT = [
 @pytest.mark.parametrize(("method", "output", "tier"), CUT)
 def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
     whole = solve(method, tier=tier, **OUTPUTS[output])
-    monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)  # one step a chunk
+    monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)  # one step a chunk
     monkeypatch.setattr(pieces, "PIECE", 3)
     monkeypatch.setattr(pieces, "PIECE_NUMBERS", 64)
     cut = solve(method, tier=tier, **OUTPUTS[output])
@@ -75,19 +75,19 @@ def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
 @pytest.mark.parametrize("method", OF_EACH_LOOP)
 def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch, tmp_path):
     expected = solve(method, tier="pointer", t_eval=[20.0])
-    monkeypatch.setattr(drive, "CHUNK_SECONDS", 0.0)
-    monkeypatch.setattr(fastdyn.specialise, "PATIENCE", 1e-5)
-    monkeypatch.setattr(fastdyn.specialise, "_specialised", {})
+    monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)
+    monkeypatch.setattr(fastdyn.specialise.scalar, "PATIENCE", 1e-5)
+    monkeypatch.setattr(fastdyn.specialise.scalar, "_specialised", {})
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
     used = []
-    original = fastdyn.specialise.specialised_kernel
+    original = fastdyn.specialise.scalar.specialised_kernel
 
     def watched(*args, **options):
         kernel = original(*args, **options)
         used.append(kernel)
         return kernel
 
-    monkeypatch.setattr(fastdyn.specialise, "specialised_kernel", watched)
+    monkeypatch.setattr(fastdyn.specialise.scalar, "specialised_kernel", watched)
     assert same(expected, solve(method, t_eval=[20.0]))
     assert used[0] is None and used[-1] is not None
 

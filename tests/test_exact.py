@@ -10,8 +10,8 @@ import scipy.integrate
 from scipy.special import ellipj, ellipk
 
 import fastdyn
-from fastdyn import specialise
-from fastdyn.kernels import METHODS
+from fastdyn.kernels.methods import METHODS
+from fastdyn.specialise import scalar
 
 EPS = float(np.finfo(float).eps)
 FIXED = [name for name, m in METHODS.items() if not m.error_order]
@@ -217,12 +217,12 @@ def test_both_tiers_give_the_same_bits(method, n, monkeypatch):
         built.append(given)
         return build(*given)
 
-    build = specialise.specialised_kernel
-    monkeypatch.setattr(specialise, "specialised_kernel", watched)
+    build = scalar.specialised_kernel
+    monkeypatch.setattr(scalar, "specialised_kernel", watched)
     a = solved_in("pointer", method, n)
     assert not built
     b = solved_in("specialised", method, n)
-    assert len(built) == (1 if n <= specialise.MAX_TUPLE else 0)
+    assert len(built) == (1 if n <= scalar.MAX_TUPLE else 0)
     assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y)
     assert (a.nfev, a.n_rejected) == (b.nfev, b.n_rejected)
     t = np.linspace(0, 3, 301)

@@ -22,7 +22,7 @@ from support.hostile import (
 
 import fastdyn
 from fastdyn import prepare, solve_ensemble, solve_ivp
-from fastdyn.kernels import METHODS
+from fastdyn.kernels.methods import METHODS
 from fastdyn.systems import pendulum_xy, satellite, vehicle
 
 ADAPTIVE = [name for name, m in METHODS.items() if m.error_order]

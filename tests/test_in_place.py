@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy import zeros_like as cleared
 
-from fastdyn import in_place, solve_ensemble, solve_ivp
-from fastdyn.in_place import return_in_place
+from fastdyn import solve_ensemble, solve_ivp
+from fastdyn.compile.ir import return_buffer
+from fastdyn.compile.ir.return_buffer import return_in_place
 
 K = 2.0
 
@@ -120,9 +121,9 @@ def seen(monkeypatch, tmp_path):
         return_in_place(blocks, made, value_of, out)
         counts.append(sum(len(block.body) for block in blocks.values()) - before)
 
-    monkeypatch.setattr("fastdyn.rewrite.return_in_place", spy)
+    monkeypatch.setattr("fastdyn.compile.ir.rewrite.return_in_place", spy)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
-    monkeypatch.setattr("fastdyn.adapt._functions", {})
+    monkeypatch.setattr("fastdyn.compile.bind._functions", {})
     return counts
 
 
@@ -202,4 +203,4 @@ def test_other_modes_and_ensembles():
 
 
 def test_every_replacement_is_named():
-    assert set(in_place.INSTEAD) == {np.empty, np.zeros, np.empty_like, np.zeros_like}
+    assert set(return_buffer.INSTEAD) == {np.empty, np.zeros, np.empty_like, np.zeros_like}

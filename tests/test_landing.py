@@ -8,7 +8,8 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn import solve_ivp
-from fastdyn.kernels import METHODS, start
+from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.stepping import first_step
 from fastdyn.systems import building, pendulum_xy
 
 ADAPTIVE = [name for name, m in METHODS.items() if m.error_order]
@@ -109,7 +110,7 @@ def test_breakpoints_with_events_chunks_and_the_two_tiers(monkeypatch):
     whole = solve_ivp(square, (0, 40), [0.0], **given)
     crossings = np.sort(np.r_[np.arange(40) + 0.25, np.arange(40) + 0.75])
     assert np.allclose(whole.t_events[0], crossings, rtol=0, atol=1e-9)
-    monkeypatch.setattr(fastdyn.drive, "CHUNK_SECONDS", 1e-9)  # a step a chunk
+    monkeypatch.setattr(fastdyn.run.loop, "CHUNK_SECONDS", 1e-9)  # a step a chunk
     for tier in ("pointer", "specialised"):
         again = solve_ivp(square, (0, 40), [0.0], tier=tier, **given)
         assert np.array_equal(again.y, whole.y) and again.nfev == whole.nfev
@@ -159,7 +160,7 @@ def test_projection_keeps_the_pendulum_on_its_circle(method):
         kept = max(np.abs(v).max() for v in run.residuals().values())
         assert kept <= 16 * EPS and drifted > 1e4 * kept
     assert held.nfev == METHODS[method].n_stages * (held.n_accepted + held.n_rejected) + (
-        held.n_accepted + (2 if METHODS[method].start is start.hairer else 1)
+        held.n_accepted + (2 if METHODS[method].start is first_step.hairer else 1)
     )
     assert np.abs(held.error()).max() < np.abs(free.error()).max()
 
@@ -174,7 +175,7 @@ def test_ten_thousand_periods_on_the_circle():
 def test_projection_is_bit_identical_in_chunks_and_tiers(monkeypatch):
     system = pendulum_xy(V0=4.0)
     whole = system.solve((0.0, 5.0), stabilise="projection", tier="pointer")
-    monkeypatch.setattr(fastdyn.drive, "CHUNK_SECONDS", 1e-9)
+    monkeypatch.setattr(fastdyn.run.loop, "CHUNK_SECONDS", 1e-9)
     for tier in ("pointer", "specialised"):
         again = system.solve((0.0, 5.0), stabilise="projection", tier=tier)
         assert np.array_equal(again.y, whole.y)

@@ -8,7 +8,7 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.kernels import METHODS
+from fastdyn.kernels.methods import METHODS
 
 EPS = float(np.finfo(float).eps)
 FIXED = [name for name, m in METHODS.items() if not m.error_order]

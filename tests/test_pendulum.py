@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipkinc, ellipkm1
 
+from fastdyn.course.lessons.pendulum import allowance
 from fastdyn.systems import pendulum
-from fastdyn.systems.elliptic import amplitude, quarter_period
-from fastdyn.systems.pendulum_lesson import allowance
+from fastdyn.systems.formulas.elliptic import amplitude, quarter_period
 
 EPS = np.finfo(float).eps
 EDGE = 2.0 * math.sqrt(9.81)  # launch velocity of the separatrix for g = 9.81, l = 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.phases import Phase, solve_phases
+from fastdyn.solve.phases import Phase, solve_phases
 
 G = 9.81
 OPTIONS = {"rtol": 1e-9, "atol": 1e-12}
@@ -95,7 +95,7 @@ def test_a_phase_that_fails_says_why():
     assert run.status == -1 and "blows up" in run.message
     with pytest.raises(ValueError, match="1-dimensional"):
         solve_phases(BALL, "up", (0.0, 1.0), 1.0)
-    assert fastdyn.phases.Phase is Phase
+    assert fastdyn.solve.phases.Phase is Phase
 
 
 def test_terminal_counts_and_max_steps_hold_for_the_whole_motion():

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from fastdyn.course.lessons.satellite import allowance
 from fastdyn.systems import satellite
-from fastdyn.systems.kepler import eccentric_anomaly
-from fastdyn.systems.satellite_lesson import allowance
+from fastdyn.systems.formulas.kepler import eccentric_anomaly
 
 EPS = np.finfo(float).eps
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.kernels import METHODS
+from fastdyn.kernels.methods import METHODS
 
 EPS = np.finfo(float).eps
 SPLITTINGS = [name for name, m in METHODS.items() if m.separable]

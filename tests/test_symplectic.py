@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.kernels import METHODS, legendre, symplectic
+from fastdyn.kernels.methods import METHODS, legendre, symplectic
 from fastdyn.systems import satellite
 
 EPS = np.finfo(float).eps

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fastdyn import plot, systems
-from fastdyn.adapt import bind
 from fastdyn.code_store import Call
-from fastdyn.specialise import evaluate_kernel
+from fastdyn.compile.bind import bind
+from fastdyn.specialise.scalar import evaluate_kernel
 from fastdyn.systems import (
     SYSTEMS,
     System,
@@ -242,7 +242,7 @@ def test_a_curve_is_smooth_between_the_steps():
 def test_a_new_system_is_one_file(tmp_path, monkeypatch):
     (tmp_path / "decay.py").write_text(
         "import dataclasses\n"
-        "from fastdyn.systems.system import System\n"
+        "from fastdyn.systems.base.system import System\n"
         "@dataclasses.dataclass(frozen=True)\n"
         "class Decay(System):\n"
         "    name, title, source, states, t_end = 'decay', 'Decay', 'none', (), 1.0\n"

@@ -12,9 +12,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from fastdyn.kernels import METHODS
-from fastdyn.kernels.dense import hermite, polynomial
-from fastdyn.kernels.state import Y_OLD, K, Y
+from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.output.dense_output import hermite, polynomial
+from fastdyn.kernels.state.record import Y_OLD, K, Y
 
 EPS = float(np.finfo(float).eps)
 TABLED = {name: m for name, m in METHODS.items() if "a" in (m.tableau or {})}

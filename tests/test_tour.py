@@ -9,10 +9,11 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from fastdyn import tour
-from fastdyn.cli import main
-from fastdyn.systems import SYSTEMS, State, System, parameter, pendulum, quantity, satellite_lesson
-from fastdyn.tour import Board, Check
+from fastdyn.cli.main import main
+from fastdyn.course import tour
+from fastdyn.course.lessons import satellite
+from fastdyn.course.tour import Board, Check
+from fastdyn.systems import SYSTEMS, State, System, parameter, pendulum, quantity
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +42,8 @@ def test_tour_tells_the_published_numbers(told):
 
 
 def test_a_failing_check_makes_the_status_one(tmp_path, monkeypatch, capsys):
-    wrong = {**satellite_lesson.ODE45, 1e-3: (170, 0.71, "-40.39", "-15.60")}
-    monkeypatch.setattr(satellite_lesson, "ODE45", wrong)
+    wrong = {**satellite.ODE45, 1e-3: (170, 0.71, "-40.39", "-15.60")}
+    monkeypatch.setattr(satellite, "ODE45", wrong)
     assert main(["tour", "satellite", "--out", str(tmp_path)]) == 1
     text = capsys.readouterr().out
     assert text.count("FAILS") == 2 and "FAILED: ode45, RelTol 1e-3: steps: 169 inst" in text

@@ -10,8 +10,8 @@ from numba import njit
 from numba.core.errors import TypingError
 from support.by_vectors import ANY, SPECIAL, numbers, same, uniform, vectors
 
-from fastdyn.kernels import lanes
-from fastdyn.kernels.form import Form
+from fastdyn.kernels.ensemble import lanes
+from fastdyn.kernels.state.layout import Form
 
 PAIRS = np.array([*itertools.product(SPECIAL, SPECIAL)]).T
 OF_ONE = {

@@ -10,8 +10,9 @@ import pytest
 from numba import njit
 from support.by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
 
-from fastdyn.kernels import lanes, vector_arc, vector_exp, vector_log, vector_trig
-from fastdyn.kernels.form import Form
+from fastdyn.kernels.ensemble import lanes
+from fastdyn.kernels.state.layout import Form
+from fastdyn.kernels.vector import exponential, inverse, logarithm, trigonometric
 
 
 def near_multiples(unit, largest):
@@ -149,31 +150,31 @@ def sine_rest(z):
 
 FITS = {  # of what, with which weight, where, exponent of the error
     "SINE": (
-        vector_trig.SINE, series(lambda i: (-1) ** (i + 1) / mpmath.factorial(2 * i + 3)),
+        trigonometric.SINE, series(lambda i: (-1) ** (i + 1) / mpmath.factorial(2 * i + 3)),
         sine_rest, (0, 0.617), -57,
     ),
     "COSINE": (
-        vector_trig.COSINE, series(lambda i: (-1) ** i / mpmath.factorial(2 * i + 4)),
+        trigonometric.COSINE, series(lambda i: (-1) ** i / mpmath.factorial(2 * i + 4)),
         lambda z: z * z / mpmath.cos(mpmath.sqrt(z)), (0, 0.617), -59,
     ),
     "EXPONENTIAL": (
-        vector_exp.EXPONENTIAL, series(lambda i: 1 / mpmath.factorial(i + 2)),
+        exponential.EXPONENTIAL, series(lambda i: 1 / mpmath.factorial(i + 2)),
         lambda r: r * r / mpmath.exp(r), (-0.3466, 0.3466), -60,
     ),
     "LOGARITHM": (
-        vector_log.LOGARITHM, series(lambda i: mpmath.mpf(2) / (2 * i + 3)),
+        logarithm.LOGARITHM, series(lambda i: mpmath.mpf(2) / (2 * i + 3)),
         lambda z: z / 2, (0, 0.02944), -59,
     ),
     "TAIL": (
-        vector_log.TAIL, series(lambda i: mpmath.mpf(2) / (2 * i + 7)),
+        logarithm.TAIL, series(lambda i: mpmath.mpf(2) / (2 * i + 7)),
         lambda z: z**3 / 2, (0, 0.02944), -72,
     ),
     "ARC_TANGENT": (
-        vector_arc.ARC_TANGENT, series(lambda i: (-1) ** (i + 1) / mpmath.mpf(2 * i + 3)),
+        inverse.ARC_TANGENT, series(lambda i: (-1) ** (i + 1) / mpmath.mpf(2 * i + 3)),
         lambda z: z * (1 + z / 2), (0, 0.17158), -58,
     ),
     "ARC_SINE": (
-        vector_arc.ARC_SINE,
+        inverse.ARC_SINE,
         series(lambda i: mpmath.binomial(2 * i + 2, i + 1) / mpmath.ldexp(2 * i + 3, 2 * i + 2)),
         lambda z: z, (0, 0.25), -58,
     ),

@@ -3,7 +3,7 @@
 import functools
 
 import fastdyn
-from fastdyn.kernels import METHODS
+from fastdyn.kernels.methods import METHODS
 
 from ..problems import compiled
 from .scipy import end_of

@@ -18,8 +18,9 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import lookup_environment
 from numba.core.registry import cpu_target
 
-from ..kernels.jit_options import jit_enabled
-from ..kernels.words import FAILED, WORD, values_of
+from fastdyn.kernels.calls.words import FAILED, WORD, values_of
+from fastdyn.kernels.jit_options import jit_enabled
+
 from . import runtime
 from .loader import UnknownSymbol, provider
 from .object_file import checked, is_elf, symbols

@@ -9,8 +9,8 @@ import importlib
 import inspect
 import pkgutil
 
-from fastdyn.systems.declare import State, event, parameter, quantity
-from fastdyn.systems.system import System
+from .base.declare import State, event, parameter, quantity
+from .base.system import System
 
 __all__ = ["SYSTEMS", "State", "System", "event", "parameter", "quantity"]
 
@@ -18,7 +18,7 @@ __all__ = ["SYSTEMS", "State", "System", "event", "parameter", "quantity"]
 def _discovered() -> dict[str, type[System]]:
     found = {}
     for entry in pkgutil.iter_modules(__path__):
-        if entry.name.endswith("_lesson"):
+        if entry.ispkg:
             continue
         module = importlib.import_module(f"{__name__}.{entry.name}")
         for member in vars(module).values():

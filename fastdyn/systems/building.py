@@ -6,11 +6,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fastdyn.animate import Scene
-from fastdyn.systems import ground_motion
-from fastdyn.systems.declare import State, parameter, quantity
-from fastdyn.systems.modal import forced_mode
-from fastdyn.systems.system import System
+from fastdyn.plot.animate import Scene
+from fastdyn.systems.base.declare import State, parameter, quantity
+from fastdyn.systems.base.system import System
+from fastdyn.systems.formulas.forced_response import forced_mode
+
+from .formulas import ground_motion
 
 STIFFNESS = np.array([[4.0, -2.0], [-2.0, 2.0]])
 """Stiffness of the two floors in units of k: walls of 2k to the ground and between the floors."""

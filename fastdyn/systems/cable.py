@@ -5,9 +5,10 @@ import math
 
 import numpy as np
 
-from fastdyn.phases import Phase, solve_phases
-from fastdyn.systems.declare import event
-from fastdyn.systems.pendulum_xy import PendulumXY, slack, tension
+from fastdyn.solve.phases import Phase, solve_phases
+from fastdyn.systems.base.declare import event
+
+from .pendulum_xy import PendulumXY, slack, tension
 
 NOTHING = 1e-9  # of a length, a speed or a weight
 

@@ -6,10 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems import flight
-from fastdyn.systems.declare import event, parameter, quantity
-from fastdyn.systems.projectile import Projectile
-from fastdyn.systems.system import System
+from fastdyn.plot import flight
+from fastdyn.systems.base.declare import event, parameter, quantity
+from fastdyn.systems.base.system import System
+
+from .projectile import Projectile
 
 
 @quantity("m²/s²", "energy E/m")

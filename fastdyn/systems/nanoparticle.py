@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems.declare import State, event, parameter, quantity
-from fastdyn.systems.system import System
+from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.system import System
 
 BOLTZMANN = 1.3806503e-23
 """Boltzmann's constant in J/K, as the course gives it."""

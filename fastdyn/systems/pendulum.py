@@ -8,10 +8,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.animate import Scene
-from fastdyn.systems import elliptic
-from fastdyn.systems.declare import State, event, parameter, quantity
-from fastdyn.systems.system import System
+from fastdyn.plot.animate import Scene
+from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.system import System
+
+from .formulas import elliptic
 
 
 @quantity("J", "energy E")
@@ -135,7 +136,7 @@ class Pendulum(System):
 
     def solve_cable(self, *given, **options):
         """The same on a cable that goes slack and taut again; see `PendulumXY.solve_cable`."""
-        from fastdyn.systems.pendulum_xy import PendulumXY
+        from .pendulum_xy import PendulumXY
 
         return PendulumXY(self.g, self.l, self.V0, self.m).solve_cable(*given, **options)
 

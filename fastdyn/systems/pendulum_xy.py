@@ -7,11 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.animate import Scene
-from fastdyn.kernels.constrained import constrained
-from fastdyn.systems.declare import State, event, parameter, quantity
-from fastdyn.systems.pendulum import Pendulum
-from fastdyn.systems.system import System
+from fastdyn.kernels.algebra.constrained import constrained
+from fastdyn.plot.animate import Scene
+from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.system import System
+
+from .pendulum import Pendulum
 
 
 @quantity("J", "energy E")
@@ -169,7 +170,7 @@ class PendulumXY(System):
             With `phases`, a list of ("cable" or "flight", start, end); at an impact the time is
             there twice, with the state before and after.
         """
-        from fastdyn.systems.cable import solve_cable
+        from .cable import solve_cable
 
         return solve_cable(self, t_span, y0, method, **options)
 

@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems import flight
-from fastdyn.systems.declare import State, event, parameter, quantity
-from fastdyn.systems.system import System
+from fastdyn.plot import flight
+from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.system import System
 
 
 @quantity("m²/s²", "energy E/m")

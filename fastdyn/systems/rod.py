@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.animate import Scene
-from fastdyn.systems.declare import State, parameter, quantity
-from fastdyn.systems.system import System
+from fastdyn.plot.animate import Scene
+from fastdyn.systems.base.declare import State, parameter, quantity
+from fastdyn.systems.base.system import System
 
 
 @quantity("m/s", "amplitude of the growing mode")

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.animate import Scene
-from fastdyn.systems.declare import State, event, parameter, quantity
-from fastdyn.systems.kepler import eccentric_anomaly
-from fastdyn.systems.system import System
+from fastdyn.plot.animate import Scene
+from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.system import System
+from fastdyn.systems.formulas.kepler import eccentric_anomaly
 
 
 @quantity("m²/s²", "energy E/m")

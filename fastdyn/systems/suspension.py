@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems.declare import State, parameter, quantity
-from fastdyn.systems.system import System
+from fastdyn.systems.base.declare import State, parameter, quantity
+from fastdyn.systems.base.system import System
 
 
 @quantity("J", "energy E")

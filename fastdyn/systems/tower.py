@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems.declare import State, event, parameter, quantity
-from fastdyn.systems.system import System
+from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.system import System
 
 MILE_PER_HOUR = 0.44704  # m/s, exactly
 

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fastdyn.animate import Scene
-from fastdyn.kernels.constrained import constrained
-from fastdyn.systems.declare import State, parameter, quantity
-from fastdyn.systems.system import System
+from fastdyn.kernels.algebra.constrained import constrained
+from fastdyn.plot.animate import Scene
+from fastdyn.systems.base.declare import State, parameter, quantity
+from fastdyn.systems.base.system import System
 
 
 def drunk(t, w):

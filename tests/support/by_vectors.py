@@ -6,8 +6,9 @@ import math
 import numpy as np
 from numba import njit
 
-from fastdyn.kernels import lanes, vector_math  # noqa: F401
-from fastdyn.kernels.form import Form
+from fastdyn.kernels.ensemble import lanes
+from fastdyn.kernels.state.layout import Form
+from fastdyn.kernels.vector import elementary  # noqa: F401
 
 RNG = np.random.default_rng(1)
 N = 400

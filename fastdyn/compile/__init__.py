@@ -1,0 +1,1 @@
+"""The user's functions -> machine code of one known form; their values -> parameters."""

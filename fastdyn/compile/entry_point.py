@@ -1,0 +1,261 @@
+"""Around a user's function: parameters out of the block, the result into place, errors noted.
+
+`pointer_form` gives a function its one compiled form ``function(t, y, n, block, out)``; see
+`kernels/calls.py`.
+"""
+
+import math
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from fastdyn.kernels.calls.user_function import FAULT, FORM, RAISED, TIME
+from fastdyn.kernels.calls.words import array_of
+from fastdyn.kernels.jit_options import BARE, njit
+from fastdyn.kernels.state.elementwise import view
+from fastdyn.kernels.vector.number import Vector
+
+from .parameters import MOMENTS, Constant
+from .return_value import flat, store
+
+WORDS = types.CPointer(types.int64)
+ROW = types.Array(types.float64, 1, "C")
+READONLY = types.Array(types.float64, 1, "C", readonly=True)
+SMALL = 8  # halves up to this size are padded on the stack
+
+
+def numba_type(kind):
+    """The Numba type of a parameter of this kind."""
+    if isinstance(kind, Constant):
+        from numba import typeof
+
+        return typeof(kind.value)
+    simple = {
+        "float": types.float64,
+        "int": types.int64,
+        "bool": types.boolean,
+        "complex": types.complex128,
+    }
+    if kind[0] in simple:
+        return simple[kind[0]]
+    if kind[0] == "tuple":
+        return types.BaseTuple.from_types([numba_type(k) for k in kind[1]])
+    if kind[0] == "lanes":
+        return Vector(kind[1])
+    from numba.np.numpy_support import from_dtype
+
+    item, frozen = from_dtype(np.dtype(kind[1])), kind[0] != "array"
+    return types.Array(item, kind[2], "C", readonly=frozen, aligned=kind[0] != "list")
+
+
+def _read(context, builder, kind, words, at):
+    """LLVM value of a parameter at word `at`, and the index after it."""
+    ty = numba_type(kind)
+
+    def word(index, llvm_type=None):
+        pointer = cgutils.gep(builder, words, index)
+        if llvm_type is not None:
+            pointer = builder.bitcast(pointer, llvm_type.as_pointer())
+        return builder.load(pointer)
+
+    if isinstance(ty, types.Dispatcher):  # its type says all; its address holds in this process
+        return context.get_constant_null(ty), at
+    if isinstance(kind, Constant):
+        return context.get_constant_generic(builder, ty, kind.value), at
+    if kind[0] == "tuple":
+        parts = []
+        for k in kind[1]:
+            part, at = _read(context, builder, k, words, at)
+            parts.append(part)
+        return context.make_tuple(builder, ty, parts), at
+    if isinstance(ty, types.Array):
+        here = (word(at + i) for i in range(1 + ty.ndim))
+        return array_of(context, builder, ty, here), at + 1 + ty.ndim
+    if kind[0] == "complex":
+        number = context.make_complex(builder, ty)
+        number.real, number.imag = (word(at + i, ir.DoubleType()) for i in (0, 1))
+        return number._getvalue(), at + 2
+    if kind[0] == "float":
+        return word(at, ir.DoubleType()), at + 1
+    if kind[0] == "lanes":
+        vector = word(at, context.get_value_type(ty))
+        vector.align = 8
+        return vector, at + kind[1]
+    value = word(at)
+    return (builder.icmp_signed("!=", value, value.type(0)) if kind[0] == "bool" else value), at + 1
+
+
+def reader(kind, at):
+    """A compiled function ``read(block)`` for the parameter of this kind at word `at`."""
+
+    @intrinsic
+    def read(typingctx, block):
+        def codegen(context, builder, signature, args):
+            return _read(context, builder, kind, args[0], at)[0]
+
+        return numba_type(kind)(block), codegen
+
+    @njit(**BARE)
+    def load(block):
+        return read(block)
+
+    return load
+
+
+def arguments(layout, place):
+    """An intrinsic ``values(t, y, block, out)``: the positional arguments of the user's function.
+
+    `layout` has "t", "y" or a kind for each; the first one is joined by the block, and by the
+    array for the result or None.
+    """
+
+    @intrinsic
+    def values(typingctx, t, y, block, out):
+        tys = [t if k == "t" else y if k == "y" else numba_type(k) for k in layout]
+        tys[0] = types.Tuple((tys[0], WORDS, out))
+        whole = types.Tuple(tuple(tys))
+
+        def codegen(context, builder, signature, args):
+            parts, at = [], place
+            for k in layout:
+                if k in ("t", "y"):
+                    parts.append(args[0] if k == "t" else args[1])
+                    if k == "y" and context.enable_nrt:
+                        context.nrt.incref(builder, y, args[1])  # the tuple owns it too
+                else:
+                    part, at = _read(context, builder, k, args[2], at)
+                    parts.append(part)
+            parts[0] = context.make_tuple(builder, tys[0], [parts[0], args[2], args[3]])
+            return context.make_tuple(builder, whole, parts)
+
+        return whole(t, y, block, out), codegen
+
+    return values
+
+
+@intrinsic
+def _readonly(typingctx, y, n):
+    return READONLY(y, n), lambda c, b, s, a: view(c, b, a[0], a[1])
+
+
+@intrinsic
+def _array(typingctx, y, n):
+    return ROW(y, n), lambda c, b, s, a: view(c, b, a[0], a[1])
+
+
+@intrinsic
+def _padded(typingctx, q, m):
+    """[q, 0] on the stack, for m up to SMALL."""
+
+    def codegen(context, builder, signature, args):
+        place = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), 2 * SMALL))
+        for i in range(2 * SMALL):
+            builder.store(ir.Constant(ir.DoubleType(), 0.0), cgutils.gep(builder, place, 0, i))
+        target = cgutils.gep(builder, place, 0, 0)
+        with cgutils.for_range(builder, args[1]) as loop:
+            value = builder.load(builder.gep(args[0], [loop.index]))
+            builder.store(value, builder.gep(target, [loop.index]))
+        return view(context, builder, target, builder.add(args[1], args[1]))
+
+    return ROW(q, m), codegen
+
+
+def pointer_form(inner, values, mode):
+    """The compiled form of `inner`.
+
+    Parameters
+    ----------
+    inner : dispatcher
+        Called with the tuple that `values(t, y, block, out)` makes.
+    mode : str
+        "derivative"; "copy", the same on a private copy of y, for a function that writes to
+        it; "column", y as an (n, 1) array; "event", one number; "acceleration", the second
+        half of the derivative of [q, 0]; MOMENTS, the derivative and the rates of the moments.
+    """
+    if mode == "event":
+
+        def body(t, y, n, block, out):
+            store(inner(*values(t, _readonly(y, n), block, None)), _array(out, 1), 0)
+
+    elif mode == "copy":
+
+        def body(t, y, n, block, out):
+            d = _array(out, n)
+            store(inner(*values(t, _readonly(y, n).copy(), block, d)), d, 0)
+
+    elif mode == "column":
+
+        def body(t, y, n, block, out):
+            column = _readonly(y, n).reshape((n, 1))
+            store(flat(inner(*values(t, column, block, None))), _array(out, n), 0)
+
+    elif mode in MOMENTS:
+        mean, square = "mean" in mode, "rms" in mode
+        parts = 1 + mean + square
+
+        def body(t, y, n, block, out):
+            m = n // parts
+            d = _array(out, m)
+            store(inner(*values(t, _readonly(y, m), block, d)), d, 0)
+            state, rates = _array(y, n), _array(out, n)
+            for i in range(m):
+                if mean:
+                    rates[m + i] = state[i]
+                if square:
+                    rates[n - m + i] = state[i] * state[i]
+
+    elif mode == "acceleration":
+
+        def body(t, y, n, block, out):
+            if n <= SMALL:
+                w = _padded(y, n)
+            else:
+                w = np.zeros(2 * n)
+                w[:n] = _array(y, n)
+            store(inner(*values(t, w, block, None)), _array(out, n), n)
+
+    else:
+
+        def body(t, y, n, block, out):
+            d = _array(out, n)
+            store(inner(*values(t, _readonly(y, n), block, d)), d, 0)
+
+    compiled_body = njit(**BARE)(body)
+    compiled_body.compile(FORM)  # here, so that what Numba says of the user's code is heard
+
+    @intrinsic
+    def attempt(typingctx, t, y, n, block, out):
+        result = compiled_body.get_compile_result(types.none(*FORM))
+
+        def codegen(context, builder, signature, args):
+            context.active_code_library.add_linking_library(result.library)
+            status, _ = context.call_internal_no_propagate(
+                builder, result.fndesc, result.signature, args
+            )
+            with builder.if_then(status.is_error, likely=False):
+                _note(builder, *args, single=mode == "event")
+            return context.get_dummy_value()
+
+        return types.none(*FORM), codegen
+
+    @njit(**BARE)
+    def function(t, y, n, block, out):
+        attempt(t, y, n, block, out)
+
+    return function
+
+
+def _note(builder, t, y, n, block, out, single):
+    """Remember where the function raised, the first time, and return NaN."""
+    real, word = ir.DoubleType(), n.type
+    raised = cgutils.gep(builder, block, RAISED)
+    with builder.if_then(builder.icmp_signed("==", builder.load(raised), word(0))):
+        builder.store(word(1), raised)
+        builder.store(t, builder.bitcast(cgutils.gep(builder, block, TIME), real.as_pointer()))
+        kept = builder.gep(block, [builder.load(cgutils.gep(builder, block, FAULT))])
+        cgutils.raw_memcpy(builder, builder.bitcast(kept, y.type), y, n, 8)
+    with cgutils.for_range(builder, word(1) if single else n) as loop:
+        builder.store(real(math.nan), builder.gep(out, [loop.index]))

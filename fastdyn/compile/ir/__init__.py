@@ -1,0 +1,1 @@
+"""Passes over Numba's intermediate representation of the user's functions."""

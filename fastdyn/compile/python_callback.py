@@ -1,0 +1,159 @@
+"""A function that stays in Python, callable from compiled kernels.
+
+The kernels run without the interpreter lock; ctypes takes it for each call.  An exception cannot
+cross compiled code, so it is kept here, the block is marked, and `drive` raises it again.
+"""
+
+import contextlib
+import ctypes
+import signal
+import threading
+from typing import Any
+
+import numpy as np
+
+from fastdyn.kernels.algebra.linear import SingularMatrixError
+from fastdyn.kernels.calls.user_function import RAISED
+
+from .parameters import MOMENTS
+
+DOUBLES = ctypes.POINTER(ctypes.c_double)
+SIGNATURE = ctypes.CFUNCTYPE(  # Numba's calling convention: status, result and exception first
+    ctypes.c_int,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+    ctypes.c_double,
+    ctypes.c_void_p,
+    ctypes.c_ssize_t,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+)
+
+
+class Callback:
+    """The C function around ``fun(t, y)``; `exception` holds what it raised.
+
+    Parameters
+    ----------
+    fun : callable
+    mode : str
+        As in `adapt.bind`.
+    n : int
+    announce : callable, optional
+        Called once the function has given a value: one that is wrong says so itself.
+    """
+
+    def __init__(self, fun, mode, n, announce=None):
+        self.exception, self.inside, self.pending = None, False, None
+        self._fun, self._mode, self._arrays = fun, mode, {}
+        self._announcement = announce
+        self._n_out = 1 if mode == "event" else n
+        self._function = SIGNATURE(self._call)
+        self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
+
+    def announce(self):
+        """Say, once, that the function runs in Python."""
+        if self._announcement is not None:
+            said, self._announcement = self._announcement, None
+            said()
+
+    def _array(self, address, n):
+        array = self._arrays.get((address, n))
+        if array is None:
+            array = np.ctypeslib.as_array(ctypes.cast(address, DOUBLES), (n,))
+            if len(self._arrays) > 1000:
+                self._arrays.clear()
+            self._arrays[address, n] = array
+        return array
+
+    def _call(self, result, exception, t, y, n, block, out):
+        try:
+            target = self._array(out, self._n_out)
+            if self.exception is None:
+                self.inside = True
+                if self.pending is not None:
+                    self.pending()
+                target[:] = evaluate(self._fun, self._mode, t, self._array(y, n).copy())
+                self.announce()
+                self.inside = False
+        except BaseException as error:
+            self.inside = False
+            self.exception = error
+            ctypes.cast(block, ctypes.POINTER(ctypes.c_int64))[RAISED] = 1
+            self._array(out, self._n_out)[:] = np.nan
+        return 0
+
+
+@contextlib.contextmanager
+def interruptible(callbacks):
+    """Keep Ctrl-C from being lost at the edge of a callback, where nothing can catch it.
+
+    A signal that arrives inside the user's function acts as it always does; one that arrives
+    outside waits for the next call.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    main = threading.current_thread() is threading.main_thread()
+    if not callbacks or not main or not callable(handler):
+        yield
+        return
+
+    def wait_for_a_call(number, frame):
+        if any(c.inside for c in callbacks):
+            handler(number, frame)
+        for c in callbacks:
+            c.pending = lambda: handler(number, frame)
+
+    signal.signal(signal.SIGINT, wait_for_a_call)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def evaluate(fun, mode, t, y):
+    """``fun(t, y)`` in Python, as the kernel wants it: checked, real, of the right length."""
+    n = len(y)
+    if mode == "event":
+        value = np.asarray(fun(t, y))
+        if value.size != 1 or value.dtype.kind not in "fiub":
+            raise TypeError(f"an event returned {value!r}; it must return one real number")
+        return value.reshape(1)
+    if mode in MOMENTS:
+        moments = mode.split()
+        own = y[: n // (1 + len(moments))]
+        rates = [own * own if moment == "rms" else own for moment in moments]
+        return np.concatenate([evaluate(fun, "derivative", t, own), *rates])
+    if mode == "acceleration":
+        y = np.concatenate([y, np.zeros(n)])
+    try:
+        value = fun(t, y[:, None] if mode == "column" else y)
+    except SingularMatrixError as error:
+        raise SingularMatrixError(f"At t = {t:.10g}, {error}.") from error
+    return derivative(value, len(y), mode)[len(y) - n :]
+
+
+def derivative(value, n, mode="derivative"):
+    """A returned derivative as an array of n floats; raises with a sentence if it is not one."""
+    array = np.asarray(value)
+    name = mode if mode in ("velocity", "force") else "fun"
+    if value is None or array.dtype.kind not in "fiubc":
+        raise TypeError(
+            f"`{name}` returned {type(value).__name__}; it must return {n} numbers, "
+            "as a list, tuple or array"
+        )
+    if array.dtype.kind == "c":
+        raise TypeError(
+            f"`{name}` returned complex numbers"
+            + ("; give a complex `y0` to solve for them" if name == "fun" else "")
+        )
+    if array.ndim == 2 and array.shape == (n, 1) and n > 1 and mode != "column":
+        raise ValueError(
+            f"`{name}` returned a column, of shape {array.shape}; it must return one of shape "
+            f"({n},), unless `vectorized` is set"
+        )
+    if array.size != n or (array.ndim > 1 and array.shape != (n, 1)):
+        raise ValueError(
+            f"`{name}` returned {array.size} values for a state of {n}; it must return one "
+            f"for each component of {'`y0`' if name == 'fun' else '`q0` and `p0`'}"
+        )
+    return array.reshape(n)

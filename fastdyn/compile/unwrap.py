@@ -1,0 +1,57 @@
+"""A callable taken apart: the Python function in it, its `self`, its positional arguments."""
+
+import functools
+import inspect
+import types as python
+from typing import Any, NamedTuple
+
+from numba.core.dispatcher import Dispatcher
+
+from fastdyn.kernels.jit_options import DISABLED
+
+from .diagnostics import SWITCHED_OFF, Uncompilable
+
+T, Y = object(), object()  # where t and y go among the arguments
+KEYWORDS = inspect.CO_VARKEYWORDS
+
+
+class Parts(NamedTuple):
+    """What a callable is made of: a Python function, its `self`, and its positional arguments."""
+
+    function: Any
+    owner: Any
+    positional: tuple
+    options: dict
+
+
+def parts_of(fun, args):
+    """Take a callable apart; raises Uncompilable for what has no Python code."""
+    if DISABLED:
+        raise Uncompilable(SWITCHED_OFF)
+    leading, keywords, options, owner = (), {}, {}, None
+    if fun.__class__ is not python.FunctionType:
+        while isinstance(fun, functools.partial):
+            leading, keywords = fun.args + leading, {**fun.keywords, **keywords}
+            fun = fun.func
+        if isinstance(fun, python.MethodType):
+            fun, owner = fun.__func__, fun.__self__
+        if isinstance(fun, Dispatcher):
+            options = {k: v for k, v in fun.targetoptions.items() if k == "fastmath" and v}
+            fun = fun.py_func
+        if not isinstance(fun, python.FunctionType):
+            method = inspect.getattr_static(type(fun), "__call__", None)
+            if not isinstance(method, python.FunctionType):
+                raise Uncompilable(f"{type(fun).__name__} objects have no Python code to compile")
+            fun, owner = method, fun
+    code = fun.__code__
+    given = (() if owner is None else (None,)) + leading + (T, Y) + args
+    if keywords or code.co_kwonlyargcount or code.co_flags & KEYWORDS:
+        bound = inspect.signature(fun).bind(*given, **keywords)
+        bound.apply_defaults()
+        if any(bound.kwargs.values()) or code.co_kwonlyargcount:
+            raise Uncompilable("it takes keyword-only arguments")
+        given = bound.args
+    missing = code.co_argcount - len(given)
+    if missing > 0 and fun.__defaults__:
+        given += fun.__defaults__[-missing:] if missing <= len(fun.__defaults__) else ()
+    return Parts(fun, owner, given, options)

@@ -1,0 +1,1 @@
+"""The course replayed: lessons, tour and gallery."""

@@ -1,0 +1,57 @@
+"""The figures of the tour as a page, with some moving pictures."""
+
+import math
+from pathlib import Path
+
+from fastdyn.systems import SYSTEMS
+from fastdyn.systems.building import Building
+from fastdyn.systems.pendulum import Pendulum
+from fastdyn.systems.vehicle import Vehicle
+
+from . import tour
+
+MOVING = {
+    "pendulum": lambda: Pendulum(V0=math.sqrt(3.5 * 9.81)).solve_cable((0.0, 4.0)),
+    "building": lambda: Building().solve((0.0, 8.0), dense_output=True),
+    "vehicle": lambda: Vehicle().solve((0.0, 60.0), dense_output=True),
+}
+
+
+def build(folder="docs/gallery", write=print):
+    """
+    Run the tour into a folder and write ``README.md`` beside the figures.
+
+    Returns
+    -------
+    tour.Board
+    """
+    board = tour.run(folder, write=write)
+    titles = {system.title: name for name, system in SYSTEMS.items()}
+    lines = [
+        "# Gallery",
+        "",
+        "Every figure of `fastdyn tour`, in the order of the course. This page and its pictures",
+        "are written by `fastdyn gallery`.",
+    ]
+    for heading, figures in board.sections:
+        name = titles[heading]
+        lines += ["", f"## {heading}", "", f"`fastdyn.systems.{name}`, {SYSTEMS[name].source}."]
+        for path in figures:
+            _shrink(path)
+            lines += ["", f"![{path.stem}]({path.name})"]
+        if name in MOVING:
+            path = Path(folder, f"{name}.gif")
+            MOVING[name]().animate(path, seconds=4.0, fps=10)
+            write(f"  {path.name}")
+            lines += ["", f"![{path.stem}, moving]({path.name})"]
+    Path(folder, "README.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return board
+
+
+def _shrink(path):
+    """A figure with few colours, a third of its size."""
+    from PIL import Image
+
+    with Image.open(path) as image:
+        small = image.convert("RGB").quantize(96)
+    small.save(path, optimize=True)

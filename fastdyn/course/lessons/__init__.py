@@ -1,0 +1,1 @@
+"""One lesson a system: the numbers of the course beside the exact ones."""

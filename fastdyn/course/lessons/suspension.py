@@ -1,0 +1,39 @@
+"""The suspension's lesson: free vibration (course 3.3.2, example 2)."""
+
+import math
+
+import numpy as np
+
+from fastdyn.course.tolerances import tolerated
+from fastdyn.systems.suspension import Suspension
+
+RTOL, ATOL = 1e-9, 1e-12
+
+
+def lesson(board):
+    """Tell the lesson to a board of the tour."""
+    suspension = Suspension()
+    run = suspension.solve(rtol=RTOL, atol=ATOL, events="turning", dense_output=True)
+    board.say(
+        """Released from rest, the vehicle swings about its static deflection. The deflection
+        alone tells the frequency: w = sqrt(g / deflection). The mark: each step adds its
+        tolerance; an error e of position or velocity becomes at most (w + 1/w + 1) e."""
+    )
+    board.head()
+    w = suspension.natural_frequency
+    allowed = tolerated(run, RTOL, ATOL) * (1.0 + w + 1.0 / w)
+    board.check("largest error of the state", np.abs(run.error()).max(), 0.0, allowed)
+    turns = run.t_events[0][run.t_events[0] > 0.1 * suspension.period]
+    period = 2.0 * turns[-1] / len(turns)
+    mark = 2.0 * allowed / (w**2 * suspension.amplitude) / len(turns)
+    board.check("period from the turning points (s)", period, suspension.period, mark)
+    x = run.y[0]
+    middle = 0.5 * (run.y_events[0][1][0] + run.y_events[0][2][0])
+    board.check("middle of the swing (m)", middle, suspension.equilibrium, allowed)
+    board.check("amplitude (m)", x.max() - middle, suspension.amplitude, 2.0 * allowed)
+    frequency = math.sqrt(suspension.g / suspension.static_deflection)
+    board.check("sqrt(g / deflection) (rad/s)", frequency, w, 4e-15 * w)
+    change = np.ptp(run.invariants()["energy"])
+    force = suspension.k * suspension.amplitude + suspension.m * w * suspension.amplitude
+    board.check("change of the energy (J)", change, 0.0, allowed * force)
+    board.figure("suspension", run.plot())

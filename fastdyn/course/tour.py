@@ -1,0 +1,165 @@
+"""
+The tour: the course's lessons replayed, each number beside the exact one.
+
+`run` goes through the systems in order. A system's lesson is the function `lesson` in the file
+``lessons/<name>.py``; a system without one gets `standard_lesson`, so that a new system
+is on the tour from its first day. A lesson is given a `Board` and writes everything there.
+"""
+
+import importlib
+import importlib.util
+import textwrap
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from fastdyn import plot
+from fastdyn.systems import SYSTEMS
+
+from .tolerances import tolerated
+
+
+class Check(NamedTuple):
+    """One row of the table; it passes if the difference is no larger than the mark."""
+
+    quantity: str
+    computed: float
+    exact: float
+    mark: float
+
+    @property
+    def difference(self):
+        return self.computed - self.exact
+
+    @property
+    def passes(self):
+        return bool(abs(self.difference) <= self.mark)  # False for NaN
+
+    def __str__(self):
+        verdict = "ok" if self.passes else "FAILS"
+        numbers = f"{self.computed:>14.8g} {self.exact:>14.8g} {self.difference:>10.1e}"
+        return f"  {self.quantity:<46} {numbers} {self.mark:>8.1e}  {verdict}"
+
+
+class Board:
+    """
+    What a tour has said, checked and drawn so far.
+
+    Parameters
+    ----------
+    folder : path
+        Folder for the figures, made when it is not there.
+    write : callable
+        Takes one line of text, `print` unless given.
+    """
+
+    HEAD = f"  {'quantity':<46} {'computed':>14} {'exact':>14} {'difference':>10} {'mark':>8}"
+
+    def __init__(self, folder, write=print):
+        self.folder = Path(folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.write = write
+        self.checks = []
+        self.figures = []
+        self.sections = []  # (heading, figures)
+
+    def heading(self, text):
+        """Begin a lesson."""
+        self.sections.append((text, []))
+        self.write("")
+        self.write(text)
+        self.write("=" * len(text))
+
+    def say(self, text):
+        """Explain what comes next, wrapped to the width of the table."""
+        self.write("")
+        for line in textwrap.wrap(" ".join(text.split()), 98):
+            self.write(line)
+        self.write("")
+
+    def head(self):
+        """Write the names of the columns."""
+        self.write(self.HEAD)
+
+    def check(self, quantity, computed, exact, mark):
+        """Write and count one row; `mark` is the largest difference that passes."""
+        row = Check(quantity, float(computed), float(exact), float(mark))
+        self.checks.append(row)
+        self.write(str(row))
+
+    def figure(self, name, figure):
+        """Save a figure in the folder under a name without ending."""
+        path = self.folder / f"{name}.png"
+        plot.save(figure, path)
+        self.figures.append(path)
+        if self.sections:
+            self.sections[-1][1].append(path)
+
+    @property
+    def n_failed(self):
+        """Number of checks that did not pass."""
+        return sum(not row.passes for row in self.checks)
+
+
+def run(folder="fastdyn-tour", names=None, write=print):
+    """
+    Go through the lessons.
+
+    Parameters
+    ----------
+    folder : path
+        Where the figures go.
+    names : iterable of str, optional
+        Systems to visit, all unless given.
+    write : callable
+        Takes one line of text.
+
+    Returns
+    -------
+    Board
+        With `n_failed`, the number of checks that failed.
+    """
+    begin = time.perf_counter()
+    board = Board(folder, write)
+    for name in names or SYSTEMS:
+        board.heading(SYSTEMS[name].title)
+        lesson_of(name)(board)
+    seconds = time.perf_counter() - begin
+    n_passed = len(board.checks) - board.n_failed
+    write("")
+    write(f"{n_passed} of {len(board.checks)} checks passed in {seconds:.1f} s.")
+    for row in board.checks:
+        if not row.passes:
+            write(f"FAILED: {row.quantity}: {row.computed:.10g} instead of {row.exact:.10g}")
+    write(f"{len(board.figures)} figures in {board.folder}:")
+    for path in board.figures:
+        write(f"  {path.name}")
+    return board
+
+
+def lesson_of(name):
+    """Function that tells a system's lesson to a board."""
+    module = f"fastdyn.course.lessons.{name}"
+    if importlib.util.find_spec(module) is None:
+        return lambda board: standard_lesson(board, SYSTEMS[name]())
+    return importlib.import_module(module).lesson
+
+
+def standard_lesson(board, system, rtol=1e-9, atol=1e-12):
+    """Solve a system with its defaults; compare with what it knows of itself, and draw it."""
+    result = system.solve(rtol=rtol, atol=atol, dense_output=True)
+    board.head()
+    board.check("status of the run", result.status, 0, 0)
+    allowed = tolerated(result, rtol, atol)
+    for name, values in result.invariants().items():
+        change = np.abs(values - values[0]).max() / (abs(values[0]) or 1.0)
+        board.check(f"relative change of {name}", change, 0.0, allowed)
+    try:
+        error = np.abs(result.error()).max()
+    except ValueError:
+        pass
+    else:
+        board.check("largest error of the state", error, 0.0, allowed)
+    board.figure(system.name, result.plot())

@@ -1,0 +1,130 @@
+"""Drift of several methods side by side, at equal work or in equal time."""
+
+import pathlib
+
+from fastdyn.kernels.methods import METHODS
+
+from .energy import energy_drift
+
+PILOT_STEPS = 40
+PILOT_SECONDS = 0.02  # a pilot that measures time runs for so long at least
+ROUNDS = 8  # of finding the step at which a period costs what it should
+
+
+class Comparison(dict):
+    """Studies by label; prints as a table."""
+
+    def __str__(self):
+        from .study import table
+
+        return table(self)
+
+    def plot(self, **options):
+        """All studies in one figure, see `plot_drift.plot_studies`."""
+        from fastdyn.plot.drift import plot_studies
+
+        return plot_studies(self, **options)
+
+
+def compare_drift(
+    system,
+    methods,
+    *,
+    evaluations=None,
+    seconds=None,
+    periods,
+    progress=False,
+    checkpoint=None,
+    **options,
+):
+    """
+    Follow the invariants of a system with several methods, at equal work or in equal time.
+
+    Parameters
+    ----------
+    system : System, callable or pair of callables
+        As for `energy_drift`; functions come with `period`.
+    methods : iterable of str
+        Names of methods with constant steps.
+    evaluations : float, optional
+        Evaluations of the right-hand side in a period, the same for all: steps are chosen so.
+    seconds : float, optional
+        Instead, the time that a period may take on this machine, looks at the invariants
+        included.  Steps are chosen by the time that a step takes in short runs of compiled code:
+        a measurement, and the table shows what the whole run took in the end.
+    periods : float
+        Length of the run.
+    checkpoint : str or path, optional
+        As for `energy_drift`, with the method appended to the name of the file; not with
+        `seconds`, as steps that are measured are never twice the same.
+    progress, **options
+        As for `energy_drift`.
+
+    Returns
+    -------
+    Comparison
+        A dict of Study by method, with ``plot()``; prints as a table.
+    """
+    if (evaluations is None) == (seconds is None):
+        raise ValueError("give `evaluations` or `seconds`: what is the same for all methods?")
+    if seconds is not None:
+        if checkpoint is not None:
+            raise ValueError("`checkpoint` needs the same steps again; `seconds` measures them.")
+        options.setdefault("tier", "specialised")  # what is timed is what runs
+    found = Comparison()
+    for name in methods:
+        method = METHODS.get(name)
+        if method is None or method.error_order:
+            raise ValueError(f"`{name}` has no constant steps, so its work cannot be chosen.")
+        pilot = _Pilot(system, name, options)
+        if evaluations is not None:
+            first = evaluations / (method.n_stages or method.cost)
+            steps = pilot.steps(evaluations, pilot.evaluations, first)
+        else:
+            steps = pilot.steps(seconds, pilot.seconds, PILOT_STEPS)
+        if checkpoint is not None:
+            file = pathlib.Path(checkpoint)
+            options["checkpoint"] = file.with_stem(f"{file.stem}-{name}")
+        found[name] = energy_drift(
+            system, name, steps_per_period=steps, periods=periods, progress=progress, **options
+        )
+    return found
+
+
+class _Pilot:
+    """Short runs that find what a step of a method costs."""
+
+    def __init__(self, system, name, options):
+        self._system, self._name = system, name
+        self._options = {**options, "samples": 1, "checkpoint": None}
+        self._n_steps = PILOT_STEPS
+
+    def _run(self, steps):
+        return energy_drift(
+            self._system, self._name, steps_per_period=steps, n_steps=self._n_steps,
+            **self._options,
+        )  # fmt: skip
+
+    def evaluations(self, steps):
+        """Evaluations of a step; None if its equations cannot be solved."""
+        study = self._run(steps)
+        return None if study.message else (study.nfev - 1) / study.n_steps
+
+    def seconds(self, steps):
+        """Time of a step, the shortest of three; None if its equations cannot be solved."""
+        study = self._run(steps)
+        while not study.message and study.seconds < PILOT_SECONDS:
+            self._n_steps *= 4
+            study = self._run(steps)
+        times = [study.seconds, *(self._run(steps).seconds for _ in range(2))]
+        return None if study.message else min(times) / study.n_steps
+
+    def steps(self, whole, cost, steps):
+        """Steps in a period that cost `whole` together; what one costs depends on their number."""
+        fewest = 0.0
+        for _ in range(ROUNDS):
+            one = cost(steps)
+            if one is None:
+                fewest = max(fewest, 2.0 * steps)
+            steps = fewest if one is None else max(whole / one, fewest)
+        return steps

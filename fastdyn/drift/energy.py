@@ -1,0 +1,292 @@
+"""The long-horizon study: how invariants drift over many steps, in constant memory."""
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+
+from fastdyn.code_store import Call
+from fastdyn.compile.bind import bind, or_in_python
+from fastdyn.compile.python_callback import evaluate, interruptible
+from fastdyn.kernels.output.invariants import INVARIANT, SURVEY
+from fastdyn.kernels.state.record import FINISHED, RAISED, RUNNING
+from fastdyn.problem import validate
+from fastdyn.problem.equations import (
+    Pair,
+    bind_equations,
+    check_pair,
+    check_second_order,
+    look_at,
+    pair_of,
+)
+from fastdyn.run.checkpoint import Checkpoint, fingerprint
+from fastdyn.run.loop import begin, progress_bar, raise_kept
+from fastdyn.run.result import outcome
+from fastdyn.specialise.scalar import Tier, start_kernel, survey_kernels
+
+from .study import Study
+
+CHUNK_SECONDS = 0.05
+FIRST_STEPS = 64
+
+
+def energy_drift(
+    system,
+    method="Gauss16",
+    *,
+    step=None,
+    n_steps=None,
+    t_end=None,
+    periods=None,
+    steps_per_period=None,
+    period=None,
+    samples=1000,
+    every=1,
+    y0=None,
+    invariants=None,
+    args=None,
+    checkpoint=None,
+    progress=False,
+    **options,
+):
+    """
+    Follow invariants through a long run.
+
+    Parameters
+    ----------
+    system : System, callable or pair of callables
+        A system, whose invariants are followed; or ``fun(t, y, *args)`` with `y0` and
+        `invariants`; or ``(velocity, force)`` as in `solve_separable`, with y = [q, p].
+    method : str
+        Any compiled method.
+    step, steps_per_period : float, optional
+        Size of the constant steps, or the number in a period of the system.  Adaptive methods
+        take `rtol` and `atol` instead.
+    n_steps, t_end, periods : float, optional
+        Length of the run: number of constant steps, time, or periods of the system.
+    period : float, optional
+        What is counted as a period; a system knows its own.
+    samples : int
+        Number of bins of which mean, minimum and maximum are kept.
+    every : int
+        Steps from one look at the invariants to the next.
+    y0 : array_like, shape (n,)
+    invariants : dict of str to callable
+        Functions ``(t, y, *args)`` that the exact motion keeps constant.
+    args : tuple
+    checkpoint : str or path, optional
+        A file, written every few seconds, from which a run that was stopped goes on, bit for bit.
+    progress : bool
+        Show a progress bar.
+    **options
+        `rtol`, `atol`, `max_step`, `first_step` of the adaptive methods, `tier`.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `solve_ivp`; for a run without length; for a checkpoint of another run.
+    KeyboardInterrupt
+        On Ctrl-C, after writing the checkpoint if there is one.
+
+    Notes
+    -----
+    Changes are relative to the value at the start, absolute where that is zero.  Constant steps
+    are never shortened: the run ends with the step that reaches its end.
+    """
+    run = _Run(system, method, y0, invariants, args, period)
+    length = run.length(step, n_steps, t_end, periods, steps_per_period)
+    if length[0] is not None:
+        options["step"] = length[0]
+    if int(every) != every or every < 1 or int(samples) != samples or samples < 1:
+        raise ValueError("`every` and `samples` must be whole numbers of at least 1.")
+    given = (length[1], options, int(samples), int(every), checkpoint, progress)
+    return or_in_python(lambda: run.follow(*given))
+
+
+class _Run:
+    """A study before it has a length."""
+
+    def __init__(self, system, method, y0, invariants, args, period):
+        from fastdyn.systems import System
+
+        self.method: Any
+        self.fun: Any
+        self.y0: Any
+        self.system = system if isinstance(system, System) else None
+        if self.system is not None:
+            self.fun, self.args = system.rhs, system.args
+            self.y0 = system.initial_state() if y0 is None else y0
+            self.moved = y0 is not None
+            self.invariants = dict(system.invariants if invariants is None else invariants)
+        else:
+            self.fun = pair_of(system) if isinstance(system, tuple) else system
+            self.args = validate.extra_arguments(args)
+            self.y0, self.invariants, self.moved = y0, dict(invariants or {}), True
+            if y0 is None:
+                raise TypeError("give `y0`, or a system, which has one.")
+        if not self.invariants:
+            raise ValueError("there are no `invariants` to follow.")
+        self.method, self.period = validate.method_named(method), period
+        if self.method is None:
+            raise ValueError(f"`method={method!r}` is SciPy's; a drift study needs a compiled one.")
+        self.y0 = validate.initial_state(self.y0)
+
+    def length(self, step, n_steps, t_end, periods, steps_per_period):
+        """(step or None, end of the run)."""
+        if steps_per_period is not None:
+            if step is not None:
+                raise ValueError("give `step` or `steps_per_period`, not both.")
+            step = self._period() / steps_per_period
+        ends = [n_steps is not None, t_end is not None, periods is not None]
+        if sum(ends) != 1:
+            raise ValueError("give one of `n_steps`, `t_end` and `periods`: how long is the run?")
+        if n_steps is not None:
+            if step is None:
+                raise ValueError("`n_steps` counts constant steps: give `step` too.")
+            t_end = n_steps * step
+        elif periods is not None:
+            t_end = periods * self._period()
+        return step, float(t_end)
+
+    def _period(self):
+        period = getattr(self.system, "period", None) if self.period is None else self.period
+        if period is None or not 0.0 < period < math.inf:
+            raise ValueError("there is no period to count in: give `period`, or times.")
+        return period
+
+    def follow(self, t_end, options, samples, every, checkpoint, progress):
+        """Run, and return the Study."""
+        mode = "derivative"
+        n = len(self.y0)
+        if isinstance(self.fun, Pair):
+            check_pair(n, self.method)
+        elif self.method.second_order:
+            check_second_order(self.fun, 0.0, self.y0, self.args, self.method.name)
+            mode = "acceleration"
+        p = validate.problem(
+            self.fun, 0.0, t_end, self.y0, self.method, np.empty(0), False, None, self.args, mode,
+            options,
+        )  # fmt: skip
+        look_at(p)
+        bound = bind_equations(p)
+        followed = [bind(f, self.args, "event", n) for f in self.invariants.values()]
+        for one in followed:
+            evaluate(one.python, "event", 0.0, self.y0.copy())
+        for one in (*bound.parts, bound, *followed):
+            if one.callback is not None:
+                one.callback.announce()
+        survey = _Survey(p, bound, followed, samples, every)
+        file = None
+        if checkpoint is not None:
+            header = {
+                "method": p.method.name, "end of the run": t_end, "samples": samples,
+                "every": every, "step": p.h, "tolerances": repr((p.rtol, p.atol, p.h_max)),
+                "initial state": self.y0.tolist(),
+                "functions": fingerprint([*bound.parts, bound, *followed]),
+            }  # fmt: skip
+            file = Checkpoint(checkpoint, header)
+            survey.restore(file.load())
+        bar = progress_bar(p) if progress else None
+        began = time.perf_counter()
+        try:
+            status = survey.run(file, bar)
+        except KeyboardInterrupt:
+            if file is not None:
+                file.save(survey.arrays())
+                raise KeyboardInterrupt(
+                    f"stopped at t = {survey.t:.6g}; the same call with the same `checkpoint` "
+                    "goes on from there"
+                ) from None
+            raise
+        finally:
+            if bar is not None:
+                bar.close()
+        if status == RAISED:
+            raise_kept([*bound.parts, bound, *followed])
+        if file is not None:
+            file.save(survey.arrays())
+        seconds = time.perf_counter() - began
+        message = "" if status == FINISHED else outcome(status, survey.state, survey.work, p)[1]
+        return Study(
+            self.system if not self.moved else None, p, list(self.invariants), survey, seconds,
+            message,
+        )  # fmt: skip
+
+
+class _Survey:
+    """The arrays of a study in progress, and the chunk loop over them."""
+
+    def __init__(self, problem, bound, followed, samples, every):
+        p, n, m = problem, len(problem.y0), len(followed)
+        self._problem, self._bound, self._followed = p, bound, followed
+        self.state, self.work = begin(p)
+        self.invariants: Any = np.zeros(m, INVARIANT)
+        self.record: Any = np.zeros(1, SURVEY)
+        self.record[0]["every"] = every
+        self.edges = np.linspace(p.t0, p.tf, samples + 1)[1:]
+        self.bins = np.zeros((m, 3, samples))
+        self.t_bins, self.y_bins = np.zeros(samples), np.zeros((samples, n))
+        self._scratch = np.zeros(max(n, 1))
+        self._fresh = True
+        self._point()
+
+    def _point(self):
+        for record, bound in zip(self.invariants, self._followed, strict=True):
+            record["block"] = bound.block.ctypes.data
+
+    def arrays(self):
+        """All that a resumed run needs."""
+        names = ("state", "work", "invariants", "record", "bins", "t_bins", "y_bins")
+        return {name: getattr(self, name) for name in names}
+
+    def restore(self, arrays):
+        """Go on from a checkpoint's arrays, if there are any."""
+        if arrays is not None:
+            for name, array in arrays.items():
+                setattr(self, name, np.ascontiguousarray(array))
+            self._fresh = False
+            self._point()
+
+    @property
+    def t(self):
+        return float(self.state["t"][0])
+
+    def run(self, file, bar):
+        """Step to the end, or to a failure; the status."""
+        p, block = self._problem, self._bound.block
+        everyone = [*self._bound.parts, self._bound, *self._followed]
+        callbacks = [b.callback for b in everyone if b.callback is not None]
+        tier = Tier(p.method.name, self._bound, len(p.y0), p.tier)
+        status, chunk = RUNNING, FIRST_STEPS
+        open_survey, survey = survey_kernels()
+        survey = Call(
+            survey, tier.address, self.state, self.work, block, self.record, self.invariants,
+            self.edges, self.bins, self.t_bins, self.y_bins, self._scratch, chunk,
+        )  # fmt: skip
+        if self._fresh:
+            start = start_kernel(p.method.name, bool(self._bound.parts))
+            status = Call(
+                start, self.state, self.work, block, p.method.error_order, p.method.last
+            )()
+            if status == RUNNING:
+                opened = (self.invariants, p.t0, self.work[0], self._scratch)
+                status = Call(open_survey, *opened)()
+        with interruptible(callbacks):
+            while status == RUNNING:
+                began = time.perf_counter()
+                survey["advance"], survey["n"] = tier.address, chunk
+                status = survey()
+                spent = time.perf_counter() - began
+                tier.spend(spent)
+                tier.review()
+                chunk = max(1, int(chunk * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
+                if bar is not None:
+                    bar.update(abs(self.t - p.t0) - bar.n)
+                if file is not None and status == RUNNING and file.due():
+                    file.save(self.arrays())
+        return status

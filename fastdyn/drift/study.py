@@ -1,0 +1,131 @@
+"""What a drift study found: tables, figures, verdicts."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from fastdyn.run.loop import counters
+
+from .growth import Growth, growth
+from .phase import phase
+
+
+@dataclasses.dataclass(frozen=True)
+class Drift:
+    """The drift of one invariant.
+
+    Attributes
+    ----------
+    name : str
+    start : float
+        Its value at the start.
+    largest, rms : float
+        Of the change since the start, relative to `start` (absolute if that is 0), over all looks.
+    mean, low, high : ndarray, shape (n_bins,)
+        Mean, minimum and maximum of the change in each bin.
+    growth : Growth
+        Slope, exponent and verdict.
+    """
+
+    name: str
+    start: float
+    largest: float
+    rms: float
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    growth: Growth
+
+
+class Study:
+    """
+    The result of `energy_drift`.
+
+    Attributes
+    ----------
+    method : str
+    step : float
+        0 for adaptive methods.
+    n_steps, nfev : int
+    seconds : float
+        Wall time of this call.
+    t : ndarray, shape (n_bins,)
+        Ends of the bins.
+    y : ndarray, shape (n, n_bins)
+        States there.
+    drifts : dict of str to Drift
+    phase : ndarray, shape (n_bins,), or None
+        By how much time the motion is ahead of the exact one, where that is known, s.
+    message : str
+        Why the run stopped early; empty if it did not.
+    """
+
+    def __init__(self, system, problem, names, survey, seconds, message):
+        n_accepted, n_rejected, n_extra = counters(survey.state)
+        n_bins, n_looks = int(survey.record["i_bin"][0]), int(survey.record["n"][0])
+        self.system, self.message, self.seconds = system, message, seconds
+        self.method = problem.method.name
+        self.step = 0.0 if problem.method.error_order else problem.h
+        self.n_steps = n_accepted
+        self.nfev = n_extra + problem.method.n_stages * (n_accepted + n_rejected)
+        self.t = survey.t_bins[:n_bins]
+        self.y = survey.y_bins[:n_bins].T
+        self.drifts = {}
+        for name, record, bins in zip(names, survey.invariants, survey.bins, strict=True):
+            mean, low, high = bins[:, :n_bins]
+            rms = math.sqrt(record["sum_sq"] / n_looks) if n_looks else 0.0
+            self.drifts[name] = Drift(
+                name, float(record["start"]), float(record["max"]), rms, mean, low, high,
+                growth(self.t - problem.t0, mean, float(np.median(high - low)) if n_bins else 0.0),
+            )  # fmt: skip
+        self.phase = self._phase()
+
+    def _phase(self):
+        system = self.system
+        if system is None or not len(self.t):
+            return None
+        try:
+            system.exact(self.t)
+        except ValueError:
+            return None
+        try:
+            period = system.period
+        except (AttributeError, ValueError):
+            period = None
+        return phase(
+            system.exact, lambda t, w: system.rhs(t, w, *system.args), self.t, self.y, period
+        )
+
+    def __str__(self):
+        return table({self.method: self})
+
+    def plot(self, **options):
+        """Drift against time, with its guides; see `plot_studies`."""
+        from fastdyn.plot.drift import plot_studies
+
+        return plot_studies({self.method: self}, **options)
+
+
+HEAD = (
+    f"{'method':<22}{'invariant':<18}{'step':>10}{'steps':>11}{'evaluations':>13}{'us / time':>11}"
+    f"{'largest':>10}{'rms':>10}{'exponent':>17}  verdict"
+)
+
+
+def table(studies):
+    """Studies by label as a table: effort, size of the drift, how it grows."""
+    lines = [HEAD]
+    for label, study in studies.items():
+        span = study.t[-1] if len(study.t) else math.nan
+        for drift in study.drifts.values():
+            g = drift.growth
+            low, high = g.interval
+            lines.append(
+                f"{label:<22}{drift.name:<18}{study.step:>10.3g}{study.n_steps:>11}{study.nfev:>13}"
+                f"{study.seconds / span * 1e6:>11.3g}{drift.largest:>10.1e}{drift.rms:>10.1e}"
+                f"{g.exponent:>6.2f} ({low:.2f}-{high:.2f})  {g.verdict}"
+            )
+        if study.message:
+            lines.append(f"  {study.message}")
+    return "\n".join(lines)

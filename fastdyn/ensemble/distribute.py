@@ -1,0 +1,213 @@
+"""Ensembles in blocks: on the workers of a client, or one after the other into a store."""
+
+import functools
+import pickle
+import sys
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numba
+from numba import cloudpickle
+
+from fastdyn.compile.bind import bind, or_in_python
+from fastdyn.kernels.state.record import INTERRUPTED
+from fastdyn.run import resume
+from fastdyn.run.checkpoint import fingerprint
+
+from . import reductions
+from . import solve as ensembles
+from .members import Shared
+from .workers import LOOK, Results, functions_of
+
+FEWEST = 64  # blocks, where there are trajectories enough
+SMALLEST = 64  # trajectories in a block
+LARGEST = 2**24  # bytes of states in a block
+
+
+class Call(NamedTuple):
+    """What all blocks of an ensemble share.
+
+    `given` are arguments of `ensemble.checked`, `first` those of the function for the first
+    trajectory of all; `header` is what the `description` on a worker must be.
+    """
+
+    given: dict
+    first: tuple
+    threads: int | None
+    header: dict
+
+
+class _Here(Executor):
+    """Does what is submitted before it goes on."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def in_blocks(ensemble, client, store, block, threads, options):
+    """Results for all members, and ``solve(bar)`` to fill them in; see `solve_ensemble`."""
+    e, p = ensemble, ensemble.problem
+    executor, n_waiting = executor_of(client)
+    header = description(e, e.members.first)
+    n = e.members.n // reductions.parts(e.wanted)
+    row_bytes = 8 * n * (1 if p.t_eval is None else 1 + len(p.t_eval))
+    block = block_size(block, e.members.count, row_bytes, n_waiting)
+    if store is None:
+        results, missing = Results(*ensembles.sizes(e)), range(0, e.members.count, block)
+    else:
+        from .zarr_store import Archived
+
+        results = Archived(store, ensembles.sizes(e), e.members, header, p.t_eval, n, block)
+        block, missing = results.block, results.missing()
+    given = {
+        "fun": p.fun, "t_span": (p.t0, p.tf), "method": p.method.name, "t_eval": p.t_eval,
+        "events": p.events and [_marked(*event) for event in p.events], "reduce": e.wanted,
+        "lanes": "vector" if e.vector else "scalar", "options": options,
+    }  # fmt: skip
+    call = Call(given, e.members.first, threads if client is None else threads or 1, header)
+    sent = call if client is None else _packed(call)
+    parts = ((start, *_part(e.members, n, slice(start, start + block))) for start in missing)
+    return results, functools.partial(solve_parts, executor, n_waiting, sent, parts, results)
+
+
+def executor_of(client):
+    """What blocks are submitted to, and how many may wait there or run."""
+    if client is None:
+        return _Here(), 1
+    if hasattr(client, "get_executor"):  # of dask; an adaptive cluster may have no worker yet
+        return client.get_executor(pure=False), 2 * max(2, sum(client.nthreads().values()))
+    if not hasattr(client, "submit"):
+        raise TypeError(
+            "`client` must be a dask.distributed.Client or a concurrent.futures.Executor; "
+            f"got {client!r}."
+        )
+    return client, 2 * (getattr(client, "_max_workers", None) or ensembles.n_processors())
+
+
+def block_size(block, count, row_bytes, n_waiting):
+    """How many of `count` trajectories a block holds, `block` of them if that is given.
+
+    No block is left with a single trajectory of many: a parameter that is the same all over a
+    block goes another way through the processor than one that varies, to other last bits.
+    """
+    if block is None:
+        block = max(SMALLEST, count // max(FEWEST, 4 * n_waiting))
+        block = min(block, LARGEST // row_bytes)
+    elif block != int(block) or block < 1:
+        raise ValueError(f"`block` must be a whole number of trajectories; got {block!r}.")
+    block = max(2, int(block))
+    while block < count and count % block == 1:
+        block += 1
+    return block
+
+
+def description(ensemble, first):
+    """What an ensemble computes, but for its members, in JSON's types.
+
+    `first` are arguments that stand for those of all members.
+    """
+    from fastdyn import __version__
+
+    p = ensemble.problem
+    try:
+        called = functions_of(p, reductions.folds(ensemble.wanted))
+        functions = fingerprint([bind(fun, first, mode, n) for fun, mode, n in called])
+    except ValueError:
+        functions = None
+    return {
+        "fastdyn": __version__,
+        "numba": numba.__version__,
+        "python": "{}.{}".format(*sys.version_info),
+        **resume.description(p, functions),
+        "max_steps": repr(p.max_steps),
+        "lanes": ensemble.vector is not None,
+        "reduce": [reductions.described(item) for item in ensemble.wanted],
+    }
+
+
+def _marked(event, limit, direction):
+    """An event that takes what was said of it along to another process."""
+    marked: Any = functools.partial(getattr(event, reductions.AS_GIVEN, event))
+    marked.terminal, marked.direction = limit, direction
+    return marked
+
+
+def _packed(call):
+    """A Call as bytes: functions of the main program as a whole, those of modules by name."""
+    try:
+        return cloudpickle.dumps(call)
+    except Exception as error:
+        raise TypeError(f"`fun` and `args` cannot be sent to a worker: {error}.") from error
+
+
+@functools.lru_cache(4)
+def _unpacked(call) -> Call:
+    return pickle.loads(call)
+
+
+def _part(members, n, rows):
+    """Initial states and varying arguments of some members."""
+    y0 = members.y0[rows, :n] if len(members.y0) > 1 else members.y0[0, :n]
+    return y0, {j: column[rows] for j, column in members.varying.items()}
+
+
+def solve_block(call, y0, columns):
+    """Results of a few members: what workers run.
+
+    Parameters
+    ----------
+    call : Call or bytes
+    y0 : ndarray, shape (m, n) or (n,)
+    columns : dict of int to ndarray
+        The arguments that vary.
+
+    Returns
+    -------
+    crew.Results
+    """
+    given, first, threads, header = call if isinstance(call, Call) else _unpacked(call)
+    args = [columns.get(j, Shared(value)) for j, value in enumerate(first)]
+    part = ensembles.checked(y0=y0, args=args, **given)
+    here = description(part, first)
+    wrong = [name for name in header if here[name] != header[name]]
+    if wrong:
+        raise RuntimeError(
+            f"a worker would solve something else; what differs: {', '.join(wrong)}. Install the "
+            "same there, and pass numbers that change as `args`."
+        )
+    ready = [part]
+
+    def solve():
+        part = ready.pop() if ready else ensembles.checked(y0=y0, args=args, **given)
+        results = Results(*ensembles.sizes(part))
+        ensembles.solve_here(part, results, threads, None)
+        return results
+
+    return or_in_python(solve)
+
+
+def solve_parts(executor, n_waiting, call, parts, results, bar):
+    """Solve blocks, the (start, initial states, arguments) of each; what is done stays.
+
+    When a block fails, or on Ctrl-C, the others are taken back.
+    """
+    running: dict[Any, int] = {}
+    if bar is not None:
+        bar.update(int((results.status != INTERRUPTED).sum()))
+    try:
+        while True:
+            for start, y0, columns in islice(parts, n_waiting - len(running)):
+                running[executor.submit(solve_block, call, y0, columns)] = start
+            if not running:
+                return
+            for future in wait(running, LOOK, FIRST_COMPLETED).done:
+                part = future.result()
+                results.put(running.pop(future), part)
+                if bar is not None:
+                    bar.update(len(part.t_end))
+    finally:
+        for future in running:
+            future.cancel()

@@ -1,0 +1,172 @@
+"""The members of an ensemble: initial states and parameters, one row each."""
+
+import math
+
+import numpy as np
+
+from fastdyn.compile.bind import Bound, bind
+from fastdyn.compile.parameters import n_words, pack
+from fastdyn.compile.python_callback import Callback
+from fastdyn.compile.unwrap import Y, parts_of
+from fastdyn.kernels.calls.user_function import FIRST, RAISED
+from fastdyn.problem.validate import initial_state
+
+
+class Shared:
+    """An argument that is an array of its own, the same for every trajectory of an ensemble."""
+
+    def __init__(self, value):
+        self.value = value
+
+
+def _column(j, value):
+    """An argument as a 1-D array with an entry a member; None if all share it."""
+    if isinstance(value, Shared) or not isinstance(value, np.ndarray | list):
+        return None
+    array = np.asarray(value)
+    if array.ndim == 0:
+        return None
+    if array.ndim > 1 or array.dtype.kind not in "fiub":
+        raise ValueError(
+            f"`args[{j}]` must be a number or a 1-D array of numbers, one a trajectory; it has "
+            f"shape {array.shape} and dtype {array.dtype}. Wrap what all share in `Shared`."
+        )
+    if array.dtype.kind == "u":
+        array = array.astype(np.int64)
+    return array if array.dtype.kind in "ib" else array.astype(float)
+
+
+def _count(y0, columns):
+    """The number of members, agreed on by everything that has a length."""
+    lengths = {f"args[{j}]": len(c) for j, c in columns.items()}
+    if y0.ndim == 2:
+        lengths["y0"] = len(y0)
+    many = {name: length for name, length in lengths.items() if length != 1}
+    if len(set(many.values())) > 1:
+        said = ", ".join(f"`{name}` has {length}" for name, length in many.items())
+        raise ValueError(
+            f"everything that varies must have one entry a trajectory: {said}. "
+            "Wrap an array that all trajectories share in `Shared`."
+        )
+    return next(iter(many.values()), 1)
+
+
+def _states(y0):
+    """`y0` as an array of shape (M, n) or (n,), finite float64."""
+    array = np.asarray(y0)
+    if array.ndim < 2:
+        return initial_state(y0)
+    if array.ndim > 2:
+        raise ValueError(f"`y0` must have shape (n,) or (M, n); got {array.shape}.")
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"`y0` must be real numbers; got an array of {array.dtype}.")
+    array = np.ascontiguousarray(array, dtype=float)
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if bad.size:
+        raise ValueError(f"All components of `y0` must be finite; trajectory {bad[0]} is not.")
+    return array
+
+
+class Members:
+    """What tells the trajectories apart.
+
+    Attributes
+    ----------
+    count, n : int
+    y0 : ndarray, shape (count, n) or (1, n)
+    first : tuple
+        Arguments of the first trajectory.
+    varying : dict of int to ndarray
+        The arguments that differ, by position.
+    words : ndarray of int64, shape (count, n_columns)
+        Their values as blocks hold them: first for functions of one trajectory, in the order of
+        `varying`, then for vectors.
+    """
+
+    def __init__(self, y0, args):
+        states = _states(y0)
+        columns = {j: _column(j, a) for j, a in enumerate(args)}
+        columns = {j: c for j, c in columns.items() if c is not None}
+        self.count = _count(states, columns)
+        self.y0 = np.atleast_2d(states)
+        self.n = self.y0.shape[1]
+        self.varying = {j: c for j, c in columns.items() if len(c) != 1}
+        shared = (a.value if isinstance(a, Shared) else a for a in args)
+        firsts = {j: (c if len(c) else np.ones(1, c.dtype))[0] for j, c in columns.items()}
+        given = (firsts.get(j, a) for j, a in enumerate(shared))
+        self.first = tuple(a.item() if isinstance(a, np.generic) else a for a in given)
+        plain = [np.ascontiguousarray(c) for c in self.varying.values()]
+        words = [(c if c.dtype == float else c.astype(np.int64)).view(np.int64) for c in plain]
+        words += [c.astype(float).view(np.int64) for c in plain]
+        self.words = np.ascontiguousarray(
+            np.array(words, np.int64).reshape(len(words), -1 if words else self.count).T
+        )
+
+    def lengthen(self, times):
+        """Let each state be followed by zeros, to so many times its length."""
+        self.y0 = np.hstack([self.y0, np.zeros((len(self.y0), (times - 1) * self.n))])
+        self.n *= times
+
+    def args(self, i):
+        """Arguments of trajectory i."""
+        given = list(self.first)
+        for j, column in self.varying.items():
+            given[j] = column[i].item()
+        return tuple(given)
+
+    def state(self, i):
+        """Initial state of trajectory i."""
+        return self.y0[i if len(self.y0) > 1 else 0]
+
+    def bind(self, fun, mode, n, look=None):
+        """A function with the parameters of the first trajectory, and where the varying ones go.
+
+        Returns
+        -------
+        (Bound, list of (int, int))
+            Word of the block, and column of `words`.
+        """
+        bound = bind(fun, self.first, mode, n, look)
+        if bound.function is None:
+            announce = bound.callback and bound.callback.announce
+            return self._in_python(fun, mode, n, announce), [
+                (FIRST + column, column) for column in range(len(self.varying))
+            ]
+        before = parts_of(fun, self.first).positional.index(Y) - 1
+        sizes = [n_words(k) for k, _ in bound.values]
+        return bound, [
+            (FIRST + sum(sizes[: before + j]), column) for column, j in enumerate(self.varying)
+        ]
+
+    def _in_python(self, fun, mode, n, announce):
+        """The same for a function that stays in Python: it looks into the block."""
+        block = np.zeros(FIRST + len(self.varying), np.int64)
+        floats = block.view(float)
+
+        def called(t, y):
+            given = list(self.first)
+            for at, (j, column) in enumerate(self.varying.items(), FIRST):
+                given[j] = float(floats[at]) if column.dtype == float else int(block[at])
+            try:
+                return fun(t, y, *given)
+            except Exception:
+                block[RAISED] = 1
+                return np.full(1 if mode == "event" else n, math.nan)
+
+        callback = Callback(called, mode, n, announce)
+        block[0] = callback.address
+        return Bound(None, block, called, [callback], callback, [], mode)
+
+    def places(self, kernel, block):
+        """Write what all share into the block of a vector kernel; (address, column, stride)."""
+        at, alive, found = FIRST, [], []
+        kernel.alive.append(alive)
+        for kinds in kernel.kinds:  # of one function
+            column = len(self.varying)
+            for kind, value in kinds:
+                if kind[0] == "lanes":
+                    found.append((block.ctypes.data + 8 * at, column, 8))
+                    at, column = at + kind[1], column + 1
+                else:
+                    at = pack(kind, value, block, block.view(float), at, alive)
+        return found

@@ -1,0 +1,164 @@
+"""What an ensemble gathers along each trajectory instead of keeping it."""
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.kernels.output.extrema import MAX, MIN, T_MAX, T_MIN
+
+EXTREMA = {"max": MAX, "max_time": T_MAX, "min": MIN, "min_time": T_MIN}
+MOMENTS = ("mean", "rms")
+AS_GIVEN = "__fastdyn_event__"  # on an event function that is changed for the moments
+NAMES = (*EXTREMA, *MOMENTS, "final", "first_event")
+
+
+class Fold(NamedTuple):
+    """A number that a function of the user gathers along each trajectory, for `reduce`.
+
+    It begins as `start` and becomes ``function(value, t, y, *args)`` after each step that is
+    accepted: at the end of the step, or at the event, or the end of the span, that cuts it short.
+
+    Parameters
+    ----------
+    function : callable
+        Returns one number.
+    start : float, optional
+    name : str, optional
+        Key in `Trajectories.reduced`; the function's own, unless given.
+
+    Examples
+    --------
+    >>> Fold(lambda farthest, t, y: max(farthest, np.hypot(y[0], y[1])), name="farthest")
+    """
+
+    function: Any
+    start: float = 0.0
+    name: str = ""
+
+    def of_state(self, n, parts):
+        """The function of (t, [value, state]), for the kernels; the state has n components."""
+        function, end = self.function, n // parts + 1
+
+        def fold(t, z, *args):
+            return function(z[0], t, z[1:], *args)
+
+        def fold_without_moments(t, z, *args):
+            return function(z[0], t, z[1:end], *args)
+
+        called = fold if parts == 1 else fold_without_moments
+        called.__qualname__ = getattr(function, "__qualname__", called.__qualname__)
+        return called
+
+
+def wanted(reduce, events):
+    """What `reduce` asks for, checked, as a tuple of names and Folds."""
+    if reduce is None:
+        return ()
+    items = (reduce,) if isinstance(reduce, str | Fold) else tuple(reduce)
+    for item in items:
+        if isinstance(item, Fold):
+            if not callable(item.function) or not math.isfinite(item.start):
+                raise ValueError(f"a Fold takes a function and a finite number; got {item!r}.")
+        elif item not in NAMES:
+            raise ValueError(
+                f"`reduce={item!r}` is unknown; choose from {', '.join(NAMES)}, or give a Fold."
+            )
+    names = [name_of(item) for item in items]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"`reduce` names {', '.join(twice)} twice; give a Fold another `name`.")
+    if "first_event" in items and events is None:
+        raise ValueError('`reduce="first_event"` needs `events`.')
+    return items
+
+
+def name_of(item):
+    """The key of a reduction in `Trajectories.reduced`."""
+    if isinstance(item, str):
+        return item
+    return item.name or getattr(item.function, "__name__", "fold")
+
+
+def folds(items):
+    """The Folds among the reductions."""
+    return tuple(item for item in items if isinstance(item, Fold))
+
+
+def described(item):
+    """A reduction in JSON's types, but for its function."""
+    return item if isinstance(item, str) else [name_of(item), float(item.start)]
+
+
+def extrema(items):
+    """Whether largest and smallest values are asked for."""
+    return any(name in items for name in EXTREMA)
+
+
+def moments(items):
+    """The mode of the derivative that is extended by the moments asked for; "" for none."""
+    return " ".join(name for name in MOMENTS if name in items)
+
+
+def parts(items):
+    """How many times the state fits into the extended one."""
+    return 1 + len(moments(items).split())
+
+
+def extended(problem, mode, members):
+    """The problem with a state that is followed by the integrals of its moments.
+
+    They have no part in the choice of the steps: their tolerance is infinite, and the others are
+    divided by what the longer state takes from the norm.
+    """
+    if problem.method.second_order:
+        raise ValueError(
+            f"{problem.method.name} integrates accelerations alone and cannot take means along; "
+            "RK4, Gauss8 and the adaptive methods do."
+        )
+    if problem.project is not None:
+        raise ValueError("means cannot be taken along a motion that is projected.")
+    n, times = members.n, parts(mode.split())
+    members.lengthen(times)
+    share = 1.0 if problem.method.name == "ode45" else 1.0 / math.sqrt(times)
+    rtol = (
+        problem.rtol
+        if problem.method.name == "ode45"
+        else np.tile(np.broadcast_to(problem.rtol, n) * share, times)
+    )
+    atol = np.full(times * n, math.inf)
+    atol[:n] = np.broadcast_to(problem.atol, n) * share
+    events = problem.events and [(_of_own(e, n), *how) for e, *how in problem.events]
+    y0 = np.tile(problem.y0, times)
+    return problem._replace(y0=y0, rtol=rtol, atol=atol, mode=mode, events=events)
+
+
+def _of_own(event, n):
+    """An event function of the state that its moments follow."""
+    while isinstance(event, functools.partial) and not event.args and not event.keywords:
+        event = event.func  # a partial that is there to carry marks
+
+    def watched(t, y, *args):
+        return event(t, y[:n], *args)
+
+    watched.__name__ = getattr(event, "__name__", "event")
+    setattr(watched, AS_GIVEN, event)
+    return watched
+
+
+def value(item, results, trajectories):
+    """What a reduction came to, one row a trajectory."""
+    if isinstance(item, Fold):
+        return results.folded[:, folds(trajectories.reductions).index(item)]
+    name = item
+    y_end, n = results.y_end, trajectories.y_end.shape[1]
+    if name == "final":
+        return y_end[:, :n]
+    if name == "first_event":
+        return results.t_first
+    if name in EXTREMA:
+        return results.best[:, EXTREMA[name], :n]
+    span = (trajectories.t_end - trajectories.t_start)[:, None]
+    if name == "mean":
+        return y_end[:, n : 2 * n] / span
+    return np.sqrt(y_end[:, -n:] / span)

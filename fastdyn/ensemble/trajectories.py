@@ -1,0 +1,247 @@
+"""What solve_ensemble returns."""
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from fastdyn.kernels.state.record import (
+    EVENT,
+    FINISHED,
+    INTERRUPTED,
+    NON_FINITE,
+    NOT_CONVERGED,
+    RAISED,
+    STEP_LIMIT,
+    STEP_TOO_SMALL,
+)
+from fastdyn.run.result import SUCCESS, TERMINATED, TOO_SMALL, OdeResult
+
+from . import reductions
+from .labels import argument_labels, component_labels
+
+CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's, and -1 for every failure
+SENTENCES = {
+    FINISHED: SUCCESS,
+    EVENT: TERMINATED,
+    INTERRUPTED: "Interrupted before it was done.",
+    STEP_TOO_SMALL: TOO_SMALL + " At t = {t:.10g} no step is short enough for the tolerance.",
+    NON_FINITE: "The state or its derivative is not finite after t = {t:.10g}.",
+    NOT_CONVERGED: "The equations of the implicit step from t = {t:.10g} do not converge.",
+    RAISED: "A function raised an exception after t = {t:.10g}.",
+    STEP_LIMIT: "`max_steps` was reached at t = {t:.10g}.",
+}
+
+
+class Trajectories:
+    """Many solved trajectories; ``result[i]`` is trajectory i as an OdeResult.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n_times,) or (M,)
+        The times of `t_eval`, or those at which each trajectory ended.
+    y : ndarray, shape (M, n, n_times) or (M, n)
+        States at these times; NaN where a trajectory did not get that far.
+    y_end, t_end : ndarray, shape (M, n), (M,)
+        Last states, and their times.
+    status : ndarray of int, shape (M,)
+        0 the end was reached, 1 a terminal event, -1 failure, -2 interrupted.
+    success : ndarray of bool, shape (M,)
+    nfev, n_accepted, n_rejected : ndarray of int, shape (M,)
+    t_events, y_events : list of lists of ndarray, or None
+        By event, then by trajectory.
+    reduced : dict of str to ndarray
+        What `reduce` asked for, each of shape (M, n), (M, n_events) for "first_event", or (M,)
+        for a Fold.
+    width : int
+        Trajectories that a vector holds; 1 if each ran alone.
+    reason : str
+        Why each ran alone, if so, or why each step was looked at alone for events and folds.
+    parameters : dict of int to ndarray
+        The arguments that differ from one trajectory to the next, by position.
+    system : System or None
+        The system that was solved, if one was.
+    """
+
+    system: Any = None
+
+    def __init__(self, problem, members, results, width, reason, wanted=()):
+        self._problem, self._members, self._results = problem, members, results
+        self.width, self.reason, self.reductions = width, reason, wanted
+        self.parameters = members.varying
+        self._n = members.n // reductions.parts(wanted)  # without the moments
+
+    def __len__(self):
+        return self._members.count
+
+    @property
+    def y_end(self):
+        return self._results.y_end[:, : self._n]
+
+    @property
+    def t_end(self):
+        return self._results.t_end
+
+    @property
+    def event_names(self):
+        """Names of the event functions."""
+        events = [event for event, _, _ in self._problem.events or ()]
+        return [getattr(event, "__name__", f"event {i}") for i, event in enumerate(events)]
+
+    @property
+    def t_start(self):
+        return self._problem.t0
+
+    @property
+    def t(self):
+        return self.t_end if self._problem.t_eval is None else self._problem.t_eval
+
+    @property
+    def y(self):
+        if self._problem.t_eval is None:
+            return self.y_end
+        return self._results.states(self._n)
+
+    @property
+    def status(self):
+        status = np.full(len(self), -1)
+        for code, ours in CODES.items():
+            status[self._results.status == code] = ours
+        return status
+
+    @property
+    def success(self):
+        return self.status >= 0
+
+    @property
+    def n_accepted(self):
+        return self._results.counts[:, 0]
+
+    @property
+    def n_rejected(self):
+        return self._results.counts[:, 1]
+
+    @property
+    def nfev(self):
+        tried = self.n_accepted + self.n_rejected
+        return self._results.counts[:, 2] + self._problem.method.n_stages * tried
+
+    @functools.cached_property
+    def reduced(self):
+        """What `reduce` asked for, by name."""
+        return {
+            reductions.name_of(item): reductions.value(item, self._results, self)
+            for item in self.reductions
+        }
+
+    @property
+    def y0(self):
+        """Initial states, shape (M, n), or (1, n) where all share one."""
+        return self._members.y0[:, : self._n]
+
+    @property
+    def method(self):
+        return self._problem.method.name
+
+    @property
+    def first(self):
+        """Arguments of the first trajectory."""
+        return self._members.first
+
+    @property
+    def labels(self):
+        """Name and unit of each component of the state."""
+        return component_labels(self.system, self._n)
+
+    @property
+    def argument_labels(self):
+        """Name and unit of each argument after t and y."""
+        return argument_labels(self._problem.fun, self.first, self.system)
+
+    def to_xarray(self):
+        """An xarray.Dataset with dimensions trajectory, component and time.
+
+        What varies is among its coordinates, by the names in the function's head, or those of the
+        system with their units.  What a store holds is read when it is used.
+        """
+        from .to_xarray import dataset
+
+        return dataset(self)
+
+    def plot(self, of=None, over=None, components=None, **options):
+        """Draw the ensemble.
+
+        Parameters
+        ----------
+        of : str or list of str, optional
+            "y", median and quantiles of the states against time; or what to draw for each
+            trajectory: "y_end" or names in `reduced`.  All that is reduced, unless given, or "y",
+            or "y_end".
+        over : str or list of str, optional
+            Parameters to draw over: a line over one, a map over two, histograms else.  Those that
+            vary, unless given; ``over=[]`` asks for histograms.
+        components : name, int or list of them, optional
+            Components of the state; the first eight unless given.
+        **options
+            Passed on to ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from fastdyn.plot.ensemble import figure
+
+        return figure(self, of, over, components, **options)
+
+    def message(self, i):
+        """Why trajectory i ended, in a sentence."""
+        return SENTENCES[int(self._results.status[i])].format(t=self.t_end[i])
+
+    @functools.cached_property
+    def _occurrences(self):
+        """(t, y) of each event, each a list with an array for each trajectory."""
+        n_events, found = len(self._problem.events), self._results.occurrences()
+        n = self._members.n
+        where = np.concatenate([w for w, _, _ in found] or [np.empty((0, 2), int)])
+        t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])
+        y = np.concatenate([y for _, _, y in found] or [np.empty((0, n))])
+        times, states = [], []
+        for k in range(n_events):
+            mine = where[:, 1] == k
+            order = np.argsort(where[mine, 0], kind="stable")
+            ends = np.searchsorted(where[mine, 0][order], np.arange(1, len(self)))
+            times.append(np.split(t[mine][order], ends))
+            states.append(np.split(y[mine][order][:, : self._n], ends))
+        return times, states
+
+    @property
+    def t_events(self):
+        return None if self._problem.events is None else self._occurrences[0]
+
+    @property
+    def y_events(self):
+        return None if self._problem.events is None else self._occurrences[1]
+
+    def __getitem__(self, i):
+        i = range(len(self))[i]
+        n = int(self._results.counts[i, 3])
+        if self._problem.t_eval is None:
+            t, y = self.t_end[i : i + 1], self.y_end[i][:, None]
+        else:
+            t, y = self.t[:n], self.y[i, :, :n]
+        return OdeResult(
+            t=t, y=y, sol=None,
+            t_events=self.t_events and [times[i] for times in self.t_events],
+            y_events=self.y_events and [states[i] for states in self.y_events],
+            nfev=int(self.nfev[i]), njev=0, nlu=0, status=int(self.status[i]),
+            message=self.message(i), success=bool(self.success[i]),
+            n_accepted=int(self.n_accepted[i]), n_rejected=int(self.n_rejected[i]),
+        )  # fmt: skip
+
+    def __repr__(self):
+        failed = int((~self.success).sum())
+        lanes = f"{self.width} lanes" if self.width > 1 else f"one by one: {self.reason}"
+        return (
+            f"Trajectories({len(self)} of {self._n} components, "
+            f"{self.method}, {failed} failed, {lanes})"
+        )

@@ -1,0 +1,145 @@
+"""Results of an ensemble in a Zarr group, written by block, from which a broken run goes on.
+
+A block counts once its entry in `finished` is there, which is written last.  What has a few
+numbers for each trajectory is in memory too; the states at the times of output, and the events,
+stay in the group until someone asks for them.
+"""
+
+import hashlib
+from typing import Any
+
+import numpy as np
+
+from fastdyn.kernels.state.record import INTERRUPTED
+from fastdyn.run.checkpoint import refuse_other
+from fastdyn.run.resume import FUNCTIONS
+
+from .workers import Results
+
+AXES = {
+    "y": ("trajectory", "component", "time"), "y_end": ("trajectory", "row"),
+    "t_end": ("trajectory",), "status": ("trajectory",), "counts": ("trajectory", "count"),
+    "best": ("trajectory", "extremum", "row"), "t_first": ("trajectory", "event"),
+    "folded": ("trajectory", "fold"),
+}  # fmt: skip
+FILL = {"status": INTERRUPTED, "counts": 0}  # of what is not there yet; else NaN
+
+
+class Archived(Results):
+    """What the blocks fill in, and the group that keeps it.
+
+    Parameters
+    ----------
+    store : str, path, or a store of Zarr's
+    sizes : tuple
+        Arguments of `crew.Results`.
+    members : members.Members
+    header : dict
+        What is solved, in JSON's types.  A group with another header is refused.
+    t_eval : ndarray or None
+    n : int
+        Components of the states at the times of output.
+    block : int
+        Trajectories in a block, unless the group has been begun with another number.
+    """
+
+    ROWS = tuple(name for name in Results.ROWS if name != "y_eval")
+
+    def __init__(self, store, sizes, members, header, t_eval, n, block):
+        if header[FUNCTIONS] is None:
+            raise ValueError(
+                "`store` needs functions that compile and that refer to nothing which only this "
+                "process knows: a broken run could not be told from another one."
+            )
+        count, n_extended, _, *others = sizes
+        super().__init__(count, n_extended, 0, *others)
+        self._n = n
+        header = {**header, "shape": [count, n], "members": _digest(members)}
+        self._group = _opened(store, header, block)
+        self.block = int(self._group.attrs["block"])
+        self._arrays: dict[str, Any] = {}
+        blocks = self._require("finished", (-(-count // self.block),), ("block",), 1, bool, False)
+        self._finished = blocks[:]
+        there = np.repeat(self._finished, self.block)[:count]
+        self._names = [name for name in self.ROWS if len(getattr(self, name)) == count]
+        for name in self._names:
+            array = getattr(self, name)
+            fill = FILL.get(name, np.nan)
+            kept = self._require(name, array.shape, AXES[name], self.block, array.dtype, fill)
+            array[there] = kept[:][there]
+        if t_eval is not None:
+            n_times = len(t_eval)
+            self._require("y", (count, n, n_times), AXES["y"], self.block)
+            self._require("time", (n_times,), ("time",), n_times)[:] = t_eval
+
+    def _require(self, name, shape, axes, rows, dtype: Any = float, fill: Any = np.nan):
+        """An array of the group, made if it is not there, in chunks of so many rows."""
+        if name not in self._group:
+            self._group.create_array(
+                name, shape=shape, chunks=tuple(max(1, k) for k in (rows, *shape[1:])),
+                dtype=dtype, fill_value=fill, dimension_names=axes,
+            )  # fmt: skip
+        self._arrays[name] = self._group[name]
+        return self._arrays[name]
+
+    def missing(self):
+        """First members of the blocks that are not there."""
+        return [self.block * int(i) for i in np.flatnonzero(~self._finished)]
+
+    def put(self, start, part):
+        """Write a block, and say last that it is there."""
+        end = start + len(part.t_end)
+        for name in self._names:
+            self._arrays[name][start:end] = getattr(part, name)
+            getattr(self, name)[start:end] = getattr(part, name)
+        if "y" in self._arrays:
+            self._arrays["y"][start:end] = part.states(self._n)
+        if part.found:  # one row each: member, event, time, state
+            rows = np.concatenate([np.column_stack(piece) for piece in part.found])
+            rows[:, 0] += start
+            self._group.create_array(f"events/{start}", data=rows, overwrite=True)
+        self._arrays["finished"][start // self.block] = True
+        self._finished[start // self.block] = True
+
+    def states(self, n):
+        """The states at the times of output, as the Zarr array that they are in."""
+        return self._arrays["y"]
+
+    def occurrences(self):
+        """Pieces of ((member, event), time, state) of the events, one row each."""
+        names = [f"events/{self.block * int(i)}" for i in np.flatnonzero(self._finished)]
+        blocks = [self._group[name][:] for name in names if name in self._group]
+        return [(rows[:, :2].astype(int), rows[:, 2], rows[:, 3:]) for rows in blocks]
+
+
+def _digest(members):
+    """What tells the members from others."""
+    digest = hashlib.sha256(repr([*members.varying]).encode())
+    for array in (members.y0, members.words):
+        digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _opened(store, header, block) -> Any:
+    """The group of this run, a new one if there is none."""
+    try:
+        import zarr
+    except ImportError as error:
+        raise ImportError(
+            '`store` needs Zarr: python -m pip install "fastdyn[cluster]".'
+        ) from error
+    try:
+        group = zarr.open_group(store, mode="r+")
+    except FileNotFoundError:
+        attributes = {"fastdyn": header, "block": block}
+        try:
+            return zarr.open_group(store, mode="w-", attributes=attributes)
+        except FileExistsError as error:
+            raise ValueError(
+                f"`store={store!r}` holds something else; give a new folder."
+            ) from error
+    found: Any = group.attrs.get("fastdyn")
+    if not isinstance(found, dict):
+        raise ValueError(f"`store={store!r}` is a Zarr group of something else.")
+    refuse_other(store, found, header, "store")
+    return group

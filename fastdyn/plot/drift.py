@@ -1,0 +1,59 @@
+"""The figure of drift studies: log-log, with the guides that tell growth."""
+
+import numpy as np
+
+from . import solution
+
+
+def plot_studies(studies, **options):
+    """
+    Draw the drift of each invariant against time, all studies in one panel.
+
+    Parameters
+    ----------
+    studies : dict of str to Study
+        Studies by label.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    names = list(next(iter(studies.values())).drifts)
+    phases = [study.phase is not None for study in studies.values()]
+    with solution.slides():
+        n_panels = len(names) + all(phases)
+        figure, panels = solution.column(
+            n_panels, **{"figsize": (10, 2.0 + 3.2 * n_panels)} | options
+        )
+        for axes, name in zip(panels, names, strict=False):
+            for label, study in studies.items():
+                drift = study.drifts[name]
+                size = np.maximum(np.abs(drift.low), np.abs(drift.high))
+                _curve(axes, study.t, size, f"{label}: {drift.growth.verdict}")
+            axes.set_ylabel(f"change of\n{name.replace('_', ' ')}")
+        if all(phases):
+            for study in studies.values():
+                _curve(panels[-1], study.t, np.abs(study.phase), None)
+            panels[-1].set_ylabel("phase error (s)")
+        for axes in panels:
+            axes.set(xscale="log", yscale="log")
+            _guides(axes)
+        panels[-1].set_xlabel("t (s)")
+        solution.legend(figure, panels[0])
+    return figure
+
+
+def _curve(axes, t, size, label):
+    axes.plot(t, np.where(size > 0.0, size, np.nan), lw=1.4, label=label)
+
+
+def _guides(axes):
+    """Lines for sqrt t and t through the lower left of what is drawn."""
+    drawn = [line.get_ydata() for line in axes.lines]
+    t = axes.lines[0].get_xdata()
+    last = [np.nanmax(y[len(y) // 2 :]) for y in drawn if np.isfinite(y[len(y) // 2 :]).any()]
+    if not last or len(t) < 2:
+        return
+    low = min(last)
+    for power, style, label in ((0.5, ":", "√t"), (1.0, "--", "t")):
+        axes.plot(t, low * (t / t[-1]) ** power, color="0.5", ls=style, lw=1.2, label=label)

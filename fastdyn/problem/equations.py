@@ -1,0 +1,123 @@
+"""The structure of equations of motion that a method may need, checked and bound.
+
+q'' = a(t, q) is one function of the whole state, looked at for what it returns.  A separable
+Hamiltonian H = T(p) + V(q) is a Pair of functions.
+"""
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import types
+
+from fastdyn import code_store
+from fastdyn.compile.bind import Bound, Function, bind
+from fastdyn.compile.python_callback import derivative, evaluate
+from fastdyn.kernels.calls.function_pair import FORCE, N_WORDS, VELOCITY, both_by_pointer
+from fastdyn.kernels.calls.user_function import FAULT, FORM
+from fastdyn.kernels.methods import METHODS
+
+HALVES = ("velocity", "force")
+
+
+class Pair(NamedTuple):
+    """q' = velocity(t, p), p' = force(t, q); called as one function of the state [q, p]."""
+
+    velocity: Any
+    force: Any
+
+    def __call__(self, t, y, *args):
+        q, p = np.split(np.asarray(y), 2)
+        given = zip(self, HALVES, (p, q), strict=True)
+        return np.concatenate(
+            [evaluate(lambda t, x, f=f: f(t, x, *args), mode, t, x) for f, mode, x in given]
+        )
+
+
+def pair_of(functions):
+    """A Pair of two functions; TypeError for anything else."""
+    if len(functions) != 2 or not all(map(callable, functions)):
+        raise TypeError(f"give two functions, `velocity` and `force`; got {functions!r}.")
+    return Pair(*functions)
+
+
+def check_pair(n, method):
+    """Refuse a state that is not [q, p], and methods that are not for T(p) + V(q)."""
+    if n % 2:
+        raise ValueError(f"the state [q, p] has an even number of components; got {n}.")
+    if method.second_order and method.separable is None:
+        known = [name for name, m in METHODS.items() if m.separable or not m.second_order]
+        raise ValueError(
+            f"{method.name} is a Nystrom method, made for q'' = a(t, q): for T quadratic in p. "
+            f"For H = T(p) + V(q) choose from {', '.join(known)}."
+        )
+
+
+def check_second_order(fun, t0, y0, args, name):
+    """Refuse a system that is not q' = v, v' = a(t, q)."""
+    if len(y0) % 2:
+        raise ValueError(f"{name} takes a state [q, v]; got {len(y0)} components.")
+    m = len(y0) // 2
+    probe = y0.copy()
+    probe[m:] += 1.0 + np.arange(m)
+    first, second = (derivative(fun(t0, y.copy(), *args), 2 * m) for y in (y0, probe))
+    if not (np.array_equal(first[:m], y0[m:]) and np.array_equal(second[:m], probe[m:])):
+        raise ValueError(
+            f"{name} takes y = [q, v] with q' = v, and the first half of what `fun` "
+            "returns is not v; order the state as positions, then velocities, or take Gauss16."
+        )
+    if not np.array_equal(first[m:], second[m:], equal_nan=True):
+        raise ValueError(
+            f"{name} takes q'' = a(t, q), and the acceleration that `fun` returns depends "
+            "on the velocity; take Gauss16, RK45 or DOP853."
+        )
+
+
+def given_state(problem):
+    """What the equations of a problem are given at its start: y0, or the positions alone."""
+    p = problem
+    alone = p.method.second_order and not isinstance(p.fun, Pair)
+    return p.y0[: len(p.y0) // 2] if alone else p.y0
+
+
+def look_at(problem):
+    """Evaluate the equations once in Python, for the mistakes in them."""
+    p = problem
+    evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, p.t0, given_state(p).copy())
+
+
+def bind_equations(problem, refused=None):
+    """The equations of a problem, bound as `adapt.bind` does."""
+    p = problem
+    n = len(given_state(p))
+    if not isinstance(p.fun, Pair):
+        return bind(p.fun, p.args, p.mode, n, refused=refused)
+    halves = zip(p.fun, HALVES, strict=True)
+    parts = tuple([bind(fun, p.args, mode, n // 2, refused=refused) for fun, mode in halves])
+    block = np.zeros(N_WORDS, np.int64)
+    block[0], block[FAULT] = _both().address, N_WORDS
+    block[VELOCITY], block[FORCE] = [part.block.ctypes.data for part in parts]
+    return Bound(
+        _function_of([part.function for part in parts]), block,
+        lambda t, y: p.fun(t, y, *p.args), list(parts), None, [], p.mode, parts,
+    )  # fmt: skip
+
+
+@functools.cache
+def _both():
+    build = lambda: (both_by_pointer, types.none(*FORM))  # noqa: E731
+    return code_store.compiled("both of a pair", build, kernel=False)
+
+
+def _function_of(functions):
+    """Two compiled functions as one; None if one of them stays in Python."""
+    if None in functions:
+        return None
+    keys = [f.key for f in functions]
+    return Function(
+        None if None in keys else " and ".join(keys),
+        tuple([f.address for f in functions]),
+        0,
+        lambda: tuple([f.build() for f in functions]),
+        functions,
+    )

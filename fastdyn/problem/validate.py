@@ -1,0 +1,246 @@
+"""Arguments -> Problem.  All validation and all its messages live here.
+
+Where SciPy raises, so does this, with SciPy's exception and the start of its message.  What makes
+SciPy loop for ever or answer wrongly (NaN in a tolerance, a time, or t_eval) raises ValueError.
+"""
+
+import inspect
+import math
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.kernels.methods import METHODS
+
+from . import step_options
+
+SCIPY_METHODS = ("Radau", "BDF", "LSODA")
+COMMON = {"max_steps", "progress", "on_interrupt", "tier", "checkpoint"}
+ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints", "project"} | COMMON
+FIXED = {"step", "project"} | COMMON
+DEFAULTS = (math.inf, False, "raise", "auto", None)  # max_steps, progress, ... as in Problem
+TIERS = ("auto", "pointer", "specialised")
+
+
+class Problem(NamedTuple):
+    """A checked initial value problem.  Times are floats, `y0` float64 of shape (n,)."""
+
+    fun: Any
+    t0: float
+    tf: float
+    y0: np.ndarray
+    method: Any
+    t_eval: np.ndarray | None
+    dense_output: bool
+    events: list | None
+    args: tuple
+    mode: str
+    rtol: Any
+    atol: Any
+    h_max: float
+    h: float
+    legs: np.ndarray
+    project: Any
+    max_steps: float
+    progress: bool
+    on_interrupt: str
+    tier: str
+    checkpoint: Any
+
+
+def time_span(t_span):
+    """The two ends; the second may be infinite."""
+    t0, tf = map(float, t_span)
+    if not math.isfinite(t0) or math.isnan(tf):
+        raise ValueError(f"`t_span` must be two times that are not NaN; got ({t0}, {tf}).")
+    return t0, tf
+
+
+def endless(tf, events, max_steps):
+    """Refuse a span without end if nothing else ends the run."""
+    if math.isinf(tf) and max_steps is None and not any(e[1] for e in events or ()):
+        raise ValueError(
+            f"`t_span` ends at {tf} and nothing stops the run before: "
+            "give a terminal event or `max_steps`."
+        )
+
+
+def initial_state(y0, name="y0"):
+    """The initial state as a new 1-D array of float64 or complex128, finite."""
+    given = y0
+    y0 = np.asarray(given)
+    if y0.dtype.kind in "fi" and y0.ndim == 1:
+        if y0 is given or y0.dtype != float:
+            y0 = np.array(y0, dtype=float)
+        if math.isfinite(sum(y0.tolist()) if y0.size < 32 else y0.dot(y0)):
+            return y0  # where the sum overflows, look again below
+    if y0.dtype.kind in "US":
+        raise TypeError(f"`{name}` must be numbers; got an array of strings.")
+    if y0.dtype.kind not in "fiubc":
+        try:
+            y0 = y0.astype(float)
+        except (TypeError, ValueError):
+            raise TypeError(f"`{name}` must be numbers; got an array of {y0.dtype}.") from None
+    y0 = y0.astype(complex if y0.dtype.kind == "c" else float)
+    if y0.ndim != 1:
+        raise ValueError(f"`{name}` must be 1-dimensional.")
+    if not np.isfinite(y0).all():
+        raise ValueError(f"All components of the initial state `{name}` must be finite.")
+    return y0
+
+
+def joined_state(q0, other, name):
+    """Positions and, by another name, velocities or momenta as one state."""
+    q0, other = initial_state(q0, "q0"), initial_state(other, name)
+    if q0.shape != other.shape or q0.dtype == complex or other.dtype == complex:
+        raise ValueError(
+            f"`q0` and `{name}` must be real and of one length; "
+            f"got shapes {q0.shape}, {other.shape}."
+        )
+    return np.concatenate([q0, other])
+
+
+def method_named(method):
+    """Our method for a name or for SciPy's class of that name; None for SciPy to run."""
+    if isinstance(method, str):
+        if method in METHODS:
+            return METHODS[method]
+        if method in SCIPY_METHODS:
+            return None
+    elif inspect.isclass(method):
+        from scipy.integrate import DOP853, RK23, RK45, OdeSolver
+
+        if method in (RK23, RK45, DOP853):
+            return METHODS[method.__name__]
+        if issubclass(method, OdeSolver):
+            return None
+    names = ", ".join([*METHODS, *SCIPY_METHODS])
+    raise ValueError(
+        f"`method={method!r}` is unknown: `method` must be one of {names} or OdeSolver class."
+    )
+
+
+def extra_arguments(args):
+    """`args` as a tuple."""
+    if args is None:
+        return ()
+    try:
+        return tuple(args)
+    except TypeError as error:
+        raise TypeError(
+            "Supplied 'args' cannot be unpacked. Please supply `args`"
+            f" as a tuple (e.g. `args=({args},)`)"
+        ) from error
+
+
+def output_times(t_eval, t0, tf):
+    """`t_eval` as a 1-D array, inside the span and strictly monotonic."""
+    if t_eval is None:
+        return None
+    t_eval = np.asarray(t_eval)
+    if t_eval.ndim != 1:
+        raise ValueError("`t_eval` must be 1-dimensional.")
+    if t_eval.size:
+        rising = t_eval if tf >= t0 else t_eval[::-1]
+        low, high = (t0, tf) if tf >= t0 else (tf, t0)
+        if not (low <= rising[0] and rising[-1] <= high and (rising[1:] > rising[:-1]).all()):
+            if np.isnan(t_eval).any():
+                raise ValueError("`t_eval` must not contain NaN.")
+            if t_eval.min() < low or t_eval.max() > high:
+                raise ValueError("Values in `t_eval` are not within `t_span`.")
+            raise ValueError("Values in `t_eval` are not properly sorted.")
+    return t_eval
+
+
+def event_list(events):
+    """Events as a list, each with its limit (0: not terminal) and direction."""
+    if events is None:
+        return None
+    checked = []
+    for event in (events,) if callable(events) else events:
+        terminal = getattr(event, "terminal", None)
+        limit = 0
+        if terminal is not None and terminal != 0:
+            if not (int(terminal) == terminal and terminal > 0):
+                raise ValueError(
+                    "The `terminal` attribute of each event must be a boolean or positive integer."
+                )
+            limit = int(terminal)
+        direction = getattr(event, "direction", 0)
+        if direction is None or direction != direction:
+            raise ValueError("The `direction` attribute of each event must be a number.")
+        checked.append((event, limit, float(direction)))
+    return checked
+
+
+def _running_options(options):
+    """The options that every method takes, checked, in the order of DEFAULTS."""
+    if COMMON.isdisjoint(options):
+        return DEFAULTS
+    limit = options.get("max_steps")
+    if limit is not None and not limit >= 1:
+        raise ValueError(f"`max_steps` must be at least 1; got {limit}.")
+    for name, allowed in (("on_interrupt", ("raise", "return")), ("tier", TIERS)):
+        if options.get(name, allowed[0]) not in allowed:
+            raise ValueError(
+                f"`{name}={options[name]!r}` is unknown; choose from {', '.join(allowed)}."
+            )
+    return (
+        math.inf if limit is None else limit,
+        bool(options.get("progress", False)),
+        options.get("on_interrupt", "raise"),
+        options.get("tier", "auto"),
+        options.get("checkpoint"),
+    )
+
+
+def warn_unused(options, used):
+    """Warn, as SciPy does, of options that the method does not look at."""
+    if not used.issuperset(options):
+        unused = sorted(options.keys() - used)
+        warnings.warn(
+            "The following arguments have no effect for a chosen solver: "
+            f"{', '.join(f'`{name}`' for name in unused)}.",
+            stacklevel=4,
+        )
+
+
+def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, options):
+    """A Problem for one of our methods; the span and `y0` are checked, and real."""
+    span = abs(tf - t0)
+    running = _running_options(options)
+    if events is not None:
+        events = event_list(events)
+    if span == math.inf:
+        endless(tf, events, options.get("max_steps"))
+    if method.error_order:
+        warn_unused(options, ADAPTIVE)
+        rtol, atol = step_options.tolerances(
+            options.get("rtol", 1e-3), options.get("atol", 1e-6), y0
+        )
+        h_max, h = step_options.step_limits(options, span)
+        if h_max is None:
+            h_max = span * method.h_max_share
+        elif options.get("max_steps") is None and not any(limit for _, limit, _ in events or ()):
+            step_options.never_ends(h_max, t0, tf)
+    else:
+        warn_unused(options, FIXED)
+        rtol, atol, h_max = 0.0, 0.0, math.inf
+        h = step_options.fixed_step(options, t0, tf, method.name)
+    project = options.get("project")
+    if project is not None and (not method.projects or not callable(project)):
+        raise ValueError(
+            f"{method.name} does not take `project`; RK4 and the adaptive methods do."
+            if not method.projects
+            else f"`project` must be a function of (t, y) that returns a state; got {project!r}."
+        )
+    if mode == "acceleration" and len(y0) % 2:
+        raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
+    if method.name == "ode45" and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
+        raise ValueError("ode45 takes one `rtol`, and a positive `atol` for each component.")
+    return Problem(
+        fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
+        events, extra_arguments(args), mode, rtol, atol, h_max, h,
+        step_options.legs_of_span(options.get("breakpoints"), t0, tf), project, *running,
+    )  # fmt: skip

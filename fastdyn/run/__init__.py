@@ -1,0 +1,1 @@
+"""One solve from its first step to its result: the loop over chunks, output, checkpoints."""

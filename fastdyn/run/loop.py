@@ -1,0 +1,210 @@
+"""The chunk loop: advance, grow the output, show progress, stop on Ctrl-C."""
+
+import math
+import struct
+import time
+from typing import Any
+
+import numpy as np
+
+from fastdyn.code_store import Call
+from fastdyn.compile.diagnostics import GaveUp
+from fastdyn.compile.python_callback import evaluate, interruptible
+from fastdyn.kernels.calls.user_function import FAULT, RAISED, TIME
+from fastdyn.kernels.output.events import EVENTS
+from fastdyn.kernels.state.record import (
+    ATOL,
+    FULL,
+    INTERRUPTED,
+    RTOL,
+    RUNNING,
+    STATE,
+    STEP_LIMIT,
+    K,
+    Y,
+)
+from fastdyn.kernels.state.record import RAISED as RAISED_STATUS
+from fastdyn.specialise.scalar import Tier, enrich_kernel, events_kernel, start_kernel, watch_kernel
+
+from .output import STATE_RECORD, Output
+
+CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier
+NO_EVENTS = np.zeros(0, EVENTS)
+
+
+def counters(state):
+    """n_accepted, n_rejected and n_extra of a state."""
+    return struct.unpack_from("3q", state, STATE.fields["n_accepted"][1])
+
+
+def begin(problem) -> Any:
+    """The state record and the work array before the first step."""
+    n, p = len(problem.y0), problem
+    direction = 1.0 if p.tf >= p.t0 else -1.0
+    t0, end = map(float, p.legs[0, :2]) if len(p.legs) else (p.t0, p.tf)
+    state = STATE_RECORD(t0, t0, end, end, t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
+    work = np.zeros((K + p.method.n_rows, n))
+    work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
+    return state, work
+
+
+def _event_table(problem, bound_events) -> Any:
+    """EVENTS records of functions not yet called."""
+    if not bound_events:
+        return NO_EVENTS
+    table: Any = np.zeros(len(bound_events), EVENTS)
+    for i, bound in enumerate(bound_events):
+        _, limit, direction = problem.events[i]
+        row = table[i]
+        row["block"], row["limit"], row["direction"] = bound.block.ctypes.data, limit, direction
+    return table
+
+
+def raise_kept(bounds):
+    """Raise what a user's function raised: from Python, or by asking it again in Python.
+
+    Raises GaveUp if it does not raise there.
+    """
+    for bound in bounds:
+        if bound.block[RAISED]:
+            if bound.callback is not None and bound.callback.exception is not None:
+                raise bound.callback.exception
+            t = float(bound.block[TIME : TIME + 1].view(float)[0])
+            y = bound.block[bound.block[FAULT] :].view(float)
+            evaluate(bound.python, bound.mode, t, y.copy())
+            raise GaveUp(bound, t)
+
+
+class Run:
+    """A solve: its arrays, its kernels, the loop over chunks.
+
+    Parameters
+    ----------
+    problem : check.Problem
+    bound, bound_events, projection : adapt.Bound, list, Bound or None
+        The functions as `adapt.bind` gives them; the last takes a state to its constraints.
+
+    Attributes
+    ----------
+    state, work, output
+        What there is of the solve, also after it failed.
+    """
+
+    def __init__(self, problem, bound, bound_events=(), projection=None):
+        p, n = problem, len(problem.y0)
+        self.problem, self.block = problem, bound.block
+        self.state, self.work = begin(p)
+        self.output = Output(p, n)
+        self.table = _event_table(p, bound_events)
+        self.bounds = [*bound.parts, bound, *bound_events]
+        project = 0
+        if projection is not None:
+            self.bounds.append(projection)
+            project = projection.block.ctypes.data
+        self._tier = Tier(p.method.name, bound, n, p.tier)
+        kernel = (p.method.name, bool(bound.parts))
+        solve = self.state, self.work, self.block
+        self._start = Call(start_kernel(*kernel), *solve, p.method.error_order, p.method.last)
+        self._open, scratch, o = None, np.empty((2, n)), self.output
+        events = (None, None, None, None)
+        if len(self.table):
+            self._open = Call(events_kernel(), self.table, p.t0, self.work[Y], scratch[1])
+            events = self.table, o.e_index, o.e_t, o.e_y
+        self._watch = Call(
+            watch_kernel(), enrich_kernel(*kernel).address, p.method.last, 0, *solve,
+            o.record, o.t, o.y, o.d, o.spans,
+            None if p.t_eval is None else p.t_eval.astype(float),
+            p.legs if len(p.legs) else None, project, *events, scratch, 0,
+        )  # fmt: skip
+        self._callbacks = [b.callback for b in self.bounds if b.callback is not None]
+        self._fresh: list = []
+
+    def again(self, y0):
+        """Back to the start, from another state, with the functions as their blocks now are.
+
+        To be called before the first `solve`, too.
+        """
+        if not self._fresh:
+            whole = [a.view(np.uint8) for a in (self.state, self.table) if len(a)]
+            self._fresh = [(a, a.copy()) for a in (*whole, self.work)]  # records are copied slowly
+        for array, content in self._fresh:
+            array[:] = content
+        self.work[Y] = y0
+        self.output.again(y0)
+        for bound in self.bounds:
+            bound.block[RAISED] = 0
+
+    def solve(self):
+        """From the start to the end; the status."""
+        p, state, work, output, table = (
+            self.problem, self.state, self.work, self.output, self.table
+        )  # fmt: skip
+        tier, watch = self._tier, self._watch
+        bar = progress_bar(p) if p.progress else None
+        advance = interruptible(self._callbacks)(watch) if self._callbacks else watch
+        output.lay_into(watch)
+        status, left = INTERRUPTED, p.max_steps
+        file: Any = None
+        if p.checkpoint is not None:
+            from .resume import checkpoint_of, from_arrays, to_arrays
+
+            file = checkpoint_of(p, self.bounds)
+        try:
+            began = time.perf_counter()
+            status = self._start()
+            cost = time.perf_counter() - began
+            if self._open is not None:
+                opened = self._open()
+                status = opened if status == RUNNING else status
+            if file is not None and (saved := file.load()) is not None:
+                status = from_arrays(saved, state, work, output, table)  # pyright: ignore
+            chunk = max(1, int(CHUNK_SECONDS / (cost * (p.method.cost or p.method.n_stages + 1))))
+            while status in (RUNNING, FULL):
+                if left != math.inf:
+                    left = p.max_steps - int(state["n_accepted"][0])
+                    if left <= 0:
+                        status = STEP_LIMIT
+                        break
+                n_steps = chunk if chunk < left else int(left)
+                watch["advance"], watch["n_steps"] = tier.address, n_steps
+                began = time.perf_counter()
+                status = advance()
+                spent = time.perf_counter() - began
+                tier.spend(spent)
+                if status == FULL:
+                    output.make_room()
+                    output.lay_into(watch)
+                elif status == RUNNING:
+                    chunk = max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
+                    tier.review()
+                if bar is not None:
+                    bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
+                if file is not None and (file.due() or status not in (RUNNING, FULL)):
+                    file.save(to_arrays(status, state, work, output, table))  # pyright: ignore
+        except KeyboardInterrupt:
+            if file is not None and status in (RUNNING, FULL):
+                file.save(to_arrays(status, state, work, output, table))  # pyright: ignore
+            if p.on_interrupt != "return":
+                raise
+            status = INTERRUPTED
+        finally:
+            if bar is not None:
+                bar.close()
+        if status == RAISED_STATUS:
+            try:
+                raise_kept(self.bounds)
+            except KeyboardInterrupt:
+                if p.on_interrupt != "return":
+                    raise
+                status = INTERRUPTED
+        return status
+
+
+def progress_bar(problem):
+    from tqdm.auto import tqdm
+
+    return tqdm(
+        total=abs(problem.tf - problem.t0),
+        desc=problem.method.name,
+        bar_format="{l_bar}{bar}| t {n:.4g}/{total:.4g} [{elapsed}<{remaining}]",
+    )

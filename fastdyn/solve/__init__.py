@@ -1,0 +1,1 @@
+"""The public solvers of one trajectory."""

@@ -1,0 +1,182 @@
+"""Motion in phases, each with equations of its own, that events switch between."""
+
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.problem.validate import (
+    extra_arguments,
+    initial_state,
+    method_named,
+    output_times,
+    time_span,
+)
+from fastdyn.run.dense_output import PiecewisePolynomial
+from fastdyn.run.result import SUCCESS, OdeResult
+
+from .ivp import solve_ivp
+
+
+class Phase(NamedTuple):
+    """One phase of a motion.
+
+    Parameters
+    ----------
+    fun : callable
+        ``fun(t, y, *args)``, its equations of motion.
+    event : callable
+        The event that ends it, with `terminal` set.
+    after : callable
+        ``after(t, y, *args)`` returns the name of the next phase and the state that it starts
+        from.
+    options : mapping
+        Further options of `solve_ivp` in this phase, such as `project`.
+    """
+
+    fun: Callable
+    event: Callable
+    after: Callable
+    options: Mapping[str, Any] = {}
+
+
+def solve_phases(
+    phases,
+    first,
+    t_span,
+    y0,
+    method="RK45",
+    t_eval=None,
+    dense_output=False,
+    events=None,
+    args=None,
+    max_phases=10_000,
+    **options,
+):
+    """Solve through the phases of a motion, in one call.
+
+    Parameters
+    ----------
+    phases : dict of str to Phase
+    first : str
+        Name of the phase at the start.
+    max_phases : int
+        Stop with status -1 after so many; a motion whose phases get ever shorter never ends.
+    t_span, y0, method, t_eval, dense_output, events, args, **options
+        As for `solve_ivp`; all phases have the same state and the same `args`.
+
+    Returns
+    -------
+    OdeResult
+        Also with `phases`, a list of (name, start, end).  Where the state jumps from one phase to
+        the next, the time is there twice, with the state before and after.
+    """
+    if method_named(method) is None:
+        raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
+    if not max_phases >= 1:
+        raise ValueError(f"`max_phases` must be at least 1; got {max_phases}.")
+    for name, phase in phases.items():
+        if not getattr(phase.event, "terminal", False):
+            raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
+    args = extra_arguments(args)
+    t, tf = time_span(t_span)
+    y, name = initial_state(y0), first
+    t_eval = output_times(t_eval, t, tf)
+    events = [events] if callable(events) else list(events or ())
+    seen, steps_left = [0] * len(events), options.pop("max_steps", None)
+    direction = 1.0 if tf >= t else -1.0
+    legs, log, jumps = [], [], [False]
+    status, message = -1, f"`max_phases={max_phases}` was reached"
+    while len(legs) < max_phases:
+        if name not in phases:
+            known = ", ".join(map(repr, phases))
+            raise ValueError(f"there is no phase {name!r}; there are {known}.")
+        phase = phases[name]
+        wanted = t_eval
+        if t_eval is not None:
+            ahead = direction * (t_eval - t)
+            wanted = t_eval[ahead > 0.0 if legs else ahead >= 0.0]
+        given = {"method": method, "dense_output": dense_output, **options, **phase.options}
+        if steps_left is not None:
+            given["max_steps"] = steps_left
+        watched = [phase.event, *map(_counted, events, seen)]
+        leg = solve_ivp(phase.fun, (t, tf), y, t_eval=wanted, events=watched, args=args, **given)
+        seen = [n + len(times) for n, times in zip(seen, leg.t_events[1:], strict=True)]
+        if steps_left is not None:
+            steps_left = max(1, steps_left - leg.n_accepted)
+        ended = leg.t_events[0]
+        end = float(ended[-1]) if len(ended) else float(leg.t[-1]) if len(leg.t) else t
+        legs.append(leg)
+        log.append((name, t, tf if leg.status == 0 else end))
+        status, message = leg.status, leg.message
+        if message.startswith("`max_steps"):
+            message = f"All the `max_steps` were taken at t = {end:.10g}: raise it."
+        if status != 1 or not len(ended):  # the end, a failure, or an event of the user
+            break
+        t = end
+        name, y = phase.after(t, leg.y_events[0][-1], *args)
+        y = np.array(y, dtype=float)
+        jumps.append(not np.array_equal(y, leg.y_events[0][-1]))
+        if t == tf:
+            status, message = 0, SUCCESS
+            break
+    else:
+        message = f"`max_phases={max_phases}` was reached at t = {t:.10g}; are they ever shorter?"
+        status = -1
+    keep_start = [t_eval is not None or jump or i == 0 for i, jump in enumerate(jumps)]
+    return _joined(legs, log, status, message, keep_start, len(events))
+
+
+def _counted(event, n):
+    """An event of the user that has occurred n times in earlier phases."""
+    terminal = getattr(event, "terminal", False)
+    if not terminal or n == 0:
+        return event
+    rest: Any = functools.partial(event)
+    rest.terminal = int(terminal) - n
+    rest.direction = getattr(event, "direction", 0)
+    return rest
+
+
+def _joined(legs, log, status, message, keep_start, n_events):
+    t, y = [], []
+    for leg, keep in zip(legs, keep_start, strict=False):
+        states = (
+            np.asarray(leg.y, float).reshape(-1, len(leg.t)) if len(leg.t) else np.empty((0, 0))
+        )
+        t.append(np.asarray(leg.t, float)[0 if keep else 1 :])
+        y.append(states[:, 0 if keep else 1 :])
+    full = [states for states in y if states.size]
+    counts = ("nfev", "n_accepted", "n_rejected")
+    return OdeResult(
+        t=np.concatenate(t),
+        y=np.concatenate(full, axis=1) if full else [],
+        sol=_joined_solution([leg.sol for leg in legs if leg.sol is not None]),
+        t_events=[np.concatenate([leg.t_events[i + 1] for leg in legs]) for i in range(n_events)],
+        y_events=[_stacked([leg.y_events[i + 1] for leg in legs]) for i in range(n_events)],
+        njev=0,
+        nlu=0,
+        status=status,
+        message=message,
+        success=status >= 0,
+        phases=log,
+        **{name: sum(leg[name] for leg in legs) for name in counts},
+    )
+
+
+def _stacked(states):
+    found = [one for one in states if len(one)]
+    return np.concatenate(found) if found else np.empty(0)
+
+
+def _joined_solution(pieces):
+    """One OdeSolution of several that follow on one another; None of none."""
+    if not pieces:
+        return None
+    ts = np.concatenate([pieces[0].ts[:1], *(piece.ts[1:] for piece in pieces)])
+    return PiecewisePolynomial(
+        ts,
+        np.concatenate([piece.polynomials for piece in pieces]),
+        np.concatenate([piece.spans for piece in pieces]),
+    )

@@ -1,0 +1,144 @@
+"""prepare: everything that a solve needs, made once, for many short solves."""
+
+from fastdyn.compile.bind import or_in_python
+from fastdyn.compile.diagnostics import GaveUp
+from fastdyn.compile.rebind import rebind
+from fastdyn.kernels.state.record import FINISHED
+from fastdyn.problem import validate
+from fastdyn.problem.equations import check_second_order
+
+from .ivp import result_of, run_of
+
+REFUSED = ("checkpoint", "progress")
+
+
+def prepare(
+    fun,
+    t_span,
+    y0,
+    method="RK45",
+    t_eval=None,
+    dense_output=False,
+    events=None,
+    args=None,
+    **options,
+):
+    """Make a solver of y' = fun(t, y, *args), to be called with other states and arguments.
+
+    What `solve_ivp` does before and after its steps costs some 50 microseconds; here most of it
+    is done once, and the kernel for this function is compiled at once, too.
+
+    Parameters
+    ----------
+    fun, t_span, method, t_eval, dense_output, events
+        As in `solve_ivp`, for all solves; methods are fastdyn's own.
+    y0 : array_like, shape (n,)
+    args : tuple, optional
+        Initial state and arguments of the solves that are not given any.
+    **options
+        As in `solve_ivp`, but for `checkpoint` and `progress`.  `tier` is "specialised".
+
+    Returns
+    -------
+    Prepared
+
+    Raises
+    ------
+    ValueError, TypeError
+        Arguments that make no sense.
+
+    Examples
+    --------
+    >>> shot = prepare(lambda t, y, g: [y[1], -g], (0, 1), [0, 5], args=(9.81,))
+    >>> shot([0, 6]).y[0, -1], shot(args=(1.62,)).y[0, -1]
+    """
+    ours = validate.method_named(method)
+    y0 = validate.initial_state(y0)
+    t0, tf = validate.time_span(t_span)
+    for name in REFUSED:
+        if name in options:
+            raise TypeError(f"a prepared solver takes no `{name}`.")
+    if ours is None or y0.dtype.kind == "c" or y0.size == 0 or t0 == tf:
+        raise ValueError(
+            "a prepared solver takes one of fastdyn's methods, a real state and a span that is "
+            "not empty; solve_ivp takes the rest."
+        )
+    args = validate.extra_arguments(args)
+    mode = "derivative"
+    if ours.second_order:
+        check_second_order(fun, t0, y0, args, ours.name)
+        mode = "acceleration"
+    options = {"tier": "specialised", **options}
+    return Prepared(
+        validate.problem(fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options)
+    )
+
+
+class Prepared:
+    """A solver of one problem: ``solver(y0=None, args=None)`` returns an OdeResult.
+
+    Results do not share memory.  Several threads may call it at once.
+    """
+
+    def __init__(self, problem):
+        self._problem, self._n = problem, len(problem.y0)
+        self._idle = [_Kept(problem)]
+
+    def __call__(self, y0=None, args=None):
+        """Solve from `y0` with `args`; those of `prepare` where they are not given.
+
+        What the functions use from outside is read anew, as in `solve_ivp`.
+        """
+        p = self._problem
+        if y0 is None:
+            y0 = p.y0
+        else:
+            y0 = validate.initial_state(y0)
+            if len(y0) != self._n or y0.dtype.kind == "c":
+                raise ValueError(f"`y0` must be {self._n} real numbers, as when it was prepared.")
+        args = p.args if args is None else validate.extra_arguments(args)
+
+        def solve():
+            try:
+                return self._solve(y0, args)
+            except GaveUp:
+                self._idle.clear()  # of solvers with the compiled function
+                raise
+
+        return or_in_python(solve)
+
+    def _solve(self, y0, args):
+        p = self._problem
+        try:
+            kept = self._idle.pop()  # another thread may have it
+        except IndexError:
+            kept = None
+        if kept is None or not kept.take(args):
+            kept = _Kept(p._replace(y0=y0, args=args))
+        run = kept.run
+        run.again(y0)
+        status = run.solve()
+        if status != FINISHED:
+            p = p._replace(y0=y0)
+        result = result_of(p, status, run)
+        self._idle.append(kept)
+        return result
+
+
+class _Kept:
+    """A Run, and the functions that it calls, to have other arguments."""
+
+    def __init__(self, problem):
+        p = problem
+        self.run = run_of(p)
+        for bound in self.run.bounds:
+            if bound.callback is not None:
+                bound.callback.announce()
+        self._functions = [p.fun, *(event for event, _, _ in p.events or ())]
+        if p.project is not None:
+            self._functions.append(p.project)
+
+    def take(self, args):
+        """Whether the functions, with these arguments, are the same code; then they have them."""
+        pairs = zip(self.run.bounds, self._functions, strict=True)
+        return all(rebind(bound, fun, args) for bound, fun in pairs)

@@ -1,0 +1,111 @@
+"""What SciPy solves for us: implicit methods with the compiled derivative, complex states,
+its own solver classes, and the trivial cases (no component, no span)."""
+
+import numpy as np
+
+from fastdyn.code_store import Call
+from fastdyn.compile.bind import bind
+from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.side_effects import CHANGED, depends
+from fastdyn.kernels.calls.user_function import RAISED
+from fastdyn.problem import step_options, validate
+from fastdyn.run.result import OdeResult
+from fastdyn.specialise.scalar import evaluate_kernel
+
+REFUSED = ("breakpoints", "project", "checkpoint")
+OWN_OPTIONS = validate.COMMON | {"step", *REFUSED}
+
+
+def python_callable(fun, args, mode, n, others=()):
+    """``f(t, y)`` for SciPy, running compiled code where `fun` compiles.
+
+    `others` are functions of the same solve, which run in Python.
+    """
+    bound = bind(fun, args, mode, n, refused=CHANGED if depends(fun, others) else None)
+    given, out = np.empty(n), np.empty(n)
+    kernel = Call(evaluate_kernel(), bound.block, 0.0, given, out)
+
+    def f(t, y):
+        given[:] = y
+        kernel["t"] = t
+        kernel()
+        if bound.block[RAISED]:
+            bound.block[RAISED] = 0
+            if bound.callback is not None and bound.callback.exception is not None:
+                raise bound.callback.exception
+            return evaluate(bound.python, mode, t, given.copy())
+        return out.copy()
+
+    return f
+
+
+def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
+    """`scipy.integrate.solve_ivp` on a checked problem; returns our OdeResult."""
+    from scipy.integrate import solve_ivp
+
+    for name in REFUSED:
+        if (
+            options.get(name) is not None
+            and validate.time_span(t_span)[0] != validate.time_span(t_span)[1]
+        ):
+            raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
+    options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
+    args = validate.extra_arguments(args)
+    if y0.size:
+        validate.endless(validate.time_span(t_span)[1], validate.event_list(events), None)
+    validate.output_times(t_eval, *validate.time_span(t_span))
+    if y0.dtype == complex or y0.size == 0:
+        derivative = fun if not args else lambda t, y: fun(t, y, *args)
+    else:
+        step_options.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
+        mode = "column" if vectorized else "derivative"
+        others = [event for event, _, _ in validate.event_list(events) or ()]
+        others += [options["jac"]] if callable(options.get("jac")) else []
+        derivative, vectorized = python_callable(fun, args, mode, len(y0), others), False
+        f0 = derivative(float(t_span[0]), y0)
+        if not np.isfinite(f0).all():
+            return _not_finite(t_span[0], y0, t_eval)
+        derivative = _known_at_first(derivative, f0)
+    events = _with_args(events, args)
+    jac = options.get("jac")
+    if callable(jac) and args:
+        options["jac"] = lambda t, y: jac(t, y, *args)
+    name = method if not isinstance(method, str) or method in validate.SCIPY_METHODS else None
+    if name is None:
+        name = method if method in ("RK23", "RK45", "DOP853") else "RK45"
+    result = solve_ivp(
+        derivative, t_span, y0, name, t_eval, dense_output, events, vectorized, **options
+    )
+    return OdeResult(result)
+
+
+def _known_at_first(derivative, f0):
+    """The same function, without another evaluation where every solver begins."""
+    known = [f0]
+    return lambda t, y: known.pop() if known else derivative(t, y)
+
+
+def _with_args(events, args):
+    """Events that take (t, y) alone, with their attributes."""
+    if events is None or not args:
+        return events
+    closed = []
+    for event in (events,) if callable(events) else events:
+
+        def with_args(t, y, event=event):
+            return event(t, y, *args)
+
+        for name in ("terminal", "direction"):
+            if hasattr(event, name):
+                setattr(with_args, name, getattr(event, name))
+        closed.append(with_args)
+    return closed
+
+
+def _not_finite(t0, y0, t_eval):
+    message = f"`fun` returned nan or inf at the start, t = {float(t0):.10g}."
+    t, y = ([], []) if t_eval is not None else (np.array([float(t0)]), y0[:, None])
+    return OdeResult(
+        t=t, y=y, sol=None, t_events=None, y_events=None, nfev=1, njev=0, nlu=0,
+        status=-1, message=message, success=False,
+    )  # fmt: skip

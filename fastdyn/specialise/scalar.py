@@ -1,0 +1,277 @@
+"""Binds the kernels to a method and a right-hand side.  Two tiers, one text, the same bits.
+
+- pointer: one stepping kernel a method, on rows of the work array, calls any function through its
+  address.  Compiled once and kept on disk: a function never seen answers at once.
+- specialised: the function is inlined and the state is a tuple in registers, for n up to
+  MAX_TUPLE.  About twice as fast, and a second or two of compiling for each function.
+
+`Tier` decides when to change from the first to the second.
+"""
+
+import functools
+from typing import Any
+
+import numpy as np
+from numba import typeof, types
+
+from fastdyn import code_store
+from fastdyn.kernels.calls.function_pair import (
+    FORCE,
+    VELOCITY,
+    both_inlined,
+    force_by_pointer,
+    part_inlined,
+    velocity_by_pointer,
+)
+from fastdyn.kernels.calls.user_function import WORDS, by_pointer, inlined
+from fastdyn.kernels.jit_options import BARE, njit
+from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.splitting import cubic_of_pair
+from fastdyn.kernels.output.events import EVENTS, open_events
+from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, open_survey, survey
+from fastdyn.kernels.output.sampling import OUTPUT, watch
+from fastdyn.kernels.state.layout import Form
+from fastdyn.kernels.state.record import RUNNING, STATE
+from fastdyn.kernels.stepping.first_step import plain
+
+MAX_TUPLE = 16
+PATIENCE = 1.0  # seconds in the pointer tier before the specialised kernel is worth its compiling
+
+
+def _records(dtype):
+    return typeof(np.zeros(1, dtype))
+
+
+ROWS = types.Array(types.float64, 1, "C")
+TABLE = types.Array(types.float64, 2, "C")
+CUBE = types.Array(types.float64, 3, "C")
+INTEGERS = types.Array(types.int64, 1, "C")
+STATES, OUTPUTS, EVENT_TABLE = _records(STATE), _records(OUTPUT), _records(EVENTS)
+ADVANCE = types.int64(STATES, TABLE, WORDS, types.int64)
+START = types.int64(STATES, TABLE, WORDS, types.float64, types.int64)
+OPEN = types.int64(EVENT_TABLE, types.float64, ROWS, ROWS)
+STUDIED, SURVEYED = _records(INVARIANT), _records(SURVEY)
+OPEN_SURVEY = types.int64(STUDIED, types.float64, ROWS, ROWS)
+SURVEYING = types.int64(
+    types.int64, STATES, TABLE, WORDS, SURVEYED, STUDIED, ROWS, CUBE, ROWS, TABLE, ROWS, types.int64
+)
+ENRICH = types.int64(types.float64, types.float64, TABLE, WORDS, TABLE)
+WATCH = types.int64(
+    types.int64, types.int64, types.int64, STATES, TABLE, WORDS,
+    OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE, types.int64,
+    EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
+)  # fmt: skip
+
+
+def splits(name, pair):
+    """Whether a method takes the two functions of a pair one by one."""
+    return pair and METHODS[name].separable is not None
+
+
+@functools.cache
+def start_kernel(name, pair=False):
+    """``start(state, work, block, order, last)`` of a method."""
+    start = plain if splits(name, pair) else METHODS[name].start
+    return code_store.compiled(f"start {start.py_func.__name__}", lambda: (start, START))
+
+
+@functools.cache
+def events_kernel():
+    """``open_events(events, t, y, scratch)``."""
+    return code_store.compiled("events", lambda: (open_events, OPEN))
+
+
+@functools.cache
+def evaluate_kernel():
+    """``evaluate(block, t, y, out)``: one call of a user's function."""
+
+    def build():
+        @njit(**BARE)
+        def evaluate(block, t, y, out):
+            by_pointer(t, y, block, out)
+            return RUNNING
+
+        return evaluate, types.int64(WORDS, types.float64, ROWS, ROWS)
+
+    return code_store.compiled("evaluate", build)
+
+
+@functools.cache
+def survey_kernels():
+    """``open_survey`` and ``survey``."""
+    first = code_store.compiled("open survey", lambda: (open_survey, OPEN_SURVEY))
+    return first, code_store.compiled("survey", lambda: (survey, SURVEYING))
+
+
+@functools.cache
+def watch_kernel():
+    """`kernels.watch.watch`."""
+    return code_store.compiled("watch", lambda: (watch, WATCH))
+
+
+@functools.cache
+def enrich_kernel(name, pair=False):
+    """``enrich(t, h, work, block, d)``, the interpolant of a method."""
+    enrich = cubic_of_pair if splits(name, pair) else METHODS[name].enrich
+
+    def build():
+        @njit(**BARE)
+        def kernel(t, h, work, block, d):
+            return enrich(by_pointer, t, h, work, block, d)
+
+        return kernel, ENRICH
+
+    code = enrich.py_func
+    if code.__closure__ is None:  # one for all methods that share it
+        name = f"{code.__module__}.{code.__name__}"
+    return code_store.compiled(f"enrich {name}", build)
+
+
+def _stepping_kernel(name, rhs, form, velocity=None):
+    """The dispatcher of a method's loop around `rhs`, or around the velocity and the force."""
+    method = METHODS[name]
+    advance, step = method.advance, method.separable(velocity) if velocity else method.step
+    if len(method.arguments) == 3:
+        control, exponent, last = method.arguments
+
+        @njit(**BARE)
+        def kernel(state, work, block, n_steps):
+            return advance(rhs, step, control, exponent, last, form, state, work, block, n_steps)
+
+    elif not method.arguments:
+
+        @njit(**BARE)
+        def kernel(state, work, block, n_steps):
+            return advance(rhs, step, form, state, work, block, n_steps)
+
+    else:
+        last, low = method.arguments
+
+        @njit(**BARE)
+        def kernel(state, work, block, n_steps):
+            return advance(rhs, step, last, low, form, state, work, block, n_steps)
+
+    return kernel
+
+
+@functools.cache
+def pointer_kernel(name, pair=False):
+    """The stepping kernel that serves every function, or every pair."""
+    if splits(name, pair):
+        split = (name, force_by_pointer, None, velocity_by_pointer)
+        return code_store.compiled(f"split {name}", lambda: (_stepping_kernel(*split), ADVANCE))
+    whole = (name, by_pointer, None)
+    return code_store.compiled(f"advance {name}", lambda: (_stepping_kernel(*whole), ADVANCE))
+
+
+_specialised: dict = {}
+_seconds: dict = {}
+
+
+def specialised_kernel(name, function, n, build=True) -> Any:
+    """The stepping kernel with `function` inlined, on tuples of n; None if not there.
+
+    With ``build=False`` only memory and disk are asked.
+    """
+    place = (name, function.key or function.address, n)
+    found = _specialised.get(place)
+    if found is None or (build and not found):
+        key = function.key and f"specialised {name} {n} {function.key}"
+        if build:
+            found = code_store.compiled(key, lambda: (_inlining_kernel(name, function, n), ADVANCE))
+        else:
+            found = (key and code_store.stored(key)) or False
+        _specialised[place] = found
+    return found or None
+
+
+def _inlining_kernel(name, function, n):
+    if METHODS[name].at_once and function.mode in ("derivative", "acceleration"):
+        try:
+            return _stages_kernel(METHODS[name], function, n)
+        except Exception:  # it has no form for vectors; one stage after the other has the same bits
+            pass
+    user = function.build()
+    form = (0.0,) * n
+    if isinstance(user, tuple):
+        velocity, force = (part_inlined(*one) for one in zip(user, (VELOCITY, FORCE), strict=True))
+        if splits(name, True):
+            return _stepping_kernel(name, force, form, velocity)
+        return _stepping_kernel(name, both_inlined(velocity, force), form)
+
+    @njit(**BARE)
+    def rhs(t, y, block, out):
+        return inlined(user, t, y, block)
+
+    return _stepping_kernel(name, rhs, form)
+
+
+def _stages_kernel(method, function, n):
+    """The same of an implicit method, with all stages evaluated at once on vectors."""
+    from .vector import right_hand_side
+
+    s, step = method.at_once
+    form = Form(n // 2 if method.second_order else n, s, exact=True)
+    user, values = function.on_vectors()
+    rhs = right_hand_side(user, values, function.mode)
+    advance = method.advance
+
+    @njit(**BARE)
+    def kernel(state, work, block, n_steps):
+        return advance(rhs, step, form, state, work, block, n_steps)
+
+    kernel.compile(ADVANCE)  # pyright: ignore
+    return kernel
+
+
+class Tier:
+    """Which stepping kernel runs, and when to change: the policy.
+
+    Parameters
+    ----------
+    name : str
+        Of the method.
+    bound : adapt.Bound
+    n : int
+    tier : {"auto", "pointer", "specialised"}
+        "auto" takes the specialised kernel where it exists already, and otherwise compiles it
+        once this function has spent PATIENCE seconds in the pointer tier, over all its solves.
+
+    Attributes
+    ----------
+    address : int
+        Of the stepping kernel to call next.
+    """
+
+    def __init__(self, name, bound, n, tier):
+        function = bound.function
+        self._open, kernel = False, None
+        if function is not None and 0 < n <= MAX_TUPLE and tier != "pointer":
+            self._name, self._function, self._n = name, function, n
+            self._place = (name, function.address, n)
+            build = tier == "specialised" or _seconds.get(self._place, 0.0) > PATIENCE
+            kernel = specialised_kernel(name, function, n, build)
+            self._open = kernel is None
+        self.address = (kernel or pointer_kernel(name, bool(bound.parts))).address
+
+    def spend(self, seconds):
+        """Note the time of a chunk."""
+        if self._open:
+            _seconds[self._place] = _seconds.get(self._place, 0.0) + seconds
+
+    def review(self):
+        """Between two chunks: change the tier if that pays."""
+        if self._open and _seconds[self._place] > PATIENCE:
+            self.address = specialised_kernel(self._name, self._function, self._n).address
+            self._open = False
+
+
+__all__ = [
+    "MAX_TUPLE",
+    "Tier",
+    "enrich_kernel",
+    "evaluate_kernel",
+    "events_kernel",
+    "start_kernel",
+    "watch_kernel",
+]

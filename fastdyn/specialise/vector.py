@@ -1,0 +1,323 @@
+"""The user's function on vectors: eight trajectories at once, from the same text."""
+
+# Numba's decorators and types say less than they are.
+# pyright: reportCallIssue=false, reportArgumentType=false
+
+import functools
+from typing import NamedTuple
+
+import llvmlite.binding as llvm
+from numba import types
+from numba.core import errors
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+from fastdyn import code_store
+from fastdyn.compile.bind import INLINED, described, identity, taken_in, words_of
+from fastdyn.compile.diagnostics import Uncompilable, explain
+from fastdyn.compile.parameters import MOMENTS, Spread
+from fastdyn.compile.unwrap import parts_of
+from fastdyn.kernels.calls.user_function import WORDS
+from fastdyn.kernels.ensemble import lanes
+from fastdyn.kernels.jit_options import BARE, FUSED, njit
+from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.state.layout import Form
+from fastdyn.kernels.stepping import adaptive, fixed
+from fastdyn.kernels.vector import elementary  # noqa: F401
+from fastdyn.kernels.vector.number import is_real, widen
+
+from .scalar import STATES, TABLE
+
+MAX_TUPLE = 24
+ADVANCE = types.int64(STATES, TABLE, TABLE, WORDS, types.int64)
+
+
+@functools.cache
+def width():
+    """Lanes of a vector on this machine: two registers, so that one can wait for the other."""
+    features = llvm.get_host_cpu_features()
+    return 8 if features.get("avx") else 4
+
+
+class Kernel(NamedTuple):
+    """A stepping kernel on vectors; `n_words` is the length of its block behind FIRST.
+
+    `kinds` are those of the parameters, a list for each function.  `watches` says whether it looks
+    out for events, `gathers` whether it takes each state into the folds.
+    """
+
+    address: int
+    width: int
+    n_words: int
+    kinds: list
+    alive: list
+    watches: bool
+    gathers: bool
+
+
+@intrinsic
+def _words(typingctx, block, skip):
+    """The block, from so many words on."""
+
+    def codegen(context, builder, signature, args):
+        return builder.gep(arrayobj.make_array(WORDS)(context, builder, args[0]).data, [args[1]])
+
+    return types.CPointer(types.int64)(block, types.intp), codegen
+
+
+@intrinsic
+def _one(typingctx, result, like):
+    """What a function returned, as one number a lane."""
+    if not is_real(result):
+        raise errors.TypingError(f"the result on vectors is of type {result}")
+
+    def codegen(context, builder, signature, args):
+        return widen(context, builder, result, args[0], like.width)
+
+    return like(result, like), codegen
+
+
+@intrinsic
+def _value(typingctx, result, y):
+    """What a function returned, as a value of the state."""
+    if not isinstance(result, types.BaseTuple) or not all(map(is_real, result)):
+        raise errors.TypingError(f"the result on vectors is of type {result}")
+    skip = len(result) - len(y)
+
+    def codegen(context, builder, signature, args):
+        parts = [
+            widen(context, builder, result[i], builder.extract_value(args[0], i), y.dtype.width)
+            for i in range(skip, len(result))
+        ]
+        return context.make_tuple(builder, y, parts)
+
+    return y(result, y), codegen
+
+
+@intrinsic(prefer_literal=True)
+def _head(typingctx, y, moments):
+    """The state without its moments."""
+    n = len(y) // (1 + len(moments.literal_value.split()))
+    own = types.UniTuple(y.dtype, n)
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], i) for i in range(n)]
+        return context.make_tuple(builder, own, parts)
+
+    return own(y, moments), codegen
+
+
+@intrinsic(prefer_literal=True)
+def _extended(typingctx, f, y, moments):
+    """[f, rates of the moments of y]: y itself, or its squares."""
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], i) for i in range(len(f))]
+        state = [builder.extract_value(args[1], i) for i in range(len(f))]
+        for moment in moments.literal_value.split():
+            parts += [builder.fmul(x, x) if moment == "rms" else x for x in state]
+        return context.make_tuple(builder, y, parts)
+
+    return y(f, y, moments), codegen
+
+
+@intrinsic
+def _padded(typingctx, q):
+    """[q, 0]."""
+    whole = types.UniTuple(q.dtype, 2 * len(q))
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], i) for i in range(len(q))]
+        zero = context.get_constant_null(q.dtype)
+        return context.make_tuple(builder, whole, [*parts, *[zero] * len(q)])
+
+    return whole(q), codegen
+
+
+def right_hand_side(function, values, mode):
+    """``rhs(t, y, block, out)`` for the steps."""
+    if mode in MOMENTS:
+
+        @njit(**FUSED)
+        def rhs(t, y, block, out):
+            own = _head(y, mode)
+            return _extended(
+                _value(function(*values(t, own, _words(block, 0), None)), own), y, mode
+            )
+
+    elif mode == "acceleration":
+
+        @njit(**FUSED)
+        def rhs(t, y, block, out):
+            return _value(function(*values(t, _padded(y), _words(block, 0), None)), y)
+
+    else:
+
+        @njit(**FUSED)
+        def rhs(t, y, block, out):
+            return _value(function(*values(t, y, _words(block, 0), None)), y)
+
+    return rhs
+
+
+def _number(function, values, skip):
+    """``number(t, y, block)`` of a function whose parameters come behind `skip` words."""
+
+    @njit(**FUSED)
+    def number(t, y, block):
+        return _one(function(*values(t, y, _words(block, skip), None)), t)
+
+    return number
+
+
+def _watched(events, row):
+    """What `lanes.advance` watches: the `events`, their values from `row` on."""
+    watched = None
+    for i, g in enumerate(events, row):
+        watched = _watched_too(watched, g, i)
+    return watched
+
+
+def _watched_too(before, g, row):
+    if before is None:
+
+        @njit(**FUSED)
+        def watched(form, t, y, ok, block, many):
+            return lanes.crossed(g, row, form, t, y, ok, block, many)
+
+    else:
+
+        @njit(**FUSED)
+        def watched(form, t, y, ok, block, many):
+            others = before(form, t, y, ok, block, many)
+            return others | lanes.crossed(g, row, form, t, y, ok, block, many)
+
+    return watched
+
+
+def _gathered(folds, row):
+    """What `lanes.advance` gathers: the `folds`, their values from `row` on."""
+    gathered = None
+    for i, update in enumerate(folds, row):
+        gathered = _gathered_too(gathered, update, i)
+    return gathered
+
+
+def _gathered_too(before, update, row):
+    if before is None:
+
+        @njit(**FUSED)
+        def gathered(form, t, y, on, block, many):
+            lanes.gather(update, row, form, t, y, on, block, many)
+
+    else:
+
+        @njit(**FUSED)
+        def gathered(form, t, y, on, block, many):
+            before(form, t, y, on, block, many)
+            lanes.gather(update, row, form, t, y, on, block, many)
+
+    return gathered
+
+
+def _loop(method, rhs, form, extrema, watched, gathered):
+    """The dispatcher of a method's loop around `rhs`."""
+    step = method.step
+    if method.advance is adaptive.advance:
+        control, exponent, last = method.arguments
+
+        @njit(**BARE)
+        def kernel(state, many, work, block, n_steps):
+            return lanes.advance(
+                rhs, step, control, exponent, last, form, extrema, watched, gathered, state, many,
+                work, block, n_steps,
+            )  # fmt: skip
+
+    else:
+        last, low = method.arguments
+
+        @njit(**BARE)
+        def kernel(state, many, work, block, n_steps):
+            return lanes.advance_fixed(
+                rhs, step, last, low, form, extrema, watched, gathered, state, many, work, block,
+                n_steps,
+            )  # fmt: skip
+
+    return kernel
+
+
+_kernels: dict = {}
+
+
+def kernel(name, fun, args, varying, mode, n, extrema, events=(), folds=()):
+    """The stepping kernel of a method for n vectors, with `fun` inlined.
+
+    Parameters
+    ----------
+    name : str
+        Of the method.
+    fun, args : callable, tuple
+    varying : tuple of bool
+        Which of `args` differ between trajectories.
+    mode : str
+        "derivative" or "acceleration"; see `adapt.bind`.
+    n : int
+        Length of the state.
+    extrema : bool
+        Whether it looks out for the largest and smallest values.
+    events, folds : sequence of callable
+        Functions of the mode "event", and of the state with the gathered value before it.
+
+    Returns
+    -------
+    Kernel
+
+    Raises
+    ------
+    Uncompilable
+        With the reason in a sentence.
+    """
+    method = METHODS[name]
+    if method.advance not in (adaptive.advance, fixed.advance):
+        raise Uncompilable(f"the steps of {name} are not written for vectors")
+    if n > MAX_TUPLE:
+        raise Uncompilable(f"{n} components are more than {MAX_TUPLE}")
+    spread = Spread(width())
+    given = tuple(spread if v else a for v, a in zip(varying, args, strict=True))
+    functions = [(fun, mode), *((number, "event") for number in (*events, *folds))]
+    parts = [parts_of(function, given) for function, _ in functions]
+    found = [described(part) for part in parts]
+    keys = [
+        identity(part, how, *known)
+        for part, (_, how), known in zip(parts, functions, found, strict=True)
+    ]
+    key = None if None in keys else f"lanes {name} {n} {width()} {extrema} {len(events)} {keys}"
+    kinds = [
+        [(k, v) for k, v in zip(layout, part.positional, strict=True) if type(k) is not str]
+        + [*outside.values()]
+        for part, (layout, outside) in zip(parts, found, strict=True)
+    ]
+    sizes = [words_of([k for k, _ in group]) for group in kinds]
+    compiled = _kernels.get(key)
+    if compiled is None:
+
+        def build():
+            (user, values), *others = [
+                taken_in(part, *known, True, INLINED)
+                for part, known in zip(parts, found, strict=True)
+            ]
+            numbers = [_number(*f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
+            watched = _watched(numbers[: len(events)], lanes.N_FIELDS)
+            gathered = _gathered(numbers[len(events) :], lanes.N_FIELDS + len(events))
+            rhs, form = right_hand_side(user, values, mode), Form(n, width())
+            return _loop(method, rhs, form, extrema or None, watched, gathered), ADVANCE
+
+        try:
+            compiled = code_store.compiled(key, build)
+        except Exception as error:
+            raise Uncompilable(explain(error)) from error
+        if key is not None:
+            _kernels[key] = compiled
+    alive = [compiled, parts]
+    watches, gathers = bool(events), bool(folds)
+    return Kernel(compiled.address, width(), sum(sizes), kinds, alive, watches, gathers)

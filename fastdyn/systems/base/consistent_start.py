@@ -1,0 +1,65 @@
+"""Starts that obey the constraints: checked, or taken to them."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+
+from fastdyn.compile.diagnostics import levels_inside
+
+WIGGLE = 2.0**-20  # relative change of a component, to learn how much it counts in a constraint
+TOLERANCE = 1e-7  # of the largest term of a constraint
+CHECKED = 100  # starts of an ensemble that are looked at
+
+
+def residuals(system, t0, start, args=None):
+    """{name: (residual, size of its largest term)} of the constraints that `start` violates."""
+    args, start = system.args if args is None else args, np.asarray(start, float)
+    found = {}
+    for name, function in system.constraints.items():
+        value = float(function(t0, start, *args))
+        size = abs(value)
+        for i in range(len(start)):
+            moved = start.copy()
+            moved[i] *= 1.0 + WIGGLE
+            size = max(size, abs(float(function(t0, moved, *args)) - value) / WIGGLE)
+        if not abs(value) <= TOLERANCE * size:
+            found[name] = value, size
+    return found
+
+
+def start_of(system, t0, y0, project):
+    """The state that a solve begins with: `y0`, on the constraints if `project`; or a warning."""
+    try:
+        y0 = np.asarray(y0, float)
+        if project:
+            return np.array(system.project(t0, y0, *system.args))
+        wrong = residuals(system, t0, y0)
+    except (TypeError, ValueError, ArithmeticError):  # what is wrong with it, the solver says
+        return y0
+    if wrong:
+        _warn(system, wrong, "`stabilise='projection'` starts on them")
+    return y0
+
+
+def check_members(system, t0, states, columns):
+    """Warn of an ensemble's starts that violate the constraints; `columns` has parameters."""
+    states = np.atleast_2d(np.asarray(states, float))
+    count = max([len(states), *map(len, columns.values())])
+    for i in np.unique(np.linspace(0, count - 1, min(count, CHECKED)).astype(int)):
+        given = {name: column[i] for name, column in columns.items()}
+        fields = dataclasses.fields(system)
+        args = [given.get(f.name, getattr(system, f.name)) for f in fields]
+        wrong = residuals(system, t0, states[i if len(states) > 1 else 0], args)
+        if wrong:
+            _warn(system, wrong, f"this is trajectory {i}")
+            return
+
+
+def _warn(system, wrong, advice):
+    parts = [f"`{name}` is {value:.3g}" for name, (value, _) in wrong.items()]
+    warnings.warn(
+        f"The start violates the constraints of the {system.name} ({', '.join(parts)}, not 0), "
+        f"and so will the motion: {advice}.",
+        stacklevel=levels_inside(),
+    )

@@ -1,0 +1,98 @@
+"""A system with many values of its parameters: the arguments of an ensemble."""
+
+import copy
+import dataclasses
+
+import numpy as np
+
+from fastdyn.ensemble.members import Shared
+from fastdyn.ensemble.solve import solve_ensemble
+from fastdyn.problem.validate import method_named
+
+from .consistent_start import check_members
+from .declare import checked
+
+
+def split(system, given):
+    """(values of parameters, options of the solver) among named arguments."""
+    names = {field.name for field in dataclasses.fields(system)}
+    values = {name: value for name, value in given.items() if name in names}
+    return values, {name: value for name, value in given.items() if name not in names}
+
+
+def _checked_column(system, field, value):
+    """Values of a parameter as an array, refused as the single ones are."""
+    if "unit" not in field.metadata:
+        raise ValueError(f"`{field.name}` of the {system.name} is the same for all trajectories.")
+    column = np.asarray(value)
+    if column.ndim != 1 or column.dtype.kind not in "fiu" or not column.size:
+        raise ValueError(
+            f"`{field.name}` must be a number or a 1-D array of numbers, one a trajectory; got "
+            f"shape {column.shape}."
+        )
+    column = column.astype(float)
+    bad = column[~np.isfinite(column)]
+    for extreme in (column.min(), column.max()) if not bad.size else bad[:1]:
+        checked(system.name, field, float(extreme))
+    return column
+
+
+def ensemble(system, t_span, y0, method, given):
+    """Solve a system for many values of its parameters; see `System.ensemble`."""
+    values, options = split(system, given)
+    columns = {}
+    fixed = {}
+    for field in dataclasses.fields(system):
+        if field.name in values:
+            if np.ndim(values[field.name]) == 0:
+                fixed[field.name] = values[field.name]
+            else:
+                columns[field.name] = _checked_column(system, field, values[field.name])
+    system = dataclasses.replace(system, **fixed)
+    if "args" in options:
+        raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
+    if "events" in options:
+        options["events"] = system.event_functions(options["events"])
+    ours = method_named(method)
+    if ours is not None and ours.error_order:
+        options.setdefault("rtol", 1e-6)
+        options.setdefault("atol", 1e-9)
+        if system.breakpoints is not None:
+            options.setdefault("breakpoints", system.breakpoints)
+    args = tuple(
+        columns.get(field.name, _shared(system, field)) for field in dataclasses.fields(system)
+    )
+    t_span = (0.0, system.t_end) if t_span is None else t_span
+    if y0 is not None and system.constraints:
+        check_members(system, t_span[0], y0, columns)
+    result = solve_ensemble(
+        system.rhs,
+        t_span,
+        _initial_states(system, columns) if y0 is None else y0,
+        args,
+        method,
+        **options,
+    )
+    result.system = system
+    return result
+
+
+def _shared(system, field):
+    value = getattr(system, field.name)
+    return Shared(value) if isinstance(value, np.ndarray) else value
+
+
+def _initial_states(system, columns):
+    """States at the start, (M, n), or (n,) where they do not depend on what varies."""
+    varied = copy.copy(system)
+    for name, column in columns.items():
+        object.__setattr__(varied, name, column)
+    try:
+        parts = np.broadcast_arrays(*varied.initial_state())
+    except (TypeError, ValueError):  # it is written for one value at a time
+        rows = zip(*columns.values(), strict=True)
+        single = (
+            dataclasses.replace(system, **dict(zip(columns, row, strict=True))) for row in rows
+        )
+        return np.array([one.initial_state() for one in single])
+    return np.stack(parts, axis=-1).astype(float)

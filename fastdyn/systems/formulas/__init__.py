@@ -1,0 +1,1 @@
+"""Closed-form solutions and inputs that several systems share."""

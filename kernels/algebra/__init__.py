@@ -1,0 +1,1 @@
+"""Small linear systems, and constrained motion."""

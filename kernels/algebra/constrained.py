@@ -1,0 +1,136 @@
+"""Equations of motion with constraints: accelerations and reactions together."""
+
+import numpy as np
+from numba.core import errors
+from numba.extending import intrinsic, overload
+
+from ..jit_options import BARE
+from .linear import (
+    Code,
+    Numbers,
+    SingularMatrixError,
+    eliminate,
+    is_matrix,
+    is_row,
+    largest,
+    number_of,
+    packed,
+    result_type,
+    values_of,
+)
+
+CONTRADICTORY = (
+    "the equations of motion are singular: the constraints do not determine the accelerations "
+    "and reactions (are they written for the accelerations, and independent of each other?)"
+)
+
+
+def constrained(mass, a, force, b):
+    """Accelerations and reactions of a system with constraints.
+
+    Solves M q'' - A^T R = f and A q'' = b: each constraint, differentiated until it holds for the
+    accelerations, has one reaction, which acts along its row of A.
+
+    Parameters
+    ----------
+    mass : tuple of n numbers, or of n tuples of n numbers
+        The masses, all positive; or the rows of M, which may be singular (a massless part).
+    a : tuple of k tuples of n numbers
+        Rows of A.
+    force : tuple of n numbers
+        Applied forces f.
+    b : tuple of k numbers
+
+    Returns
+    -------
+    tuple of n + k floats
+        The accelerations q'', then the reactions R.
+
+    Raises
+    ------
+    SingularMatrixError
+        If they are not determined: constraints that depend on each other, or that say nothing of
+        the accelerations.
+
+    Notes
+    -----
+    With b the residual and no force, the first n numbers are the smallest displacement, measured
+    by the masses, that removes the residual: this is how a state is projected onto constraints.
+    """
+    mass = [list(map(float, row)) if np.ndim(row) else float(row) for row in mass]
+    a = [list(map(float, row)) for row in a]
+    x, singular = _constrained(Numbers, mass, a, list(map(float, force)), list(map(float, b)))
+    if singular:
+        raise SingularMatrixError(CONTRADICTORY)
+    return tuple(x)
+
+
+def _dot(do, x, y):
+    total = do.mul(x[0], y[0])
+    for p, q in zip(x[1:], y[1:], strict=True):
+        total = do.add(total, do.mul(p, q))
+    return total
+
+
+def _constrained(do, mass, a, force, b):
+    n, k = len(force), len(b)
+    if any(len(row) != n for row in a) or len(a) != k or len(mass) != n:
+        raise ValueError(
+            f"{n} forces and {k} right-hand sides need {n} masses and A with {k} rows of {n} "
+            f"numbers; got {len(mass)} masses and {len(a)} rows of {[len(row) for row in a]}."
+        )
+    if isinstance(mass[0], list):
+        if any(len(row) != n for row in mass):
+            raise ValueError(f"{n} forces need {n} masses, or M with {n} rows of {n} numbers")
+        size = largest(do, [x for row in mass for x in row])  # reactions are counted in it
+        rows = [
+            [*m, *(do.sub(do.zero, do.mul(size, a[i][j])) for i in range(k)), force[j]]
+            for j, m in enumerate(mass)
+        ]
+        rows += [[*row, *[do.zero] * k, r] for row, r in zip(a, b, strict=True)]
+        x, singular = eliminate(do, rows)
+        return [*x[:n], *(do.mul(size, r) for r in x[n:])], singular
+    per_mass = [[do.div(x, m) for x, m in zip(row, mass, strict=True)] for row in a]
+    rows = [
+        [*(_dot(do, row, other) for other in a), do.sub(r, _dot(do, row, force))]
+        for row, r in zip(per_mass, b, strict=True)
+    ]
+    reactions, singular = eliminate(do, rows)
+    total = list(force)
+    for row, r in zip(a, reactions, strict=True):
+        total = [do.add(f, do.mul(x, r)) for f, x in zip(total, row, strict=True)]
+    return [*(do.div(f, m) for f, m in zip(total, mass, strict=True)), *reactions], singular
+
+
+@intrinsic
+def _solve_constrained(typingctx, mass, a, force, b):
+    given = (mass, a, force, b)
+    number = number_of(given)
+    result = result_type(len(force) + len(b), number)
+
+    def codegen(context, builder, signature, args):
+        values = [
+            values_of(context, builder, t, v, number) for t, v in zip(given, args, strict=True)
+        ]
+        return packed(context, builder, result, *_constrained(Code(builder, number), *values))
+
+    return result(*given), codegen
+
+
+@overload(constrained, jit_options=BARE)
+def _constrained_motion(mass, a, force, b):
+    shapes = is_matrix(a) and is_row(force) and is_row(b) and (is_row(mass) or is_matrix(mass))
+    n, k = (len(force), len(b)) if shapes else (0, 0)
+    if not shapes or len(a) != k or len(mass) != n or {*map(len, a)} != {n}:
+        raise errors.TypingError(
+            "constrained takes masses (n numbers or n rows), A (k rows of n), n forces and k "
+            "right-hand sides, all as tuples"
+        )
+
+    def solve(mass, a, force, b):
+        x, singular = _solve_constrained(mass, a, force, b)
+        if singular:
+            raise SingularMatrixError(CONTRADICTORY)
+        return x
+
+    return solve

@@ -1,0 +1,1 @@
+"""How kernels call functions of the user, and each other."""

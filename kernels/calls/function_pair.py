@@ -1,0 +1,68 @@
+"""Two functions of the user, q' = velocity(t, p) and p' = force(t, q), for a state [q, p].
+
+The block of a pair names the blocks of both: word VELOCITY and word FORCE are their addresses.
+"""
+
+from numba import carray
+
+from ..jit_options import BARE, FUSED, njit
+from ..state.elementwise import halves, join
+from .user_function import FIRST, RAISED, call, inlined, word
+
+VELOCITY, FORCE = FIRST, FIRST + 1
+N_WORDS = FIRST + 2
+
+
+@njit(**FUSED)
+def _noted(block, part):
+    """A pair has raised if one of its functions has."""
+    if word(block[part], RAISED) != 0:
+        block[RAISED] = 1
+
+
+@njit(**BARE)
+def velocity_by_pointer(t, p, block, out):
+    """The velocity, in the row `out`."""
+    call(block[VELOCITY], t, p, out)
+    _noted(block, VELOCITY)
+    return out
+
+
+@njit(**BARE)
+def force_by_pointer(t, q, block, out):
+    """The force, in the row `out`."""
+    call(block[FORCE], t, q, out)
+    _noted(block, FORCE)
+    return out
+
+
+@njit(**BARE)
+def both_by_pointer(t, y, n, block, out):
+    """The derivative of [q, p], in the form of a user's function."""
+    m = n // 2
+    words, state, slope = carray(block, N_WORDS), carray(y, n), carray(out, n)
+    velocity_by_pointer(t, state[m:], words, slope[:m])
+    force_by_pointer(t, state[:m], words, slope[m:])
+
+
+def part_inlined(function, part):
+    """A function of a pair, inlined: ``(t, x, block, place)`` gives a tuple."""
+
+    @njit(**BARE)
+    def one(t, x, block, place):
+        value = inlined(function, t, x, block[part])
+        _noted(block, part)
+        return value
+
+    return one
+
+
+def both_inlined(velocity, force):
+    """The derivative of [q, p] from such functions."""
+
+    @njit(**BARE)
+    def both(t, y, block, place):
+        q, p = halves(y)
+        return join(place, velocity(t, p, block, place), force(t, q, block, place))
+
+    return both

@@ -1,0 +1,110 @@
+"""How a kernel calls a function of the user.
+
+A compiled function of the user has one form, whatever its arguments were:
+``function(t, y, n, block, out)`` with pointers y, out to n numbers, and `block`, an int64 array
+that carries what belongs to this solve: BLOCK[ADDRESS] is the function itself, BLOCK[RAISED]
+becomes 1 when it raised, and from FIRST on lie the values of its parameters.  So one kernel
+serves every function (`by_pointer`), and a kernel specialised to one function (`inlined`) runs
+the same code.
+"""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+from ..jit_options import BARE, njit
+from ..state.elementwise import ROW
+
+ADDRESS, RAISED, TIME, FAULT, FIRST = 0, 1, 2, 3, 4
+
+WORDS = types.Array(types.int64, 1, "C")
+FORM = (
+    types.float64,
+    types.CPointer(types.float64),
+    types.intp,
+    types.CPointer(types.int64),
+    types.CPointer(types.float64),
+)
+
+
+def _array(context, builder, ty, value):
+    return arrayobj.make_array(ty)(context, builder, value)
+
+
+@intrinsic
+def address_of(typingctx, array):
+    """Where the data of an array lies."""
+
+    def codegen(context, builder, signature, args):
+        return builder.ptrtoint(_array(context, builder, array, args[0]).data, ir.IntType(64))
+
+    return types.int64(array), codegen
+
+
+@intrinsic
+def word(typingctx, block, index):
+    """Word `index` of the block at the address `block`."""
+
+    def codegen(context, builder, signature, args):
+        words = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+        return builder.load(builder.gep(words, [args[1]]))
+
+    return types.int64(types.int64, types.intp), codegen
+
+
+@intrinsic
+def call(typingctx, block, t, y, out):
+    """Call the function of the block at the address `block`: out = function(t, y)."""
+
+    def codegen(context, builder, signature, args):
+        words = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+        values = _array(context, builder, ROW, args[2])
+        target = _array(context, builder, ROW, args[3])
+        n = builder.extract_value(values.shape, 0)
+        kind = context.call_conv.get_function_type(types.none, FORM)
+        function = builder.inttoptr(builder.load(words), kind.as_pointer())
+        arguments = (args[1], values.data, n, words, target.data)
+        context.call_conv.call_function(builder, function, types.none, FORM, arguments)
+        return context.get_dummy_value()
+
+    return types.none(types.int64, types.float64, ROW, ROW), codegen
+
+
+@njit(**BARE)
+def by_pointer(t, y, block, out):
+    """The derivative, in the row `out`, by whatever function the block names."""
+    call(address_of(block), t, y, out)
+    return out
+
+
+@intrinsic
+def inlined(typingctx, function, t, y, block):
+    """The derivative as a tuple, by a compiled function of the form above.
+
+    The block is an array, or an address.  y and the result pass through the stack, which the
+    optimiser dissolves into registers.
+    """
+    form = function.get_call_type(typingctx, FORM, {})
+    n = len(y)
+
+    def codegen(context, builder, signature, args):
+        call = context.get_function(function, form)
+        place = ir.ArrayType(ir.DoubleType(), n)
+        given = cgutils.alloca_once(builder, place)
+        found = cgutils.alloca_once(builder, place)
+        for i in range(n):
+            pointer = cgutils.gep(builder, given, 0, i)
+            builder.store(builder.extract_value(args[2], i), pointer)
+        first = [cgutils.gep(builder, p, 0, 0) for p in (given, found)]
+        if block == types.int64:
+            words = builder.inttoptr(args[3], ir.IntType(64).as_pointer())
+        else:
+            words = _array(context, builder, WORDS, args[3]).data
+        size = context.get_constant(types.intp, n)
+        call(builder, (args[1], first[0], size, words, first[1]))
+        parts = [builder.load(cgutils.gep(builder, found, 0, i)) for i in range(n)]
+        return context.make_tuple(builder, y, parts)
+
+    return y(function, types.float64, y, block), codegen

@@ -1,0 +1,1 @@
+"""Several trajectories in the lanes of vectors, and who is in which lane."""

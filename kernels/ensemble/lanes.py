@@ -1,0 +1,227 @@
+"""The loops of `adaptive` and `fixed` on vectors: a trajectory in each lane, each with its own
+time and step.
+
+Lanes never wait for each other and never mix.  A loop returns as soon as a lane has to be looked
+at: it has reached the time at which it is to stop, or cannot go on.  `serve` then looks, and gives
+lanes that are done another trajectory.
+"""
+
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+from ..jit_options import FUSED, njit
+from ..output.extrema import turning
+from ..state.elementwise import fetch, keep, map_components
+from ..state.fold import fold
+from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
+from ..stepping.fixed import LANDED, add, add_size
+from ..stepping.step_size import select
+from ..vector.number import any_lane
+
+# Rows of `lanes`, an array of one column a lane.
+# Behind them, one row for each event function and for each gathered value.
+T, T_OLD, T_END, T_STOP, H, ERROR, ACCEPTED, REJECTED, TRIES, LIMIT, LIVE, STATUS = range(12)
+N_FIELDS = 12
+NEAR = 1e-6  # of its change in a step: an event function that small is looked at
+NOTHING = -1  # status of a lane that need not be looked at
+
+
+@intrinsic
+def choose(typingctx, mask, a, b):
+    """The value a in the lanes where the mask is true, b in the others."""
+
+    def codegen(context, builder, signature, args):
+        def body(builder, parts):
+            return (builder.select(args[0], *parts),)
+
+        return map_components(context, builder, [None], [(a, args[1]), (b, args[2])], body)[0]
+
+    return a(mask, a, b), codegen
+
+
+def _field(context, builder, form, lanes, array, row):
+    vector = form.value.dtype
+    data = arrayobj.make_array(lanes)(context, builder, array).data
+    place = builder.gep(data, [builder.mul(row, row.type(vector.width))])
+    return builder.bitcast(place, context.get_value_type(vector).as_pointer())
+
+
+@intrinsic
+def field(typingctx, form, lanes, row):
+    """Row `row` of `lanes` as a vector."""
+
+    def codegen(context, builder, signature, args):
+        value = builder.load(_field(context, builder, form, lanes, *args[1:]))
+        value.align = 8
+        return value
+
+    return form.value.dtype(form, lanes, types.intp), codegen
+
+
+@intrinsic
+def leave(typingctx, form, lanes, row, value):
+    """Store a vector in row `row` of `lanes`."""
+
+    def codegen(context, builder, signature, args):
+        place = _field(context, builder, form, lanes, *args[1:3])
+        builder.store(args[3], place).align = 8
+        return context.get_dummy_value()
+
+    return types.none(form, lanes, types.intp, form.value.dtype), codegen
+
+
+@njit(**FUSED)
+def crossed(g, row, form, t, y, ok, block, lanes):
+    """Where an event function has changed its sign, or nearly; its last value is in `row`."""
+    old, new = field(form, lanes, row), g(t, y, block)
+    leave(form, lanes, row, select(ok, new, old))
+    return ok & ((abs(new) <= NEAR * abs(new - old)) | ~(old * new > 0.0))
+
+
+@njit(**FUSED)
+def gather(update, row, form, t, y, on, block, lanes):
+    """Let the value in `row` be ``update(t, [value, y])`` where `on` holds."""
+    old = field(form, lanes, row)
+    leave(form, lanes, row, select(on, update(t, (old, *y), block), old))
+
+
+@njit(**FUSED)
+def advance(
+    rhs, step, control, exponent, last, form, extrema, watched, gathered, state, lanes, work, block,
+    n_steps,
+):  # fmt: skip
+    """Try at most `n_steps` steps in each lane; see `adaptive.advance`.
+
+    Parameters
+    ----------
+    form : Form
+    extrema : None or anything else
+        Whether a lane wants to be looked at when a component may exceed what it was so far, the
+        last two rows of `work`.
+    watched : None or function
+        ``watched(form, t, y, ok, block, lanes)``: the lanes that want to be looked at for an event.
+    gathered : None or function
+        ``gathered(form, t, y, on, block, lanes)`` takes the state into what is gathered along the
+        way, in the lanes that nobody will look at after this step; the others are left to `serve`.
+    state : array
+        One STATE record, for what all lanes have in common: direction, h_max.
+    lanes, work : arrays, (N_FIELDS, width), (rows, n * width)
+        What belongs to each lane; the lanes of a component lie side by side.
+
+    Returns
+    -------
+    int
+        The number of steps tried.  Row STATUS tells which lanes want to be looked at: FINISHED,
+        RUNNING (it reached T_STOP or LIMIT) or STEP_TOO_SMALL.
+    """
+    direction, h_max = state[0].direction, state[0].h_max
+    t, t_end, t_stop = field(form, lanes, T), field(form, lanes, T_END), field(form, lanes, T_STOP)
+    h, live, limit = (
+        field(form, lanes, H),
+        field(form, lanes, LIVE) > 0.0,
+        field(form, lanes, LIMIT),
+    )
+    accepted, rejected = field(form, lanes, ACCEPTED), field(form, lanes, REJECTED)
+    tries = field(form, lanes, TRIES)
+    rtol, atol = fetch(form, work, RTOL), fetch(form, work, ATOL)
+    y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
+    if extrema is not None:
+        tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
+    taken = 0
+    while True:
+        taken += 1
+        h_min = control.smallest(t, direction)
+        wanted = select(h > h_max, h_max, select(h < h_min, h_min, h))
+        t_new = control.aim(t, wanted, t_end, direction)
+        size = t_new - t
+        y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
+        stuck = wanted < h_min  # h_max is below the spacing of t
+        ok = (error < 1.0) & ~stuck
+        size = abs(size)
+        longer = control.grow(size, error, exponent, tries)
+        shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
+        shorter = control.shrink(size, error, exponent, tries, h_min)
+        h = select(ok, select(shortened, wanted, longer), shorter)
+        accepted = accepted + select(ok, 1.0, 0.0)
+        rejected = rejected + select(ok | stuck, 0.0, 1.0)
+        tries = select(ok, 0.0, tries + 1.0)
+        stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
+        failed = stuck | (~ok & (h == 0.0))
+        call = live & (stopped | failed)
+        if extrema is not None:
+            call = call | (live & ok & turning(t_new - t, y, y_new, k_last, k[last], tops, lows))
+        if watched is not None:
+            call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
+        if gathered is not None:
+            gathered(form, t_new, y_new, ok & ~call, block, lanes)
+        t_old, y_old = t, y
+        t, y, k_new = select(ok, t_new, t), choose(ok, y_new, y), choose(ok, k[last], k_last)
+        if taken >= n_steps or any_lane(call):
+            break
+        k_last = k_new
+    status = select(failed, float(STEP_TOO_SMALL), select(t == t_end, float(FINISHED), 0.0))
+    leave(form, lanes, STATUS, select(call, status, float(NOTHING)))
+    leave(form, lanes, T, t)
+    leave(form, lanes, T_OLD, t_old)
+    leave(form, lanes, H, h)
+    leave(form, lanes, ERROR, error)
+    leave(form, lanes, ACCEPTED, accepted)
+    leave(form, lanes, REJECTED, rejected)
+    leave(form, lanes, TRIES, tries)
+    keep(work, K, k)
+    keep(work, Y, (y, y_old))
+    keep(work, K + last, (k_new,))
+    return taken
+
+
+@njit(**FUSED)
+def advance_fixed(
+    rhs, step, last, low, form, extrema, watched, gathered, state, lanes, work, block, n_steps
+):  # fmt: skip
+    """Take at most `n_steps` constant steps in each lane; see `fixed.advance` and `advance`."""
+    s = state[0]
+    direction, t_start = s.direction, s.t_start
+    t, t_end, t_stop = field(form, lanes, T), field(form, lanes, T_END), field(form, lanes, T_STOP)
+    live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
+    size, accepted = field(form, lanes, H), field(form, lanes, ACCEPTED)
+    h = direction * size
+    y, k_last, k_low = fetch(form, work, Y), fetch(form, work, K + last), fetch(form, work, K + low)
+    if extrema is not None:
+        tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
+    taken = 0
+    while True:
+        taken += 1
+        y_new, k = step(rhs, t, y, h, k_last, k_low, block, form, work)
+        ok = fold(add_size, add, 0.0, (y_new,)) < np.inf
+        accepted = accepted + select(ok, 1.0, 0.0)
+        t_new = t_start + accepted * h
+        t_new = select(abs(t_new - t_end) <= LANDED * size, t_end, t_new)
+        reached = (direction * (t_new - t_stop) >= 0.0) | (direction * (t_new - t_end) >= 0.0)
+        call = live & (~ok | reached | (accepted >= limit))
+        if extrema is not None:
+            call = call | (live & ok & turning(h, y, y_new, k_last, k[last], tops, lows))
+        if watched is not None:
+            call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
+        if gathered is not None:
+            gathered(form, t_new, y_new, ok & ~call, block, lanes)
+        t_old, y_old = t, y
+        t, y = select(ok, t_new, t), choose(ok, y_new, y)
+        k_new, low_new = choose(ok, k[last], k_last), choose(ok, k[low], k_low)
+        if taken >= n_steps or any_lane(call):
+            break
+        k_last, k_low = k_new, low_new
+    over = select(direction * (t - t_end) >= 0.0, float(FINISHED), float(RUNNING))
+    leave(
+        form, lanes, STATUS,
+        select(call, select(ok, over, float(NON_FINITE)), float(NOTHING)),
+    )  # fmt: skip
+    leave(form, lanes, T, t)
+    leave(form, lanes, T_OLD, t_old)
+    leave(form, lanes, ACCEPTED, accepted)
+    keep(work, K, k)
+    keep(work, Y, (y, y_old))
+    keep(work, K + last, (k_new,))
+    keep(work, K + low, (low_new,))
+    return taken

@@ -1,0 +1,14 @@
+"""The methods, each a file with its tables.  A new one is a file, and a line in METHODS."""
+
+from .dop853 import DOP853
+from .gauss import ENERGY_CONSERVING, GAUSS, NYSTROM
+from .rk4 import RK4
+from .rk23 import RK23
+from .rk45 import ODE45, RK45
+from .symplectic import SYMPLECTIC
+from .tsit5 import TSIT5
+from .vern7 import VERN7
+from .vern9 import VERN9
+
+RUNGE_KUTTA = (RK23, RK45, DOP853, TSIT5, VERN7, VERN9, ODE45, RK4)
+METHODS = {m.name: m for m in (*RUNGE_KUTTA, *SYMPLECTIC, *GAUSS, *NYSTROM, *ENERGY_CONSERVING)}

@@ -1,0 +1,227 @@
+"""Implicit Runge-Kutta steps of constant size for y' = f(t, y), solved by fixed-point iteration.
+
+The arrangement is that of M. Antonana, J. Makazaga and A. Murua, "Reducing and monitoring
+round-off error propagation for symplectic implicit Runge-Kutta schemes", Numer. Algorithms 76
+(2017): with L_j = h b_j f(Y_j) the stages are Y_i = y + sum mu_ij L_j, where mu_ij = a_ij / b_j
+is rounded so that mu_ij + mu_ji = 1 holds exactly, and y + sum L_j is summed with compensation.
+The iteration starts from the stages of the last step, extrapolated, and goes on until no component
+gets nearer (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with
+implicit Runge-Kutta methods", BIT 48 (2008)): a tolerance would leave errors of one sign.
+
+The stages of a component lie side by side, so that they are one vector of the processor.
+"""
+
+import numpy as np
+
+from ..calls.user_function import RAISED as RAISED_WORD
+from ..jit_options import FUSED, njit
+from ..state.elementwise import fetch, halves, slot
+from ..state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, STAGE, Y_OLD, K, Y
+from ..stepping.fixed import LANDED
+from .stages import (
+    Matrix,
+    follow,
+    keep_increment,
+    keep_increments,
+    predict,
+    refine,
+    stage_times,
+    stage_value,
+)
+
+MAX_ITERATIONS = 100
+SMALL = 1e-6  # changes above this share of a component are not rounding
+STALLS = 2  # iterations without progress after which the changes are what rounding leaves
+MOVING = MAX_ITERATIONS
+
+
+@njit(**FUSED)
+def _patience(change, count, work, row, k, size):
+    """For how many iterations without progress component k must be waited for."""
+    if count == 0:  # there was nothing to compare with
+        return MOVING
+    if change == 0.0:  # for now, perhaps: it may wait for the others
+        return 0
+    if change < work[row, k]:
+        work[row, k] = change
+        return MOVING
+    return MOVING if change > SMALL * size else STALLS
+
+
+def make_step(s, mu, ratio, b, c, nystrom=False, at_once=False):
+    """The step of a method: `mu`, `ratio` (for the prediction) are Matrix, b and c arrays.
+
+    With `nystrom` the equations are q'' = a(t, q) of a state [q, v], and `rhs` is a: each
+    iteration finds the velocities first and the positions from them, which takes half as many.
+    With `at_once` the derivatives of all stages are evaluated on vectors, and `form` is a Form.
+    """
+    INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 3
+    half = s // 2
+    # Positions follow from velocities and velocities from positions: two iterations in one, whose
+    # changes must not be compared, as one of the two may be right by chance at first.
+    turns = 1 if nystrom else 2
+    weights, nodes = Matrix([b]), Matrix([c])
+
+    @njit(**FUSED)
+    def weight(h, i):
+        """h b_i, the outermost two such that all add up to h."""
+        if 0 < i < s - 1:
+            return h * b[i]
+        inner = 0.0
+        for j in range(1, half):
+            inner += h * b[j]
+        return 0.5 * h - inner
+
+    @njit(**FUSED)
+    def refined(work, k, count):
+        change = refine(mu, work, INCREMENTS, STAGES, k, work[Y, k], work[LOW, k])
+        row = CHANGE + count % turns
+        return _patience(change, count, work, row, k, _size(work, STAGES, s, k))
+
+    if nystrom:
+
+        @njit(**FUSED)
+        def sweep(work, h, count):
+            """New stages from the increments; the longest patience that a component needs."""
+            n = work.shape[1]
+            m = n // 2
+            patience = 0
+            for k in range(m, n):
+                patience = max(patience, refined(work, k, count))
+            for k in range(m):
+                follow(weights, work, INCREMENTS, STAGES, k, k + m, h, weight(h, 0))
+                patience = max(patience, refined(work, k, count))
+            return patience
+
+        @njit(**FUSED)
+        def evaluate(rhs, t, h, i, form, work, block):
+            """The increments of stage i from its stage."""
+            part, _ = halves(form)
+            place, _ = halves(slot(form, work, STAGE))
+            target, _ = halves(slot(form, work, SLOPE))
+            u = stage_value(part, place, work, STAGES, mu, i)
+            f = rhs(t + c[i] * h, u, block, target)
+            behind = work.shape[1] // 2 * s  # the velocities' come after the positions'
+            keep_increment(f, work, INCREMENTS, mu, i + behind, weight(h, i))
+
+    else:
+
+        @njit(**FUSED)
+        def sweep(work, h, count):
+            """New stages from the increments; the longest patience that a component needs."""
+            patience = 0
+            for k in range(work.shape[1]):
+                patience = max(patience, refined(work, k, count))
+            return patience
+
+        @njit(**FUSED)
+        def evaluate(rhs, t, h, i, form, work, block):
+            """The increments of stage i from its stage."""
+            u = stage_value(form, slot(form, work, STAGE), work, STAGES, mu, i)
+            f = rhs(t + c[i] * h, u, block, slot(form, work, SLOPE))
+            keep_increment(f, work, INCREMENTS, mu, i, weight(h, i))
+
+    if at_once:
+
+        @njit(**FUSED)
+        def evaluate_all(rhs, t, h, form, work, block):
+            """The increments of all stages; how many were evaluated."""
+            behind = work.shape[1] // 2 if nystrom else 0
+            f = rhs(stage_times(nodes, t, h), fetch(form, work, STAGES), block, None)
+            keep_increments(weights, work, INCREMENTS, behind, f, h, weight(h, 0))
+            return s
+
+    else:
+
+        @njit(**FUSED)
+        def evaluate_all(rhs, t, h, form, work, block):
+            """The increments of all stages; how many were evaluated."""
+            for i in range(s):
+                evaluate(rhs, t, h, i, form, work, block)
+                if block[RAISED_WORD] != 0:
+                    return i + 1
+            return s
+
+    @njit(**FUSED)
+    def step(rhs, t, h, first, form, work, block):
+        """One step from row Y; (status, evaluations)."""
+        n = work.shape[1]
+        for k in range(n):
+            work[CHANGE, k] = work[CHANGE + 1, k] = np.inf
+            if not first:
+                predict(ratio, work, INCREMENTS, k)
+        if first:
+            for i in range(s):
+                keep_increment(slot(None, work, SLOPE), work, INCREMENTS, mu, i, weight(h, i))
+        count = stalls = 0
+        while True:
+            patience = sweep(work, h, count)
+            stalls = 0 if patience == MOVING else stalls + 1
+            if stalls >= patience:
+                break
+            if count == MAX_ITERATIONS:
+                return NOT_CONVERGED, s * count
+            done = evaluate_all(rhs, t, h, form, work, block)
+            if block[RAISED_WORD] != 0:
+                return RAISED, s * count + done
+            count += 1
+        total = 0.0
+        for k in range(n):
+            y = work[Y, k]
+            part = _sum(work, INCREMENTS, s, k) + work[LOW, k]
+            work[Y_OLD, k] = y
+            work[Y, k] = y + part
+            work[LOW, k] = part - (work[Y, k] - y)
+            total += abs(work[Y, k])
+        return (RUNNING if total < np.inf else NON_FINITE), s * count
+
+    return step
+
+
+@njit(**FUSED)
+def _at(work, row, s, k, i):
+    n = work.shape[1]
+    place = row * n + k * s + i
+    return work[place // n, place % n]
+
+
+@njit(**FUSED)
+def _size(work, row, s, k):
+    """How large component k is in this step."""
+    return abs(_at(work, row, s, k, 0)) + abs(_at(work, row, s, k, s - 1))
+
+
+@njit(**FUSED)
+def _sum(work, row, s, k):
+    """The sum of the increments of component k, the smallest weights first."""
+    total = 0.0
+    for i in range(s // 2):
+        total += _at(work, row, s, k, i) + _at(work, row, s, k, s - 1 - i)
+    return total
+
+
+@njit(**FUSED)
+def advance(rhs, step, form, state, work, block, n_steps):
+    """Take at most `n_steps` steps; as `fixed.advance`, for implicit steps."""
+    s = state[0]
+    direction, t_end, t_stop, t_start = s.direction, s.t_end, s.t_stop, s.t_start
+    h = direction * s.h
+    status, taken = RUNNING, 0
+    if direction * (s.t - t_end) >= 0.0:
+        return FINISHED
+    while taken < n_steps:
+        status, evaluations = step(rhs, s.t, h, s.n_accepted == 0, form, work, block)
+        s.n_extra += evaluations
+        if status != RUNNING:
+            break
+        taken += 1
+        s.n_accepted += 1
+        s.t_old = s.t
+        s.t = t_start + s.n_accepted * h
+        if abs(s.t - t_end) <= LANDED * s.h:
+            s.t = t_end
+        if direction * (s.t - t_end) >= 0.0:
+            status = FINISHED
+        if status == FINISHED or direction * (s.t - t_stop) >= 0.0:
+            break
+    return status

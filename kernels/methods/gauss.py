@@ -1,0 +1,144 @@
+"""Gauss4, Gauss8, Gauss16: Gauss-Legendre collocation with 2, 4 and 8 stages; and HBVM.
+
+GaussNystrom8 and 16 are the same methods for q'' = a(t, q), iterated in positions and velocities
+by turns: the same results to rounding in half the time.
+
+Gauss methods are symplectic for every Hamiltonian system y' = f(y), separable or not (J. C.
+Butcher, "Implicit Runge-Kutta processes", Math. Comp. 18 (1964); J. M. Sanz-Serna, "Runge-Kutta
+schemes for Hamiltonian systems", BIT 28 (1988)).
+
+EnergyConserving2 and 4: the average vector field method (G. R. W. Quispel and D. I. McLaren, "A
+new class of energy-preserving numerical integration methods", J. Phys. A 41 (2008)) and the
+Hamiltonian boundary value method HBVM(8, 2) (L. Brugnano, F. Iavernaro and D. Trigiante,
+"Hamiltonian boundary value methods", JNAIAM 5 (2010)), both with the integral taken by Gauss's
+formula of order 16: exact for polynomials of degree 15 along a step, to rounding for smooth
+functions at reasonable steps.
+"""
+
+from decimal import Decimal
+
+import numpy as np
+
+from ..jit_options import FUSED, njit
+from ..state.record import K
+from ..stepping import first_step
+from . import collocation, legendre
+from .collocation import make_step
+from .method import Method
+from .stages import Matrix
+
+N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments and stages; rounding, two changes, slope
+ITERATIONS = 12  # a guess, for the time that a step takes
+
+
+def symplectic(s):
+    """mu_ij = a_ij / b_j, rounded so that mu_ij + mu_ji = 1 holds exactly."""
+    a, (_, b) = legendre.collocation(s), legendre.nodes_and_weights(s)
+    mu = [[0.5] * s for _ in range(s)]
+    for i in range(s):
+        for j in range(i):
+            mu[i][j] = float(a[i][j] / b[j])
+            mu[j][i] = 1.0 - mu[i][j]
+    return mu
+
+
+def energy_conserving(s, order):
+    """mu_ij = sum I_m(c_i) P_m(c_j) over the Legendre polynomials of degree below order / 2.
+
+    Rounded to whole multiples of 2^-52, so that mu_ij + mu_(s+1-i)(s+1-j) = 1 holds exactly: then
+    rounding has no sign, and the energy walks where it would drift.
+    """
+    c, _ = legendre.nodes_and_weights(s)
+    linear = 3 if order == 4 else 0
+    half = [[x + linear * (x * x - x) * (2 * y - 1) for y in c] for x in c[: s // 2]]
+    half = [[float((x * 2**52).to_integral_value()) / 2**52 for x in row] for row in half]
+    return half + [[1.0 - x for x in row[::-1]] for row in half[::-1]]
+
+
+def extrapolation(s):
+    """L of the next step from L of this one: b_i l_j(1 + c_i) / b_j."""
+    e, (_, b) = legendre.extrapolated(s), legendre.nodes_and_weights(s)
+    return [[float(b[i] * e[i][j] / b[j]) for j in range(s)] for i in range(s)]
+
+
+def collocation_polynomial(s):
+    """Rows of the interpolant from the increments, in the form of `dense.py`."""
+    _, b = legendre.nodes_and_weights(s)
+    columns = [
+        [x / b[j] for x in legendre.nested(tuple(legendre.integral(p)))]
+        for j, p in enumerate(legendre.lagrange(s))
+    ]
+    return np.array([[float(x) for x in column] for column in columns]).T
+
+
+def energy_polynomial(s, order):
+    """The same for the energy-conserving methods: a line, or a parabola."""
+    c, _ = legendre.nodes_and_weights(s)
+    rows = [[1.0] * s, [float(3 * (1 - 2 * x)) for x in c]]
+    return np.array(rows[: order // 2])
+
+
+def make_enrich(s, rows):
+    """Fills the rows of the interpolant; 0 evaluations."""
+    rows = np.vstack([rows, np.zeros((max(0, 3 - len(rows)), s))])
+
+    @njit(**FUSED)
+    def enrich(rhs, t, h, work, block, d):
+        n = work.shape[1]
+        for c in range(n):
+            for r in range(len(rows)):
+                total = 0.0
+                for i in range(s):
+                    place = K * n + c * s + i
+                    total += rows[r, i] * work[place // n, place % n]
+                d[1 + r, c] = total
+        return 0
+
+    return enrich
+
+
+def method(name, s, order, mu, rows, nystrom=False):
+    """A Method of this family."""
+    nodes, weights = legendre.nodes_and_weights(s)
+    b, c = (np.array([float(x) for x in values]) for values in (weights, nodes))
+    more = N_ROWS_PER_STAGE * s + N_ROWS_MORE
+    given = s, Matrix(mu), Matrix(extrapolation(s)), b, c, nystrom
+    return Method(
+        name,
+        order=order,
+        error_order=0,
+        n_stages=0,
+        n_rows=more,
+        last=more - 1,
+        advance=collocation.advance,
+        step=make_step(*given),
+        at_once=(s, make_step(*given, at_once=True)),
+        arguments=(),
+        start=first_step.second_order if nystrom else first_step.plain,
+        n_dense=max(3, len(rows)),
+        enrich=make_enrich(s, rows),
+        dense_order=len(rows),
+        second_order=nystrom,
+        projects=False,
+        cost=s * ITERATIONS,
+        tableau={"mu": mu, "b": tuple(map(Decimal, weights)), "c": nodes},
+    )
+
+
+GAUSS = tuple(
+    method(f"Gauss{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s)) for s in (2, 4, 8)
+)
+NYSTROM = tuple(
+    method(f"GaussNystrom{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s), True)
+    for s in (4, 8)
+)
+ENERGY_CONSERVING = tuple(
+    method(
+        f"EnergyConserving{order}",
+        8,
+        order,
+        energy_conserving(8, order),
+        energy_polynomial(8, order),
+    )
+    for order in (2, 4)
+)

@@ -1,0 +1,1 @@
+"""What a step leaves behind: interpolants, events, extrema, invariants."""

@@ -1,0 +1,69 @@
+"""Where an event function crosses zero inside a step: Brent's method.
+
+R. P. Brent, "Algorithms for Minimization without Derivatives" (1973), chapter 4.
+"""
+
+from ..calls.user_function import RAISED, call, word
+from ..jit_options import BARE, njit
+from .dense_output import polynomial
+
+TOLERANCE = 4 * 2.220446049250313e-16  # absolute and relative, as SciPy's
+N_ITERATIONS = 100
+
+
+@njit(**BARE)
+def value(event, d, t_old, h, t, y, out):
+    """The event function on the interpolant, at time t; y and out are scratch rows."""
+    polynomial(d, (t - t_old) / h, y)
+    call(event, t, y, out)
+    return out[0]
+
+
+@njit(**BARE)
+def crossing(event, d, t_from, t_new, t_old, h, y, out):
+    """A time in [t_from, t_new] at which the event function is zero.
+
+    `event` is the address of the function's block; the polynomial d begins at t_old and belongs
+    to a step of h.  A function that does not change its sign
+    between the ends (a step so short that the ends coincide, say) gives `t_new`.
+    """
+    a, b = t_from, t_new
+    fa, fb = value(event, d, t_old, h, a, y, out), value(event, d, t_old, h, b, y, out)
+    if fa == 0.0:
+        return a
+    if fb == 0.0 or (fa > 0.0) == (fb > 0.0):
+        return b
+    c, fc = a, fa
+    step = previous = b - a
+    for _ in range(N_ITERATIONS):
+        if abs(fc) < abs(fb):  # keep the best point in b, its bracket in c
+            a, b, c = b, c, b
+            fa, fb, fc = fb, fc, fb
+        tolerance = 0.5 * (TOLERANCE + TOLERANCE * abs(b))
+        middle = 0.5 * (c - b)
+        if fb == 0.0 or abs(middle) <= tolerance or word(event, RAISED) != 0:
+            break
+        if abs(previous) < tolerance or abs(fa) <= abs(fb):
+            step = previous = middle
+        else:
+            s = fb / fa
+            if a == c:  # secant
+                p, q = 2.0 * middle * s, 1.0 - s
+            else:  # inverse quadratic
+                u, v = fa / fc, fb / fc
+                p = s * (2.0 * middle * u * (u - v) - (b - a) * (v - 1.0))
+                q = (u - 1.0) * (v - 1.0) * (s - 1.0)
+            if p > 0.0:
+                q = -q
+            p = abs(p)
+            if 2.0 * p < min(3.0 * middle * q - abs(tolerance * q), abs(previous * q)):
+                previous, step = step, p / q
+            else:
+                step = previous = middle
+        a, fa = b, fb
+        b += step if abs(step) > tolerance else (tolerance if middle > 0.0 else -tolerance)
+        fb = value(event, d, t_old, h, b, y, out)
+        if (fb > 0.0) == (fc > 0.0):
+            c, fc = a, fa
+            step = previous = b - a
+    return b

@@ -1,0 +1,42 @@
+"""Dense output: one polynomial a step, in the form of Hairer, Norsett and Wanner (II.6).
+
+With x = (t - t_old) / h in [0, 1],
+
+    y(x) = y_old + x (F0 + (1 - x) (F1 + x (F2 + (1 - x) (F3 + ...)))).
+
+F0, F1, F2 make the cubic Hermite polynomial of the two ends and are the same for every method;
+a method of higher order adds rows.  Both ends of the step are met to round-off.
+"""
+
+from ..jit_options import BARE, FUSED, njit
+from ..state.record import Y_OLD, K, Y
+
+F = 1  # rows of `d`: y_old, then F0, F1, ...
+
+
+@njit(**BARE)
+def hermite(h, last, work, d):
+    """Fill y_old, F0, F1 and F2 in the rows of d; stages 0 and `last` are the slopes."""
+    for i in range(d.shape[1]):
+        rise = work[Y, i] - work[Y_OLD, i]
+        first, final = work[K, i], work[K + last, i]
+        d[0, i] = work[Y_OLD, i]
+        d[F, i] = rise
+        d[F + 1, i] = h * first - rise
+        d[F + 2, i] = 2.0 * rise - h * (final + first)
+
+
+@njit(**BARE)
+def polynomial(d, x, out):
+    """The value at x in [0, 1], written to `out` of length n."""
+    for i in range(d.shape[1]):
+        total = 0.0
+        for j in range(d.shape[0] - 1, 0, -1):
+            total = (d[j, i] + total) * (x if (j - F) % 2 == 0 else 1.0 - x)
+        out[i] = d[0, i] + total
+
+
+@njit(**FUSED)
+def cubic(rhs, t, h, work, block, d):
+    """Nothing to add: the interpolant is the Hermite cubic; 0 evaluations."""
+    return 0

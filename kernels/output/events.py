@@ -1,0 +1,105 @@
+"""Events: functions whose sign is watched, and where in a step it changes."""
+
+import numpy as np
+
+from ..calls.user_function import RAISED, call, word
+from ..jit_options import BARE, njit
+from ..state.record import RAISED as RAISED_STATUS
+from ..state.record import RUNNING
+from .brent import crossing
+from .dense_output import polynomial
+
+# One per event function.
+EVENTS = np.dtype(
+    [
+        ("block", "i8"),  # address of the function's block
+        ("g", "f8"),  # value at the last step
+        ("g_new", "f8"),
+        ("root", "f8"),  # where it crossed in this step
+        ("direction", "f8"),
+        ("count", "i8"),
+        ("limit", "i8"),  # stop at this many; 0 means never
+        ("active", "i8"),  # crossed in this step
+    ]
+)
+
+
+@njit(**BARE)
+def evaluate_all(events, t, y, scratch):
+    """g_new of each event; False if one raised."""
+    for i in range(len(events)):
+        call(events[i].block, t, y, scratch)
+        if word(events[i].block, RAISED) != 0:
+            return False
+        events[i].g_new = scratch[0]
+    return True
+
+
+@njit(**BARE)
+def open_events(events, t, y, scratch):
+    """The values at the start, before the first step."""
+    if not evaluate_all(events, t, y, scratch):
+        return RAISED_STATUS
+    for i in range(len(events)):
+        events[i].g = events[i].g_new
+    return RUNNING
+
+
+@njit(**BARE)
+def leave_zero(events, t, y, scratch):
+    """At the start of a leg: an event that is exactly zero, and counted, is looked at anew."""
+    for i in range(len(events)):
+        e = events[i]
+        if e.g == 0.0:
+            call(e.block, t, y, scratch)
+            if word(e.block, RAISED) != 0:
+                return False
+            e.g = scratch[0]
+    return True
+
+
+@njit(**BARE)
+def find_active(events):
+    """Mark the events that changed sign in their direction; the number of them."""
+    n = 0
+    for i in range(len(events)):
+        e = events[i]
+        up = e.g <= 0.0 and e.g_new >= 0.0
+        down = e.g >= 0.0 and e.g_new <= 0.0
+        wanted = (up and e.direction >= 0.0) or (down and e.direction <= 0.0)
+        e.active = 1 if wanted else 0
+        n += e.active
+        e.g = e.g_new
+    return n
+
+
+@njit(**BARE)
+def locate(events, d, t_from, t, t_old, h, direction, scratch):
+    """Root of each active event in [t_from, t]; index of the first one to end the run, or -1."""
+    first = -1
+    for i in range(len(events)):
+        e = events[i]
+        if e.active:
+            e.root = crossing(e.block, d, t_from, t, t_old, h, scratch[0], scratch[1])
+            e.count += 1
+            if e.limit > 0 and e.count >= e.limit:
+                if first < 0 or direction * (e.root - events[first].root) < 0.0:
+                    first = i
+    return first
+
+
+@njit(**BARE)
+def record(events, final, d, t_old, h, direction, e_index, e_t, e_y, n):
+    """Store the active events, none later than the final one; the new count."""
+    for i in range(len(events)):
+        e = events[i]
+        if not e.active:
+            continue
+        if final >= 0:
+            later = direction * (e.root - events[final].root)
+            if later > 0.0 or (later == 0.0 and i > final):
+                continue
+        e_index[n], e_t[n] = i, e.root
+        polynomial(d, (e.root - t_old) / h, e_y[n])
+        n += 1
+    return n

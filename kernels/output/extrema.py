@@ -1,0 +1,113 @@
+"""The largest and the smallest value of each component along a trajectory, and when.
+
+Both are those of the interpolant.  Few steps need a look at it: a maximum lies inside a step only
+if the slope changes its sign there, and lies below the mean of the tangents of both ends at the
+middle of the step, which is compared first, in all lanes at once.
+"""
+
+from llvmlite import ir
+from numba.extending import intrinsic
+
+from ..jit_options import BARE, njit
+from ..state.elementwise import constant
+from ..state.record import Y
+from ..vector.number import FUSE, Mask
+
+MAX, T_MAX, MIN, T_MIN = range(4)  # rows of the result
+N_ITERATIONS = 60
+TOLERANCE = 1e-14  # of the place in a step, as a share of it
+
+
+@intrinsic
+def turning(typingctx, h, y, y_new, k, k_new, tops, lows):
+    """Lanes in which a component may exceed `tops` or fall below `lows` inside the step."""
+    mask = Mask(h.width)
+
+    def codegen(context, builder, signature, args):
+        kind = args[0].type
+        zero = constant(kind, 0)
+        found = ir.Constant(context.get_value_type(mask), None)
+
+        def all_of(*conditions):
+            both = conditions[0]
+            for condition in conditions[1:]:
+                both = builder.and_(both, condition)
+            return both
+
+        for i in range(len(y)):
+            a, b, f, g, top, low = (builder.extract_value(v, i) for v in args[1:])
+            rise, fall = builder.fmul(args[0], f), builder.fmul(args[0], g)
+            middle = builder.fmul(constant(kind, 0.5), builder.fadd(a, b), flags=FUSE)
+            bend = builder.fmul(constant(kind, 0.25), builder.fsub(rise, fall), flags=FUSE)
+            bound = builder.fadd(middle, bend, flags=FUSE)
+            over = all_of(
+                builder.fcmp_ordered(">=", rise, zero),
+                builder.fcmp_ordered("<=", fall, zero),
+                builder.fcmp_ordered(">", bound, top),
+            )
+            under = all_of(
+                builder.fcmp_ordered("<=", rise, zero),
+                builder.fcmp_ordered(">=", fall, zero),
+                builder.fcmp_ordered("<", bound, low),
+            )
+            found = builder.or_(found, builder.or_(over, under))
+        return found
+
+    return mask(h, y, y_new, k, k_new, tops, lows), codegen
+
+
+@njit(**BARE)
+def _value_and_slope(d, i, x):
+    """Component i of the polynomial of `dense`, and its derivative by x."""
+    total, slope = 0.0, 0.0
+    for j in range(d.shape[0] - 1, 0, -1):
+        total += d[j, i]
+        if (j - 1) % 2 == 0:
+            slope = slope * x + total
+            total *= x
+        else:
+            slope = slope * (1.0 - x) - total
+            total *= 1.0 - x
+    return d[0, i] + total, slope
+
+
+@njit(**BARE)
+def _turn(d, i, a, b, fa, fb):
+    """Where in [a, b] the slope is zero: regula falsi, with Illinois' halving."""
+    for _ in range(N_ITERATIONS):
+        x = (a * fb - b * fa) / (fb - fa)
+        if abs(b - a) <= TOLERANCE or x == a or x == b:
+            break
+        fx = _value_and_slope(d, i, x)[1]
+        if fx == 0.0:
+            break
+        if (fx > 0.0) == (fb > 0.0):
+            fa *= 0.5
+        else:
+            a, fa = b, fb
+        b, fb = x, fx
+    return x
+
+
+@njit(**BARE)
+def note_state(best, t, work):
+    """Compare with the state in row Y at time t."""
+    for i in range(best.shape[1]):
+        if not work[Y, i] <= best[MAX, i]:
+            best[MAX, i], best[T_MAX, i] = work[Y, i], t
+        if not work[Y, i] >= best[MIN, i]:
+            best[MIN, i], best[T_MIN, i] = work[Y, i], t
+
+
+@njit(**BARE)
+def note_step(best, d, t_old, h, x_end):
+    """Compare with what the interpolant d of a step does between its start and x_end."""
+    for i in range(best.shape[1]):
+        fa, fb = _value_and_slope(d, i, 0.0)[1], _value_and_slope(d, i, x_end)[1]
+        if fa * fb < 0.0:
+            x = _turn(d, i, 0.0, x_end, fa, fb)
+            value = _value_and_slope(d, i, x)[0]
+            if value > best[MAX, i]:
+                best[MAX, i], best[T_MAX, i] = value, t_old + x * h
+            if value < best[MIN, i]:
+                best[MIN, i], best[T_MIN, i] = value, t_old + x * h

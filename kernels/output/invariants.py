@@ -1,0 +1,129 @@
+"""The loop of a drift study: steps, invariants, and their statistics in constant memory."""
+
+import numpy as np
+
+from ..calls.user_function import RAISED, call, word
+from ..calls.words import invoke
+from ..jit_options import BARE, njit
+from ..state.elementwise import slot
+from ..state.record import FINISHED, RUNNING, Y
+from ..state.record import RAISED as RAISED_STATUS
+
+# One per invariant: where its function is, and the statistics of (value - start) / scale.
+INVARIANT = np.dtype(
+    [
+        ("block", "i8"),  # address of the function's block
+        ("start", "f8"),
+        ("scale", "f8"),
+        ("max", "f8"),  # largest size so far
+        ("sum", "f8"),
+        ("sum_sq", "f8"),
+        ("bin_sum", "f8"),
+        ("bin_min", "f8"),
+        ("bin_max", "f8"),
+    ]
+)
+
+SURVEY = np.dtype(
+    [
+        ("every", "i8"),  # steps between two looks
+        ("n", "i8"),  # looks so far
+        ("bin_n", "i8"),  # looks in this bin
+        ("i_bin", "i8"),
+    ]
+)
+
+
+@njit(**BARE)
+def _clear(invariants):
+    for i in range(len(invariants)):
+        q = invariants[i]
+        q.bin_sum, q.bin_min, q.bin_max = 0.0, np.inf, -np.inf
+
+
+@njit(**BARE)
+def _look(invariants, t, y, scratch):
+    """Evaluate every invariant; False if one raised."""
+    for i in range(len(invariants)):
+        q = invariants[i]
+        call(q.block, t, y, scratch)
+        if word(q.block, RAISED) != 0:
+            return False
+        change = (scratch[0] - q.start) / q.scale
+        size = abs(change)
+        if not size <= q.max:  # NaN counts
+            q.max = size
+        q.sum += change
+        q.sum_sq += change * change
+        q.bin_sum += change
+        q.bin_min, q.bin_max = min(q.bin_min, change), max(q.bin_max, change)
+    return True
+
+
+@njit(**BARE)
+def open_survey(invariants, t, y, scratch):
+    """The values at the start."""
+    for i in range(len(invariants)):
+        q = invariants[i]
+        call(q.block, t, y, scratch)
+        if word(q.block, RAISED) != 0:
+            return RAISED_STATUS
+        q.start = scratch[0]
+        q.scale = abs(q.start) if q.start != 0.0 else 1.0
+    _clear(invariants)
+    return RUNNING
+
+
+@njit(**BARE)
+def survey(
+    advance, state, work, block, record, invariants, edges, bins, t_bins, y_bins, scratch, n
+):
+    """Take about `n` steps by the kernel at address `advance`, looking every few steps.
+
+    Parameters
+    ----------
+    record : array
+        One of SURVEY.
+    invariants : array
+        INVARIANT records.
+    edges : array, shape (n_bins,)
+        Time at which each bin ends.
+    bins : array, shape (n_invariants, 3, n_bins)
+        Mean, minimum and maximum of each bin.
+    t_bins, y_bins : arrays, shapes (n_bins,), (n_bins, n)
+        Time and state at the end of each bin.
+    scratch : array, shape (1,)
+
+    Returns
+    -------
+    int
+        RUNNING, FINISHED, or a failure of the steps or of a function.
+    """
+    s, r = state[0], record[0]
+    while n > 0:
+        before = s.n_accepted
+        status = invoke(advance, (state, work, block, r.every))
+        if status > FINISHED or s.n_accepted == before:
+            return status
+        n -= r.every
+        y = slot(None, work, Y)
+        if not _look(invariants, s.t, y, scratch):
+            return RAISED_STATUS
+        r.n += 1
+        r.bin_n += 1
+        last = len(edges) - 1
+        if status == FINISHED or s.direction * (s.t - edges[min(r.i_bin, last)]) >= 0.0:
+            if r.i_bin <= last:
+                for i in range(len(invariants)):
+                    q = invariants[i]
+                    bins[i, 0, r.i_bin] = q.bin_sum / r.bin_n
+                    bins[i, 1, r.i_bin], bins[i, 2, r.i_bin] = q.bin_min, q.bin_max
+                t_bins[r.i_bin] = s.t
+                for j in range(len(y)):
+                    y_bins[r.i_bin, j] = y[j]
+                r.i_bin += 1
+                r.bin_n = 0
+                _clear(invariants)
+        if status == FINISHED:
+            return status
+    return RUNNING

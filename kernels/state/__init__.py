@@ -1,0 +1,1 @@
+"""The records and rows that a solve consists of."""

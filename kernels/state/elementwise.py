@@ -1,0 +1,258 @@
+"""The one place that knows how a value of the state is stored.
+
+A value is a tuple of numbers (small n: the compiler keeps it in registers), a row of the work
+array (any n), or a tuple of vectors, each with one component of several states.  The functions here
+are written as LLVM code generators, so that a step written with them is straight-line code for a
+tuple and one loop for a row, with the same operations on each component in the same order: both
+give the same bits.  On vectors, a product and a sum may be fused to one rounding.
+
+Everywhere `out` is the row that receives the result, or None for tuples.
+"""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+from ..vector.number import FUSE, Vector
+
+ROW = types.Array(types.float64, 1, "C")
+
+
+def length_of(context, builder, ty, value):
+    return builder.extract_value(arrayobj.make_array(ty)(context, builder, value).shape, 0)
+
+
+def data_of(context, builder, ty, value):
+    return arrayobj.make_array(ty)(context, builder, value).data
+
+
+def view(context, builder, pointer, n):
+    """A C-contiguous float64 array over borrowed memory."""
+    array = arrayobj.make_array(ROW)(context, builder)
+    size = context.get_constant(types.intp, 8)
+    arrayobj.populate_array(
+        array, data=pointer, shape=[n], strides=[size], itemsize=size, meminfo=None
+    )
+    return array._getvalue()
+
+
+def map_components(context, builder, outs, operands, body):
+    """Write the results of body(builder, [component of each operand]) for each component.
+
+    `outs` and `operands` are lists of (type, value); the body returns one result for each of the
+    outs.  Returns a list of tuple values or the rows `outs`.
+    """
+    ty, value = operands[0]
+    if isinstance(ty, types.BaseTuple):
+        results = [
+            body(builder, [builder.extract_value(v, i) for _, v in operands])
+            for i in range(len(ty))
+        ]
+        return [context.make_tuple(builder, ty, part) for part in zip(*results, strict=True)]
+    pointers = [data_of(context, builder, t, v) for t, v in operands]
+    targets = [data_of(context, builder, *out) for out in outs]
+    with cgutils.for_range(builder, length_of(context, builder, ty, value)) as loop:
+        components = [builder.load(builder.gep(p, [loop.index])) for p in pointers]
+        for result, target in zip(body(builder, components), targets, strict=True):
+            builder.store(result, builder.gep(target, [loop.index]))
+    return [value for _, value in outs]
+
+
+def _map(context, builder, out, operands, body):
+    """The same for one result."""
+    one = map_components(context, builder, [out], operands, lambda b, c: (body(b, c),))
+    return one[0]
+
+
+def _flags(kind):
+    return FUSE if isinstance(kind, ir.VectorType) else ()
+
+
+def constant(kind, a):
+    """The number `a` as a component of LLVM type `kind`."""
+    if isinstance(kind, ir.VectorType):
+        return ir.Constant(kind, [float(a)] * kind.count)
+    return ir.Constant(kind, float(a))
+
+
+def _weighted(builder, exact, components):
+    """sum(a * k) over the nonzero a, left to right."""
+    total = None
+    for a, k in zip(exact, components, strict=True):
+        if a != 0:
+            flags = _flags(k.type)
+            term = builder.fmul(constant(k.type, a), k, flags=flags)
+            total = term if total is None else builder.fadd(total, term, flags=flags)
+    return total
+
+
+def element(value):
+    """Type of one component of a value."""
+    return value.dtype if isinstance(value, types.BaseTuple) else types.float64
+
+
+def factor(value):
+    """Type of a number that multiplies the components of a value."""
+    return element(value) if isinstance(element(value), Vector) else types.float64
+
+
+@intrinsic
+def combine(typingctx, out, y, h, row, k):
+    """y + h * sum(a_i k_i)."""
+    if len(row.exact) != len(k):
+        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+
+    def codegen(context, builder, signature, args):
+        _, _, step, _, stages = args
+        stages = [(t, builder.extract_value(stages, i)) for i, t in enumerate(k)]
+        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        exact = [a for a, _ in used]
+
+        def body(builder, c):
+            flags = _flags(c[0].type)
+            rise = builder.fmul(step, _weighted(builder, exact, c[1:]), flags=flags)
+            return builder.fadd(c[0], rise, flags=flags)
+
+        return _map(context, builder, (out, args[0]), [(y, args[1]), *(s for _, s in used)], body)
+
+    return y(out, y, factor(y), row, k), codegen
+
+
+@intrinsic
+def weigh(typingctx, out, h, row, k):
+    """h * sum(a_i k_i)."""
+    if len(row.exact) != len(k):
+        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+
+    def codegen(context, builder, signature, args):
+        stages = [(t, builder.extract_value(args[3], i)) for i, t in enumerate(k)]
+        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        exact = [a for a, _ in used]
+
+        def body(builder, c):
+            return builder.fmul(args[1], _weighted(builder, exact, c), flags=_flags(c[0].type))
+
+        return _map(context, builder, (out, args[0]), [s for _, s in used], body)
+
+    return k[0](out, factor(k[0]), row, k), codegen
+
+
+@intrinsic
+def assign(typingctx, out, value):
+    """A copy of `value` in `out`; a tuple is its own copy."""
+
+    def codegen(context, builder, signature, args):
+        return _map(context, builder, (out, args[0]), [(value, args[1])], lambda b, c: c[0])
+
+    return value(out, value), codegen
+
+
+def _row_pointer(context, builder, ty, work, index, number=types.float64):
+    """Where a row of numbers of this type begins."""
+    array = arrayobj.make_array(ty)(context, builder, work)
+    row = builder.gep(array.data, [builder.mul(index, builder.extract_value(array.shape, 1))])
+    return builder.bitcast(row, context.get_value_type(number).as_pointer())
+
+
+def load(builder, pointer):
+    value = builder.load(pointer)
+    value.align = 8  # of vectors too: rows are not laid out for them
+    return value
+
+
+def _row(context, builder, ty, work, index):
+    n = builder.extract_value(arrayobj.make_array(ty)(context, builder, work).shape, 1)
+    return view(context, builder, _row_pointer(context, builder, ty, work, index), n)
+
+
+@intrinsic
+def slot(typingctx, form, work, index):
+    """Row `index` of `work` as the place for a result; None when values are tuples."""
+    if isinstance(form, types.NoneType):
+        return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
+    return types.none(form, work, types.intp), lambda c, *_: c.get_dummy_value()
+
+
+@intrinsic
+def fetch(typingctx, form, work, index):
+    """Row `index` of `work` as a value.
+
+    `form` is None for the row itself, a tuple of n numbers, or a `form.Form`.
+    """
+    if isinstance(form, types.NoneType):
+        return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
+
+    value = form if isinstance(form, types.BaseTuple) else form.value
+
+    def codegen(context, builder, signature, args):
+        pointer = _row_pointer(context, builder, work, args[1], args[2], value.dtype)
+        parts = [load(builder, cgutils.gep(builder, pointer, i)) for i in range(len(value))]
+        return context.make_tuple(builder, value, parts)
+
+    return value(form, work, types.intp), codegen
+
+
+@intrinsic
+def keep(typingctx, work, index, values):
+    """Leave a tuple of values in consecutive rows of `work`, from `index` on.
+
+    Rows are written in place by whoever computes them, so only tuples need storing.
+    """
+    signature = types.none(work, types.intp, values)
+    if values[0] == ROW:
+        return signature, lambda context, *_: context.get_dummy_value()
+
+    def codegen(context, builder, signature, args):
+        for j, ty in enumerate(values):
+            row = builder.add(args[1], ir.Constant(args[1].type, j))
+            pointer = _row_pointer(context, builder, work, args[0], row, ty.dtype)
+            value = builder.extract_value(args[2], j)
+            for i in range(len(ty)):
+                part = builder.extract_value(value, i)
+                builder.store(part, cgutils.gep(builder, pointer, i)).align = 8
+        return context.get_dummy_value()
+
+    return signature, codegen
+
+
+@intrinsic
+def halves(typingctx, value):
+    """The two halves of a value, (q, v) of a state [q, v]; (None, None) of no place."""
+    if isinstance(value, types.NoneType):
+        none = types.Tuple((types.none, types.none))
+        return none(value), lambda c, b, s, a: c.make_tuple(b, none, [c.get_dummy_value()] * 2)
+    if value == ROW:
+        pair = types.UniTuple(ROW, 2)
+
+        def split(context, builder, signature, args):
+            array = arrayobj.make_array(ROW)(context, builder, args[0])
+            m = builder.lshr(builder.extract_value(array.shape, 0), ir.Constant(ir.IntType(64), 1))
+            parts = [array.data, builder.gep(array.data, [m])]
+            return context.make_tuple(builder, pair, [view(context, builder, p, m) for p in parts])
+
+        return pair(value), split
+    m = len(value) // 2
+    half = types.UniTuple(value.dtype, m)
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(args[0], i) for i in range(2 * m)]
+        both = [context.make_tuple(builder, half, p) for p in (parts[:m], parts[m:])]
+        return context.make_tuple(builder, signature.return_type, both)
+
+    return types.UniTuple(half, 2)(value), codegen
+
+
+@intrinsic
+def join(typingctx, out, first, second):
+    """The value [first, second]; the halves of the row `out` are in place already."""
+    if first == ROW:
+        return ROW(out, first, second), lambda c, b, s, a: a[0]
+    whole = types.UniTuple(first.dtype, len(first) + len(second))
+
+    def codegen(context, builder, signature, args):
+        parts = [builder.extract_value(v, i) for v in args[1:] for i in range(len(first))]
+        return context.make_tuple(builder, whole, parts)
+
+    return whole(out, first, second), codegen

@@ -1,0 +1,1 @@
+"""The loops over steps, and the choice of their size."""

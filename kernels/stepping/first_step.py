@@ -1,0 +1,101 @@
+"""Before the first step: the derivative at t_start and the size of the step to try.
+
+A start kernel is ``start(state, work, block, order, last)``.  It leaves the derivative in row
+K + last, where the loops expect it, and the step in ``state.h`` unless the caller put one there.
+It returns RUNNING, RAISED, or NON_FINITE if the derivative is not finite.
+"""
+
+import numpy as np
+
+from ..calls.user_function import RAISED as RAISED_WORD
+from ..calls.user_function import by_pointer
+from ..jit_options import BARE, njit
+from ..state.elementwise import halves, slot
+from ..state.record import ATOL, NON_FINITE, RAISED, RTOL, RUNNING, STAGE, K, Y
+
+
+@njit(**BARE)
+def plain(state, work, block, order, last):
+    """The derivative alone, for a step size that is given."""
+    s = state[0]
+    f = by_pointer(s.t, slot(None, work, Y), block, slot(None, work, K + last))
+    s.n_extra += 1
+    if block[RAISED_WORD] != 0:
+        return RAISED
+    for i in range(len(f)):
+        if not np.isfinite(f[i]):
+            return NON_FINITE
+    return RUNNING
+
+
+@njit(**BARE)
+def second_order(state, work, block, order, last):
+    """The derivative [v, a] of a state [q, v], from the acceleration alone."""
+    s = state[0]
+    q, v = halves(slot(None, work, Y))
+    rate, a = halves(slot(None, work, K + last))
+    by_pointer(s.t, q, block, a)
+    s.n_extra += 1
+    for i in range(len(v)):
+        rate[i] = v[i]
+    if block[RAISED_WORD] != 0:
+        return RAISED
+    return RUNNING if np.all(np.isfinite(a)) else NON_FINITE
+
+
+@njit(**BARE)
+def _scaled_rms(values, work):
+    total = 0.0
+    for i in range(len(values)):
+        x = values[i] / (work[ATOL, i] + abs(work[Y, i]) * work[RTOL, i])
+        total += x * x
+    return np.sqrt(total / len(values))
+
+
+@njit(**BARE)
+def hairer(state, work, block, order, last):
+    """The first step of Hairer, Norsett and Wanner, section II.4: one more evaluation."""
+    status = plain(state, work, block, order, last)
+    s = state[0]
+    if status != RUNNING or s.h > 0.0:
+        return status
+    span = abs(s.t_end - s.t)
+    if span == 0.0:
+        return status
+    y, f, u = slot(None, work, Y), slot(None, work, K + last), slot(None, work, STAGE)
+    size, slope = _scaled_rms(y, work), _scaled_rms(f, work)
+    h = 1e-6 if size < 1e-5 or slope < 1e-5 else 0.01 * size / slope
+    h = min(h, span)
+    for i in range(len(y)):
+        u[i] = y[i] + h * s.direction * f[i]
+    probe = by_pointer(s.t + h * s.direction, u, block, slot(None, work, K))
+    s.n_extra += 1
+    if block[RAISED_WORD] != 0:
+        return RAISED
+    for i in range(len(y)):
+        probe[i] -= f[i]
+    curvature = _scaled_rms(probe, work) / h
+    if slope <= 1e-15 and curvature <= 1e-15:
+        longer = max(1e-6, h * 1e-3)
+    else:
+        longer = (0.01 / (curvature if curvature > slope else slope)) ** (1.0 / (order + 1.0))
+    s.h = min(min(100.0 * h, longer), min(span, s.h_max))
+    return status
+
+
+@njit(**BARE)
+def matlab(state, work, block, order, last):
+    """The first step of ode45: a tenth of the span at most, from the slope; no evaluation."""
+    status = plain(state, work, block, order, last)
+    s = state[0]
+    if status != RUNNING:
+        return status
+    rtol, span = work[RTOL, 0], abs(s.t_end - s.t)
+    h = min(s.h_max, span) if s.h <= 0.0 else min(s.h, s.h_max)
+    steepest = 0.0
+    for i in range(work.shape[1]):
+        floor = work[ATOL, i] / work[RTOL, i]
+        steepest = max(steepest, abs(work[K + last, i]) / max(abs(work[Y, i]), floor))
+    steepest /= 0.8 * rtol ** (1.0 / (order + 1.0))
+    s.h = 1.0 / steepest if h * steepest > 1.0 else h
+    return status

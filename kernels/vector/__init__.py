@@ -1,0 +1,1 @@
+"""Vectors of numbers as a number type, and their elementary functions."""
