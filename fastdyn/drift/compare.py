@@ -21,7 +21,7 @@ class Comparison(dict):
 
     def plot(self, **options):
         """All studies in one figure, see `plot_drift.plot_studies`."""
-        from fastdyn.plot.drift import plot_studies
+        from fastdyn.plot.studies import plot_studies
 
         return plot_studies(self, **options)
 

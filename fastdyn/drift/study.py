@@ -102,7 +102,7 @@ class Study:
 
     def plot(self, **options):
         """Drift against time, with its guides; see `plot_studies`."""
-        from fastdyn.plot.drift import plot_studies
+        from fastdyn.plot.studies import plot_studies
 
         return plot_studies({self.method: self}, **options)
 
