@@ -147,8 +147,8 @@ def by_study(fun):
 @pytest.mark.parametrize("solve", [by_solver, by_ensemble, by_study])
 def test_a_run_that_gave_up_goes_on_in_python(solve, monkeypatch):
     for name, empty in (
-        ("adapt._refused", {}),
-        ("adapt._functions", {}),
+        ("compile.user_function._refused", {}),
+        ("compile.user_function._functions", {}),
         ("refusal._warned", set()),
     ):
         monkeypatch.setattr(f"fastdyn.{name}", empty)

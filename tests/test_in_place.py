@@ -123,7 +123,7 @@ def seen(monkeypatch, tmp_path):
 
     monkeypatch.setattr("fastdyn.compile.ir.rewrite.return_in_place", spy)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
-    monkeypatch.setattr("fastdyn.compile.bind._functions", {})
+    monkeypatch.setattr("fastdyn.compile.user_function._functions", {})
     return counts
 
 

@@ -3,12 +3,8 @@
 import dataclasses
 from typing import NamedTuple
 
-import numpy as np
-
 from fastdyn.compile.diagnostics import Uncompilable
 from fastdyn.compile.unwrap import Y, parts_of
-
-TIMES = ("max_time", "min_time", "first_event")  # reductions that are times
 
 
 class Label(NamedTuple):
@@ -43,13 +39,3 @@ def argument_labels(fun, args, system):
     code, first = parts.function.__code__, parts.positional.index(Y) + 1
     written = code.co_varnames[first : code.co_argcount]
     return [Label(name) for name in [*written, *names[len(written) :]][: len(args)]]
-
-
-def varied(trajectories):
-    """What tells the trajectories apart: (Label, values) of parameters, and of initial states."""
-    labels = trajectories.argument_labels
-    parameters = [(labels[j], column) for j, column in trajectories.parameters.items()]
-    y0 = trajectories.y0
-    differ = np.flatnonzero((y0 != y0[:1]).any(axis=0))
-    starts = [label._replace(name=f"{label.name} at the start") for label in trajectories.labels]
-    return parameters, [(starts[i], y0[:, i]) for i in differ]
