@@ -149,7 +149,7 @@ def test_a_run_that_gave_up_goes_on_in_python(solve, monkeypatch):
     for name, empty in (
         ("compile.user_function._refused", {}),
         ("compile.user_function._functions", {}),
-        ("refusal._warned", set()),
+        ("compile.diagnostics._warned", set()),
     ):
         monkeypatch.setattr(f"fastdyn.{name}", empty)
     expected = outcome(scipy.integrate.solve_ivp, factorial_later)[0]

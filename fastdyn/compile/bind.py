@@ -16,7 +16,7 @@ from .diagnostics import GaveUp, Uncompilable, warn_once
 from .parameters import pack
 from .python_callback import Callback
 from .unwrap import parts_of
-from .user_function import Function, _functions, _refused, compiled_function
+from .user_function import Function, compiled_function, leave_to_python
 
 
 class Bound(NamedTuple):
@@ -93,16 +93,6 @@ def or_in_python(solve):
             return solve()
         except GaveUp as reason:
             leave_to_python(reason)
-
-
-def leave_to_python(reason):
-    """Let the function that gave up run in Python from now on, and say so when it is bound."""
-    function = reason.bound.function
-    keys = [key for key, (known, _) in _functions.items() if known is function]
-    if not keys:
-        raise RuntimeError(f"{reason}, and there is no Python form of it.")
-    for key in keys:
-        _refused[key] = (str(reason), _functions.pop(key)[1])
 
 
 def pack_all(kinds, block, alive):

@@ -197,3 +197,13 @@ def outside_kind(value):
     if isinstance(value, float | complex | np.ndarray | np.floating | np.complexfloating | list):
         return kind(value, frozen)
     return Constant(frozen(value), value)
+
+
+def leave_to_python(reason):
+    """Let the function that gave up run in Python from now on, and say so when it is bound."""
+    function = reason.bound.function
+    keys = [key for key, (known, _) in _functions.items() if known is function]
+    if not keys:
+        raise RuntimeError(f"{reason}, and there is no Python form of it.")
+    for key in keys:
+        _refused[key] = (str(reason), _functions.pop(key)[1])
