@@ -7,184 +7,25 @@ import warnings
 import numpy as np
 import pytest
 import scipy.integrate
-from numba import njit
-from support.rounding import spread
 
 import fastdyn
-
-STIFFNESS = 2.0
-MATRIX = np.array([[0.0, 1.0], [-2.0, 0.0]])
-
-
-class Settings:
-    k = 2.0
-
-
-SETTINGS = Settings()
-
-
-def pull(x):
-    return -STIFFNESS * x
-
-
-class Oscillator:
-    def __init__(self, k):
-        self.k, self.matrix = k, MATRIX
-
-    def method(self, t, y):
-        return [y[1], -self.k * y[0]]
-
-    def acceleration(self, x):
-        return -self.k * x
-
-    def calls_method(self, t, y):
-        return np.array([y[1], self.acceleration(y[0])])
-
-    def __call__(self, t, y):
-        return self.matrix @ y
-
-
-def returns_list(t, y):
-    return [y[1], -2 * y[0]]
-
-
-def returns_array(t, y):
-    return np.array([y[1], -STIFFNESS * y[0]], dtype=float)
-
-
-def returns_tuple(t, y):
-    x, v = y
-    return v, pull(x)
-
-
-def returns_variable(t, y):
-    dydt = [y[1], -2.0 * y[0]]
-    return dydt
-
-
-def fills_zeros(t, y):
-    out = np.zeros(2)
-    out[0], out[1] = y[1], -2 * y[0]
-    return out
-
-
-def fills_like(t, y):
-    out = np.empty_like(y)
-    out[:] = y[::-1]
-    out[1] *= -2
-    return out
-
-
-def slices(t, y):
-    return np.concatenate((y[1:], -2 * y[:1]))
-
-
-def doubles_slices(t, y):
-    return (y[::-1] + y[::-1]) * np.array([0.5, -1.0])
-
-
-def writes_to_y(t, y):
-    y[0] = max(y[0], -10.0)
-    return [y[1], -2 * y[0]]
-
-
-def fills_list(t, y):
-    out = [0.0] * 2
-    out[0], out[1] = y[1], -2 * y[0]
-    return out
-
-
-def comprehends(t, y):
-    return np.array([v * 1.0 for v in (y[1], -2 * y[0])])
-
-
-def branches(t, y):
-    if t < 1:
-        return [y[1], -2 * y[0]]
-    return [y[1], -2.0 * y[0]]
-
-
-def has_inner(t, y):
-    def inner(x):
-        return -2 * x
-
-    return [y[1], inner(y[0])]
-
-
-def reads_object(t, y):
-    return [y[1], -SETTINGS.k * y[0]]
-
-
-def reads_class(t, y):
-    return [y[1], -Settings.k * y[0]]
-
-
-def takes(t, y, k=2.0):
-    return [y[1], -k * y[0]]
-
-
-def takes_matrix(t, y, factor, matrix):
-    return matrix @ y * factor
-
-
-def takes_nested(t, y, values):
-    a, (b, c) = values
-    return [a * y[1], -b * c * y[0]]
-
-
-def takes_any(t, y, *k):
-    return [y[1], -k[0] * y[0]]
-
-
-def takes_first(k, t, y):
-    return [y[1], -k * y[0]]
-
-
-def takes_function(t, y, g):
-    return [y[1], g(y[0])]
-
-
-def closure_over(k):
-    return lambda t, y: [y[1], -k * y[0]]
-
-
-OSCILLATOR = Oscillator(2.0)
-CASES = {
-    "list": (returns_list, ()),
-    "array": (returns_array, ()),
-    "tuple": (returns_tuple, ()),
-    "variable": (returns_variable, ()),
-    "zeros": (fills_zeros, ()),
-    "empty_like": (fills_like, ()),
-    "slices": (slices, ()),
-    "slice arithmetic": (doubles_slices, ()),
-    "writes to y": (writes_to_y, ()),
-    "list filled": (fills_list, ()),
-    "comprehension": (comprehends, ()),
-    "branches": (branches, ()),
-    "inner function": (has_inner, ()),
-    "object's attribute": (reads_object, ()),
-    "class attribute": (reads_class, ()),
-    "default": (takes, ()),
-    "int for a float": (takes, (2,)),
-    "array argument": (takes_matrix, (1.0, MATRIX)),
-    "strided argument": (takes_matrix, (1, np.repeat(MATRIX, 2, axis=1)[:, ::2])),
-    "nested tuple": (takes_nested, ((1.0, (2.0, 1)),)),
-    "star": (takes_any, (2.0,)),
-    "function argument": (takes_function, (pull,)),
-    "lambda": (lambda t, y: [y[1], -2 * y[0]], ()),
-    "closure": (closure_over(2.0), ()),
-    "partial": (functools.partial(takes_first, 2.0), ()),
-    "partial keyword": (functools.partial(takes, k=2.0), ()),
-    "method": (OSCILLATOR.method, ()),
-    "method calling method": (OSCILLATOR.calls_method, ()),
-    "callable object": (OSCILLATOR, ()),
-    "njit": (njit(returns_list), ()),
-    "njit, typed": (njit("float64[:](float64, float64[:])")(fills_zeros), ()),
-}
-
+from support import oscillators
+from support.oscillators import (
+    CASES,
+    MATRIX,
+    SETTINGS,
+    Oscillator,
+    closure_over,
+    reads_object,
+    returns_array,
+    returns_list,
+    returns_tuple,
+    takes,
+)
+from support.rounding import spread
 
 OSCILLATION = {"t_span": (0, 10), "y0": [1.0, 0.0], "rtol": 1e-6}
+
 ROUNDING = spread(lambda t, y: [y[1], -2.0 * y[0]], **OSCILLATION)  # all cases have this solution
 
 
@@ -207,7 +48,10 @@ def test_closures_globals_and_attributes_are_never_stale_and_not_recompiled(monk
     oscillator = Oscillator(2.0)
     changes = {
         "closure": lambda k: closure_over(k),
-        "global": lambda k: (monkeypatch.setitem(globals(), "STIFFNESS", k), returns_array)[1],
+        "global": lambda k: (
+            monkeypatch.setattr(oscillators, "STIFFNESS", k),
+            returns_array,
+        )[1],
         "attribute": lambda k: (setattr(oscillator, "k", k), oscillator.method)[1],
         "object": lambda k: (setattr(SETTINGS, "k", k), reads_object)[1],
         "argument": lambda k: functools.partial(takes, k=k),
@@ -223,14 +67,14 @@ def test_closures_globals_and_attributes_are_never_stale_and_not_recompiled(monk
 
 def test_a_constant_in_a_called_function_is_never_stale(monkeypatch):
     for k in (2.0, 3.0, 2.0):
-        monkeypatch.setitem(globals(), "STIFFNESS", k)
+        monkeypatch.setattr(oscillators, "STIFFNESS", k)
         assert abs(final(returns_tuple) - math.cos(math.sqrt(k))) < 1e-6
         assert abs(final(returns_tuple, tier="specialised") - math.cos(math.sqrt(k))) < 1e-6
 
 
 def test_a_called_function_that_is_replaced_is_replaced(monkeypatch):
     final(returns_tuple)
-    monkeypatch.setitem(globals(), "pull", lambda x: -9.0 * x)
+    monkeypatch.setattr(oscillators, "pull", lambda x: -9.0 * x)
     assert abs(final(returns_tuple) - math.cos(3.0)) < 1e-6
 
 

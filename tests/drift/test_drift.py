@@ -1,4 +1,4 @@
-"""Claims about drift studies: verdicts, statistics, memory, and runs that survive a kill."""
+"""Claims about drift studies: verdicts, statistics, memory."""
 
 import math
 
@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.cli.main import main
 from fastdyn.drift.growth import BOUNDED, LINEAR, UNDECIDED, WALK, WORSE, growth
 from fastdyn.systems import pendulum, satellite, suspension
 
 EPS = np.finfo(float).eps
+
 T = np.arange(1.0, 1001.0)
 
 SERIES = {
@@ -203,14 +203,3 @@ def test_memory_does_not_depend_on_the_number_of_steps():
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0] + 100_000
-
-
-def test_drift_from_the_command_line(tmp_path, capsys):
-    figure = tmp_path / "drift.png"
-    words = "drift satellite --V 1.2 --methods VelocityVerlet BlanesMoan6 --steps-per-period 100"
-    assert main([*words.split(), "--periods", "50", "--plot", str(figure)]) == 0
-    text = capsys.readouterr().out
-    assert "BlanesMoan6" in text and "bounded" in text and figure.exists()
-    words = "drift satellite --methods VelocityVerlet --evaluations 300 --periods 20"
-    assert main(words.split()) == 0
-    assert main("drift satellite --methods Gauss16".split()) == 2

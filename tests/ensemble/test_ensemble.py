@@ -5,10 +5,9 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from fastdyn import Shared, solve_ensemble, solve_ivp, systems
+from support.many import launch, orbit, oscillator
 
 METHODS = {
     "RK23": {"rtol": 1e-5, "atol": 1e-8},
@@ -20,19 +19,8 @@ METHODS = {
     "BlanesMoan6": {"step": 0.05},
     "KahanLi8": {"step": 0.05},
 }
+
 TIGHT = METHODS["RK45"]
-
-
-def orbit(t, w, GM):
-    x, y, vx, vy = w
-    r = np.sqrt(x * x + y * y)
-    return [vx, vy, -GM * x / r**3, -GM * y / r**3]
-
-
-def launch(speeds):
-    y0 = np.zeros((len(speeds), 4))
-    y0[:, 0], y0[:, 3] = 1.0, speeds
-    return y0
 
 
 def bits(result):
@@ -87,67 +75,6 @@ def test_a_member_that_fails_leaves_the_others_alone():
     healthy = solve_ensemble(orbit, (0, 10), y0[[0, 2, 4]], (GM[[0, 2, 4]],), **options)
     assert np.array_equal(result.y[[0, 2, 4]], healthy.y)
     assert 0 < result.t_end[1] < 10 and result.n_accepted[5] == 2000
-
-
-def oscillator(t, w, k):
-    x, v = w
-    return [v, -k * x]
-
-
-def crossing(t, w, k):
-    return w[0]
-
-
-def falling(t, w, k):
-    return w[0] + 0.5
-
-
-falling.direction, falling.terminal = -1, True
-
-
-@pytest.mark.parametrize("lanes", ["vector", "scalar"])
-def test_events_and_reductions_against_formulas(lanes):
-    k = np.linspace(1, 4, 13)
-    names = ("max", "max_time", "min", "mean", "rms")
-    tolerance = {"rtol": 1e-9, "atol": 1e-11}
-    result = solve_ensemble(
-        oscillator, (0, 10), [1.0, 0.3], (k,), events=crossing, reduce=names, lanes=lanes,
-        **tolerance,
-    )  # fmt: skip
-    w = np.sqrt(k)
-    a, phase = np.sqrt(1 + 0.09 / k), np.arctan2(0.3 / w, 1.0)
-    found = result.reduced
-    close = {"rtol": 0, "atol": 1e-7}
-    np.testing.assert_allclose(found["max"], np.c_[a, a * w], **close)
-    np.testing.assert_allclose(found["min"], -np.c_[a, a * w], **close)
-    np.testing.assert_allclose(np.cos(w * found["max_time"][:, 0] - phase), 1.0, **close)
-    mean = a * (np.sin(10 * w - phase) + np.sin(phase)) / (10 * w)
-    np.testing.assert_allclose(found["mean"][:, 0], mean, **close)
-    square = 0.5 + (np.sin(2 * (10 * w - phase)) + np.sin(2 * phase)) / (40 * w)
-    np.testing.assert_allclose(found["rms"][:, 0], a * np.sqrt(square), **close)
-    first = (np.pi / 2 + phase) / w
-    np.testing.assert_allclose([t[0] for t in result.t_events[0]], first, **close)
-    plain = solve_ensemble(oscillator, (0, 10), [1.0, 0.3], (k,), lanes=lanes, **tolerance)
-    assert np.array_equal(plain.n_accepted, result.n_accepted)  # means take no part in the steps
-    assert result.y_end.shape == (13, 2)
-    stopped = solve_ensemble(
-        oscillator, (0, 10), [1.0, 0.3], (k,), events=falling, reduce=["first_event", "min"],
-        lanes=lanes, **tolerance,
-    )  # fmt: skip
-    assert (stopped.status == 1).all()
-    np.testing.assert_allclose(stopped.reduced["first_event"][:, 0], stopped.t_end, rtol=1e-14)
-    np.testing.assert_allclose(stopped.y_end[:, 0], -0.5, **close)
-    np.testing.assert_allclose(stopped.reduced["min"][:, 0], -0.5, **close)
-
-
-def test_extrema_at_constant_steps():
-    k = np.linspace(1, 4, 9)
-    result = solve_ensemble(
-        oscillator, (0, 9.97), [1.0, 0.3], (k,), "BlanesMoan6", reduce="max", step=0.02
-    )
-    amplitude = np.sqrt(1 + 0.09 / k)
-    # the cubic of a step: h^4/384 of the fourth derivative
-    assert abs(result.reduced["max"][:, 0] - amplitude).max() < 0.02**4 / 384 * 16 * 1.1
 
 
 def kicked(t, w, k, switch):
@@ -249,44 +176,6 @@ def test_ctrl_c_returns_the_finished_part():
         done = result.status == 0
         assert set(result.status) <= {0, -2} and -2 in result.status  # it would take hours
         assert np.isfinite(result.y[done]).all() and np.isnan(result.y[~done]).all()
-
-
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.integers(0, 12), st.integers(0, 12), st.booleans(), st.booleans())
-def test_shapes_broadcast_or_are_refused(a, b, two_states, list_given):
-    k = np.linspace(1, 2, a)
-    y0 = np.ones((b, 2)) if two_states else [1.0, 0.0]
-    given_k = list(k) if list_given else k
-    if two_states and a != b and 1 not in (a, b):
-        with pytest.raises(ValueError, match=r"one entry a trajectory"):
-            solve_ensemble(oscillator, (0, 1), y0, (given_k,))
-        return
-    result = solve_ensemble(oscillator, (0, 1), y0, (given_k,))
-    count = (b if a == 1 else a) if two_states else a
-    assert len(result) == count and result.y.shape == (count, 2)
-
-
-@pytest.mark.parametrize(
-    ("change", "error", "says"),
-    [
-        ({"method": "BDF"}, ValueError, "own methods"),
-        ({"y0": [[1.0, np.nan]]}, ValueError, "trajectory 0"),
-        ({"y0": np.ones((2, 2, 2))}, ValueError, "shape"),
-        ({"args": (np.ones((2, 2)),)}, ValueError, "Shared"),
-        ({"args": (["a"],)}, ValueError, "numbers"),
-        ({"reduce": "median"}, ValueError, "choose from max"),
-        ({"reduce": "first_event"}, ValueError, "needs `events`"),
-        ({"lanes": "many"}, ValueError, "choose from auto"),
-        ({"checkpoint": "x"}, TypeError, "takes no `checkpoint`"),
-        ({"t_span": (1, 1)}, ValueError, "empty"),
-        ({"reduce": "mean", "method": "VelocityVerlet", "step": 0.1}, ValueError, "RK4"),
-        ({"fun": lambda t, w, k: [1.0]}, ValueError, "state of 2"),
-    ],
-)
-def test_mistakes_are_named(change, error, says):
-    given = {"fun": oscillator, "t_span": (0, 1), "y0": [1.0, 0.0], "args": (np.ones(3),)}
-    with pytest.raises(error, match=says):
-        solve_ensemble(**(given | change))
 
 
 def test_systems_take_arrays_for_parameters():

@@ -4,15 +4,11 @@ import numpy as np
 import pytest
 
 from fastdyn import Fold, solve_ensemble, solve_ivp
+from support.many import launch, orbit
 
 TIGHT = {"rtol": 1e-8, "atol": 1e-10}
+
 LANES = ["vector", "scalar"]
-
-
-def orbit(t, w, GM):
-    x, y, vx, vy = w
-    r = np.sqrt(x * x + y * y)
-    return [vx, vy, -GM * x / r**3, -GM * y / r**3]
 
 
 def axis(t, w, GM):
@@ -29,16 +25,12 @@ def away(t, w, GM):
 
 
 away.terminal, away.direction = True, 1
+
 apsis.direction = -1
 
 
-def launch(speeds):
-    y0 = np.zeros((len(speeds), 4))
-    y0[:, 0], y0[:, 3] = 1.0, speeds
-    return y0
-
-
 SPEEDS = np.linspace(0.85, 1.2, 19)
+
 MASSES = np.linspace(0.95, 1.05, 19)
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numba import njit
 from numba.core.errors import TypingError
-from support.by_vectors import ANY, SPECIAL, numbers, same, uniform, vectors
 
 from fastdyn.kernels.ensemble import lanes
 from fastdyn.kernels.state.layout import Form
+from support.by_vectors import ANY, SPECIAL, numbers, same, uniform, vectors
 
 PAIRS = np.array([*itertools.product(SPECIAL, SPECIAL)]).T
 OF_ONE = {

@@ -8,11 +8,11 @@ import mpmath
 import numpy as np
 import pytest
 from numba import njit
-from support.by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
 
 from fastdyn.kernels.ensemble import lanes
 from fastdyn.kernels.state.layout import Form
 from fastdyn.kernels.vector import exponential, inverse, logarithm, trigonometric
+from support.by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
 
 
 def near_multiples(unit, largest):

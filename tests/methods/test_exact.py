@@ -12,21 +12,15 @@ from scipy.special import ellipj, ellipk
 import fastdyn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.specialise import scalar
+from support.motions import pendulum, satellite
 
 EPS = float(np.finfo(float).eps)
+
 FIXED = [name for name, m in METHODS.items() if not m.error_order]
+
 ADAPTIVE = [name for name in METHODS if name not in FIXED]
+
 RTOLS = 10.0 ** -np.arange(5, 12)  # from where the errors are small to where rounding is not
-
-
-def satellite(t, w):
-    x, y, vx, vy = w
-    r3 = (x * x + y * y) ** 1.5
-    return [vx, vy, -x / r3, -y / r3]
-
-
-def pendulum(t, y):
-    return y[1], -9.81 * math.sin(y[0])
 
 
 def tides(q):
@@ -201,6 +195,7 @@ def solved_in(tier, method, n):
 
 # One method of each loop, norm and controller at every size; the others at one in each tier.
 EACH_KIND = ("RK45", "DOP853", "ode45", "RK4", "BlanesMoan6", "Gauss8", "GaussNystrom8")
+
 SIZES = [
     (method, n)
     for method, m in METHODS.items()

@@ -9,9 +9,9 @@ import pytest
 
 import fastdyn
 from fastdyn.kernels.methods import METHODS, legendre, symplectic
-from fastdyn.systems import satellite
 
 EPS = np.finfo(float).eps
+
 PRINTED = Decimal("1e-24")  # digits in the tables
 
 
@@ -157,104 +157,3 @@ def test_rounded_coefficients_are_symplectic_exactly(name):
 def test_rounded_coefficients_are_symmetric_exactly(name):
     mu = np.array(METHODS[name].tableau["mu"])
     assert np.array_equal(mu + mu[::-1, ::-1], np.ones_like(mu))
-
-
-def double_pendulum(t, w):
-    """Two equal pendulums on one another, in angles and their momenta: not separable."""
-    a, b, p, q = w
-    s, c = math.sin(a - b), math.cos(a - b)
-    d = 1.0 + s * s
-    h = p * q * s / d - (p * p + 2.0 * q * q - 2.0 * p * q * c) * s * c / (d * d)
-    return [(p - q * c) / d, (2.0 * q - p * c) / d, -2.0 * math.sin(a) - h, h - math.sin(b)]
-
-
-def its_energy(t, w):
-    a, b, p, q = w
-    kinetic = (p * p + 2.0 * q * q - 2.0 * p * q * np.cos(a - b)) / (
-        2.0 * (1.0 + np.sin(a - b) ** 2)
-    )
-    return kinetic - 2.0 * np.cos(a) - np.cos(b)
-
-
-def henon_heiles(t, w):
-    x, y, vx, vy = w
-    return [vx, vy, -x - 2.0 * x * y, -y - x * x + y * y]
-
-
-def energy_of_henon_heiles(t, w):
-    x, y, vx, vy = w
-    return 0.5 * (vx * vx + vy * vy + x * x + y * y) + x * x * y - y**3 / 3.0
-
-
-@pytest.mark.parametrize("method", ["Gauss4", "Gauss8", "Gauss16", "EnergyConserving4"])
-def test_a_system_that_is_not_separable_keeps_its_energy(method):
-    step = {"Gauss4": 0.01, "Gauss8": 0.05}.get(method, 0.1)
-    study = fastdyn.energy_drift(
-        double_pendulum, method, step=step, t_end=2000.0, y0=[1.0, 0.5, 0.3, -0.2],
-        invariants={"energy": its_energy},
-    )  # fmt: skip
-    energy = study.drifts["energy"]
-    bound = {"Gauss4": 1e-7, "Gauss8": 1e-8}.get(method, 2e-13)
-    assert energy.largest < bound and energy.growth.verdict != "quadratic or worse"
-
-
-@pytest.mark.parametrize("method", ["BlanesMoan6", "SofroniouSpaletta10", "Gauss16"])
-def test_henon_heiles_keeps_its_energy(method):
-    study = fastdyn.energy_drift(
-        henon_heiles, method, step=0.15, t_end=5000.0, y0=[0.1, 0.2, 0.3, 0.0],
-        invariants={"energy": energy_of_henon_heiles},
-    )  # fmt: skip
-    assert study.drifts["energy"].largest < {"BlanesMoan6": 1e-9}.get(method, 1e-13)
-
-
-def test_an_explicit_splitting_refuses_what_it_is_not_made_for():
-    for name in ("BlanesMoan6", "KahanLi8"):
-        with pytest.raises(ValueError, match=f"{name} takes y = .q, v. with q' = v"):
-            fastdyn.solve_ivp(double_pendulum, (0, 1), [1.0, 0.5, 0.3, -0.2], name, step=0.1)
-        with pytest.raises(ValueError, match="depends on the velocity; take Gauss16"):
-            fastdyn.solve_ivp(
-                lambda t, w: [w[1], -w[0] - 0.1 * w[1]], (0, 1), [1.0, 0.0], name, step=0.1
-            )
-        with pytest.raises(ValueError, match="the first half"):
-            fastdyn.energy_drift(
-                double_pendulum, name, step=0.1, t_end=1.0, y0=[1.0, 0.5, 0.3, -0.2],
-                invariants={"energy": its_energy},
-            )  # fmt: skip
-
-
-def distance(t, w, GM, R, V):
-    return math.sqrt(w[0] * w[0] + w[1] * w[1])
-
-
-def energy_with_time(t, w, GM, R, V):
-    return 0.5 * (w[2] * w[2] + w[3] * w[3]) - GM / np.sqrt(w[0] * w[0] + w[1] * w[1])
-
-
-@pytest.mark.parametrize(
-    "e, steps, bound", [(0.6, 30, 1e-13), (0.9, 40, 5e-13), (0.99, 100, 5e-12)]
-)
-def test_eccentric_orbits_by_another_clock(e, steps, bound):
-    orbit = satellite(V=math.sqrt(1.0 + e))
-    fun = fastdyn.time_transformed(orbit.rhs, distance)
-    turn = 2.0 * math.pi * math.sqrt(orbit.semi_major_axis)
-    study = fastdyn.energy_drift(
-        fun, "Gauss16", step=turn / steps, n_steps=1000 * steps, y0=[*orbit.initial_state(), 0.0],
-        args=orbit.args, invariants={"energy": energy_with_time},
-    )  # fmt: skip
-    assert study.drifts["energy"].largest < bound
-    t = study.y[4]
-    assert t[-1] == pytest.approx(1000 * orbit.period, rel=1e-9)
-    off = np.abs(study.y[:2] - orbit.exact(t)[:2]).max()
-    assert off < 1e-5 * orbit.semi_major_axis
-
-
-def test_another_clock_takes_plain_functions_and_is_the_same_in_python():
-    fun = fastdyn.time_transformed(lambda t, y: [y[1], -y[0]], lambda t, y: 2.0 + y[0])
-    assert fun(0.0, np.array([1.0, 0.5, 7.0])) == [1.5, -3.0, 3.0]
-    run = fastdyn.solve_ivp(fun, (0, 3), [1.0, 0.0, 0.0], rtol=1e-10, atol=1e-12)
-    assert np.allclose(run.y[0], np.cos(run.y[2]), rtol=0, atol=1e-8)
-    arrays = fastdyn.time_transformed(lambda t, y: -1.0 * y, lambda t, y: 1.0 + t)
-    run = fastdyn.solve_ivp(arrays, (0, 1), [1.0, 0.0], rtol=1e-9, atol=1e-12)
-    assert np.allclose(run.y[0], np.exp(-run.y[1]), rtol=0, atol=1e-8)
-    with pytest.raises(TypeError, match="plain Python functions"):
-        fastdyn.time_transformed(len, distance)

@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import fastdyn
+from support.motions import satellite
 
 EPS = float(np.finfo(float).eps)
 
@@ -27,12 +28,6 @@ def nan_in_second(t, y):
 
 def square(t, y):
     return y**2
-
-
-def satellite(t, w):
-    x, y, vx, vy = w
-    r3 = (x * x + y * y) ** 1.5
-    return [vx, vy, -x / r3, -y / r3]
 
 
 def base(**changes):
@@ -81,6 +76,7 @@ def test_an_unknown_method_is_scipys_exception_and_a_list_of_ours(method):
 
 
 VERLET = {"method": "VelocityVerlet", "step": 0.1}
+
 BEYOND_SCIPY = {
     "`rtol` must not be NaN": [{"rtol": np.nan}, {"rtol": [1e-3, np.nan]}],
     "`rtol` has wrong shape": [{"rtol": [1e-3] * 3}],

@@ -7,48 +7,11 @@ import pytest
 
 import fastdyn
 from fastdyn.kernels.methods import METHODS
+from support.hamiltonians import GIVEN, START, balance, born, eaten, force, velocity, whole
 
 EPS = np.finfo(float).eps
 SPLITTINGS = [name for name, m in METHODS.items() if m.separable]
 NYSTROM = [name for name, m in METHODS.items() if m.second_order and not m.separable]
-
-
-def velocity(t, p, c):
-    """Of a relativistic particle, H = c sqrt(c² + p²) - cos q."""
-    return [c * p[0] / math.sqrt(c * c + p[0] * p[0])]
-
-
-def force(t, q, c):
-    return [-math.sin(q[0])]
-
-
-def pull(depth):
-    return lambda t, q, c: [-depth * math.sin(q[0])]
-
-
-def energy(t, y, c):
-    return c * math.sqrt(c * c + y[1] * y[1]) - math.cos(y[0])
-
-
-def eaten(t, p):
-    """Lotka and Volterra's predators and prey in logarithms, H = exp p - p + exp q - 2 q."""
-    return [np.exp(p[0]) - 1.0]
-
-
-def born(t, q):
-    return [2.0 - np.exp(q[0])]
-
-
-def balance(t, y):
-    return np.exp(y[1]) - y[1] + np.exp(y[0]) - 2.0 * y[0]
-
-
-START = ([1.2], [0.4])
-GIVEN = {"args": (0.7,)}
-
-
-def whole(t, y, c):
-    return [*velocity(t, y[1:], c), *force(t, y[:1], c)]
 
 
 @pytest.mark.parametrize("name", SPLITTINGS)
@@ -121,55 +84,6 @@ def test_dense_output_events_and_output_times():
     assert np.abs(run.t_events[0] - exact.t_events[0]).max() < 1e-8
     some = fastdyn.solve_separable(velocity, force, (0, 20), *START, "KahanLi8", t_eval=t, **given)
     assert np.abs(some.y - run.sol(t)).max() < 4 * EPS
-
-
-@pytest.mark.parametrize("name", SPLITTINGS)
-def test_energy_is_bounded_and_time_turns_back(name):
-    study = fastdyn.energy_drift(
-        (eaten, born), name, step=0.1, n_steps=50_000, y0=[0.3, 0.2], samples=300,
-        invariants={"balance": balance},
-    )  # fmt: skip
-    assert study.drifts["balance"].growth.verdict in ("bounded", "random walk")
-    assert study.drifts["balance"].largest < 1e-2
-    there = fastdyn.solve_separable(eaten, born, (0, 50), [0.3], [0.2], name, step=0.1)
-    q, p = there.y[:, -1:]
-    back = fastdyn.solve_separable(eaten, born, (50, 0), q, p, name, step=0.1)
-    assert np.abs(back.y[:, -1] - [0.3, 0.2]).max() < 1e-12
-
-
-def test_compensated_sums_are_carried_here_too():
-    """Seven million kicks and drifts whose method error is below rounding; without, 3e-13."""
-    study = fastdyn.energy_drift(
-        (velocity, force), "SofroniouSpaletta10", step=0.05, n_steps=200_000, y0=[1.2, 0.4],
-        invariants={"energy": energy}, **GIVEN,
-    )  # fmt: skip
-    assert study.drifts["energy"].largest < 60 * EPS
-
-
-def test_drifts_are_compared_and_kept(tmp_path):
-    given = {
-        "periods": 20, "period": 5.0, "y0": [1.2, 0.4], "invariants": {"energy": energy},
-        "evaluations": 400, "samples": 64, "checkpoint": tmp_path / "run.npz", **GIVEN,
-    }  # fmt: skip
-    methods = ["VelocityVerlet", "BlanesMoanPRK4", "Gauss8"]
-    found = fastdyn.compare_drift((velocity, force), methods, **given)
-    assert [s.nfev / 20 for s in found.values()] == pytest.approx([400] * 3, rel=0.2)
-    assert {p.name for p in tmp_path.iterdir()} == {f"run-{name}.npz" for name in methods}
-    again = fastdyn.compare_drift((velocity, force), methods, **given)
-    assert all(np.array_equal(again[name].y, found[name].y) for name in methods)
-    deeper = {**given, "checkpoint": tmp_path / "deeper.npz"}
-    fastdyn.compare_drift((velocity, pull(1.0)), methods[:1], **deeper)
-    with pytest.raises(ValueError, match="differs: functions"):
-        fastdyn.compare_drift((velocity, pull(2.0)), methods[:1], **deeper)
-    other = fastdyn.solve_separable(
-        velocity, force, (0, 9), *START, step=0.1, checkpoint=tmp_path / "solve.npz", **GIVEN
-    )
-    assert other.success
-    with pytest.raises(ValueError, match="differs: functions"):
-        fastdyn.solve_separable(
-            velocity, lambda t, q, c: [-q[0]], (0, 9), *START, step=0.1,
-            checkpoint=tmp_path / "solve.npz", **GIVEN,
-        )  # fmt: skip
 
 
 def test_numbers_from_outside_are_read_anew_and_python_does_as_well():

@@ -1,13 +1,14 @@
-"""Claims about the slack cable, and about moving pictures."""
+"""Claims about the slack cable."""
 
 import math
 
 import numpy as np
 import pytest
 
-from fastdyn.systems import SYSTEMS, pendulum, pendulum_xy, suspension
+from fastdyn.systems import pendulum, pendulum_xy
 
 EPS = np.finfo(float).eps
+
 TIGHT = {"rtol": 1e-10, "atol": 1e-12}
 
 
@@ -53,21 +54,6 @@ def test_a_mass_that_starts_inside_the_circle_falls_first():
     assert 0.5 * 9.81 * taut**2 == pytest.approx(math.sqrt(1 - 0.09), rel=1e-8)
     with pytest.raises(ValueError, match="starts at t = 0 from its own"):
         run.error()
-
-
-def test_moving_pictures(tmp_path):
-    run = pendulum(V0=5.9).solve_cable((0.0, 2.0))
-    for name in ("cable.gif", "cable.html"):
-        run.animate(tmp_path / name, seconds=0.3, fps=10)
-        assert (tmp_path / name).stat().st_size > 1000
-    for name in ("satellite", "building", "vehicle", "rod"):
-        system = SYSTEMS[name]()
-        system.solve((0.0, 1.0)).animate(tmp_path / f"{name}.gif", seconds=0.2, fps=10)
-        assert (tmp_path / f"{name}.gif").read_bytes().startswith(b"GIF8")
-    with pytest.raises(ValueError, match=r"a \.gif or an \.html file"):
-        run.animate(tmp_path / "cable.mp3")
-    with pytest.raises(ValueError, match="no view to animate"):
-        suspension().solve((0.0, 1.0)).animate(tmp_path / "x.gif")
 
 
 def test_a_cable_released_from_the_horizontal_swings():
