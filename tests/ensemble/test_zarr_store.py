@@ -19,12 +19,6 @@ def interrupt():
     raise KeyboardInterrupt
 
 
-@pytest.fixture
-def store(tmp_path):
-    pytest.importorskip("zarr", reason="needs zarr")
-    return tmp_path / "run.zarr"
-
-
 @pytest.mark.parametrize("events", [None, bottom])
 def test_a_stored_run_goes_on_where_it_broke_off(store, events):
     given = problem(events=events, reduce=("max", "mean"))

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from . import rivals
-from .problems import SATELLITE, error, reference
-from .timing import interleaved
+from .. import rivals
+from ..problems import SATELLITE, error, reference
+from ..report.timing import interleaved
 
 TOL, T_END = 1e-6, 9.0  # thirty steps of RK45
 TARGET = 40

@@ -4,8 +4,8 @@ import scipy.integrate
 
 import fastdyn
 
-from . import cpp
-from .problems import PROBLEMS, chain_of
+from ..cpp import calls as cpp
+from ..problems import PROBLEMS, chain_of
 
 RTOL, ATOL = 1e-6, 1e-9
 

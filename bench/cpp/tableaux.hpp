@@ -1,4 +1,6 @@
-// The tableaux of the reference integrators; sources as in kernels/rk45.py and kernels/dop853.py.
+// The tableaux of the reference integrators; sources as in kernels/methods/rk45.py and
+// kernels/methods/dop853.py.
+#pragma once
 struct Dopri5 {
   static constexpr int stages = 6, order = 5;
   static constexpr double c[7] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1};

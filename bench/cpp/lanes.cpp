@@ -1,7 +1,8 @@
 // Eight trajectories at once by hand: DOPRI5 with the step control of scipy.integrate on vectors of
 // eight doubles, each lane with its own time and step; a lane that is done takes the next
 // trajectory.  Endpoint only.
-#include "reference.cpp"
+#include "equations.hpp"
+#include "solve.hpp"
 
 namespace lanes {
 

@@ -7,88 +7,10 @@ import subprocess
 import sys
 import tempfile
 
-# {solver: (imports, a solve)}; the exponent makes the code of the functions differ.  It is odd: a
-# damping of an even power drives what swings back to infinity.
-SCRIPTS = {
-    "fastdyn": (
-        "import fastdyn",
-        """
-def fun(t, y):
-    return [y[1], -{k} * y[0] - y[1] ** {power}]
-def solve():
-    return fastdyn.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0])
-""",
-    ),
-    "SciPy": (
-        "import scipy.integrate",
-        """
-def fun(t, y):
-    return [y[1], -{k} * y[0] - y[1] ** {power}]
-def solve():
-    return scipy.integrate.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0])
-""",
-    ),
-    "SciPy, njit": (
-        "import numba, numpy as np, scipy.integrate",
-        """
-@numba.njit
-def fun(t, y):
-    return np.array([y[1], -{k} * y[0] - y[1] ** {power}])
-def solve():
-    return scipy.integrate.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0])
-""",
-    ),
-    "CyRK": (
-        "import numpy as np; from CyRK import cyjit, nbsolve2_ivp",
-        """
-@cyjit
-def fun(d, t, y, args):
-    d[0] = y[1]
-    d[1] = -{k} * y[0] - y[1] ** {power}
-def solve():
-    nbsolve2_ivp(fun.address, (0.0, 5.0), np.array([1.0, 0.0]), "RK45").free()
-""",
-    ),
-    "heyoka": (
-        "import heyoka as hy",
-        """
-x, v = hy.make_vars("x", "v")
-def solve(made=[]):
-    if not made:
-        made.append(hy.taylor_adaptive([(x, v), (v, -{k} * x - v**{power})], [1.0, 0.0]))
-    made[0].time = 0.0
-    made[0].state[:] = [1.0, 0.0]
-    made[0].propagate_until(5.0)
-""",
-    ),
-    "diffrax": (
-        "import diffrax, jax, jax.numpy as jnp",
-        """
-jax.config.update("jax_enable_x64", True)
-def fun(t, y, args):
-    return jnp.stack([y[1], -{k} * y[0] - y[1] ** {power}])
-@jax.jit
-def compiled(y0):
-    return diffrax.diffeqsolve(
-        diffrax.ODETerm(fun), diffrax.Dopri5(), 0.0, 5.0, None, y0, max_steps=10_000,
-        stepsize_controller=diffrax.PIDController(rtol=1e-3, atol=1e-6),
-    ).ys
-def solve():
-    return compiled(jnp.array([1.0, 0.0])).block_until_ready()
-""",
-    ),
-    "CVODE, njit": (
-        "import numba, numpy as np; from sksundae.cvode import CVODE",
-        """
-@numba.njit
-def fun(t, y, d):
-    d[0] = y[1]
-    d[1] = -{k} * y[0] - y[1] ** {power}
-def solve():
-    return CVODE(fun, method="Adams").solve([0.0, 5.0], np.array([1.0, 0.0]))
-""",
-    ),
-}
+from .. import rivals
+
+# The exponent makes the code of the functions differ.  It is odd: a damping of an even power drives
+# what swings back to infinity.
 TIMED = """
 import time
 a = time.perf_counter()
@@ -117,7 +39,7 @@ def _run(solver, folder, k, power):
 
     fastdyn's import is counted after Numba's.
     """
-    imports, body = SCRIPTS[solver]
+    imports, body = rivals.first_calls()[solver]
     script = pathlib.Path(folder, f"script_{power}.py")
     script.write_text(
         TIMED.format(
@@ -134,21 +56,16 @@ def _run(solver, folder, k, power):
         check=False,
         timeout=LONGEST,
     )
-    if "ModuleNotFoundError" in out.stderr:
-        return None
     out.check_returncode()
     return tuple(float(word) for word in out.stdout.split())
 
 
 def rows(quick):
     """Least and median seconds of each, over a few fresh processes; fastdyn's kernels cached."""
-    for solver in SCRIPTS:
+    for solver in rivals.first_calls():
         seen = {name: [] for name in LABELS}
         with tempfile.TemporaryDirectory() as folder:
             cold = _run(solver, folder, 1.0, 3)
-            if cold is None:
-                print(f"skipped {solver}: not installed")
-                continue
             for i in range(1 if quick else 3):
                 given = solver, folder, 2.0 + i, 5 + 2 * i
                 seen["never seen"].append(_run(*given)[1])

@@ -1,4 +1,4 @@
-"""``python -m bench.references``: the end states of `problems.WORK`, to references.json.
+"""``python -m bench.problems.references``: the end states of `WORK`, to references.json.
 
 Computed in quadruple precision by heyoka's Taylor method, and checked by extrapolation of the
 midpoint rule in `numpy.longdouble`, which shares no line with it.  Needs a platform whose
@@ -9,7 +9,8 @@ import json
 
 import numpy as np
 
-from .problems import REFERENCES, WORK
+from .collection import WORK
+from .end_states import REFERENCES
 
 LOCAL = 1e-18
 NUMBERS = 2 * np.arange(1, 11)

@@ -1,32 +1,12 @@
-"""The C++ reference: compiled by every compiler there is, called through ctypes."""
+"""Calls of the C++ reference through ctypes."""
 
 import ctypes
-import functools
-import pathlib
-import shutil
-import subprocess
-import tempfile
 
 import numpy as np
 
-SOURCE = pathlib.Path(__file__).with_name("reference.cpp")
-COMPILERS = {"clang++": [], "g++": ["-fno-tree-slp-vectorize"]}
-COMMON = ["-std=c++17", "-Wno-psabi", "-O3", "-march=native", "-fPIC", "-shared"]
+from .build import SOURCE, libraries
 
-
-@functools.cache
-def libraries(source=SOURCE):
-    """{compiler: library} of a source for the compilers that are installed."""
-    found = {}
-    with tempfile.TemporaryDirectory(prefix="fastdyn-bench-") as folder:
-        for compiler, flags in COMPILERS.items():
-            if shutil.which(compiler):
-                out = pathlib.Path(folder, f"{compiler}.so")
-                subprocess.run([compiler, *COMMON, *flags, str(source), "-o", str(out)], check=True)
-                found[compiler] = ctypes.CDLL(str(out))  # loaded, it needs its file no more
-    if not found:
-        print("no C++ compiler (clang++ or g++) found: rows have no C++ column")
-    return found
+MANY = ("satellite", "building")  # by their numbers in lanes.cpp
 
 
 def solvers(problem, order, rtol, atol):
@@ -78,3 +58,17 @@ def batches():
         for entry in found[compiler]:
             entry.restype = ctypes.c_long
     return found
+
+
+def together(entry, many, rtol, atol):
+    """A function of nothing that solves all trajectories by one of `batches`."""
+    y0, parameters, out = many.y0, many.parameters, np.empty_like(many.y0)
+    pointer, real = ctypes.POINTER(ctypes.c_double), ctypes.c_double
+    places = [a.ctypes.data_as(pointer) for a in (y0, parameters, out)]
+    number, count = MANY.index(many.name), ctypes.c_long(len(y0))
+
+    def run():
+        entry(number, count, real(0.0), real(many.t_end), *places, real(rtol), real(atol))
+        return out
+
+    return run

@@ -1,12 +1,12 @@
-"""``python -m bench.table``: the tables of a result file, into the README and beside the file."""
+"""``python -m bench.report.table``: tables of a result file, into the README and beside it."""
 
 import argparse
 import json
 import pathlib
 
-from .work_precision import LEVELS, equal_error
+from .equal_error import LEVELS, equal_error
 
-HERE = pathlib.Path(__file__).parent
+HERE = pathlib.Path(__file__).parents[1]
 RESULTS = HERE / "results" / "full.json"
 README = HERE.parent / "README.md"
 BEGIN, END = "<!-- bench: begin -->\n", "<!-- bench: end -->"
@@ -166,7 +166,9 @@ def whole(record):
     """What lies beside the result file."""
     return [
         "# Tables of the full run", "", origin(record), "",
-        "Made by `python -m bench.table`; [bench/README.md](../README.md) says what they mean.", "",
+        "Made by `python -m bench.report.table`; [bench/README.md](../README.md) says what they "
+        "mean.",
+        "",
         "## Time at equal achieved error, microseconds", "",
         *every_solver(record["work_precision"]),
         "## Scaling", "", *scaling(record["scaling"]),
@@ -179,7 +181,7 @@ def whole(record):
 
 def main():
     """Write both."""
-    parser = argparse.ArgumentParser(prog="python -m bench.table", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m bench.report.table", description=__doc__)
     parser.add_argument("json", nargs="?", type=pathlib.Path, default=RESULTS)
     path = parser.parse_args().json
     record = json.loads(path.read_text())

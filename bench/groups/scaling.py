@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 
-from . import ensemble, rivals
-from .problems import SATELLITE, bodies_of, chain_of, error, reference
-from .timing import interleaved
+from .. import rivals
+from ..problems import SATELLITE, bodies_of, chain_of, error, reference
+from ..problems.many import satellites
+from ..report.timing import interleaved
+from . import ensemble
 
 TOL = 1e-6
 BY_HAND = ("SciPy RK45", "SciPy DOP853", "SciPy LSODA")  # loops in plain Python
@@ -38,9 +40,9 @@ def rows(quick):
 def _of_many(quick):
     least = {}
     for size in TRAJECTORIES[:1] if quick else TRAJECTORIES:
-        given = ensemble.orbits(size)
-        runs = ensemble.solvers("satellite", given)
-        exact = ensemble.exact(given)
+        many = satellites(size)
+        runs = rivals.trajectories(many)
+        exact = ensemble.exact(many)
         errors = {name: ensemble.median_error(run(), exact) for name, run in runs.items()}
         times = interleaved(runs, 3 if quick else 50, 0.1 if quick else 10.0)
         for name in runs:

@@ -4,9 +4,9 @@ import scipy.integrate
 
 import fastdyn
 
-from . import cpp
-from .problems import PROBLEMS, compiled, error, reference
-from .timing import interleaved
+from ..cpp import calls as cpp
+from ..problems import PROBLEMS, compiled, error, reference
+from ..report.timing import interleaved
 
 RTOL, ATOL = 1e-6, 1e-9
 TARGET = 1.15

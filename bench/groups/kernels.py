@@ -2,8 +2,8 @@
 
 To compare two commits::
 
-    python -m pytest -p pytest_benchmark.plugin bench/kernels.py --benchmark-save=before
-    python -m pytest -p pytest_benchmark.plugin bench/kernels.py --benchmark-compare
+    python -m pytest -p pytest_benchmark.plugin bench/groups/kernels.py --benchmark-save=before
+    python -m pytest -p pytest_benchmark.plugin bench/groups/kernels.py --benchmark-compare
 """
 
 import numpy as np

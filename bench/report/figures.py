@@ -1,4 +1,4 @@
-"""``python -m bench.figures``: a work-precision diagram a problem, from a result file."""
+"""``python -m bench.report.figures``: a work-precision diagram a problem, from a result file."""
 
 import argparse
 import json
@@ -70,7 +70,7 @@ def file_name(problem):
 
 def main():
     """Draw them all beside the result file."""
-    parser = argparse.ArgumentParser(prog="python -m bench.figures", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m bench.report.figures", description=__doc__)
     parser.add_argument("json", nargs="?", type=pathlib.Path, default=RESULTS)
     path = parser.parse_args().json
     draw_all(json.loads(path.read_text())["work_precision"], path.parent)

@@ -1,6 +1,6 @@
 """Systems of the course, constraints among them, against C++ with the course's own matrices."""
 
-from .problems import course
+from ..problems import course
 from .speed import as_it_is, stretched
 
 
