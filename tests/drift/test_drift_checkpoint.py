@@ -12,6 +12,7 @@ import pytest
 import fastdyn
 from fastdyn.drift import energy
 from fastdyn.kernels.methods import METHODS
+from fastdyn.run import checkpoint
 from fastdyn.systems import satellite
 
 ORBIT = satellite(V=1.14)
@@ -208,8 +209,8 @@ def test_ctrl_c_writes_a_checkpoint_and_says_how_to_go_on(tmp_path, monkeypatch)
             raise KeyboardInterrupt
         return False
 
-    monkeypatch.setattr(fastdyn.run.checkpoint.Checkpoint, "due", interrupted)
+    monkeypatch.setattr(checkpoint.Checkpoint, "due", interrupted)
     with pytest.raises(KeyboardInterrupt, match="the same call with the same `checkpoint`"):
         small(path)
-    monkeypatch.setattr(fastdyn.run.checkpoint.Checkpoint, "due", lambda self: False)
+    monkeypatch.setattr(checkpoint.Checkpoint, "due", lambda self: False)
     assert np.array_equal(small(path).y, expected.y)

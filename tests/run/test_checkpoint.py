@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.run import loop
+from fastdyn.run import checkpoint, loop
 
 SOLVE = """
 import sys
@@ -73,7 +73,7 @@ def test_ctrl_c_in_a_solve_writes_a_checkpoint(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return False
 
-    monkeypatch.setattr(fastdyn.run.checkpoint.Checkpoint, "due", interrupted)
+    monkeypatch.setattr(checkpoint.Checkpoint, "due", interrupted)
     with pytest.raises(KeyboardInterrupt):
         fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], checkpoint=path, **given)
     run = fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], checkpoint=path, **given)
