@@ -17,6 +17,7 @@ from numba.core import callconv, codegen, cpu, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import lookup_environment
 from numba.core.registry import cpu_target
+from numba.np.numpy_support import as_dtype
 
 from fastdyn.kernels.calls.words import FAILED, WORD, values_of
 from fastdyn.kernels.jit_options import jit_enabled
@@ -271,14 +272,25 @@ def _translated(module, symbol):
 
 
 def arguments(names, signature):
-    """How Python lays out the arguments of a kernel: (name, kind) each, for `Call`."""
-    from numba.np.numpy_support import as_dtype
+    """How Python lays out the arguments of a kernel: (name, kind) each, for `Call`.
 
-    kinds = [
-        f"{as_dtype(ty.dtype).str}:{ty.ndim}" if isinstance(ty, types.Array) else ty.name
-        for ty in signature.args
+    The fields of a named tuple are "name.field".
+    """
+    return [
+        list(pair)
+        for name, ty in zip(names, signature.args, strict=True)
+        for pair in _kinds(name, ty)
     ]
-    return list(map(list, zip(names, kinds, strict=True)))
+
+
+def _kinds(name, ty):
+    if isinstance(ty, types.BaseNamedTuple):
+        for field, part in zip(ty.fields, ty.types, strict=True):
+            yield from _kinds(f"{name}.{field}", part)
+    elif isinstance(ty, types.Array):
+        yield name, f"{as_dtype(ty.dtype).str}:{ty.ndim}"
+    else:
+        yield name, ty.name
 
 
 __all__ = ["Unsealable", "arguments", "deferred", "sealed"]

@@ -5,12 +5,12 @@ import time
 from typing import Any
 
 import numpy as np
-from numba import typeof, types
+from numba import types
 
 from fastdyn import code_store
 from fastdyn.kernels.calls.user_function import FIRST
+from fastdyn.kernels.ensemble import scheduler
 from fastdyn.kernels.ensemble.lanes import N_FIELDS
-from fastdyn.kernels.ensemble.scheduler import FOLD, IDLE, WORKER, already, serve
 from fastdyn.kernels.output.events import EVENTS
 from fastdyn.kernels.output.sampling import OUTPUT
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE
@@ -25,40 +25,27 @@ from fastdyn.specialise.scalar import (
     start_kernel,
     watch_kernel,
 )
-from fastdyn.specialise.signatures import ADVANCE
+from fastdyn.specialise.signatures import ADVANCE, type_of
 
 from . import reductions
 
 ROOM = 256  # events in the first piece
 
 
-@functools.cache
-def _serving():
-    """The compiled `serve`, one for every method and function."""
+_serve: list = []
 
-    def build():
-        reals = [types.Array(types.float64, d, "C") for d in range(4)]
-        whole = [types.Array(types.int64, d, "C") for d in range(3)]
-        records = {d: typeof(np.zeros(1, d)) for d in (WORKER, STATE, OUTPUT, FOLD)}
-        table = typeof(np.zeros((1, 1), EVENTS))
-        signature = types.int64(
-            whole[1], whole[1], records[WORKER], records[STATE], records[OUTPUT],
-            reals[2], reals[2], whole[1], whole[2],
-            whole[1], records[STATE], records[OUTPUT], table, reals[2], whole[1], whole[2],
-            whole[2], reals[2],
-            reals[1], reals[2], reals[2], reals[1], reals[3], reals[2], whole[1], reals[1],
-            reals[2],
-            reals[3], reals[2], reals[1], whole[1], whole[2], reals[3], reals[2], reals[2],
-            whole[2], reals[1], reals[2], records[FOLD], reals[2], types.int64,
-        )  # fmt: skip
-        return serve, signature
 
-    return code_store.compiled("serve", build)
+def _serving(sample):
+    """The compiled `serve`, one for every method and function; `sample` has its arguments."""
+    if not _serve:
+        signature = types.int64(*map(type_of, sample), types.int64)
+        _serve.append(code_store.compiled("serve", lambda: (scheduler.serve, signature)))
+    return _serve[0]
 
 
 @functools.cache
 def _already():
-    return code_store.compiled("already", lambda: (already, ADVANCE)).address
+    return code_store.compiled("already", lambda: (scheduler.already, ADVANCE)).address
 
 
 class Worker:
@@ -66,92 +53,106 @@ class Worker:
 
     Parameters
     ----------
-    problem : check.Problem
+    problem : problem.validate.Problem
     members : members.Members
-    vector : lanes.Kernel or None
-    results : Results
+    vector : specialise.vector.Kernel or None
+    results : results.Results
     folds : sequence of reductions.Fold
     """
 
     def __init__(self, problem, members, vector, results, folds=()):
         p, n = problem, len(problem.y0)
-        self._results, self.found = results, []
-        width = vector.width if vector else 1
-        state, self._work = begin(p)
-        places, bounds = [], []
+        self.found, self._chunk = [], 100
+        width, n_events = vector.width if vector else 1, len(p.events or ())
+        state, work = begin(p)
+        places = self._bind(p, members, folds)
+        at_events = n_events > 0 and vector is not None and vector.watches
+        at_folds = len(folds) > 0 and vector is not None and vector.gathers
+        self.record = self._record(p, vector, results, at_events, at_folds, folds)
+        task = scheduler.Task(
+            self._addresses(p, vector), results.queue, self.record, state,
+            OUTPUT_RECORD(0, results.extrema, 0, 0, 0, 0, 0, 0, p.t0), members.words, members.y0,
+        )  # fmt: skip
+        rows = N_FIELDS + n_events * at_events + len(folds) * at_folds
+        lanes = self._lanes(p, members, vector, work, rows)
+        extended = np.empty((2, n + 1))
+        block = self.bounds[0].block
+        single = scheduler.Single(work, block, _table(places), np.empty((2, n)), extended)
+        e_room = n_events * (1 if vector else 8)
+        room = scheduler.Room(
+            np.empty(0 if p.t_eval is None else len(p.t_eval)),
+            np.empty((1, p.method.n_dense + 1, n)), np.empty((1, 2)),
+            np.empty(0) if p.t_eval is None else p.t_eval.astype(float), p.segments,
+            np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
+        )  # fmt: skip
+        self._room, self._n = max(ROOM, width * e_room) if n_events else 0, n
+        self._piece = self._new_piece()
+        done = scheduler.Results(*(getattr(results, name) for name in scheduler.Results._fields))
+        given = task, lanes, single, room, done, self._piece, self._folds(folds, n_events)
+        self._serve = code_store.Call(_serving(given), *given, self._chunk)
+
+    def _bind(self, p, members, folds):
+        """Bind all functions to blocks of this worker; where varying parameters go."""
+        places, self.bounds = [], []
         for fun, mode, length in functions_of(p, folds):
             bound, offsets = members.bind(fun, mode, length)
-            bounds.append(bound)
+            self.bounds.append(bound)
             address = bound.block.ctypes.data
             places += [(address + 8 * at, column, 0) for at, column in offsets]
-        self.bounds = bounds
-        blocks = [bound.block.ctypes.data for bound in bounds]
-        many_block, many_places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
-        if vector:
-            many_places = members.places(vector, many_block)
-        name = p.method.name
-        advance = vector
+        return places
+
+    def _addresses(self, p, vector):
+        name, n, advance = p.method.name, len(p.y0), vector
         if vector is None:
-            function = bounds[0].function
+            function = self.bounds[0].function
             if function is not None and n <= MAX_TUPLE:
                 advance = inlined_kernel(name, function, n)
             advance = advance or shared_kernel(name)
-        addresses = np.array(
-            [
-                advance.address, start_kernel(name).address, watch_kernel().address,
-                enrich_kernel(name).address,
-                _already(), events_kernel().address, *blocks,
-            ],
-            np.int64,
-        )  # fmt: skip
-        n_events = len(p.events or ())
+        kernels = advance, start_kernel(name), watch_kernel(), enrich_kernel(name)
+        blocks = [bound.block.ctypes.data for bound in self.bounds]
+        addresses = [kernel.address for kernel in kernels]
+        return np.array([*addresses, _already(), events_kernel().address, *blocks], np.int64)
+
+    def _record(self, p, vector, results, at_events, at_folds, folds):
+        record: Any = np.zeros(1, scheduler.WORKER)
+        record["vector"], record["order"] = vector is not None, p.method.error_order
+        record["last"], record["max_steps"] = p.method.last, p.max_steps
+        record["t_final"] = p.tf
+        record["extrema"], record["keep_found"] = results.extrema, results.keep_found
+        record["project"] = self.bounds[-1].block.ctypes.data if p.project is not None else 0
+        record["watches"], record["gathers"] = at_events, at_folds
+        alone = (p.events and not at_events) or (folds and not at_folds)
+        record["each"] = p.project is not None or bool(alone)
+        return record
+
+    def _lanes(self, p, members, vector, work, rows):
+        n, width, n_events = len(p.y0), vector.width if vector else 1, len(p.events or ())
+        block, places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
+        if vector:
+            places = members.places(vector, block)
         events: Any = np.zeros((width, n_events), EVENTS)
-        for i, bound in enumerate(bounds[1 : 1 + n_events]):
+        for i, bound in enumerate(self.bounds[1 : 1 + n_events]):
             _, limit, direction = p.events[i]
             events["block"][:, i] = bound.block.ctypes.data
             events["limit"][:, i], events["direction"][:, i] = limit, direction
-        worker: Any = np.zeros(1, WORKER)
-        worker["vector"], worker["order"] = vector is not None, p.method.error_order
-        worker["last"], worker["max_steps"] = p.method.last, p.max_steps
-        worker["t_final"] = p.tf
-        worker["extrema"], worker["keep_found"] = results.extrema, results.keep_found
-        worker["project"] = bounds[-1].block.ctypes.data if p.project is not None else 0
-        worker["watches"] = watches = n_events > 0 and vector is not None and vector.watches
-        worker["gathers"] = gathers = len(folds) > 0 and vector is not None and vector.gathers
-        unwatched, ungathered = n_events > 0 and not watches, len(folds) > 0 and not gathers
-        worker["each"] = p.project is not None or unwatched or ungathered
-        fold_table: Any = np.zeros(len(folds), FOLD)
-        for i, fold in enumerate(folds):
-            fold_table[i] = bounds[1 + n_events + i].block.ctypes.data, fold.start
-        self.record = worker
-        many = np.zeros((len(self._work) + 2, n * width))
+        many = np.zeros((len(work) + 2, n * width))
         for row in (RTOL, ATOL):
-            many[row] = np.repeat(self._work[row], width)
-        lanes = np.zeros((N_FIELDS + n_events * watches + len(folds) * gathers, width))
-        n_times = 0 if p.t_eval is None else len(p.t_eval)
-        rows = p.method.n_dense + 1
-        e_room = n_events * (1 if vector else 8)
-        given = (
-            addresses, results.queue, worker, state,
-            OUTPUT_RECORD(0, results.extrema, 0, 0, 0, 0, 0, 0, p.t0),
-            lanes, many, many_block, _table(many_places),
-            np.full(width, IDLE), np.zeros(width, STATE), np.zeros(width, OUTPUT), events,
-            self._work, bounds[0].block, _table(places), members.words, members.y0,
-            None if p.t_eval is None else p.t_eval.astype(float), p.legs, np.empty((2, n)),
-            np.empty(n_times), np.empty((1, rows, n)), np.empty((1, 2)),
-            np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
-            results.y_eval, results.y_end, results.t_end, results.status, results.counts,
-            results.best, results.t_first, results.folded,
+            many[row] = np.repeat(work[row], width)
+        return scheduler.Lanes(
+            np.zeros((rows, width)), many, block, _table(places), np.full(width, scheduler.IDLE),
+            np.zeros(width, STATE), np.zeros(width, OUTPUT), events,
         )  # fmt: skip
-        self._room = max(ROOM, width * e_room) if n_events else 0
-        self._new_piece()
-        self._chunk = 100
-        folds = fold_table, np.empty((2, n + 1))
-        self._serve = code_store.Call(_serving(), *given, *self._piece, *folds, self._chunk)
+
+    def _folds(self, folds, n_events):
+        table: Any = np.zeros(len(folds), scheduler.FOLD)
+        for i, fold in enumerate(folds):
+            table[i] = self.bounds[1 + n_events + i].block.ctypes.data, fold.start
+        return table
 
     def _new_piece(self):
-        n, room = len(self._work[0]), self._room
-        self._piece = np.empty((room, 2), np.int64), np.empty(room), np.empty((room, n))
+        room = self._room
+        where, t, y = np.empty((room, 2), np.int64), np.empty(room), np.empty((room, self._n))
+        return scheduler.Found(where, t, y)
 
     def _keep_piece(self):
         n = self.record["n_found"][0]
@@ -159,9 +160,9 @@ class Worker:
             self.found.append(tuple(part[:n] for part in self._piece))
             self.record["n_found"] = 0
             self._room *= 2
-            self._new_piece()
-            for name, part in zip(("f_where", "f_t", "f_y"), self._piece, strict=True):
-                self._serve[name] = part
+            self._piece = self._new_piece()
+            for name, part in self._piece._asdict().items():
+                self._serve[f"found.{name}"] = part
 
     def run(self, stopped):
         """Serve until the queue is empty or `stopped()`."""

@@ -7,7 +7,7 @@ import numpy as np
 
 EPS = float(np.finfo(float).eps)
 LANDING = 1e-9  # a span this close to a whole number of steps is taken as whole
-NO_LEGS = np.empty((0, 3))
+NO_SEGMENTS = np.empty((0, 3))
 
 
 def _tolerance(value, name, n):
@@ -89,14 +89,14 @@ def fixed_step(options, t0, tf, name):
     return span / n if n and abs(n * step - span) <= LANDING * step else step
 
 
-def legs_of_span(breakpoints, t0, tf):
+def segments_of_span(breakpoints, t0, tf):
     """Start, end and name of the end of each part of the span; no rows without breakpoints.
 
     Parts keep off the breakpoint by a few roundings of the time on either side, so that a
     derivative which jumps there is evaluated on the side where it belongs.
     """
     if breakpoints is None:
-        return NO_LEGS
+        return NO_SEGMENTS
     times = np.asarray(breakpoints, dtype=float)
     if times.ndim != 1 or np.isnan(times).any():
         raise ValueError("`breakpoints` must be a 1-D array of times that are not NaN.")

@@ -40,7 +40,7 @@ class Problem(NamedTuple):
     atol: Any
     h_max: float
     h: float
-    legs: np.ndarray
+    segments: np.ndarray
     project: Any
     max_steps: float
     progress: bool
@@ -242,5 +242,5 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     return Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, extra_arguments(args), mode, rtol, atol, h_max, h,
-        step_options.legs_of_span(options.get("breakpoints"), t0, tf), project, *running,
+        step_options.segments_of_span(options.get("breakpoints"), t0, tf), project, *running,
     )  # fmt: skip

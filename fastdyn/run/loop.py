@@ -11,7 +11,8 @@ from fastdyn.code_store import Call
 from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.compile.python_callback import evaluate, interruptible
 from fastdyn.kernels.calls.user_function import FAULT, RAISED, TIME
-from fastdyn.kernels.output.events import EVENTS
+from fastdyn.kernels.output import sampling
+from fastdyn.kernels.output.events import EVENTS, Events
 from fastdyn.kernels.state.record import (
     ATOL,
     FULL,
@@ -21,6 +22,7 @@ from fastdyn.kernels.state.record import (
     STATE,
     STEP_LIMIT,
     K,
+    Solve,
     Y,
 )
 from fastdyn.kernels.state.record import RAISED as RAISED_STATUS
@@ -42,7 +44,7 @@ def begin(problem) -> Any:
     """The state record and the work array before the first step."""
     n, p = len(problem.y0), problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
-    t0, end = map(float, p.legs[0, :2]) if len(p.legs) else (p.t0, p.tf)
+    t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, p.tf)
     state = STATE_RECORD(t0, t0, end, end, t0, direction, p.h, p.h_max, 0.0, 0, 0, 0)
     work = np.zeros((K + p.method.n_rows, n))
     work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
@@ -104,19 +106,19 @@ class Run:
             project = projection.block.ctypes.data
         self._tier = Tier(p.method.name, bound, n, p.compile)
         kernel = (p.method.name, bool(bound.parts))
-        solve = self.state, self.work, self.block
-        self._start = Call(start_kernel(*kernel), *solve, p.method.error_order, p.method.last)
+        solve = Solve(self.state, self.work, self.block)
+        last = p.method.last
+        self._start = Call(start_kernel(*kernel), *solve, p.method.error_order, last)
         self._open, scratch, o = None, np.empty((2, n)), self.output
-        events = (None, None, None, None)
+        events = Events(None, None, None, None)
         if len(self.table):
             self._open = Call(events_kernel(), self.table, p.t0, self.work[Y], scratch[1])
-            events = self.table, o.e_index, o.e_t, o.e_y
-        self._watch = Call(
-            watch_kernel(), enrich_kernel(*kernel).address, p.method.last, 0, *solve,
-            o.record, o.t, o.y, o.d, o.spans,
-            None if p.t_eval is None else p.t_eval.astype(float),
-            p.legs if len(p.legs) else None, project, *events, scratch, 0,
-        )  # fmt: skip
+            events = Events(self.table, o.e_index, o.e_t, o.e_y)
+        t_eval = None if p.t_eval is None else p.t_eval.astype(float)
+        segments = p.segments if len(p.segments) else None
+        kernels = sampling.Kernels(0, enrich_kernel(*kernel).address, last, project)
+        room = sampling.Output(o.record, o.t, o.y, o.d, o.spans, t_eval, segments)
+        self._watch = Call(watch_kernel(), kernels, solve, room, events, scratch, 0)
         self._callbacks = [b.callback for b in self.bounds if b.callback is not None]
         self._fresh: list = []
 
@@ -167,7 +169,7 @@ class Run:
                         status = STEP_LIMIT
                         break
                 n_steps = chunk if chunk < left else int(left)
-                watch["advance"], watch["n_steps"] = tier.address, n_steps
+                watch["kernels.advance"], watch["n_steps"] = tier.address, n_steps
                 began = time.perf_counter()
                 status = advance()
                 spent = time.perf_counter() - began

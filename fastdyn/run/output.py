@@ -53,10 +53,11 @@ class Output:
 
     def lay_into(self, watch):
         """Tell a `Call` of the kernel `watch` which arrays to fill."""
-        watch["out"], watch["t_out"], watch["y_out"] = self.record, self.t, self.y
-        watch["d_out"], watch["span_out"] = self.d, self.spans
+        watch["output.record"], watch["output.t"], watch["output.y"] = self.record, self.t, self.y
+        watch["output.d"], watch["output.spans"] = self.d, self.spans
         if self._m:
-            watch["e_index"], watch["e_t"], watch["e_y"] = self.e_index, self.e_t, self.e_y
+            watch["events.index"], watch["events.t"] = self.e_index, self.e_t
+            watch["events.y"] = self.e_y
 
     def again(self, y0):
         """No output yet; the arrays are used once more, and what is given out will be copies."""

@@ -29,7 +29,7 @@ def description(problem, functions):
         "tolerances and steps": repr((p.rtol, p.atol, p.h_max, p.h)),
         "output": [p.t_eval is None, bool(p.dense_output), hashlib.sha256(times).hexdigest()],
         "events": repr(events),
-        "breakpoints": hashlib.sha256(p.legs.tobytes()).hexdigest(),
+        "breakpoints": hashlib.sha256(p.segments.tobytes()).hexdigest(),
         FUNCTIONS: functions,
     }
 

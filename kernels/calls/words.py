@@ -1,5 +1,7 @@
 """How the arguments of a kernel lie in words: numbers in 8 bytes, arrays by address and shape.
 
+A named tuple is its fields, one after the other.
+
 Every kernel has one compiled form, ``int64 kernel(int64 *words)``, for Python and other kernels.
 Arrays are C-contiguous, and stay the caller's.
 """
@@ -16,6 +18,8 @@ FAILED = -(2**62)  # returned by a kernel that raised, which none of ours does
 
 def n_words(ty):
     """Words that an argument of this type takes."""
+    if isinstance(ty, types.BaseTuple):
+        return sum(map(n_words, ty.types))
     return 1 + ty.ndim if isinstance(ty, types.Array) else 1
 
 
@@ -43,24 +47,31 @@ def values_of(context, builder, tys, pointer):
             yield builder.load(cgutils.gep(builder, pointer, at))
             at += 1
 
-    words, values = loads(), []
-    for ty in tys:
-        if isinstance(ty, types.Array):
-            values.append(array_of(context, builder, ty, words))
-        elif ty == types.float64:
-            values.append(builder.bitcast(next(words), ir.DoubleType()))
-        elif ty == types.int64:
-            values.append(next(words))
-        else:
-            raise TypeError(f"a kernel takes no argument of type {ty}")
-    return values
+    words = loads()
+    return [_value_of(context, builder, ty, words) for ty in tys]
+
+
+def _value_of(context, builder, ty, words):
+    if isinstance(ty, types.BaseTuple):
+        parts = [_value_of(context, builder, part, words) for part in ty.types]
+        return context.make_tuple(builder, ty, parts)
+    if isinstance(ty, types.Array):
+        return array_of(context, builder, ty, words)
+    if ty == types.float64:
+        return builder.bitcast(next(words), ir.DoubleType())
+    if ty == types.int64:
+        return next(words)
+    raise TypeError(f"a kernel takes no argument of type {ty}")
 
 
 def words_of(context, builder, tys, values):
     """The words of arguments, as a list of integers."""
     words = []
     for ty, value in zip(tys, values, strict=True):
-        if isinstance(ty, types.Array):
+        if isinstance(ty, types.BaseTuple):
+            parts = [builder.extract_value(value, i) for i in range(len(ty.types))]
+            words += words_of(context, builder, ty.types, parts)
+        elif isinstance(ty, types.Array):
             array = arrayobj.make_array(ty)(context, builder, value)
             words.append(builder.ptrtoint(array.data, WORD))
             words += cgutils.unpack_tuple(builder, array.shape)
@@ -75,8 +86,7 @@ def words_of(context, builder, tys, values):
 @intrinsic
 def invoke(typingctx, address, given):
     """Call the kernel at `address` with a tuple of arguments; its status."""
-    kinds = [types.unliteral(ty) for ty in given]
-    room = sum(map(n_words, kinds))
+    room = sum(map(n_words, given))
 
     def codegen(context, builder, signature, args):
         place = cgutils.alloca_once(builder, ir.ArrayType(WORD, room))

@@ -5,6 +5,8 @@ One compiled loop serves every method and function: it calls the stepping kernel
 which is told that the step has been taken.  Without vectors there is one lane, and `watch` steps.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -15,9 +17,11 @@ from ..calls.user_function import RAISED, call, word
 from ..calls.words import invoke
 from ..jit_options import BARE, njit
 from ..output.dense_output import polynomial
+from ..output.events import Events
 from ..output.extrema import MAX, MIN, note_state, note_step
+from ..output.sampling import Kernels, Output
 from ..state.elementwise import slot
-from ..state.record import EVENT, FINISHED, FULL, RUNNING, STEP_LIMIT, Y_OLD, K, Y
+from ..state.record import EVENT, FINISHED, FULL, RUNNING, STEP_LIMIT, Y_OLD, K, Solve, Y
 from ..state.record import RAISED as RAISED_STATUS
 from .lanes import (
     ACCEPTED,
@@ -40,6 +44,90 @@ from .lanes import (
 ADVANCE, START, WATCH, ENRICH, ALREADY, OPEN, BLOCKS = range(7)
 NEXT, COUNT = range(2)  # in `queue`
 IDLE = -1  # member of a lane that has none
+
+
+class Task(NamedTuple):
+    """What all workers share, and where each trajectory comes from.
+
+    Kernels by address; the next member and the number of them, in a `queue` for all workers; a
+    WORKER record; one STATE and one OUTPUT record, as every trajectory begins; parameters, as
+    words, (M, n_values); and initial states, (M or 1, n).
+    """
+
+    addresses: Any
+    queue: Any
+    worker: Any
+    state: Any
+    record: Any
+    values: Any
+    y0: Any
+
+
+class Lanes(NamedTuple):
+    """The vectors: see `lanes.advance`; which trajectory is in each lane, and its records.
+
+    `places` has (address, column of the values, bytes from lane to lane) of each parameter.
+    """
+
+    fields: Any
+    work: Any
+    block: Any
+    places: Any
+    members: Any
+    states: Any
+    records: Any
+    events: Any
+
+
+class Single(NamedTuple):
+    """The rows and the block of one trajectory, where its parameters go, and scratch."""
+
+    work: Any
+    block: Any
+    places: Any
+    scratch: Any
+    extended: Any
+
+
+class Room(NamedTuple):
+    """What `watch` fills for a trajectory; see `sampling.Output` and `events.Events`."""
+
+    t: Any
+    d: Any
+    spans: Any
+    t_eval: Any
+    segments: Any
+    e_index: Any
+    e_t: Any
+    e_y: Any
+
+
+class Results(NamedTuple):
+    """One row a member: (M, n_times, n), (M, n), (M,), (M,), (M, 4), (M or 0, 4, n), (M, n_events),
+    (M, n_folds).
+
+    Counts are of steps accepted, rejected, evaluations outside them, times reached; `best` is of
+    `extrema`; `t_first` has the time of the first event of each kind, NaN until it happens;
+    `folded` the values of the FOLDs.
+    """
+
+    y_eval: Any
+    y_end: Any
+    t_end: Any
+    status: Any
+    counts: Any
+    best: Any
+    t_first: Any
+    folded: Any
+
+
+class Found(NamedTuple):
+    """Occurrences of events: (member, event), time and state."""
+
+    where: Any
+    t: Any
+    y: Any
+
 
 # What a worker knows of all its trajectories.
 WORKER = np.dtype(
@@ -108,203 +196,193 @@ def _next_stop(s, o, t_eval, each):
         return -s.direction * np.inf
     if o.i_eval < len(t_eval) and s.direction * (t_eval[o.i_eval] - s.t_end) < 0.0:
         return t_eval[o.i_eval]
-    return s.t_end  # of the leg
+    return s.t_end  # of the segment
 
 
 @njit(**BARE)
-def _to_lane(w, s, lanes, many, work, lane, stop, events, folded):
+def _to_lane(w, lanes, single, folded, lane, stop):
     """Let a lane go on from the state and the rows of one trajectory."""
-    width, row = lanes.shape[1], N_FIELDS
+    fields, s, events = lanes.fields, lanes.states[lane], lanes.events[lane]
+    width, row, work = fields.shape[1], N_FIELDS, single.work
     if w.watches:
         for i in range(len(events)):
-            lanes[row + i, lane] = events[i].g
+            fields[row + i, lane] = events[i].g
         row += len(events)
     if w.gathers:
         for i in range(len(folded)):
-            lanes[row + i, lane] = folded[i]
-    lanes[T, lane], lanes[T_OLD, lane], lanes[H, lane] = s.t, s.t_old, s.h
-    lanes[T_END, lane], lanes[T_STOP, lane], lanes[LIMIT, lane] = s.t_end, stop, w.max_steps
-    lanes[ACCEPTED, lane], lanes[REJECTED, lane] = s.n_accepted, s.n_rejected
-    lanes[TRIES, lane], lanes[LIVE, lane] = 0.0, 1.0
+            fields[row + i, lane] = folded[i]
+    fields[T, lane], fields[T_OLD, lane], fields[H, lane] = s.t, s.t_old, s.h
+    fields[T_END, lane], fields[T_STOP, lane], fields[LIMIT, lane] = s.t_end, stop, w.max_steps
+    fields[ACCEPTED, lane], fields[REJECTED, lane] = s.n_accepted, s.n_rejected
+    fields[TRIES, lane], fields[LIVE, lane] = 0.0, 1.0
     for j in range(work.shape[1]):
-        many[Y, j * width + lane] = work[Y, j]
+        lanes.work[Y, j * width + lane] = work[Y, j]
         for row in range(K, work.shape[0]):
-            many[row, j * width + lane] = work[row, j]
+            lanes.work[row, j * width + lane] = work[row, j]
 
 
 @njit(**BARE)
-def _from_lane(w, s, lanes, many, work, lane, folded):
+def _from_lane(w, lanes, single, folded, lane):
     """The state and the rows of the trajectory in a lane."""
-    width = lanes.shape[1]
+    fields, s, work = lanes.fields, lanes.states[lane], single.work
+    width = fields.shape[1]
     if w.gathers:
         for i in range(len(folded)):
-            folded[i] = lanes[len(lanes) - len(folded) + i, lane]
-    s.t, s.t_old, s.h, s.error = (
-        lanes[T, lane],
-        lanes[T_OLD, lane],
-        lanes[H, lane],
-        lanes[ERROR, lane],
-    )
-    s.n_accepted, s.n_rejected = int(lanes[ACCEPTED, lane]), int(lanes[REJECTED, lane])
+            folded[i] = fields[len(fields) - len(folded) + i, lane]
+    s.t, s.t_old, s.h = fields[T, lane], fields[T_OLD, lane], fields[H, lane]
+    s.error = fields[ERROR, lane]
+    s.n_accepted, s.n_rejected = int(fields[ACCEPTED, lane]), int(fields[REJECTED, lane])
     for j in range(work.shape[1]):
-        work[Y, j], work[Y_OLD, j] = many[Y, j * width + lane], many[Y_OLD, j * width + lane]
+        work[Y, j], work[Y_OLD, j] = (
+            lanes.work[Y, j * width + lane],
+            lanes.work[Y_OLD, j * width + lane],
+        )
         for row in range(K, work.shape[0]):
-            work[row, j] = many[row, j * width + lane]
+            work[row, j] = lanes.work[row, j * width + lane]
 
 
 @njit(**BARE)
-def serve(
-    addresses, queue, worker, common, blank, lanes, many, many_block, many_places,
-    members, states, outs, events, work, block, places, values, y0,
-    t_eval, legs, scratch, t_out, d, spans, e_index, e_t, e_y,
-    y_eval, y_end, t_end, status_end, counts, best, t_first, folded, f_where, f_t, f_y, folds,
-    extended, n_steps,
-):  # fmt: skip
+def serve(task, lanes, single, room, results, found, folds, n_steps):
     """Take about `n_steps` steps in each lane.
 
     Parameters
     ----------
-    addresses, queue, worker : arrays
-        Kernels by address; the next member and the number of them, shared by all workers; WORKER.
-    common, blank : arrays
-        One STATE and one OUTPUT record: how every trajectory begins.
-    lanes, many, many_block, many_places : arrays
-        See `lanes.advance`; where in the block the parameters of a lane are, as `places`.
-    members, states, outs, events : arrays, (width,) and (width, n_events)
-        Which trajectory is in each lane, and its records.
-    work, block, places : arrays
-        One trajectory; (address, column of `values`, bytes from lane to lane) of its parameters.
-    values, y0 : arrays, (M, n_values), (M or 1, n)
-        Parameters, as words, and initial states.
-    t_eval, legs, scratch, t_out, d, spans, e_index, e_t, e_y : arrays
-        As for `watch`.
-    y_eval, y_end, t_end, status_end, counts : arrays, (M, n_times, n), (M, n), (M,), (M,), (M, 4)
-        Results: counts are of steps accepted, rejected, evaluations outside them, times reached.
-    best, t_first, folded : arrays, (M, 4, n) or (0, 4, n), (M, n_events), (M, n_folds)
-        See `extrema`; time of the first event of each kind, NaN until it happens; FOLD's numbers.
-    f_where, f_t, f_y : arrays
-        Occurrences of events: (member, event), time and state.
-    folds, extended : arrays, (n_folds,), (2, n + 1)
-        FOLD records, and scratch.
+    task, lanes, single, room, results, found : named tuples
+    folds : array, (n_folds,)
+        FOLD records.
 
     Returns
     -------
     int
-        RUNNING, FULL (`f_t` has no room for the events of a step), or FINISHED.
+        RUNNING, FULL (`found` has no room for the events of a step), or FINISHED.
     """
-    w = worker[0]
-    width, each = len(members), w.each != 0
+    w, width = task.worker[0], len(lanes.members)
     while n_steps > 0:
-        if w.n_found + width * len(e_t) > len(f_t):
+        if w.n_found + width * len(room.e_t) > len(found.t):
             return FULL
         n_live = 0
         for lane in range(width):
-            while members[lane] == IDLE and queue[NEXT] < queue[COUNT]:
-                member = _take(queue, NEXT)
-                if member >= queue[COUNT]:
-                    break
-                members[lane] = member
-                for i in range(len(folds)):
-                    folded[member, i] = folds[i].start
-                status = _begin(
-                    addresses, w, common, blank, lane, member, states, outs, events, work, block,
-                    places, values, y0, scratch, best,
-                )  # fmt: skip
-                if status != RUNNING:
-                    _end(
-                        addresses, w, lane, status, members, states, outs, work, y_end, t_end,
-                        status_end, counts, best,
-                    )  # fmt: skip
-                elif w.vector:
-                    set_parameters(many_places, values, member, lane)
-                    s = states[lane]
-                    stop = _next_stop(s, outs[lane], t_eval, each)
-                    _to_lane(w, s, lanes, many, work, lane, stop, events[lane], folded[member])
-                    if w.extrema:
-                        _raise_bar(many, best[member], lane, width)
-            n_live += members[lane] != IDLE
+            _fill(task, lanes, single, room, results, folds, lane)
+            n_live += lanes.members[lane] != IDLE
         if n_live == 0:
             return FINISHED
         budget = n_steps
         if w.vector:
-            n_steps -= invoke(addresses[ADVANCE], (common, lanes, many, many_block, n_steps))
+            given = task.state, lanes.fields, lanes.work, lanes.block, n_steps
+            n_steps -= invoke(task.addresses[ADVANCE], given)
         for lane in range(width):
-            if w.vector and lanes[STATUS, lane] == NOTHING:
+            if w.vector and lanes.fields[STATUS, lane] == NOTHING:
                 continue
-            s, o, member = states[lane], outs[lane], members[lane]
-            kernel, status = addresses[ADVANCE], RUNNING
-            if w.vector:
-                _from_lane(w, s, lanes, many, work, lane, folded[member])
-                set_parameters(places, values, member, 0)
-                kernel, status, budget = addresses[ALREADY], int(lanes[STATUS, lane]), 1
-                if status <= FINISHED:
-                    s.n_accepted -= 1
-            if w.extrema or len(folds) > 0:
-                budget = 1  # and `watch` leaves the interpolant in d for the extrema
-            before, left = s.n_accepted, w.max_steps - s.n_accepted
-            if status <= FINISHED:
-                status = invoke(
-                    addresses[WATCH],
-                    (
-                        addresses[ENRICH], w.last, kernel, states[lane : lane + 1], work, block,
-                        outs[lane : lane + 1], t_out, y_eval[member], d, spans, t_eval, legs,
-                        w.project, events[lane], e_index, e_t, e_y, scratch,
-                        budget if budget < left else int(left),
-                    ),
-                )  # fmt: skip
+            taken = _attend(task, lanes, single, room, results, found, folds, lane, budget)
             if not w.vector:
-                n_steps -= s.n_accepted - before
-            _note_first(t_first[member], o.n_events, e_index, e_t)
-            for i in range(o.n_events if w.keep_found else 0):
-                f_where[w.n_found, 0], f_where[w.n_found, 1] = member, e_index[i]
-                f_t[w.n_found] = e_t[i]
-                for j in range(work.shape[1]):
-                    f_y[w.n_found, j] = e_y[i, j]
-                w.n_found += 1
-            n_events, o.n_events = o.n_events, 0
-            if status == FULL:  # of events; they have been taken out
-                status = RUNNING
-            if status == RUNNING and s.n_accepted >= w.max_steps:
-                status = STEP_LIMIT
-            x_end = 1.0
-            if status == EVENT:
-                _stop_at_event(s, work, n_events, e_t, e_y)
-                x_end = (s.t - s.t_old) / (spans[0, 1] if w.extrema else 1.0)
-            elif status == FINISHED:
-                if s.t != s.t_end:
-                    x_end = (w.t_final - s.t_old) / (s.t - s.t_old)
-                    polynomial(d[0], x_end, work[Y])
-                s.t = w.t_final
-            if w.extrema and s.n_accepted > before:
-                note_step(best[member], d[0], spans[0, 0], spans[0, 1], x_end)
-                note_state(best[member], s.t, work)
-                o.n_dense = 0
-            if s.n_accepted > before and not _gather(folds, folded[member], s.t, work, extended):
-                status = RAISED_STATUS
-            if status != RUNNING:
-                _end(
-                    addresses, w, lane, status, members, states, outs, work, y_end, t_end,
-                    status_end, counts, best,
-                )  # fmt: skip
-                if w.vector:
-                    lanes[LIVE, lane] = 0.0
-            elif w.vector:
-                stop = _next_stop(s, o, t_eval, each)
-                _to_lane(w, s, lanes, many, work, lane, stop, events[lane], folded[member])
-                if w.extrema:
-                    _raise_bar(many, best[member], lane, width)
+                n_steps -= taken
     return RUNNING
 
 
 @njit(**BARE)
-def _begin(
-    addresses, w, common, blank, lane, member, states, outs, events, work, block, places, values,
-    y0, scratch, best,
-):  # fmt: skip
+def _fill(task, lanes, single, room, results, folds, lane):
+    """Give an idle lane the next trajectory that begins, if there is one."""
+    w, queue, members = task.worker[0], task.queue, lanes.members
+    while members[lane] == IDLE and queue[NEXT] < queue[COUNT]:
+        member = _take(queue, NEXT)
+        if member >= queue[COUNT]:
+            break
+        members[lane] = member
+        for i in range(len(folds)):
+            results.folded[member, i] = folds[i].start
+        status = _begin(task, lanes, single, results.best, lane)
+        if status != RUNNING:
+            _end(task, lanes, single, results, lane, status)
+        elif w.vector:
+            set_parameters(lanes.places, task.values, member, lane)
+            _resume(task, lanes, single, room, results, lane)
+
+
+@njit(**BARE)
+def _resume(task, lanes, single, room, results, lane):
+    """Let a lane go on with its trajectory."""
+    w, member = task.worker[0], lanes.members[lane]
+    stop = _next_stop(lanes.states[lane], lanes.records[lane], room.t_eval, w.each != 0)
+    _to_lane(w, lanes, single, results.folded[member], lane, stop)
+    if w.extrema:
+        _raise_bar(lanes.work, results.best[member], lane, len(lanes.members))
+
+
+@njit(**BARE)
+def _attend(task, lanes, single, room, results, found, folds, lane, budget):
+    """Sample the steps of one trajectory, and end it or let it go on; the steps taken."""
+    w, s, o, member = task.worker[0], lanes.states[lane], lanes.records[lane], lanes.members[lane]
+    work, before = single.work, s.n_accepted
+    kernel, status = task.addresses[ADVANCE], RUNNING
+    if w.vector:
+        _from_lane(w, lanes, single, results.folded[member], lane)
+        set_parameters(single.places, task.values, member, 0)
+        kernel, status, budget = task.addresses[ALREADY], int(lanes.fields[STATUS, lane]), 1
+        if status <= FINISHED:
+            s.n_accepted -= 1
+    if w.extrema or len(folds) > 0:
+        budget = 1  # and `watch` leaves the interpolant in d for the extrema
+    before, left = s.n_accepted, w.max_steps - s.n_accepted
+    if status <= FINISHED:
+        steps = budget if budget < left else int(left)
+        status = _watch(task, lanes, single, room, results.y_eval[member], kernel, lane, steps)
+    taken = s.n_accepted - before
+    n_events = _keep_events(w, o, room, found, results.t_first[member], member)
+    if status == FULL:  # of events; they have been taken out
+        status = RUNNING
+    if status == RUNNING and s.n_accepted >= w.max_steps:
+        status = STEP_LIMIT
+    x_end = 1.0
+    if status == EVENT:
+        _stop_at_event(s, work, n_events, room)
+        x_end = (s.t - s.t_old) / (room.spans[0, 1] if w.extrema else 1.0)
+    elif status == FINISHED:
+        if s.t != s.t_end:
+            x_end = (w.t_final - s.t_old) / (s.t - s.t_old)
+            polynomial(room.d[0], x_end, work[Y])
+        s.t = w.t_final
+    if w.extrema and taken > 0:
+        note_step(results.best[member], room.d[0], room.spans[0, 0], room.spans[0, 1], x_end)
+        note_state(results.best[member], s.t, work)
+        o.n_dense = 0
+    if taken > 0 and not _gather(folds, results.folded[member], s.t, work, single.extended):
+        status = RAISED_STATUS
+    if status != RUNNING:
+        _end(task, lanes, single, results, lane, status)
+        if w.vector:
+            lanes.fields[LIVE, lane] = 0.0
+    elif w.vector:
+        _resume(task, lanes, single, room, results, lane)
+    return taken
+
+
+@njit(**BARE)
+def _watch(task, lanes, single, room, y_eval, kernel, lane, n_steps):
+    """Steps of one trajectory by the kernel at an address, sampled; the status of `watch`."""
+    w, one = task.worker[0], slice(lane, lane + 1)
+    return invoke(
+        task.addresses[WATCH],
+        (
+            Kernels(kernel, task.addresses[ENRICH], w.last, w.project),
+            Solve(lanes.states[one], single.work, single.block),
+            Output(
+                lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, room.segments
+            ),
+            Events(lanes.events[lane], room.e_index, room.e_t, room.e_y),
+            single.scratch,
+            n_steps,
+        ),
+    )
+
+
+@njit(**BARE)
+def _begin(task, lanes, single, best, lane):
     """Prepare the state and the rows of one trajectory; RUNNING, or why it cannot begin."""
-    states[lane], outs[lane] = common[0], blank[0]
-    set_parameters(places, values, member, 0)
-    start = y0[member if len(y0) > 1 else 0]
+    w, work, states, events = task.worker[0], single.work, lanes.states, lanes.events[lane]
+    member = lanes.members[lane]
+    states[lane], lanes.records[lane] = task.state[0], task.record[0]
+    set_parameters(single.places, task.values, member, 0)
+    start = task.y0[member if len(task.y0) > 1 else 0]
     for j in range(work.shape[1]):
         work[Y, j] = work[Y_OLD, j] = start[j]
         for row in range(K, work.shape[0]):
@@ -312,12 +390,13 @@ def _begin(
     if w.extrema:
         best[member, :, :] = np.nan
         note_state(best[member], states[lane].t, work)
-    status = invoke(addresses[START], (states[lane : lane + 1], work, block, w.order, w.last))
-    if status == RUNNING and events.shape[1] > 0:
-        for i in range(events.shape[1]):
-            events[lane, i].count = 0
-        t = states[lane].t
-        status = invoke(addresses[OPEN], (events[lane], t, slot(None, work, Y), scratch[1]))
+    given = states[lane : lane + 1], work, single.block, w.order, w.last
+    status = invoke(task.addresses[START], given)
+    if status == RUNNING and len(events) > 0:
+        for i in range(len(events)):
+            events[i].count = 0
+        given = events, states[lane].t, slot(None, work, Y), single.scratch[1]
+        status = invoke(task.addresses[OPEN], given)
     return status
 
 
@@ -336,47 +415,55 @@ def _gather(folds, folded, t, work, extended):
 
 
 @njit(**BARE)
-def _raise_bar(many, best, lane, width):
+def _raise_bar(work, best, lane, width):
     """Tell the stepping kernel what a component has to exceed, or to fall below."""
     for j in range(best.shape[1]):
-        many[len(many) - 2, j * width + lane] = best[MAX, j]
-        many[len(many) - 1, j * width + lane] = best[MIN, j]
+        work[len(work) - 2, j * width + lane] = best[MAX, j]
+        work[len(work) - 1, j * width + lane] = best[MIN, j]
 
 
 @njit(**BARE)
-def _note_first(t_first, n_events, e_index, e_t):
+def _keep_events(w, o, room, found, t_first, member):
+    """Take out the events of a trajectory; their number."""
+    n_events, o.n_events = o.n_events, 0
     for i in range(n_events):
-        if np.isnan(t_first[e_index[i]]):
-            t_first[e_index[i]] = e_t[i]
+        if np.isnan(t_first[room.e_index[i]]):
+            t_first[room.e_index[i]] = room.e_t[i]
+        if w.keep_found:
+            found.where[w.n_found, 0], found.where[w.n_found, 1] = member, room.e_index[i]
+            found.t[w.n_found] = room.e_t[i]
+            for j in range(found.y.shape[1]):
+                found.y[w.n_found, j] = room.e_y[i, j]
+            w.n_found += 1
+    return n_events
 
 
 @njit(**BARE)
-def _stop_at_event(s, work, n_events, e_t, e_y):
+def _stop_at_event(s, work, n_events, room):
     """The state at the event that ended the run: the last one of the step."""
     last = 0
     for i in range(n_events):
-        if s.direction * (e_t[i] - e_t[last]) >= 0.0:
+        if s.direction * (room.e_t[i] - room.e_t[last]) >= 0.0:
             last = i
-    s.t = e_t[last]
+    s.t = room.e_t[last]
     for j in range(work.shape[1]):
-        work[Y, j] = e_y[last, j]
+        work[Y, j] = room.e_y[last, j]
 
 
 @njit(**BARE)
-def _end(
-    addresses, w, lane, status, members, states, outs, work, y_end, t_end, status_end, counts, best
-):
+def _end(task, lanes, single, results, lane, status):
     """Note the result of a trajectory; its lane is free."""
-    s, member = states[lane], members[lane]
-    t_end[member], status_end[member] = s.t, status
+    s, member, work = lanes.states[lane], lanes.members[lane], single.work
+    results.t_end[member], results.status[member] = s.t, status
     for j in range(work.shape[1]):
-        y_end[member, j] = work[Y, j]
-    if w.extrema:
-        note_state(best[member], s.t, work)
-    counts[member, 0], counts[member, 1] = s.n_accepted, s.n_rejected
-    counts[member, 2], counts[member, 3] = s.n_extra, outs[lane].i_eval
+        results.y_end[member, j] = work[Y, j]
+    if task.worker[0].extrema:
+        note_state(results.best[member], s.t, work)
+    counts = results.counts[member]
+    counts[0], counts[1] = s.n_accepted, s.n_rejected
+    counts[2], counts[3] = s.n_extra, lanes.records[lane].i_eval
     if status == RAISED_STATUS:
-        for address in addresses[BLOCKS:]:
+        for address in task.addresses[BLOCKS:]:
             _write(address + 8 * RAISED, 0)
-    members[lane] = IDLE
-    w.n_done += 1
+    lanes.members[lane] = IDLE
+    task.worker[0].n_done += 1

@@ -1,5 +1,7 @@
 """Events: functions whose sign is watched, and where in a step it changes."""
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ..calls.user_function import RAISED, call, word
@@ -22,6 +24,15 @@ EVENTS = np.dtype(
         ("active", "i8"),  # crossed in this step
     ]
 )
+
+
+class Events(NamedTuple):
+    """The EVENTS records, and room for what is found: which, when, and the state there."""
+
+    table: Any
+    index: Any
+    t: Any
+    y: Any
 
 
 @njit(**BARE)
@@ -47,7 +58,7 @@ def open_events(events, t, y, scratch):
 
 @njit(**BARE)
 def leave_zero(events, t, y, scratch):
-    """At the start of a leg: an event that is exactly zero, and counted, is looked at anew."""
+    """At the start of a segment: an event that is exactly zero, and counted, is looked at anew."""
     for i in range(len(events)):
         e = events[i]
         if e.g == 0.0:
@@ -89,17 +100,18 @@ def locate(events, d, t_from, t, t_old, h, direction, scratch):
 
 
 @njit(**BARE)
-def record(events, final, d, t_old, h, direction, e_index, e_t, e_y, n):
+def record(events, final, d, t_old, h, direction, n):
     """Store the active events, none later than the final one; the new count."""
-    for i in range(len(events)):
-        e = events[i]
+    table = events.table
+    for i in range(len(table)):
+        e = table[i]
         if not e.active:
             continue
         if final >= 0:
-            later = direction * (e.root - events[final].root)
+            later = direction * (e.root - table[final].root)
             if later > 0.0 or (later == 0.0 and i > final):
                 continue
-        e_index[n], e_t[n] = i, e.root
-        polynomial(d, (e.root - t_old) / h, e_y[n])
+        events.index[n], events.t[n] = i, e.root
+        polynomial(d, (e.root - t_old) / h, events.y[n])
         n += 1
     return n

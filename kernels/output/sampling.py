@@ -5,6 +5,8 @@ looked at and otherwise up to the next output time, and the interpolant through 
 one compiled loop serves every method in both tiers.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ..calls.user_function import RAISED, by_pointer, call, word
@@ -26,10 +28,46 @@ OUTPUT = np.dtype(
         ("n_dense", "i8"),
         ("n_events", "i8"),  # occurrences in this piece
         ("i_eval", "i8"),  # next entry of t_eval
-        ("i_leg", "i8"),  # present row of legs
+        ("i_segment", "i8"),  # present row of segments
         ("t_last", "f8"),  # last time stored
     ]
 )
+
+
+FAILED = -2  # in place of an event: a function raised
+
+
+class Kernels(NamedTuple):
+    """What a step consists of, by address.
+
+    `advance` steps; ``enrich(t, h, work, block, d)`` adds the rows of the method's interpolant to
+    the Hermite cubic and returns how often it evaluated the derivative; `last` is the stage that
+    is the derivative at the end of a step; `project` is the block of the function that takes a
+    new state to its constraints, or 0.
+    """
+
+    advance: Any
+    enrich: Any
+    last: Any
+    project: Any
+
+
+class Output(NamedTuple):
+    """What is wanted, and room for it.
+
+    An OUTPUT record; times (room,), values (room, n), polynomials (room, rows, n), and their
+    t_old and h (room, 2), of which one place is always free; the times `t_eval`; and `segments`,
+    (n_segments, 3), where the parts of a span with breakpoints begin and end, and the time that
+    their end is called in the output: without rows, there are none.
+    """
+
+    record: Any
+    t: Any
+    y: Any
+    d: Any
+    spans: Any
+    t_eval: Any
+    segments: Any
 
 
 @njit(**BARE)
@@ -40,19 +78,21 @@ def _copy(row, out):
 
 
 @njit(**BARE)
-def _interpolate(enrich, last, s, work, block, d):
+def _interpolate(kernels, solve, d):
     """The polynomial of the last step, in the rows of d."""
+    s = solve.state[0]
     h = s.t - s.t_old
-    hermite(h, last, work, d)
-    s.n_extra += invoke(enrich, (s.t_old, h, work, block, d))
+    hermite(h, kernels.last, solve.work, d)
+    s.n_extra += invoke(kernels.enrich, (s.t_old, h, solve.work, solve.block, d))
 
 
 @njit(**BARE)
-def _derive(s, work, block, last):
+def _derive(solve, last):
     """The derivative at the present state, for the step that comes next; RUNNING or RAISED."""
-    by_pointer(s.t, slot(None, work, Y), block, slot(None, work, K + last))
+    s, work = solve.state[0], solve.work
+    by_pointer(s.t, slot(None, work, Y), solve.block, slot(None, work, K + last))
     s.n_extra += 1
-    return RAISED_STATUS if block[RAISED] != 0 else RUNNING
+    return RAISED_STATUS if solve.block[RAISED] != 0 else RUNNING
 
 
 @njit(**BARE)
@@ -73,61 +113,26 @@ def _project_row(project, t, y, scratch):
 
 
 @njit(**BARE)
-def _project(project, s, work, block, last, scratch):
+def _project(kernels, solve, scratch):
     """Take the new state to its constraints; False if a function raised."""
-    call(project, s.t, slot(None, work, Y), scratch)
-    if word(project, RAISED) != 0:
+    call(kernels.project, solve.state[0].t, slot(None, solve.work, Y), scratch)
+    if word(kernels.project, RAISED) != 0:
         return False
-    _copy(scratch, work[Y])
-    return _derive(s, work, block, last) == RUNNING
+    _copy(scratch, solve.work[Y])
+    return _derive(solve, kernels.last) == RUNNING
 
 
 @njit(**BARE)
-def watch(
-    enrich,
-    last,
-    advance,
-    state,
-    work,
-    block,
-    out,
-    t_out,
-    y_out,
-    d_out,
-    span_out,
-    t_eval,
-    legs,
-    project,
-    events,
-    e_index,
-    e_t,
-    e_y,
-    scratch,
-    n_steps,
-):
-    """Take at most `n_steps` steps by the kernel at address `advance`, and store what is wanted.
+def watch(kernels, solve, output, events, scratch, n_steps):
+    """Take at most `n_steps` steps, and store what is wanted.
 
     Parameters
     ----------
-    enrich : int
-        Address of the kernel ``enrich(t, h, work, block, d)`` that adds the rows of the method's
-        interpolant to the Hermite cubic, and returns how often it evaluated the derivative.
-    last : int
-        See `method.Method`.
-    state, work, block : arrays
-        The solve; see `state.py` and `calls.py`.
-    out, t_out, y_out : arrays
-        OUTPUT record, times (room,), values (room, n).
-    d_out, span_out : arrays
-        Polynomials (room, rows, n), and their t_old and h (room, 2); one place is always free.
-    t_eval : array
-    legs : array, (n_legs, 3)
-        Where the parts of a span with breakpoints begin and end, and the time that their end is
-        called in the output; without rows, there are none.
-    project : int
-        Address of the block of the function that takes a new state to its constraints, or 0.
-    events, e_index, e_t, e_y : arrays
-        EVENTS records; which, when and where, with room for every event of one step.
+    kernels : Kernels
+    solve : state.record.Solve
+    output : Output
+    events : events.Events
+        With room for every event of one step.
     scratch : array, (2, n)
 
     Returns
@@ -135,94 +140,149 @@ def watch(
     int
         RUNNING, FINISHED, FULL, EVENT, or a failure.
     """
-    s, o = state[0], out[0]
-    direction, t_end = s.direction, legs[len(legs) - 1, 1] if len(legs) > 0 else s.t_end
-    last_leg = len(legs) - 1
-    each = o.every_step != 0 or o.dense != 0 or len(events) > 0 or project != 0
+    s, o = solve.state[0], output.record[0]
+    each = o.every_step != 0 or o.dense != 0 or len(events.table) > 0 or kernels.project != 0
     while n_steps > 0:
-        if (
-            (o.every_step != 0 and o.n_out == len(t_out))
-            or o.n_dense == len(d_out)
-            or o.n_events + len(events) > len(e_t)
-        ):
+        if _is_full(o, output, events):
             return FULL
-        s.t_stop = t_eval[o.i_eval] if not each and o.i_eval < len(t_eval) else t_end
+        s.t_stop = _end_of_span(s, output.segments)
+        if not each and o.i_eval < len(output.t_eval):
+            s.t_stop = output.t_eval[o.i_eval]
         before = s.n_accepted
-        status = invoke(advance, (state, work, block, 1 if each else n_steps))
+        budget = 1 if each else n_steps
+        status = invoke(kernels.advance, (solve.state, solve.work, solve.block, budget))
         n_steps -= s.n_accepted - before
-        if status >= STEP_TOO_SMALL:
+        if status >= STEP_TOO_SMALL or s.n_accepted == before:
             return status
-        if s.n_accepted == before:
-            return status
-        if project != 0 and not _project(project, s, work, block, last, scratch[0]):
+        if kernels.project != 0 and not _project(kernels, solve, scratch[0]):
             return RAISED_STATUS
-        t_old, h = s.t_old, s.t - s.t_old
-        over = status == FINISHED and len(legs) > 0
-        t = s.t
-        if over:
-            t = legs[o.i_leg, 2]
-        elif direction * (s.t - t_end) > 0.0:
-            t = t_end
-        t_from = t_old
-        if o.i_leg > 0 and t_old == legs[o.i_leg, 0]:
-            t_from = legs[o.i_leg - 1, 2]  # events between two legs belong to the second
-        reached = over or t == s.t  # the state at t is in row Y
-        due = o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0
-        d = d_out[o.n_dense]
-        ready = o.dense != 0 or due or not reached
-        if ready:
-            _interpolate(enrich, last, s, work, block, d)
-        if o.dense != 0:
-            span_out[o.n_dense, 0], span_out[o.n_dense, 1] = t_old, h
-            o.n_dense += 1
-        if len(events) > 0:
-            if reached:
-                _copy(work[Y], scratch[0])
-            else:
-                polynomial(d, (t - t_old) / h, scratch[0])
-            if not evaluate_all(events, t, scratch[0], scratch[1]):
-                return RAISED_STATUS
-            if find_active(events) > 0:
-                if not ready:
-                    _interpolate(enrich, last, s, work, block, d)
-                final = locate(events, d, t_from, t, t_old, h, direction, scratch)
-                first_found = o.n_events
-                o.n_events = record(
-                    events, final, d, t_old, h, direction, e_index, e_t, e_y, o.n_events
-                )
-                for i in range(first_found, o.n_events):
-                    if not _project_row(project, e_t[i], e_y[i], scratch[1]):
-                        return RAISED_STATUS
-                if final >= 0:
-                    status, t, reached = EVENT, events[final].root, False
-        if o.every_step != 0:
-            if o.dense != 0 and o.n_total > 1 and o.t_last == t:
-                o.n_dense -= 1
-            else:
-                t_out[o.n_out] = o.t_last = t
-                if reached:
-                    _copy(work[Y], y_out[o.n_out])
-                else:
-                    polynomial(d, (t - t_old) / h, y_out[o.n_out])
-                    if not _project_row(project, t, y_out[o.n_out], scratch[1]):
-                        return RAISED_STATUS
-                o.n_out += 1
-                o.n_total += 1
-        while o.i_eval < len(t_eval) and direction * (t_eval[o.i_eval] - t) <= 0.0:
-            t_out[o.i_eval] = t_eval[o.i_eval]
-            polynomial(d, (t_eval[o.i_eval] - t_old) / h, y_out[o.i_eval])
-            if not _project_row(project, t_eval[o.i_eval], y_out[o.i_eval], scratch[1]):
-                return RAISED_STATUS
-            o.i_eval += 1
-        if over and status == FINISHED and o.i_leg < last_leg:
-            o.i_leg += 1
-            gap = 0.5 * (legs[o.i_leg, 0] - s.t)  # crossed with the slopes of both sides
-            _drift(work, last, gap)
-            s.t, s.t_end = legs[o.i_leg, 0], legs[o.i_leg, 1]
-            status = _derive(s, work, block, last)
-            _drift(work, last, gap)
-            if not leave_zero(events, s.t, work[Y], scratch[0]):
-                return RAISED_STATUS
+        status = _sample(kernels, solve, output, events, scratch, status)
         if status != RUNNING:
             return status
     return RUNNING
+
+
+@njit(**BARE)
+def _is_full(o, output, events):
+    """Whether a piece of the output has no room for one more step."""
+    return (
+        (o.every_step != 0 and o.n_out == len(output.t))
+        or o.n_dense == len(output.d)
+        or o.n_events + len(events.table) > len(events.t)
+    )
+
+
+@njit(**BARE)
+def _end_of_span(s, segments):
+    return segments[len(segments) - 1, 1] if len(segments) > 0 else s.t_end
+
+
+@njit(**BARE)
+def _sample(kernels, solve, output, events, scratch, status):
+    """Store what is wanted of the step that was taken; the status to go on with."""
+    s, o = solve.state[0], output.record[0]
+    t_old, h = s.t_old, s.t - s.t_old
+    over = status == FINISHED and len(output.segments) > 0
+    t = _time_reached(s, o, output.segments, over)
+    reached = over or t == s.t  # the state at t is in row Y
+    d = output.d[o.n_dense]
+    ready = o.dense != 0 or _is_due(s, o, output.t_eval, t) or not reached
+    if ready:
+        _interpolate(kernels, solve, d)
+    if o.dense != 0:
+        output.spans[o.n_dense, 0], output.spans[o.n_dense, 1] = t_old, h
+        o.n_dense += 1
+    if len(events.table) > 0:
+        final = _find_events(kernels, solve, output, events, scratch, t, reached, ready, d)
+        if final == FAILED:
+            return RAISED_STATUS
+        if final >= 0:
+            status, t, reached = EVENT, events.table[final].root, False
+    if o.every_step != 0 and not _store_step(kernels, solve, output, scratch[1], t, reached, d, h):
+        return RAISED_STATUS
+    while _is_due(s, o, output.t_eval, t):
+        t_out, y_out = output.t_eval[o.i_eval], output.y[o.i_eval]
+        output.t[o.i_eval] = t_out
+        polynomial(d, (t_out - t_old) / h, y_out)
+        if not _project_row(kernels.project, t_out, y_out, scratch[1]):
+            return RAISED_STATUS
+        o.i_eval += 1
+    if over and status == FINISHED and o.i_segment < len(output.segments) - 1:
+        return _next_segment(kernels, solve, output, events, scratch[0])
+    return status
+
+
+@njit(**BARE)
+def _time_reached(s, o, segments, over):
+    """The time of the output that a step ends with."""
+    if over:
+        return segments[o.i_segment, 2]
+    t_end = _end_of_span(s, segments)
+    return t_end if s.direction * (s.t - t_end) > 0.0 else s.t
+
+
+@njit(**BARE)
+def _is_due(s, o, t_eval, t):
+    return o.i_eval < len(t_eval) and s.direction * (t_eval[o.i_eval] - t) <= 0.0
+
+
+@njit(**BARE)
+def _find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
+    """Record the events of a step up to t: the one that ends the run, -1, or FAILED."""
+    s, o = solve.state[0], output.record[0]
+    t_old, h, segments = s.t_old, s.t - s.t_old, output.segments
+    if reached:
+        _copy(solve.work[Y], scratch[0])
+    else:
+        polynomial(d, (t - t_old) / h, scratch[0])
+    if not evaluate_all(events.table, t, scratch[0], scratch[1]):
+        return FAILED
+    if find_active(events.table) == 0:
+        return -1
+    if not ready:
+        _interpolate(kernels, solve, d)
+    t_from = t_old
+    if o.i_segment > 0 and t_old == segments[o.i_segment, 0]:
+        t_from = segments[o.i_segment - 1, 2]  # events between two segments belong to the second
+    final = locate(events.table, d, t_from, t, t_old, h, s.direction, scratch)
+    first = o.n_events
+    o.n_events = record(events, final, d, t_old, h, s.direction, first)
+    for i in range(first, o.n_events):
+        if not _project_row(kernels.project, events.t[i], events.y[i], scratch[1]):
+            return FAILED
+    return final
+
+
+@njit(**BARE)
+def _store_step(kernels, solve, output, scratch, t, reached, d, h):
+    """Store the end of a step; False if the projection raised."""
+    s, o = solve.state[0], output.record[0]
+    if o.dense != 0 and o.n_total > 1 and o.t_last == t:
+        o.n_dense -= 1
+        return True
+    y_out = output.y[o.n_out]
+    output.t[o.n_out] = o.t_last = t
+    if reached:
+        _copy(solve.work[Y], y_out)
+    else:
+        polynomial(d, (t - s.t_old) / h, y_out)
+        if not _project_row(kernels.project, t, y_out, scratch):
+            return False
+    o.n_out += 1
+    o.n_total += 1
+    return True
+
+
+@njit(**BARE)
+def _next_segment(kernels, solve, output, events, scratch):
+    """Start anew behind a breakpoint; RUNNING, or RAISED."""
+    s, o, segments, last = solve.state[0], output.record[0], output.segments, kernels.last
+    o.i_segment += 1
+    gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # crossed with the slopes of both sides
+    _drift(solve.work, last, gap)
+    s.t, s.t_end = segments[o.i_segment, 0], segments[o.i_segment, 1]
+    status = _derive(solve, last)
+    _drift(solve.work, last, gap)
+    if not leave_zero(events.table, s.t, solve.work[Y], scratch):
+        return RAISED_STATUS
+    return status

@@ -5,6 +5,8 @@ and `block` (what a compiled function needs to be called, see `calls.py`).  Copy
 checkpoint; every kernel reads them when it starts and leaves them complete when it returns.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 STATE = np.dtype(
@@ -23,6 +25,15 @@ STATE = np.dtype(
         ("n_extra", "i8"),  # evaluations outside the steps: start, dense output
     ]
 )
+
+
+class Solve(NamedTuple):
+    """A solve in progress, as kernels take it."""
+
+    state: Any
+    work: Any
+    block: Any
+
 
 # Rows of `work`.  A method's stages follow from row K on.
 Y, Y_OLD, STAGE, RTOL, ATOL, K = 0, 1, 2, 3, 4, 5
