@@ -30,3 +30,8 @@ def test_the_code_blocks_run(page):
 def test_the_pages_are_found():
     expected = {"README.md", "docs/ensembles.md", "docs/long_horizon.md", "docs/methods.md"}
     assert expected <= set(WITH_CODE)
+
+
+def test_the_links_of_the_readme_lead_somewhere():
+    links = re.findall(r"\]\(([^)#]+)", (ROOT / "README.md").read_text("utf-8"))
+    assert [link for link in links if not (ROOT / link).exists()] == []
