@@ -8,6 +8,7 @@ help:
 	@echo "make test    set up, then run the tests"
 	@echo "make processors    the tests under other processors' instructions, and 1 and 4 workers"
 	@echo "make check   set up, then ruff, pyright, import-linter"
+	@echo "make docs    set up, then build the documentation in site/"
 	@echo "make bench   set up with the rival solvers that install, then all benchmarks"
 
 .venv/.user: pyproject.toml
@@ -18,6 +19,11 @@ help:
 .venv/.dev: pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	@touch $@ .venv/.user
+
+.venv/.docs: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
 	@touch $@ .venv/.user
 
 tour: .venv/.user
@@ -39,9 +45,12 @@ check: .venv/.dev
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 
+docs: .venv/.docs
+	$(BIN)/mkdocs build --strict
+
 bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --editable ".[bench]"
 	-$(BIN)/python -m pip install --quiet numbalsoda  # needs a Fortran compiler
 	$(BIN)/python -m bench
 
-.PHONY: help tour test processors check bench
+.PHONY: help tour test processors check docs bench

@@ -1,4 +1,4 @@
-"""``python -m bench.report.table``: tables of a result file, into the README and beside it."""
+"""``python -m bench.report.table``: tables of a result file, into docs/ and beside it."""
 
 import argparse
 import json
@@ -8,7 +8,7 @@ from .equal_error import LEVELS, equal_error
 
 HERE = pathlib.Path(__file__).parents[1]
 RESULTS = HERE / "results" / "full.json"
-README = HERE.parent / "README.md"
+PAGE = HERE.parent / "docs" / "benchmarks.md"
 BEGIN, END = "<!-- bench: begin -->\n", "<!-- bench: end -->"
 SAME = {  # the same method by different hands: {title: (level, solvers)}
     "The Dormand-Prince pair of order 5": (
@@ -148,8 +148,8 @@ def origin(record):
     )
 
 
-def for_readme(record):
-    """What the README shows."""
+def for_page(record):
+    """What the page of the documentation shows."""
     return [
         *same_method(record["work_precision"]),
         *at_equal_error(record["work_precision"]),
@@ -186,9 +186,9 @@ def main():
     path = parser.parse_args().json
     record = json.loads(path.read_text())
     path.with_name("tables.md").write_text("\n".join(whole(record)) + "\n")
-    before, _, rest = README.read_text().partition(BEGIN)
-    part = "\n".join(["", *for_readme(record), "", ""])
-    README.write_text(before + BEGIN + part + END + rest.partition(END)[2])
+    before, _, rest = PAGE.read_text().partition(BEGIN)
+    part = "\n".join(["", *for_page(record), "", ""])
+    PAGE.write_text(before + BEGIN + part + END + rest.partition(END)[2])
 
 
 if __name__ == "__main__":

@@ -15,17 +15,23 @@ MOVING = {
     "building": lambda: Building().solve((0.0, 8.0), dense_output=True),
     "vehicle": lambda: Vehicle().solve((0.0, 60.0), dense_output=True),
 }
+SVG_LIMIT = 150_000  # bytes
 
 
 def build(folder="docs/gallery", write=print):
     """
     Run the tour into a folder and write ``README.md`` beside the figures.
 
+    Figures are SVG, or PNG where that would be larger than `SVG_LIMIT`.
+
     Returns
     -------
     tour.Board
     """
-    board = tour.run(folder, write=write)
+    from matplotlib import rc_context
+
+    with rc_context({"svg.hashsalt": "fastdyn"}):  # the same names in a file each time
+        board = tour.run(folder, write=write, svg_limit=SVG_LIMIT)
     titles = {system.title: name for name, system in SYSTEMS.items()}
     lines = [
         "# Gallery",
@@ -37,7 +43,8 @@ def build(folder="docs/gallery", write=print):
         name = titles[heading]
         lines += ["", f"## {heading}", "", f"`fastdyn.systems.{name}`, {SYSTEMS[name].source}."]
         for path in figures:
-            _shrink(path)
+            if path.suffix == ".png":
+                _shrink(path)
             lines += ["", f"![{path.stem}]({path.name})"]
         if name in MOVING:
             path = Path(folder, f"{name}.gif")

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastdyn import plot
 from fastdyn.systems import SYSTEMS
 
 from .tolerances import tolerated
@@ -53,12 +52,14 @@ class Board:
         Folder for the figures, made when it is not there.
     write : callable
         Takes one line of text, `print` unless given.
+    svg_limit : int
+        Figures are SVG up to this size in bytes, and PNG beyond it; all are PNG unless given.
     """
 
     HEAD = f"  {'quantity':<46} {'computed':>14} {'exact':>14} {'difference':>10} {'mark':>8}"
 
-    def __init__(self, folder, write=print):
-        self.folder = Path(folder)
+    def __init__(self, folder, write=print, svg_limit=0):
+        self.folder, self.svg_limit = Path(folder), svg_limit
         self.folder.mkdir(parents=True, exist_ok=True)
         self.write = write
         self.checks = []
@@ -90,9 +91,17 @@ class Board:
         self.write(str(row))
 
     def figure(self, name, figure):
-        """Save a figure in the folder under a name without ending."""
-        path = self.folder / f"{name}.png"
-        plot.save(figure, path)
+        """Save a figure in the folder under a name without ending, and close it."""
+        from matplotlib import pyplot
+
+        path = self.folder / f"{name}.svg"
+        if self.svg_limit:
+            figure.savefig(path, metadata={"Date": None})  # the same file each time
+        if not self.svg_limit or path.stat().st_size > self.svg_limit:
+            path.unlink(missing_ok=True)
+            path = path.with_suffix(".png")
+            figure.savefig(path)
+        pyplot.close(figure)
         self.figures.append(path)
         if self.sections:
             self.sections[-1][1].append(path)
@@ -103,7 +112,7 @@ class Board:
         return sum(not row.passes for row in self.checks)
 
 
-def run(folder="fastdyn-tour", names=None, write=print):
+def run(folder="fastdyn-tour", names=None, write=print, svg_limit=0):
     """
     Go through the lessons.
 
@@ -115,6 +124,8 @@ def run(folder="fastdyn-tour", names=None, write=print):
         Systems to visit, all unless given.
     write : callable
         Takes one line of text.
+    svg_limit : int
+        As for `Board`.
 
     Returns
     -------
@@ -122,7 +133,7 @@ def run(folder="fastdyn-tour", names=None, write=print):
         With `n_failed`, the number of checks that failed.
     """
     begin = time.perf_counter()
-    board = Board(folder, write)
+    board = Board(folder, write, svg_limit)
     for name in names or SYSTEMS:
         board.heading(SYSTEMS[name].title)
         lesson_of(name)(board)
