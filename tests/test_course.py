@@ -166,7 +166,7 @@ def test_buildings_compare_and_hash():
     assert len({a, b, building(), building()}) == 3
 
 
-def courses_pendulum(t, w, g, l, V0, m, rate):  # noqa: E741
+def courses_pendulum(t, w, g, l, m, rate):  # noqa: E741
     """The course's script, with NumPy's linear solve."""
     x, y, vx, vy = w
     M = np.eye(5)

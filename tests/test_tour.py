@@ -124,7 +124,7 @@ def test_list_names_every_system_and_parameter(capsys):
     text = capsys.readouterr().out
     for name, system in SYSTEMS.items():
         assert f"{name}: {system.title}" in text
-        assert all(f"\n  {field.name} " in text for field in dataclasses.fields(system))
+        assert all(f"\n    {field.name} " in text for field in dataclasses.fields(system))
 
 
 def test_run_writes_table_and_figure(tmp_path, capsys):

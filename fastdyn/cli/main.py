@@ -66,7 +66,7 @@ def _parser():
     systems = sweep.add_subparsers(required=True, metavar="SYSTEM")
     for name, system in SYSTEMS.items():
         one = systems.add_parser(name, help=system.title, allow_abbrev=False)
-        sweeping.add_options(one, system, _parameters(system))
+        sweeping.add_options(one, system, _numbers(system))
         one.set_defaults(command=sweeping.run, system=system)
 
     run = commands.add_parser("run", help="solve one system")
@@ -79,11 +79,12 @@ def _parser():
 
 
 def _add_parameters(parser, system):
-    parameters = parser.add_argument_group("parameters")
-    for field in _parameters(system):
-        about = field.metadata
-        text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
-        parameters.add_argument(f"--{field.name}", type=float, metavar="VALUE", help=text)
+    for heading, fields in _numbers(system).items():
+        group = parser.add_argument_group(heading)
+        for field in fields:
+            about = field.metadata
+            text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
+            group.add_argument(f"--{field.name}", type=float, metavar="VALUE", help=text)
 
 
 def _add_drift_options(parser, system):
@@ -144,14 +145,19 @@ def _list(options):
         state = ", ".join(f"{one.name} ({one.unit})" for one in system.states)
         print(f"{name}: {system.title} ({system.source})")
         print(f"  state {state}; t from 0 to {system.t_end:g} s")
-        for field in _parameters(system):
-            about = field.metadata
-            value = f"{field.default:g} {about['unit']}"
-            print(f"  {field.name:<5} = {value:<12} {about['meaning']}")
-        for field in dataclasses.fields(system):
-            if "unit" not in field.metadata:
-                value = getattr(field.default, "__name__", field.default)
-                print(f"  {field.name:<5} = {value!s:<12} from Python only")
+        for heading, fields in _numbers(system).items():
+            if fields:
+                print(f"  {heading}:")
+            for field in fields:
+                about = field.metadata
+                value = f"{field.default:g} {about['unit']}"
+                print(f"    {field.name:<7} = {value:<12} {about['meaning']}")
+        others = [field for field in system.parameter_fields() if "unit" not in field.metadata]
+        if others:
+            print("  from Python only:")
+        for field in others:
+            value = getattr(field.default, "__name__", field.default)
+            print(f"    {field.name:<7} = {value}")
         print(f"  invariants: {', '.join(system.invariants) or 'none'}")
         if system.constraints:
             print(f"  constraints: {', '.join(system.constraints)}")
@@ -160,8 +166,9 @@ def _list(options):
 
 
 def _system(options):
-    """The system with the parameters that the command line gives."""
-    given = {field.name: getattr(options, field.name) for field in _parameters(options.system)}
+    """The system with the numbers that the command line gives."""
+    fields = dataclasses.fields(options.system)
+    given = {field.name: getattr(options, field.name, None) for field in fields}
     return options.system(**{name: value for name, value in given.items() if value is not None})
 
 
@@ -254,6 +261,12 @@ def _write_csv(path, system, result):
     np.savetxt(path, table, fmt="%.17g", delimiter=",", header=header, comments="")
 
 
-def _parameters(system):
-    """Fields that are numbers with a unit, the ones that a command line can set."""
-    return [field for field in dataclasses.fields(system) if "unit" in field.metadata]
+def _numbers(system):
+    """The fields that a command line can set, numbers with a unit, by what they are."""
+    kinds = {
+        "parameters": system.parameter_fields(), "initial conditions": system.initial_fields()
+    }  # fmt: skip
+    return {
+        heading: [field for field in fields if "unit" in field.metadata]
+        for heading, fields in kinds.items()
+    }

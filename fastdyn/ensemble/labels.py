@@ -1,6 +1,5 @@
 """Names and units of what an ensemble varies and computes, for axes and tables."""
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -32,9 +31,7 @@ def component_labels(system, n):
 def argument_labels(fun, args, system):
     """A Label for each argument after t and y, by the names in the function's head."""
     if system is not None:
-        fields = dataclasses.fields(system)
-        told = [(f.name, f.metadata.get("unit", ""), f.metadata.get("meaning", "")) for f in fields]
-        return [Label(*each) for each in told]
+        return [_field_label(field) for field in system.parameter_fields()]
     names = [f"args[{j}]" for j in range(len(args))]
     try:
         parts = parts_of(fun, args)
@@ -45,11 +42,23 @@ def argument_labels(fun, args, system):
     return [Label(name) for name in [*written, *names[len(written) :]][: len(args)]]
 
 
+def initial_labels(system):
+    """A Label for each initial condition of a system."""
+    return [] if system is None else [_field_label(field) for field in system.initial_fields()]
+
+
+def _field_label(field):
+    return Label(field.name, field.metadata.get("unit", ""), field.metadata.get("meaning", ""))
+
+
 def varied(trajectories):
-    """What tells the trajectories apart: (Label, values) of parameters, and of initial states."""
-    labels = trajectories.argument_labels
-    parameters = [(labels[j], column) for j, column in trajectories.parameters.items()]
+    """What tells the trajectories apart: (Label, values) of fields, and of initial states."""
+    labels, conditions = trajectories.argument_labels, trajectories.initial_conditions
+    fields = [(labels[j], column) for j, column in trajectories.parameters.items()]
+    for label in initial_labels(trajectories.system):
+        if label.name in conditions:
+            fields.append((label, conditions[label.name]))
     y0 = trajectories.y0
     differ = np.flatnonzero((y0 != y0[:1]).any(axis=0))
     starts = [label._replace(name=f"{label.name} at the start") for label in trajectories.labels]
-    return parameters, [(starts[i], y0[:, i]) for i in differ]
+    return fields, [(starts[i], y0[:, i]) for i in differ]

@@ -59,6 +59,8 @@ class Trajectories:
         Why each ran alone, if so, or why each step was looked at alone for events and folds.
     parameters : dict of int to ndarray
         The arguments that differ from one trajectory to the next, by position.
+    initial_conditions : dict of str to ndarray
+        The initial conditions of the system that differ, by name.
     system : System or None
         The system that was solved, if one was.
     """
@@ -69,6 +71,7 @@ class Trajectories:
         self._problem, self._members, self._results = problem, members, results
         self.width, self.reason, self.reductions = width, reason, wanted
         self.parameters = members.varying
+        self.initial_conditions: dict[str, np.ndarray] = {}
         self._n = members.n // reductions.parts(wanted)  # without the moments
 
     def __len__(self):

@@ -9,14 +9,14 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.plot.animate import Scene
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 from .formulas import elliptic
 
 
 @quantity("J", "energy E")
-def energy(t, w, g, l, V0, m):
+def energy(t, w, g, l, m):
     """First integral of the motion: kinetic plus potential energy, zero at rest at the bottom."""
     theta, omega = w
     lift = 2.0 * np.sin(0.5 * theta) ** 2  # 1 - cos theta, without its cancellation
@@ -24,32 +24,32 @@ def energy(t, w, g, l, V0, m):
 
 
 @quantity("N", "cable tension R")
-def tension(t, w, g, l, V0, m):
+def tension(t, w, g, l, m):
     """Force in the cable, m (l theta'² + g cos theta); a cable goes slack where it is zero."""
     theta, omega = w
     return m * (l * omega * omega + g * np.cos(theta))
 
 
 @event(direction=-1, terminal=True)
-def slack(t, w, g, l, V0, m):
+def slack(t, w, g, l, m):
     """The tension, for the event that it falls to zero; the angle means nothing afterwards."""
     theta, omega = w
     return m * (l * omega * omega + g * math.cos(theta))
 
 
-def bottom(t, w, g, l, V0, m):
+def bottom(t, w, g, l, m):
     """Zero where the pendulum passes its lowest point."""
     theta, _ = w
     return math.sin(0.5 * theta)
 
 
-def top(t, w, g, l, V0, m):
+def top(t, w, g, l, m):
     """Zero where a whirling pendulum passes its highest point."""
     theta, _ = w
     return math.cos(0.5 * theta)
 
 
-def turning(t, w, g, l, V0, m):
+def turning(t, w, g, l, m):
     """Zero where a swinging pendulum turns back."""
     _, omega = w
     return omega
@@ -125,12 +125,12 @@ class Pendulum(System):
 
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
     l: float = parameter(1.0, "m", "length of the cable", positive=True)
-    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch")
+    V0: float = initial(0.1, "m/s", "horizontal velocity at launch")
     m: float = parameter(1.0, "kg", "mass", positive=True)
 
     @staticmethod
-    def rhs(t, w, g, l, V0, m):
-        """Derivative of the state; V0 enters through the initial state, m not at all."""
+    def rhs(t, w, g, l, m):
+        """Derivative of the state; the mass cancels."""
         theta, omega = w
         return [omega, -g / l * math.sin(theta)]
 

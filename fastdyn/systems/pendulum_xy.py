@@ -9,28 +9,28 @@ import numpy as np
 
 from fastdyn.kernels.algebra.constrained import constrained
 from fastdyn.plot.animate import Scene
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 from .pendulum import Pendulum
 
 
 @quantity("J", "energy E")
-def energy(t, w, g, l, V0, m, rate):
+def energy(t, w, g, l, m, rate):
     """Kinetic plus potential energy, zero at rest at the bottom; y points downwards."""
     _, y, vx, vy = w
     return m * (0.5 * (vx * vx + vy * vy) + g * (l - y))
 
 
 @quantity("m", "circle: sqrt(x² + y²) - l")
-def circle(t, w, g, l, V0, m, rate):
+def circle(t, w, g, l, m, rate):
     """How far the mass has left the circle."""
     x, y, _, _ = w
     return np.sqrt(x * x + y * y) - l
 
 
 @quantity("m/s", "circle: velocity across it")
-def across(t, w, g, l, V0, m, rate):
+def across(t, w, g, l, m, rate):
     """Velocity along the cable, which the circle forbids."""
     x, y, vx, vy = w
     return (x * vx + y * vy) / l
@@ -46,18 +46,18 @@ def motion(w, g, l, m, rate):
 
 
 @quantity("N", "cable tension R")
-def tension(t, w, g, l, V0, m, rate):
+def tension(t, w, g, l, m, rate):
     """The reaction of the constraint; a cable goes slack where it is zero."""
     return motion(w, g, l, m, rate)[2]
 
 
 @event(direction=-1, terminal=True)
-def slack(t, w, g, l, V0, m, rate):
+def slack(t, w, g, l, m, rate):
     """The tension, for the event that it falls to zero."""
     return motion(w, g, l, m, rate)[2]
 
 
-def bottom(t, w, g, l, V0, m, rate):
+def bottom(t, w, g, l, m, rate):
     """Zero where the mass passes its lowest point."""
     return w[0]
 
@@ -125,7 +125,7 @@ class PendulumXY(System):
 
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
     l: float = parameter(1.0, "m", "length of the cable", positive=True)
-    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch")
+    V0: float = initial(0.1, "m/s", "horizontal velocity at launch")
     m: float = parameter(1.0, "kg", "mass", positive=True)
     rate: float = parameter(0.0, "1/s", "Baumgarte's rate")
 
@@ -137,13 +137,13 @@ class PendulumXY(System):
             )
 
     @staticmethod
-    def rhs(t, w, g, l, V0, m, rate):
+    def rhs(t, w, g, l, m, rate):
         """Derivative of the state."""
         ax, ay, _ = motion(w, g, l, m, rate)
         return [w[2], w[3], ax, ay]
 
     @staticmethod
-    def project(t, w, g, l, V0, m, rate):
+    def project(t, w, g, l, m, rate):
         """The nearest state on the circle, with a velocity along it."""
         x, y, vx, vy = w
         shrink = l / math.sqrt(x * x + y * y)

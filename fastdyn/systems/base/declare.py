@@ -1,4 +1,4 @@
-"""The words in which a system declares itself: states, parameters, quantities."""
+"""The words in which a system declares itself: states, parameters, quantities, events."""
 
 import dataclasses
 import math
@@ -16,7 +16,7 @@ class State(NamedTuple):
 
 def parameter(default, unit, meaning, *, positive=False) -> Any:
     """
-    Declare one parameter as a field of a `System`.
+    Declare one parameter of the equations as a field of a `System`.
 
     Parameters
     ----------
@@ -30,6 +30,21 @@ def parameter(default, unit, meaning, *, positive=False) -> Any:
         Refuse values that are not greater than zero.
     """
     about = {"unit": unit, "meaning": meaning, "positive": positive}
+    return dataclasses.field(default=default, metadata=about)
+
+
+def initial(default, unit, meaning, *, positive=False) -> Any:
+    """
+    Declare one number that sets the initial state and nothing else, as a field of a `System`.
+
+    The functions of the system are not given it; `System.initial_state` uses it.
+
+    Parameters
+    ----------
+    default, unit, meaning, positive
+        As for `parameter`.
+    """
+    about = {"unit": unit, "meaning": meaning, "positive": positive, "initial": True}
     return dataclasses.field(default=default, metadata=about)
 
 

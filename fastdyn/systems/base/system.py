@@ -1,8 +1,8 @@
 """What a mechanical system is: equations, parameters, invariants, exact solution, figure.
 
 A new system is one file in the folder `systems`: a frozen dataclass that inherits from `System`,
-whose fields are its parameters. Nothing else has to be told about it; `fastdyn list`,
-`fastdyn run`, `fastdyn tour` and the tests find it by what it defines.
+whose fields are its parameters and initial conditions. Nothing else has to be told about it;
+`fastdyn list`, `fastdyn run`, `fastdyn tour` and the tests find it by what it defines.
 """
 
 import dataclasses
@@ -62,7 +62,8 @@ class System:
     Notes
     -----
     All parameters, in the order of the fields, are passed to every one of these functions, so
-    that changing a value never recompiles anything.
+    that changing a value never recompiles anything. Fields declared by `initial` set the initial
+    state and are passed to none of them.
     """
 
     name: ClassVar[str]
@@ -101,10 +102,20 @@ class System:
     @property
     def args(self) -> tuple:
         """Values of the parameters in the order in which the functions take them."""
-        return tuple(getattr(self, field.name) for field in dataclasses.fields(self))
+        return tuple(getattr(self, field.name) for field in self.parameter_fields())
+
+    @classmethod
+    def parameter_fields(cls) -> list[dataclasses.Field]:
+        """Fields that are arguments of the functions, in their order."""
+        return [one for one in dataclasses.fields(cls) if "initial" not in one.metadata]
+
+    @classmethod
+    def initial_fields(cls) -> list[dataclasses.Field]:
+        """Fields that set the initial state, and are no arguments."""
+        return [one for one in dataclasses.fields(cls) if "initial" in one.metadata]
 
     def initial_state(self) -> tuple[float, ...]:
-        """State at t = 0, from the parameters."""
+        """State at t = 0, from the fields."""
         raise NotImplementedError(f"{self.name} does not define its initial state.")
 
     @property
@@ -202,8 +213,9 @@ class System:
         y0 : array_like, shape (M, n) or (n,), optional
             Initial states, those that belong to the parameters unless given.
         **given
-            Parameters by name, each a number or an array of M numbers, one a trajectory, and
-            options as for `fastdyn.solve_ensemble`, with the default tolerances of `solve`.
+            Parameters and initial conditions by name, each a number or an array of M numbers, one
+            a trajectory, and options as for `fastdyn.solve_ensemble`, with the default tolerances
+            of `solve`.
 
         Returns
         -------
