@@ -9,7 +9,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from fastdyn import plot, systems
+from fastdyn import OdeResult, plot, systems
 from fastdyn.code_store import Call
 from fastdyn.compile.bind import bind
 from fastdyn.specialise.scalar import evaluate_kernel
@@ -17,6 +17,7 @@ from fastdyn.systems import (
     SYSTEMS,
     System,
     building,
+    cable,
     nanoparticle,
     pendulum,
     pendulum_xy,
@@ -26,6 +27,7 @@ from fastdyn.systems import (
     suspension,
     tower,
 )
+from fastdyn.systems.base.result import SystemResult
 
 matplotlib.use("Agg")
 EPS = np.finfo(float).eps
@@ -56,6 +58,7 @@ EXACT = [
     building(omega=10.0 * math.sqrt(3.0 + math.sqrt(5.0))),
     pendulum_xy(V0=4.0),
     pendulum_xy(V0=-8.0, l=0.7, m=2.0),
+    cable(V0=4.0),
 ]
 ALL = [system() for system in SYSTEMS.values()]
 
@@ -73,7 +76,7 @@ def characteristic_time(system):
         return 1.0 / system.decay_rate
     if system.name == "building":
         return 1.0 / max(system.upper_frequency, system.omega)
-    if system.name == "pendulum_xy":
+    if system.name in ("pendulum_xy", "cable"):
         system = system.by_angle
     return 1.0 / (system.natural_frequency * max(1.0, 2.0 * system.modulus))
 
@@ -213,6 +216,10 @@ def test_error_is_refused_where_the_exact_solution_starts_elsewhere():
 
 def test_results_know_their_invariants_and_default_tolerances():
     run = satellite().solve((0.0, 20.0))
+    assert isinstance(run, SystemResult) and isinstance(run, OdeResult) and "system" not in run
+    again = pickle.loads(pickle.dumps(run))
+    assert again.system == run.system and np.array_equal(again.error(), run.error())
+    assert set(run.quantities()) == {"distance"} and run.residuals() == {}
     assert set(run.invariants()) == {"energy", "angular_momentum"}
     assert all(values.shape == run.t.shape for values in run.invariants().values())
     # The defaults must not let the satellite fall as SciPy's do; 1e-6 a step at the most.

@@ -176,7 +176,7 @@ def test_unknown_words_are_refused_by_the_parser(words, capsys):
 
 def test_no_parameter_hides_an_option():
     options = {"t_end", "method", "rtol", "atol", "step", "points", "plot", "csv", "help"}
-    options |= {"stabilise", "animate", "methods", "steps_per_period", "evaluations", "periods"}
+    options |= {"project", "animate", "methods", "steps_per_period", "evaluations", "periods"}
     options |= {"n_steps", "samples", "checkpoint"}
     for system in SYSTEMS.values():
         assert options.isdisjoint(field.name for field in dataclasses.fields(system))

@@ -114,8 +114,8 @@ def _add_run_options(parser, system):
     solver.add_argument("--atol", type=float, help="absolute tolerance, default 1e-9")
     solver.add_argument("--step", type=float, help="step (s) of RK4 and VelocityVerlet")
     if system.constraints:
-        ways = ("projection", "baumgarte")
-        solver.add_argument("--stabilise", choices=ways, help="how constraints are held")
+        text = "hold the constraints by projection after each step"
+        solver.add_argument("--project", action="store_true", default=None, help=text)
     solver.add_argument("--points", type=int, help="number of equally spaced points of output")
     solver.add_argument("--plot", metavar="FILE", help="write the figure, .png, .pdf or .svg")
     solver.add_argument("--animate", metavar="FILE", help="write a moving picture, .gif or .html")
@@ -201,7 +201,7 @@ def _drift(options):
 
 def _run(options):
     system = _system(options)
-    names = ("rtol", "atol", "step", "stabilise")
+    names = ("rtol", "atol", "step", "project")
     choices = {name: getattr(options, name, None) for name in names}
     choices = {name: value for name, value in choices.items() if value is not None}
     if options.points is not None:
@@ -237,7 +237,7 @@ def _report(system, result, method):
         return
     print(f"At t = {result.t[-1]:.10g} s:")
     try:
-        errors = [f"  (error {error:.1e})" for error in system.error(result)[:, -1]]
+        errors = [f"  (error {error:.1e})" for error in result.error()[:, -1]]
     except ValueError:
         errors = [""] * len(system.states)
     for state, value, error in zip(system.states, result.y[:, -1], errors, strict=True):
@@ -253,9 +253,7 @@ def _write_csv(path, system, result):
     columns |= {
         state.name: y for state, y in zip(system.states, system.columns(result.y), strict=True)
     }
-    columns |= result.invariants() | result.residuals()
-    for name, function in system.quantities.items():
-        columns[name] = system.along(function, result.t, result.y)
+    columns |= result.invariants() | result.residuals() | result.quantities()
     header = ",".join(columns)
     table = np.column_stack(list(columns.values()))
     np.savetxt(path, table, fmt="%.17g", delimiter=",", header=header, comments="")

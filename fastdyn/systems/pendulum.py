@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fastdyn.plot import pendulums
 from fastdyn.plot.animate import Scene
 from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
@@ -96,8 +97,8 @@ class Pendulum(System):
 
     The equation holds while R > 0. A cable goes slack at cos theta = (2 - V0²/(g l))/3 if V0²
     lies between 2 g l and 5 g l. ``solve(events="slack")`` notices this and stops,
-    ``solve_cable()`` goes on in free flight until the cable is taut again; without either the
-    solution is that of a rigid rod.
+    the system `cable` goes on in free flight until the cable is taut again; without the event
+    the solution is that of a rigid rod.
 
     Source: course, chapter 3.3.2, example 4.
     """
@@ -133,12 +134,6 @@ class Pendulum(System):
         """Derivative of the state; the mass cancels."""
         theta, omega = w
         return [omega, -g / l * math.sin(theta)]
-
-    def solve_cable(self, *given, **options):
-        """The same on a cable that goes slack and taut again; see `PendulumXY.solve_cable`."""
-        from .pendulum_xy import PendulumXY
-
-        return PendulumXY(self.g, self.l, self.V0, self.m).solve_cable(*given, **options)
 
     def initial_state(self):
         """State (0, V0/l)."""
@@ -234,23 +229,7 @@ class Pendulum(System):
 
     def figure(self, results, **options):
         """Angle with the exact one, and tension, against time; see `System.figure`."""
-        from fastdyn import plot
-
-        with plot.slides():
-            figure, (angle, force) = plot.column(2, **options)
-            for label, result in results.items():
-                t, y = plot.curve(result)
-                angle.plot(t, y[0], label=label)
-                force.plot(t, result.system.along(tension, t, y))
-                exact = plot.exact_curve(result.system, t)[0]
-                angle.plot(t, exact, "k--", lw=1.2, label="exact", zorder=3)
-            angle.set_ylabel("angle θ (rad)")
-            bottom_edge = min(force.get_ylim()[0], 0.0)
-            force.axhspan(bottom_edge, 0.0, color="0.88", zorder=0, label="R < 0: a cable is slack")
-            plot.legend(figure, angle, force)
-            force.set(xlabel="t (s)", ylabel="cable tension R (N)")
-            force.set_ylim(bottom=bottom_edge)
-        return figure
+        return pendulums.by_angle(results, **options)
 
     def scene(self, t, w):
         """The cable and the mass, for moving pictures."""

@@ -37,7 +37,7 @@ def start_of(system, t0, y0, project):
     except (TypeError, ValueError, ArithmeticError):  # what is wrong with it, the solver says
         return y0
     if wrong:
-        _warn(system, wrong, "`stabilise='projection'` starts on them")
+        _warn(system, wrong, "`project=True` starts on them")
     return y0
 
 

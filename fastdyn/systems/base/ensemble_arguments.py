@@ -7,10 +7,10 @@ import numpy as np
 
 from fastdyn.ensemble.members import Shared
 from fastdyn.ensemble.solve import solve_ensemble
-from fastdyn.problem.validate import method_named
 
 from .consistent_start import check_members
 from .declare import checked
+from .solve_arguments import completed
 
 
 def split(system, given):
@@ -56,16 +56,7 @@ def ensemble(system, t_span, y0, method, given):
     if starts and y0 is not None:
         names = ", ".join(f"`{name}`" for name in starts)
         raise ValueError(f"{names} of the {system.name} and `y0` both set the start; give one.")
-    if "args" in options:
-        raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
-    if "events" in options:
-        options["events"] = system.event_functions(options["events"])
-    ours = method_named(method)
-    if ours is not None and ours.error_order:
-        options.setdefault("rtol", 1e-6)
-        options.setdefault("atol", 1e-9)
-        if system.breakpoints is not None:
-            options.setdefault("breakpoints", system.breakpoints)
+    options = completed(system, method, options)
     args = tuple(columns.get(f.name, _shared(system, f)) for f in system.parameter_fields())
     t_span = (0.0, system.t_end) if t_span is None else t_span
     if y0 is not None and system.constraints:
