@@ -22,12 +22,12 @@ from .tolerances import tolerated
 
 
 class Check(NamedTuple):
-    """One row of the table; it passes if the difference is no larger than the mark."""
+    """One row of the table; it passes if the difference is within the tolerance."""
 
     quantity: str
     computed: float
     exact: float
-    mark: float
+    tolerance: float
 
     @property
     def difference(self):
@@ -35,12 +35,12 @@ class Check(NamedTuple):
 
     @property
     def passes(self):
-        return bool(abs(self.difference) <= self.mark)  # False for NaN
+        return bool(abs(self.difference) <= self.tolerance)  # False for NaN
 
     def __str__(self):
         verdict = "ok" if self.passes else "FAILS"
         numbers = f"{self.computed:>14.8g} {self.exact:>14.8g} {self.difference:>10.1e}"
-        return f"  {self.quantity:<46} {numbers} {self.mark:>8.1e}  {verdict}"
+        return f"  {self.quantity:<46} {numbers} {self.tolerance:>9.1e}  {verdict}"
 
 
 class Board:
@@ -55,7 +55,7 @@ class Board:
         Takes one line of text, `print` unless given.
     """
 
-    HEAD = f"  {'quantity':<46} {'computed':>14} {'exact':>14} {'difference':>10} {'mark':>8}"
+    HEAD = f"  {'quantity':<46} {'computed':>14} {'exact':>14} {'difference':>10} {'tolerance':>9}"
 
     def __init__(self, folder, write=print):
         self.folder = Path(folder)
@@ -83,9 +83,9 @@ class Board:
         """Write the names of the columns."""
         self.write(self.HEAD)
 
-    def check(self, quantity, computed, exact, mark):
-        """Write and count one row; `mark` is the largest difference that passes."""
-        row = Check(quantity, float(computed), float(exact), float(mark))
+    def check(self, quantity, computed, exact, tolerance):
+        """Write and count one row; `tolerance` is the largest difference that passes."""
+        row = Check(quantity, float(computed), float(exact), float(tolerance))
         self.checks.append(row)
         self.write(str(row))
 

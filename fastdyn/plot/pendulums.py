@@ -39,6 +39,7 @@ def on_circle(results, length, **options):
             force.plot(t, system.along(system.quantities["tension"], t, y), label=label)
             size = np.abs(result.residuals()["circle"])
             off.plot(result.t, np.where(size > 0.0, size, np.nan), label=label)
+        path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
         off.set(xlabel="t (s)", ylabel="distance from\nthe circle (m)", yscale="log")
         solution.legend(figure, path)
     return figure
@@ -56,6 +57,7 @@ def cable(results, length, **options):
             pull[in_flight(t, result.phases)] = 0.0
             force.plot(t, pull, label=label)
             off.plot(t, system.l - system.along(system.quantities["distance"], t, y), label=label)
+        path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
         off.set(xlabel="t (s)", ylabel="slack of the cable (m)")
         solution.legend(figure, path)
     return figure
@@ -68,7 +70,7 @@ def in_flight(t, phases):
     Parameters
     ----------
     t : ndarray, shape (n_points,)
-        Times; where one is there twice, at an impact, the first is the end of the flight.
+        Times; the start of a flight does not belong to it, its end does.
     phases : list of (str, float, float)
         Name, start and end of each phase.
 
@@ -79,8 +81,7 @@ def in_flight(t, phases):
     flying = np.zeros(len(t), bool)
     for name, begin, end in phases:
         if name == "flight":
-            flying |= (t - begin) * (end - t) > 0.0
-            flying[np.flatnonzero(t == end)[:1]] = True
+            flying |= (t != begin) & ((t - begin) * (end - t) >= 0.0)
     return flying
 
 
@@ -96,11 +97,10 @@ def scene(length, w):
 
 
 def _panels(length, options):
-    """Figure, the plane with the circle and the pivot, and two panels."""
+    """Figure, the plane with the circle, and two panels."""
     figure, (path,), (force, off) = solution.pictures_and_panels(1, 2, **options)
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     path.plot(length * np.sin(around), length * np.cos(around), color="0.8", lw=1.2)
-    path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
     path.set(xlabel="x (m)", ylabel="y (m), downwards", aspect="equal")
     path.locator_params(nbins=5)
     path.invert_yaxis()

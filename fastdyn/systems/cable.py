@@ -79,7 +79,9 @@ class CableResult(SystemResult):
     def quantities(self):
         """As of any system, with no tension in the slack cable."""
         found = super().quantities()
-        found["tension"][pendulums.in_flight(self.t, self.phases)] = 0.0
+        slack = pendulums.in_flight(self.t, self.phases)
+        slack[1:] &= np.diff(self.t) != 0.0  # a time that is there twice: its second is taut again
+        found["tension"] = np.where(slack, 0.0, np.maximum(found["tension"], 0.0))
         return found
 
 

@@ -23,7 +23,7 @@ def _regimes(board):
     board.say(
         f"""Pushed off at V0, the pendulum swings below 2 sqrt(g l) = {edge:.4f} m/s, whirls above
         it, and exactly there climbs for ever. Exact solutions in Jacobi's functions, on a rigid
-        rod. The mark: every step adds its tolerance, which grows in proportion to time, faster
+        rod. Tolerated: every step adds its rtol and atol, which grow in proportion to time, faster
         near the edge, and exponentially on it."""
     )
     board.head()
@@ -40,8 +40,8 @@ def _regimes(board):
         if len(passages) > 1:
             per_period = 2 if pendulum.regime == "swinging" else 1
             period = per_period * passages[-1] / len(passages)
-            mark = per_period * allowed / (V0 / pendulum.l) / len(passages)
-            board.check(f"{name}: period (s)", period, pendulum.period, mark)
+            tolerance = per_period * allowed / (V0 / pendulum.l) / len(passages)
+            board.check(f"{name}: period (s)", period, pendulum.period, tolerance)
         if V0 > 1.0:
             runs[f"V0 = {V0:.4g} m/s"] = pendulum.solve((0.0, 2.5), dense_output=True)
     board.figure("pendulum-regimes", plot.plot(runs))

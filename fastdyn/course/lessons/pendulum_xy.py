@@ -65,15 +65,15 @@ def _drift(board):
         run = held.solve((0.0, t_end), project=project, t_eval=t_eval, max_steps=10**7)
         off = {key: np.abs(values).max() for key, values in run.residuals().items()}
         last[name] = off["circle"]
-        mark = {
+        tolerance = {
             "accelerations only": tolerated(run, 1e-6, 1e-9) / system.l,
             "Baumgarte": 1e-4,
             "projection": 4.0 * np.finfo(float).eps,
         }[name]
-        board.check(f"{name}: distance from the circle (m)", off["circle"], 0.0, mark)
+        board.check(f"{name}: distance from the circle (m)", off["circle"], 0.0, tolerance)
         if name == "projection":
-            mark *= np.abs(run.y[2:]).max()
-            board.check("projection: velocity across (m/s)", off["across"], 0.0, mark)
+            tolerance *= np.abs(run.y[2:]).max()
+            board.check("projection: velocity across (m/s)", off["across"], 0.0, tolerance)
     worse = last["accelerations only"] > 1e6 * last["projection"]
     board.check("drift without, at least 1e6 times (1 if so)", worse, 1, 0)
     runs = {

@@ -49,8 +49,8 @@ def _circle(board):
     rest = exact * np.exp(-2.0 * car.c * exact * 300.0 / car.m * 0.9)
     board.check("speed at the end (m/s)", speed, exact, allowed + rest)
     radius = speed / abs(run.y[5, -1])
-    mark = allowed * radius / speed * (1.0 + radius)
-    board.check("radius of the circle (m)", radius, car.circle_radius(alpha), mark)
+    tolerance = allowed * radius / speed * (1.0 + radius)
+    board.check("radius of the circle (m)", radius, car.circle_radius(alpha), tolerance)
 
 
 def _coasting(board):
@@ -64,5 +64,5 @@ def _coasting(board):
     heavy = dataclasses.replace(car, m=1000.0)
     again = heavy.solve(y0=start, rtol=RTOL, atol=ATOL, project=True)
     off = np.abs(again.y[:2, -1] - run.y[:2, -1]).max()
-    mark = 2.0 * tolerated(run, RTOL, ATOL) * (1.0 + run.t[-1]) ** 2
-    board.check("a thousand times the mass: other path by (m)", off, 0.0, mark)
+    tolerance = 2.0 * tolerated(run, RTOL, ATOL) * (1.0 + run.t[-1]) ** 2
+    board.check("a thousand times the mass: other path by (m)", off, 0.0, tolerance)
