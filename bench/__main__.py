@@ -8,11 +8,10 @@ import time
 
 import bench.one_thread  # noqa: F401  before all that follow
 
-from . import (
+from .groups import (
     course,
     drift,
     ensemble,
-    figures,
     first_call,
     fixed_cost,
     memory,
@@ -21,8 +20,9 @@ from . import (
     speed,
     work_precision,
 )
-from .table import RESULTS
-from .timing import load, machine
+from .report import figures
+from .report.environment import load, machine
+from .report.table import RESULTS
 
 GROUPS = {
     "same_steps": same_steps,

@@ -6,7 +6,7 @@ import pytest
 import fastdyn
 from bench import rivals
 from bench.problems import WORK, error, reference
-from bench.work_precision import at_error
+from bench.report.equal_error import at_error
 
 
 @pytest.mark.parametrize("problem", WORK, ids=lambda problem: problem.name)

@@ -1,17 +1,32 @@
-"""One adapter a solver.
+"""One adapter a library, for every group.
 
-A module here has ``solvers(problem)``, which returns ``{name: prepare}``, empty for a problem that
-is not for it.  ``prepare(tol, times=None)`` does all that a user does once (compiling, building the
-integrator) and returns a function of nothing, which solves the problem from its start with
-rtol = atol = tol and returns the end state, NaN if it failed; with `times` it also makes the output
-there.  It returns None if there is no such output.  A rival that is not installed is an
-ImportError.
+A module here has one or more of:
+
+``solvers(problem)``
+    ``{name: prepare}``, empty for a problem that is not for it.  ``prepare(tol, times=None)`` does
+    all that a user does once (compiling, building the integrator) and returns a function of
+    nothing, which solves the problem from its start with rtol = atol = tol and returns the end
+    state, NaN if it failed; with `times` it also makes the output there.  It returns None if there
+    is no such output.
+``trajectories(many)``
+    ``{name: run}``; ``run()`` solves all trajectories of a `problems.many.Many` with `MANY_RTOL`
+    and `MANY_ATOL` and returns their end states.
+``orbits(orbit)``
+    ``{name: make}``; ``make()`` puts a satellite at its start and returns ``go(t)``, which carries
+    it on to t and returns [x, y, vx, vy].
+``FIRST_CALL``
+    ``{name: (imports, body)}``, the text of a script: `body` defines ``solve()`` for the numbers
+    ``{k}`` and ``{power}``.
+
+A rival that is not installed is an ImportError.
 """
 
 import functools
 import importlib
 
 MAX_STEPS = 10**6  # for those that would follow a fall into the planet for ever
+MANY_RTOL, MANY_ATOL = 1e-6, 1e-9
+LEAPFROG_STEPS = 400  # an orbit
 NAMES = (
     "fastdyn", "cpp", "scipy", "cyrk", "numbalsoda", "heyoka", "diffrax", "sundae", "rebound"
 )  # fmt: skip
@@ -31,7 +46,31 @@ def installed():
 
 def solvers(problem):
     """{name: prepare} of everything that is installed and takes the problem."""
+    return _joined("solvers", problem)
+
+
+def trajectories(many):
+    """{name: run} of everything that is installed and solves many trajectories."""
+    return _joined("trajectories", many)
+
+
+def orbits(orbit):
+    """{name: make} of everything that is installed and follows an orbit for long."""
+    return _joined("orbits", orbit)
+
+
+def first_calls():
+    """{name: (imports, body)} of everything that is installed and compiles something."""
+    return {
+        name: script
+        for module in installed()
+        for name, script in getattr(module, "FIRST_CALL", {}).items()
+    }
+
+
+def _joined(word, given):
     made = {}
     for module in installed():
-        made |= module.solvers(problem)
+        if hasattr(module, word):
+            made |= getattr(module, word)(given)
     return made

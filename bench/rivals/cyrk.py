@@ -7,9 +7,23 @@ from CyRK import cyjit, nbsolve2_ivp
 from numba import carray, njit
 
 from ..problems import in_place
-from . import MAX_STEPS
+from . import MANY_ATOL, MANY_RTOL, MAX_STEPS
+from .parameters import to_tuple_of
 
 METHODS = ("RK45", "DOP853", "Tsit5", "Vern7", "Vern8")
+FIRST_CALL = {
+    "CyRK": (
+        "import numpy as np; from CyRK import cyjit, nbsolve2_ivp",
+        """
+@cyjit
+def fun(d, t, y, args):
+    d[0] = y[1]
+    d[1] = -{k} * y[0] - y[1] ** {power}
+def solve():
+    nbsolve2_ivp(fun.address, (0.0, 5.0), np.array([1.0, 0.0]), "RK45").free()
+""",
+    ),
+}
 
 
 @njit
@@ -42,3 +56,33 @@ def _prepare(problem, into, method, tol, times=None):
     rates = _address(into(), y0.size)
     times = np.array([span[1]] if times is None else times)
     return lambda: _solve(rates.address, span, y0, method, times, tol)
+
+
+def trajectories(many):
+    """RK45, one after the other inside compiled code."""
+    user, t_end, n, m = njit(many.fun), many.t_end, many.y0.shape[1], many.parameters.shape[1]
+    to_tuple = to_tuple_of(m)
+
+    @njit
+    def into(d, t, y, p):
+        rates = user(t, y, *p)
+        for i in range(n):
+            d[i] = rates[i]
+
+    @cyjit
+    def rates(d, t, y, args):
+        into(carray(d, n), t, carray(y, n), to_tuple(carray(args, m)))
+
+    @njit(nogil=True)
+    def run(address, y0, parameters):
+        out = np.empty_like(y0)
+        for i in range(len(y0)):
+            result = nbsolve2_ivp(
+                address, (0.0, t_end), y0[i], "RK45", np.array([t_end]), args=parameters[i],
+                rtol=MANY_RTOL, atol=MANY_ATOL,
+            )  # fmt: skip
+            out[i] = result.y[:, -1]
+            result.free()
+        return out
+
+    return {"CyRK": lambda: run(rates.address, many.y0, many.parameters)}

@@ -11,6 +11,24 @@ from . import MAX_STEPS
 
 jax.config.update("jax_enable_x64", True)
 METHODS = ("Dopri5", "Tsit5", "Dopri8")
+FIRST_CALL = {
+    "diffrax": (
+        "import diffrax, jax, jax.numpy as jnp",
+        """
+jax.config.update("jax_enable_x64", True)
+def fun(t, y, args):
+    return jnp.stack([y[1], -{k} * y[0] - y[1] ** {power}])
+@jax.jit
+def compiled(y0):
+    return diffrax.diffeqsolve(
+        diffrax.ODETerm(fun), diffrax.Dopri5(), 0.0, 5.0, None, y0, max_steps=10_000,
+        stepsize_controller=diffrax.PIDController(rtol=1e-3, atol=1e-6),
+    ).ys
+def solve():
+    return compiled(jnp.array([1.0, 0.0])).block_until_ready()
+""",
+    ),
+}
 
 
 def solvers(problem):

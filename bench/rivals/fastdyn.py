@@ -2,13 +2,28 @@
 
 import functools
 
+import numpy as np
+
 import fastdyn
 from fastdyn.kernels.methods import METHODS
 
 from ..problems import compiled
+from . import MANY_ATOL, MANY_RTOL
 from .scipy import end_of
 
 PAIRS = [name for name, m in METHODS.items() if m.error_order and name not in ("RK23", "ode45")]
+
+FIRST_CALL = {
+    "fastdyn": (
+        "import fastdyn",
+        """
+def fun(t, y):
+    return [y[1], -{k} * y[0] - y[1] ** {power}]
+def solve():
+    return fastdyn.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0])
+""",
+    ),
+}
 
 
 def solvers(problem):
@@ -40,3 +55,20 @@ def _plain(problem, method, tol, times=None):
     given = _given(problem, method, tol, times)
     fastdyn.solve_ivp(**given, tier="specialised")
     return lambda: end_of(fastdyn.solve_ivp(**given))
+
+
+def trajectories(many):
+    """In vectors, by one thread and by two."""
+    return {
+        "fastdyn, 1 core": ensemble(many, "auto", 1),
+        "fastdyn, 2 cores": ensemble(many, "auto", 2),
+    }
+
+
+def ensemble(many, lanes, threads, method="RK45", rtol=MANY_RTOL, atol=MANY_ATOL):
+    """A function of nothing that solves all; parameters that are the same for all are numbers."""
+    fun, columns = many.fun, many.parameters.T
+    args = tuple(float(p[0]) if (p == p[0]).all() else np.ascontiguousarray(p) for p in columns)
+    options = {"rtol": rtol, "atol": atol, "lanes": lanes, "threads": threads}
+    span = 0.0, many.t_end
+    return lambda: fastdyn.solve_ensemble(fun, span, many.y0, args, method, **options).y_end

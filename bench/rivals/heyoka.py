@@ -5,7 +5,23 @@ import functools
 import heyoka as hy
 import numpy as np
 
-from . import MAX_STEPS
+from ..problems import equations
+from . import MANY_RTOL, MAX_STEPS
+
+FIRST_CALL = {
+    "heyoka": (
+        "import heyoka as hy",
+        """
+x, v = hy.make_vars("x", "v")
+def solve(made=[]):
+    if not made:
+        made.append(hy.taylor_adaptive([(x, v), (v, -{k} * x - v**{power})], [1.0, 0.0]))
+    made[0].time = 0.0
+    made[0].state[:] = [1.0, 0.0]
+    made[0].propagate_until(5.0)
+""",
+    ),
+}
 
 
 def solvers(problem):
@@ -34,3 +50,53 @@ def _prepare(problem, tol, times=None):
         return run.state.copy()
 
     return solve
+
+
+def trajectories(many):
+    """The batch integrator, as many trajectories at once as the processor has lanes."""
+    n, m = many.y0.shape[1], many.parameters.shape[1]
+    terms = _satellite if many.terms is equations.satellite else many.terms(hy)
+    y = hy.make_vars(*(f"y{i}" for i in range(n)))
+    rates = terms(hy.time, y, *(hy.par[i] for i in range(m)))
+    width = hy.recommended_simd_size()
+    batch = hy.taylor_adaptive_batch(
+        list(zip(y, rates, strict=True)), np.zeros((n, width)), tol=MANY_RTOL,
+        pars=np.zeros((m, width)),
+    )  # fmt: skip
+
+    def run():
+        out = np.empty_like(many.y0)
+        for i in range(0, len(out) - width + 1, width):
+            batch.set_time(0.0)
+            batch.state[:] = many.y0[i : i + width].T
+            batch.pars[:] = many.parameters[i : i + width].T
+            batch.propagate_until(many.t_end)
+            out[i : i + width] = batch.state.T
+        return out
+
+    return {"heyoka batch": run}
+
+
+def _satellite(t, w, GM):
+    """`equations.satellite` by a power, which is the faster here."""
+    x, y, vx, vy = w
+    r2 = x * x + y * y
+    return vx, vy, -GM * x * r2**-1.5, -GM * y * r2**-1.5
+
+
+def orbits(orbit):
+    """Compensated summation, at the default tolerance."""
+
+    def make():
+        x, y, vx, vy = hy.make_vars("x", "y", "vx", "vy")
+        r3 = (x * x + y * y) ** 1.5  # to divide by it rounds better than `_satellite`
+        system = [(x, vx), (y, vy), (vx, -orbit.GM * x / r3), (vy, -orbit.GM * y / r3)]
+        run = hy.taylor_adaptive(system, list(orbit.initial_state()), high_accuracy=True)
+
+        def go(t):
+            run.propagate_until(t)
+            return run.state.copy()
+
+        return go
+
+    return {"heyoka high_accuracy": make}

@@ -3,11 +3,12 @@
 import functools
 
 import numpy as np
-from numba import carray, cfunc
+from numba import carray, cfunc, njit
 from numbalsoda import dop853, lsoda, lsoda_sig
 
 from ..problems import in_place
-from . import MAX_STEPS
+from . import MANY_ATOL, MANY_RTOL, MAX_STEPS
+from .parameters import to_tuple_of
 
 
 def solvers(problem):
@@ -39,3 +40,27 @@ def _prepare(problem, rates, solve, tol, times=None):
         return y[-1] if good else np.nan
 
     return run
+
+
+def trajectories(many):
+    """DOP853, one after the other inside compiled code."""
+    user, n, m = njit(many.fun), many.y0.shape[1], many.parameters.shape[1]
+    to_tuple = to_tuple_of(m)
+
+    @cfunc(lsoda_sig)
+    def rates(t, y, d, p):
+        found = user(t, carray(y, (n,)), *to_tuple(carray(p, (m,))))
+        for i in range(n):
+            d[i] = found[i]
+
+    address, times = rates.address, np.array([0.0, many.t_end])
+
+    @njit(nogil=True)
+    def run(y0, parameters):
+        out = np.empty_like(y0)
+        for i in range(len(y0)):
+            found, _ = dop853(address, y0[i], times, parameters[i], MANY_RTOL, MANY_ATOL)
+            out[i] = found[-1]
+        return out
+
+    return {"numbalsoda DOP853": lambda: run(many.y0, many.parameters)}

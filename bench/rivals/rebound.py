@@ -5,7 +5,10 @@ import functools
 import numpy as np
 import rebound
 
-from .. import equations
+from ..problems import equations
+from . import LEAPFROG_STEPS
+
+WHFAST_STEPS = 10  # an orbit: what the steps leave is rounding
 
 
 def solvers(problem):
@@ -24,9 +27,7 @@ def _bodies(problem):
     """Masses, positions and velocities, softening, and how many have no mass; None for others."""
     y = np.array(problem.y0, dtype=float)
     if problem.terms is equations.satellite:
-        places = np.array([[0.0, 0.0, 0.0], [*y[:2], 0.0]])
-        rates = np.array([[0.0, 0.0, 0.0], [*y[2:], 0.0]])
-        return np.array([problem.args[0], 0.0]), places, rates, 0.0
+        return _satellite(problem.args[0], y)
     if problem.terms is equations.pleiades:
         zero = np.zeros(7)
         columns = np.array([[y[:7], y[7:14], zero], [y[14:21], y[21:], zero]])
@@ -35,6 +36,22 @@ def _bodies(problem):
         places, rates = y.reshape(2, -1, 3)
         return np.full(len(places), 1.0 / len(places)), places, rates, equations.SOFTENING
     return None
+
+
+def _satellite(GM, y):
+    """The planet at rest in the middle, and the satellite, which has no mass."""
+    places = np.array([[0.0, 0.0, 0.0], [*y[:2], 0.0]])
+    rates = np.array([[0.0, 0.0, 0.0], [*y[2:], 0.0]])
+    return np.array([GM, 0.0]), places, rates, 0.0
+
+
+def _simulation(masses, places, rates, softening):
+    sim = rebound.Simulation()
+    for m, (x, y, z), (vx, vy, vz) in zip(masses, places, rates, strict=True):
+        sim.add(m=m, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
+    sim.softening = softening
+    sim.N_active = np.count_nonzero(masses)
+    return sim
 
 
 def _ias15(sim, tol):
@@ -48,15 +65,10 @@ def _bs(sim, tol):
 
 
 def _prepare(problem, bodies, choose, tol, times=None):
-    masses, places, rates, softening = bodies
-    end, size = problem.t_span[1], (len(masses), 3)
+    end, size = problem.t_span[1], bodies[1].shape
 
     def run():
-        sim = rebound.Simulation()
-        for m, (x, y, z), (vx, vy, vz) in zip(masses, places, rates, strict=True):
-            sim.add(m=m, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
-        sim.softening = softening
-        sim.N_active = np.count_nonzero(masses)
+        sim = _simulation(*bodies)
         choose(sim, tol)
         for t in (end,) if times is None else times:
             sim.integrate(t)
@@ -69,3 +81,56 @@ def _prepare(problem, bodies, choose, tol, times=None):
         return np.r_[q.ravel(), v.ravel()]
 
     return run
+
+
+def orbits(orbit):
+    """IAS15; WHFast, whose exact part the orbit is; the leapfrog unless the orbit is eccentric."""
+    methods = {"REBOUND IAS15": _start_ias15, "REBOUND WHFast": _start_whfast}
+    if orbit.eccentricity < 0.8:
+        methods["REBOUND leapfrog"] = _start_leapfrog
+    return {name: functools.partial(start, orbit) for name, start in methods.items()}
+
+
+def _started(orbit, integrator):
+    sim = _simulation(*_satellite(orbit.GM, orbit.initial_state()))
+    sim.integrator = integrator
+    return sim
+
+
+def _state(sim):
+    p, star = sim.particles[1], sim.particles[0]
+    return [p.x - star.x, p.y - star.y, p.vx - star.vx, p.vy - star.vy]
+
+
+def _start_ias15(orbit):
+    sim = _started(orbit, "ias15")
+
+    def go(t):
+        sim.integrate(t, exact_finish_time=1)
+        return _state(sim)
+
+    return go
+
+
+def _start_leapfrog(orbit):
+    sim = _started(orbit, "leapfrog")
+    sim.dt = orbit.period / LEAPFROG_STEPS
+
+    def go(t):
+        sim.integrate(t, exact_finish_time=0)
+        return _state(sim)
+
+    return go
+
+
+def _start_whfast(orbit):
+    sim = _started(orbit, "whfast")
+    sim.integrator.safe_mode = 0
+    sim.dt = orbit.period / WHFAST_STEPS
+
+    def go(t):
+        sim.integrate(t, exact_finish_time=1)
+        sim.dt = orbit.period / WHFAST_STEPS
+        return _state(sim)
+
+    return go

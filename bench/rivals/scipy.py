@@ -6,7 +6,29 @@ import numpy as np
 from scipy.integrate import ode, odeint, solve_ivp
 
 from ..problems import compiled
-from . import MAX_STEPS
+from . import MANY_ATOL, MANY_RTOL, MAX_STEPS
+
+FIRST_CALL = {
+    "SciPy": (
+        "import scipy.integrate",
+        """
+def fun(t, y):
+    return [y[1], -{k} * y[0] - y[1] ** {power}]
+def solve():
+    return scipy.integrate.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0])
+""",
+    ),
+    "SciPy, njit": (
+        "import numba, numpy as np, scipy.integrate",
+        """
+@numba.njit
+def fun(t, y):
+    return np.array([y[1], -{k} * y[0] - y[1] ** {power}])
+def solve():
+    return scipy.integrate.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0])
+""",
+    ),
+}
 
 
 def end_of(result):
@@ -56,5 +78,19 @@ def _hairer(problem, jitted, tol, times=None):
     def run():
         solver = ode(fun).set_integrator("dop853", rtol=tol, atol=tol, nsteps=MAX_STEPS)
         return solver.set_initial_value(y0, begin).integrate(end)
+
+    return run
+
+
+def one_by_one(many):
+    """A function of nothing that solves all, one after the other."""
+    fun, span = many.fun, (0.0, many.t_end)
+    given = {"rtol": MANY_RTOL, "atol": MANY_ATOL}
+
+    def run():
+        return np.array([
+            solve_ivp(fun, span, y, args=tuple(p), **given).y[:, -1]
+            for y, p in zip(many.y0, many.parameters, strict=True)
+        ])  # fmt: skip
 
     return run

@@ -10,6 +10,20 @@ from . import MAX_STEPS
 
 DENSE = 100  # up to so many components Newton's matrix is a matrix
 
+FIRST_CALL = {
+    "CVODE, njit": (
+        "import numba, numpy as np; from sksundae.cvode import CVODE",
+        """
+@numba.njit
+def fun(t, y, d):
+    d[0] = y[1]
+    d[1] = -{k} * y[0] - y[1] ** {power}
+def solve():
+    return CVODE(fun, method="Adams").solve([0.0, 5.0], np.array([1.0, 0.0]))
+""",
+    ),
+}
+
 
 def solvers(problem):
     """Adams, with the right-hand side compiled; CVODE calls it through Python."""

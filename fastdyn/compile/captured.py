@@ -5,18 +5,12 @@ Found in Numba's own reading of the bytecode, so that what is found is what is c
 
 import builtins
 import dis
-import functools
-import hashlib
-import sys
 import types as python
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba.core import ir
 from numba.core.compiler import run_frontend
-from numba.core.dispatcher import Dispatcher
-
-from .parameters import Constant, kind
 
 MISSING = object()
 TUPLES = "__fastdyn_tuples__"  # on a function whose returned list may be a tuple where it is called
@@ -28,19 +22,6 @@ class Reference(NamedTuple):
     root: str
     name: str
     attributes: tuple = ()
-
-
-class Opaque:
-    """The token of a value that only this process can tell from others; it keeps the value."""
-
-    def __init__(self, value):
-        self.value = value
-
-    def __eq__(self, other):
-        return isinstance(other, Opaque) and self.value is other.value
-
-    def __hash__(self):
-        return id(self.value)
 
 
 def track(blocks, n_definitions, owned):
@@ -161,59 +142,6 @@ def resolve(reference, function, owner):
     return value, depth
 
 
-def frozen(value: Any, seen=()) -> Any:
-    """A hashable token that tells a constant from every other one; Opaque if there is none."""
-    if isinstance(value, bool | int | str | bytes | type(None) | type(Ellipsis)):
-        return (type(value).__name__, value)
-    if isinstance(value, float):
-        return ("float", float(value).hex())
-    if isinstance(value, complex):
-        return ("complex", value.real.hex(), value.imag.hex())
-    if isinstance(value, np.generic):
-        return ("scalar", value.dtype.str, value.tobytes())
-    if isinstance(value, tuple | list):
-        fields = getattr(value, "_fields", None)  # of a named tuple
-        return (type(value).__qualname__, fields, *(frozen(v, seen) for v in value))
-    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
-        digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
-        return ("array", value.dtype.str, value.shape, value.flags.c_contiguous, digest)
-    if isinstance(value, python.ModuleType):
-        return ("module", value.__name__)
-    if isinstance(value, Dispatcher):
-        options = tuple(sorted((k, repr(v)) for k, v in value.targetoptions.items()))
-        typed = () if value._can_compile else tuple(map(str, value.nopython_signatures))  # pyright: ignore
-        return ("njit", options, typed, frozen(value.py_func, seen))
-    if isinstance(value, python.FunctionType):
-        return _frozen_function(value, seen)
-    if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
-        return ("method", _frozen_function(value.__func__, seen, value.__self__))
-    if callable(value):
-        name: Any = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
-        for module in (getattr(value, "__module__", None), "numpy", "scipy.special"):
-            if name and module and is_named(value, module, name):
-                return ("builtin", module, name)
-    return Opaque(value)
-
-
-KERNELS = f"{__name__.partition('.')[0]}.kernels."
-LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operator", "scipy"}
-
-
-def is_named(value, module, name):
-    """Whether this very object is what a library calls by this name (others may claim it)."""
-    if module.split(".")[0] not in LIBRARIES and not module.startswith(KERNELS):
-        return False
-    found = sys.modules.get(module)
-    for part in name.split("."):
-        found = getattr(found, part, None)
-    return found is value or (isinstance(found, Dispatcher) and found.py_func is value)
-
-
-def of_library(function):
-    """Whether Numba, or a kernel, knows a Python function by itself."""
-    return is_named(function, function.__module__ or "", function.__qualname__)
-
-
 def draws_random(value):
     """Whether a value is a generator of random numbers, or one of its methods."""
     owner = getattr(value, "__self__", None) or value
@@ -236,62 +164,3 @@ def stored_outside(code):
                     return instruction.argval
         todo += [c for c in one.co_consts if isinstance(c, python.CodeType)]
     return None
-
-
-def _frozen_function(function, seen, owner=None):
-    if of_library(function):
-        return ("library", function.__module__, function.__qualname__)
-    if function in seen:
-        return ("recursion", seen.index(function))
-    seen = (*seen, function)
-    try:
-        outside = references(function, owner is not None)
-    except Exception:  # Numba says why when it is asked to compile
-        return Opaque(function)
-    values = tuple((r, frozen(resolve(r, function, owner)[0], seen)) for r in outside)
-    return ("function", code_token(function.__code__), frozen(function.__defaults__), values)
-
-
-@functools.lru_cache(4096)
-def code_token(code):
-    """Everything of a code object that machine code depends on."""
-    parts = [code.co_code, code.co_exceptiontable, code.co_names, code.co_varnames]
-    parts += [code.co_freevars, code.co_cellvars, code.co_flags]
-    parts += [code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount]
-    for constant in code.co_consts:
-        nested = isinstance(constant, python.CodeType)
-        parts.append(code_token(constant) if nested else frozen_constant(constant))
-    return hashlib.sha256(repr(parts).encode()).hexdigest()
-
-
-def frozen_constant(constant):
-    if isinstance(constant, frozenset):
-        return sorted(repr(frozen(c)) for c in constant)
-    return repr(frozen(constant))
-
-
-def contains_opaque(token):
-    """Whether a token has a part that only this process can identify."""
-    if isinstance(token, Opaque):
-        return True
-    if isinstance(token, Constant):
-        return contains_opaque(token.token)
-    return isinstance(token, tuple) and any(contains_opaque(t) for t in token)
-
-
-def calls_itself(token):
-    """Whether a token has a function that refers to itself."""
-    if isinstance(token, Constant):
-        return calls_itself(token.token)
-    if not isinstance(token, tuple):
-        return False
-    if len(token) == 2 and token[0] == "recursion" and isinstance(token[1], int):
-        return True
-    return any(calls_itself(t) for t in token)
-
-
-def outside_kind(value):
-    """The kind of an outside value: floats, arrays and lists are parameters, else constant."""
-    if isinstance(value, float | complex | np.ndarray | np.floating | np.complexfloating | list):
-        return kind(value, frozen)
-    return Constant(frozen(value), value)

@@ -4,11 +4,13 @@ import types as python
 
 import numpy as np
 
-from .bind import compiled_function, pack_all
-from .captured import frozen, references, resolve
+from .bind import pack_all
+from .captured import references, resolve
 from .diagnostics import Uncompilable
+from .fingerprint import frozen
 from .parameters import kind
 from .unwrap import parts_of
+from .user_function import compiled_function
 
 UNCHANGING = (  # the same object is the same value
     float, int, complex, str, bytes, type(None), np.generic, np.ufunc, python.BuiltinFunctionType

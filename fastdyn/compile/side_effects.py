@@ -7,8 +7,9 @@ assigns to such a value, the functions that use it have to run in Python, too.
 import dis
 import types as python
 
-from .captured import of_library, references, resolve
+from .captured import references, resolve
 from .diagnostics import Uncompilable
+from .fingerprint import of_library
 from .unwrap import parts_of
 
 CHANGED = "another function of the solve may change what it uses"

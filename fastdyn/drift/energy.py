@@ -22,8 +22,9 @@ from fastdyn.problem.equations import (
 )
 from fastdyn.run.checkpoint import Checkpoint, fingerprint
 from fastdyn.run.loop import begin, progress_bar, raise_kept
-from fastdyn.run.result import outcome
-from fastdyn.specialise.scalar import Tier, start_kernel, survey_kernels
+from fastdyn.run.outcome import outcome
+from fastdyn.specialise.scalar import start_kernel, survey_kernels
+from fastdyn.specialise.tier import Tier
 
 from .study import Study
 
@@ -112,12 +113,10 @@ class _Run:
     """A study before it has a length."""
 
     def __init__(self, system, method, y0, invariants, args, period):
-        from fastdyn.systems import System
-
         self.method: Any
         self.fun: Any
         self.y0: Any
-        self.system = system if isinstance(system, System) else None
+        self.system = system if hasattr(system, "rhs") else None
         if self.system is not None:
             self.fun, self.args = system.rhs, system.args
             self.y0 = system.initial_state() if y0 is None else y0

@@ -16,9 +16,11 @@ from fastdyn.run import resume
 from fastdyn.run.checkpoint import fingerprint
 
 from . import reductions
-from . import solve as ensembles
 from .members import Shared
-from .workers import LOOK, Results, functions_of
+from .plan import checked, sizes
+from .results import Results
+from .threads import LOOK, n_processors, solve_here
+from .workers import functions_of
 
 FEWEST = 64  # blocks, where there are trajectories enough
 SMALLEST = 64  # trajectories in a block
@@ -28,7 +30,7 @@ LARGEST = 2**24  # bytes of states in a block
 class Call(NamedTuple):
     """What all blocks of an ensemble share.
 
-    `given` are arguments of `ensemble.checked`, `first` those of the function for the first
+    `given` are arguments of `plan.checked`, `first` those of the function for the first
     trajectory of all; `header` is what the `description` on a worker must be.
     """
 
@@ -56,11 +58,11 @@ def in_blocks(ensemble, client, store, block, threads, options):
     row_bytes = 8 * n * (1 if p.t_eval is None else 1 + len(p.t_eval))
     block = block_size(block, e.members.count, row_bytes, n_waiting)
     if store is None:
-        results, missing = Results(*ensembles.sizes(e)), range(0, e.members.count, block)
+        results, missing = Results(*sizes(e)), range(0, e.members.count, block)
     else:
         from .zarr_store import Archived
 
-        results = Archived(store, ensembles.sizes(e), e.members, header, p.t_eval, n, block)
+        results = Archived(store, sizes(e), e.members, header, p.t_eval, n, block)
         block, missing = results.block, results.missing()
     given = {
         "fun": p.fun, "t_span": (p.t0, p.tf), "method": p.method.name, "t_eval": p.t_eval,
@@ -84,7 +86,7 @@ def executor_of(client):
             "`client` must be a dask.distributed.Client or a concurrent.futures.Executor; "
             f"got {client!r}."
         )
-    return client, 2 * (getattr(client, "_max_workers", None) or ensembles.n_processors())
+    return client, 2 * (getattr(client, "_max_workers", None) or n_processors())
 
 
 def block_size(block, count, row_bytes, n_waiting):
@@ -166,11 +168,11 @@ def solve_block(call, y0, columns):
 
     Returns
     -------
-    crew.Results
+    results.Results
     """
     given, first, threads, header = call if isinstance(call, Call) else _unpacked(call)
     args = [columns.get(j, Shared(value)) for j, value in enumerate(first)]
-    part = ensembles.checked(y0=y0, args=args, **given)
+    part = checked(y0=y0, args=args, **given)
     here = description(part, first)
     wrong = [name for name in header if here[name] != header[name]]
     if wrong:
@@ -181,9 +183,9 @@ def solve_block(call, y0, columns):
     ready = [part]
 
     def solve():
-        part = ready.pop() if ready else ensembles.checked(y0=y0, args=args, **given)
-        results = Results(*ensembles.sizes(part))
-        ensembles.solve_here(part, results, threads, None)
+        part = ready.pop() if ready else checked(y0=y0, args=args, **given)
+        results = Results(*sizes(part))
+        solve_here(part, results, threads, None)
         return results
 
     return or_in_python(solve)

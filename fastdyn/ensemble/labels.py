@@ -2,12 +2,8 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from fastdyn.compile.diagnostics import Uncompilable
 from fastdyn.compile.unwrap import Y, parts_of
-
-TIMES = ("max_time", "min_time", "first_event")  # reductions that are times
 
 
 class Label(NamedTuple):
@@ -49,16 +45,3 @@ def initial_labels(system):
 
 def _field_label(field):
     return Label(field.name, field.metadata.get("unit", ""), field.metadata.get("meaning", ""))
-
-
-def varied(trajectories):
-    """What tells the trajectories apart: (Label, values) of fields, and of initial states."""
-    labels, conditions = trajectories.argument_labels, trajectories.initial_conditions
-    fields = [(labels[j], column) for j, column in trajectories.parameters.items()]
-    for label in initial_labels(trajectories.system):
-        if label.name in conditions:
-            fields.append((label, conditions[label.name]))
-    y0 = trajectories.y0
-    differ = np.flatnonzero((y0 != y0[:1]).any(axis=0))
-    starts = [label._replace(name=f"{label.name} at the start") for label in trajectories.labels]
-    return fields, [(starts[i], y0[:, i]) for i in differ]

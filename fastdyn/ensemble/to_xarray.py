@@ -4,7 +4,7 @@ import numbers
 
 import numpy as np
 
-from .labels import TIMES, initial_labels
+from .labels import initial_labels
 
 COUNTS = ("nfev", "n_accepted", "n_rejected")
 STATUS = "0 the end was reached, 1 a terminal event, -1 failure, -2 interrupted"
@@ -37,7 +37,7 @@ def dataset(trajectories):
         coordinates["event"] = e.event_names
     for name, reduced in e.reduced.items():
         axes = ("trajectory", "event") if name == "first_event" else of_each[: reduced.ndim]
-        values[name] = (axes, reduced, second if name in TIMES else {})
+        values[name] = (axes, reduced, second if e.is_time(name) else {})
     if len(e.y0) > 1:
         coordinates["y0"] = (of_each, e.y0)
     facts = {"method": e.method, "t_start": e.t_start}

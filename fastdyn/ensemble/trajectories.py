@@ -15,10 +15,11 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
-from fastdyn.run.result import SUCCESS, TERMINATED, TOO_SMALL, OdeResult
+from fastdyn.run.outcome import SUCCESS, TERMINATED, TOO_SMALL
+from fastdyn.run.result import OdeResult
 
 from . import reductions
-from .labels import argument_labels, component_labels
+from .labels import argument_labels, component_labels, initial_labels
 
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's, and -1 for every failure
 SENTENCES = {
@@ -160,6 +161,21 @@ class Trajectories:
     def argument_labels(self):
         """Name and unit of each argument after t and y."""
         return argument_labels(self._problem.fun, self.first, self.system)
+
+    def varied(self):
+        """What tells the trajectories apart: (label, values) of fields, of initial states."""
+        fields = [(self.argument_labels[j], c) for j, c in self.parameters.items()]
+        for label in initial_labels(self.system):
+            if label.name in self.initial_conditions:
+                fields.append((label, self.initial_conditions[label.name]))
+        differ = np.flatnonzero((self.y0 != self.y0[:1]).any(axis=0))
+        starts = [label._replace(name=f"{label.name} at the start") for label in self.labels]
+        return fields, [(starts[i], self.y0[:, i]) for i in differ]
+
+    @staticmethod
+    def is_time(name):
+        """Whether a reduction is a time."""
+        return name in ("max_time", "min_time", "first_event")
 
     def to_xarray(self):
         """An xarray.Dataset with dimensions trajectory, component and time.

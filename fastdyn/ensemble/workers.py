@@ -1,9 +1,7 @@
 """The workers of an ensemble: threads that take trajectories from one queue."""
 
 import functools
-import math
 import time
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
@@ -12,14 +10,13 @@ from numba import typeof, types
 from fastdyn import code_store
 from fastdyn.kernels.calls.user_function import FIRST
 from fastdyn.kernels.ensemble.lanes import N_FIELDS
-from fastdyn.kernels.ensemble.scheduler import COUNT, FOLD, IDLE, WORKER, already, serve
+from fastdyn.kernels.ensemble.scheduler import FOLD, IDLE, WORKER, already, serve
 from fastdyn.kernels.output.events import EVENTS
 from fastdyn.kernels.output.sampling import OUTPUT
-from fastdyn.kernels.state.record import ATOL, FULL, INTERRUPTED, RTOL, RUNNING, STATE
+from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE
 from fastdyn.run.loop import CHUNK_SECONDS, begin
 from fastdyn.run.output import OUTPUT_RECORD
 from fastdyn.specialise.scalar import (
-    ADVANCE,
     MAX_TUPLE,
     enrich_kernel,
     events_kernel,
@@ -28,10 +25,10 @@ from fastdyn.specialise.scalar import (
     start_kernel,
     watch_kernel,
 )
+from fastdyn.specialise.signatures import ADVANCE
 
 from . import reductions
 
-LOOK = 0.1  # seconds between two looks of the main thread at its workers
 ROOM = 256  # events in the first piece
 
 
@@ -197,67 +194,3 @@ def functions_of(problem, folds=()):
 
 def _table(places):
     return np.array(places, np.int64).reshape(-1, 3)
-
-
-class Results:
-    """What the workers fill in, one row a member.
-
-    Parameters
-    ----------
-    n_members, n, n_times, n_events : int
-    extrema : bool
-        Whether to look for the largest and smallest values.
-    keep_found : bool
-        Whether to keep every event, not only the time of the first.
-    n_folds : int
-    """
-
-    ROWS = ("y_eval", "y_end", "t_end", "status", "counts", "best", "t_first", "folded")
-
-    def __init__(self, n_members, n, n_times, n_events, extrema, keep_found, n_folds=0):
-        self.extrema, self.keep_found = extrema, keep_found
-        self.queue = np.array([0, n_members])
-        self.y_eval = np.full((n_members, n_times, n), math.nan)
-        self.y_end = np.full((n_members, n), math.nan)
-        self.t_end = np.full(n_members, math.nan)
-        self.status = np.full(n_members, INTERRUPTED)
-        self.counts = np.zeros((n_members, 4), np.int64)
-        self.best = np.full((n_members if extrema else 0, 4, n), math.nan)
-        self.t_first = np.full((n_members, n_events), math.nan)
-        self.folded = np.full((n_members, n_folds), math.nan)
-        self.found: list = []
-
-    def put(self, start, part):
-        """Take over the results of a block of members, of which `start` is the first."""
-        rows = slice(start, start + len(part.t_end))
-        for name in self.ROWS:
-            getattr(self, name)[rows] = getattr(part, name)
-        self.found += [(where + np.array([start, 0]), t, y) for where, t, y in part.found]
-
-    def states(self, n):
-        """The first n components at the times of output, shape (M, n, n_times)."""
-        return self.y_eval[:, :, :n].transpose(0, 2, 1)
-
-    def occurrences(self):
-        """Pieces of ((member, event), time, state) of the events, one row each."""
-        return self.found
-
-
-def work_off(workers, results, bar):
-    """Let all workers run to the end; on Ctrl-C, what is done stays."""
-    stopped = []
-    try:
-        with ThreadPoolExecutor(len(workers), thread_name_prefix="fastdyn") as pool:
-            try:
-                running = {pool.submit(w.run, lambda: bool(stopped)) for w in workers}
-                while running:
-                    done, running = wait(running, LOOK, FIRST_EXCEPTION)
-                    for future in done:
-                        future.result()
-                    if bar is not None:
-                        bar.update(sum(int(w.record["n_done"][0]) for w in workers) - bar.n)
-            finally:
-                stopped.append(True)
-                results.queue[COUNT] = 0
-    finally:
-        results.found = [piece for w in workers for piece in w.found]

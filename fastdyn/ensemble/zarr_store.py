@@ -14,7 +14,7 @@ from fastdyn.kernels.state.record import INTERRUPTED
 from fastdyn.run.checkpoint import refuse_other
 from fastdyn.run.resume import FUNCTIONS
 
-from .workers import Results
+from .results import Results
 
 AXES = {
     "y": ("trajectory", "component", "time"), "y_end": ("trajectory", "row"),

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastdyn.ensemble.labels import TIMES, varied
-
 from . import solution
 
 MOST = 8  # panels
@@ -38,7 +36,7 @@ def figure(trajectories, of=None, over=None, components=None, **options):
         if names == ["y"]:
             return _fan(e, chosen, columns, options)
         if len(columns) == 1:
-            return _sweep(e, names, chosen, *columns[0], options)
+            return _sweep(e, names, chosen, columns[0], options)
         if len(columns) == 2:
             return _map(e, names, chosen, columns, options)
         return _histograms(e, names, chosen, options)
@@ -46,7 +44,7 @@ def figure(trajectories, of=None, over=None, components=None, **options):
 
 def _columns(e, over):
     """What is drawn over: parameters, or where none differs initial states, unless named."""
-    parameters, starts = varied(e)
+    parameters, starts = e.varied()
     if over is None:
         return parameters or starts
     known = {label.name: (label, column) for label, column in parameters + starts}
@@ -106,8 +104,9 @@ def _told(columns, number):
     return ", ".join(told).strip() or f"trajectory {number}"
 
 
-def _sweep(e, names, chosen, label, column, options):
+def _sweep(e, names, chosen, over, options):
     """Lines over the one parameter that varies."""
+    label, column = over
     found = _quantities(e, names, chosen)
     panels_of = list(dict.fromkeys(quantity.panel for quantity in found))[:MOST]
     order = np.argsort(column, kind="stable")
@@ -192,7 +191,7 @@ def _quantities(e, names, chosen):
         for i in chosen:
             label, title = e.labels[i], TITLES[name].format(e.labels[i].name)
             panel = (label.name, label.unit)
-            if name in TIMES:
+            if e.is_time(name):
                 panel = (f"time of extremes of {label.name}", unit)
             found.append(Quantity(title, panel[1], values[:, i], panel))
     return found

@@ -16,7 +16,7 @@ import zipfile
 
 import numpy as np
 
-from fastdyn.compile.captured import contains_opaque, frozen
+from fastdyn.compile.fingerprint import contains_opaque, frozen
 
 SECONDS = 5.0  # between two writes, at least
 

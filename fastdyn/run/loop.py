@@ -24,7 +24,8 @@ from fastdyn.kernels.state.record import (
     Y,
 )
 from fastdyn.kernels.state.record import RAISED as RAISED_STATUS
-from fastdyn.specialise.scalar import Tier, enrich_kernel, events_kernel, start_kernel, watch_kernel
+from fastdyn.specialise.scalar import enrich_kernel, events_kernel, start_kernel, watch_kernel
+from fastdyn.specialise.tier import Tier
 
 from .output import STATE_RECORD, Output
 

@@ -1,24 +1,14 @@
 """solve_ivp, solve_second_order, solve_separable: the story of one solve."""
 
-import numpy as np
-
-from fastdyn.compile.bind import bind, or_in_python
-from fastdyn.compile.parameters import may_write
-from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.side_effects import CHANGED, depends
-from fastdyn.kernels.state.record import FINISHED, INTERRUPTED
+from fastdyn.compile.bind import or_in_python
 from fastdyn.problem import validate
 from fastdyn.problem.equations import (
-    Pair,
-    bind_equations,
     check_pair,
     check_second_order,
-    look_at,
     pair_of,
 )
-from fastdyn.run.dense_output import PiecewisePolynomial
-from fastdyn.run.loop import Run, counters
-from fastdyn.run.result import SUCCESS, OdeResult, outcome
+from fastdyn.run.assemble import run_of
+from fastdyn.run.outcome import result_of
 
 from .scipy_methods import by_scipy
 
@@ -189,94 +179,9 @@ def solve_separable(
     return _solve(problem)
 
 
-_verified: set = set()
-
-
-def _verify(bound, look, n):
-    """Evaluate a function in Python the first time it meets a state of n, for its mistakes.
-
-    Not one that could tell: it runs in Python, or may write to an array.
-    """
-    if bound.function is None:
-        return
-    place = (bound.function.address, n)
-    if place not in _verified:
-        if not any(may_write(k) for b in (bound, *bound.parts) for k, _ in b.values):
-            look()
-        _verified.add(place)
-
-
 def _solve(problem):
     def solve():
         run = run_of(problem)
         return result_of(problem, run.solve(), run)
 
     return or_in_python(solve)
-
-
-def run_of(problem):
-    """A Run with the functions of a problem compiled, and evaluated once."""
-    p = problem
-    n = len(p.y0)
-    bound, bound_events, projection = _bound(p)
-    _verify(bound, lambda: look_at(p), n)
-    if projection is not None:
-        _verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
-    run = Run(p, bound, bound_events, projection)
-    if p.mode == "acceleration" and bound.function is None:
-        run.state["n_extra"] = 2  # evaluations by which `check_second_order` found its form
-    return run
-
-
-def _bound(problem):
-    """The equations, the events and the projection of a problem, or None for the last."""
-    p, n = problem, len(problem.y0)
-    others = [(event, "event") for event, _, _ in p.events or ()]
-    if p.project is not None:
-        others.append((p.project, "derivative"))
-    bound = bind_equations(p)
-    bounds = [bind(fun, p.args, mode, n) for fun, mode in others]
-    equations = list(p.fun) if isinstance(p.fun, Pair) else [p.fun]
-    if others and (bound.function is None or any(b.function is None for b in bounds)):
-        every = [(bound, equations), *((b, [f]) for b, (f, _) in zip(bounds, others, strict=True))]
-        in_python = [f for b, functions in every if b.function is None for f in functions]
-        if bound.function is not None and any(depends(f, in_python) for f in equations):
-            bound = bind_equations(p, CHANGED)
-        for i, (fun, mode) in enumerate(others):
-            if bounds[i].function is not None and depends(fun, in_python):
-                bounds[i] = bind(fun, p.args, mode, n, refused=CHANGED)
-    projection = bounds.pop() if p.project is not None else None
-    return bound, bounds, projection
-
-
-def result_of(problem, status, run):
-    """What is returned for a problem whose Run ended with this status."""
-    p, state, output = problem, run.state, run.output
-    if status == INTERRUPTED:
-        code, message = -2, f"Interrupted at t = {state[0]['t']:.10g}; the result ends there."
-    elif status == FINISHED:
-        code, message = 0, SUCCESS
-    else:
-        code, message = outcome(status, state, run.work, p)
-    t, y = output.points()
-    sol = None
-    if p.dense_output:
-        polynomials, spans = output.polynomials()
-        if len(polynomials):
-            ends = np.append(spans[:, 0], t[-1] if p.t_eval is None else spans[-1].sum())
-            sol = PiecewisePolynomial(ends, polynomials, spans)
-    t_events = y_events = None
-    if p.events is not None:
-        t_events, y_events = output.occurrences()
-    y = y.T
-    if p.t_eval is not None:
-        t = p.t_eval[: len(t)].copy()
-        if not len(t):
-            t, y = [], []
-    n_accepted, n_rejected, n_extra = counters(state)
-    nfev = n_extra + p.method.n_stages * (n_accepted + n_rejected)
-    return OdeResult(
-        t=t, y=y, sol=sol, t_events=t_events, y_events=y_events, nfev=nfev, njev=0, nlu=0,
-        status=code, message=message, success=code >= 0,
-        n_accepted=n_accepted, n_rejected=n_rejected,
-    )  # fmt: skip

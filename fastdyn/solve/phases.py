@@ -14,7 +14,8 @@ from fastdyn.problem.validate import (
     time_span,
 )
 from fastdyn.run.dense_output import PiecewisePolynomial
-from fastdyn.run.result import SUCCESS, OdeResult
+from fastdyn.run.outcome import SUCCESS
+from fastdyn.run.result import OdeResult
 
 from .ivp import solve_ivp
 

@@ -6,8 +6,8 @@ from fastdyn.compile.rebind import rebind
 from fastdyn.kernels.state.record import FINISHED
 from fastdyn.problem import validate
 from fastdyn.problem.equations import check_second_order
-
-from .ivp import result_of, run_of
+from fastdyn.run.assemble import run_of
+from fastdyn.run.outcome import result_of
 
 REFUSED = ("checkpoint", "progress")
 

@@ -11,8 +11,7 @@
 import functools
 from typing import Any
 
-import numpy as np
-from numba import typeof, types
+from numba import types
 
 from fastdyn import code_store
 from fastdyn.kernels.calls.function_pair import (
@@ -27,40 +26,16 @@ from fastdyn.kernels.calls.user_function import WORDS, by_pointer, inlined
 from fastdyn.kernels.jit_options import BARE, njit
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.splitting import cubic_of_pair
-from fastdyn.kernels.output.events import EVENTS, open_events
-from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, open_survey, survey
-from fastdyn.kernels.output.sampling import OUTPUT, watch
+from fastdyn.kernels.output.events import open_events
+from fastdyn.kernels.output.invariants import open_survey, survey
+from fastdyn.kernels.output.sampling import watch
 from fastdyn.kernels.state.layout import Form
-from fastdyn.kernels.state.record import RUNNING, STATE
+from fastdyn.kernels.state.record import RUNNING
 from fastdyn.kernels.stepping.first_step import plain
 
+from .signatures import ADVANCE, ENRICH, OPEN, OPEN_SURVEY, ROWS, START, SURVEYING, WATCH
+
 MAX_TUPLE = 16
-PATIENCE = 1.0  # seconds in the pointer tier before the specialised kernel is worth its compiling
-
-
-def _records(dtype):
-    return typeof(np.zeros(1, dtype))
-
-
-ROWS = types.Array(types.float64, 1, "C")
-TABLE = types.Array(types.float64, 2, "C")
-CUBE = types.Array(types.float64, 3, "C")
-INTEGERS = types.Array(types.int64, 1, "C")
-STATES, OUTPUTS, EVENT_TABLE = _records(STATE), _records(OUTPUT), _records(EVENTS)
-ADVANCE = types.int64(STATES, TABLE, WORDS, types.int64)
-START = types.int64(STATES, TABLE, WORDS, types.float64, types.int64)
-OPEN = types.int64(EVENT_TABLE, types.float64, ROWS, ROWS)
-STUDIED, SURVEYED = _records(INVARIANT), _records(SURVEY)
-OPEN_SURVEY = types.int64(STUDIED, types.float64, ROWS, ROWS)
-SURVEYING = types.int64(
-    types.int64, STATES, TABLE, WORDS, SURVEYED, STUDIED, ROWS, CUBE, ROWS, TABLE, ROWS, types.int64
-)
-ENRICH = types.int64(types.float64, types.float64, TABLE, WORDS, TABLE)
-WATCH = types.int64(
-    types.int64, types.int64, types.int64, STATES, TABLE, WORDS,
-    OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE, types.int64,
-    EVENT_TABLE, INTEGERS, ROWS, TABLE, TABLE, types.int64,
-)  # fmt: skip
 
 
 def splits(name, pair):
@@ -165,7 +140,6 @@ def pointer_kernel(name, pair=False):
 
 
 _specialised: dict = {}
-_seconds: dict = {}
 
 
 def specialised_kernel(name, function, n, build=True) -> Any:
@@ -208,7 +182,7 @@ def _inlining_kernel(name, function, n):
 
 def _stages_kernel(method, function, n):
     """The same of an implicit method, with all stages evaluated at once on vectors."""
-    from .vector import right_hand_side
+    from .vector_rhs import right_hand_side
 
     s, step = method.at_once
     form = Form(n // 2 if method.second_order else n, s, exact=True)
@@ -222,56 +196,3 @@ def _stages_kernel(method, function, n):
 
     kernel.compile(ADVANCE)  # pyright: ignore
     return kernel
-
-
-class Tier:
-    """Which stepping kernel runs, and when to change: the policy.
-
-    Parameters
-    ----------
-    name : str
-        Of the method.
-    bound : adapt.Bound
-    n : int
-    tier : {"auto", "pointer", "specialised"}
-        "auto" takes the specialised kernel where it exists already, and otherwise compiles it
-        once this function has spent PATIENCE seconds in the pointer tier, over all its solves.
-
-    Attributes
-    ----------
-    address : int
-        Of the stepping kernel to call next.
-    """
-
-    def __init__(self, name, bound, n, tier):
-        function = bound.function
-        self._open, kernel = False, None
-        if function is not None and 0 < n <= MAX_TUPLE and tier != "pointer":
-            self._name, self._function, self._n = name, function, n
-            self._place = (name, function.address, n)
-            build = tier == "specialised" or _seconds.get(self._place, 0.0) > PATIENCE
-            kernel = specialised_kernel(name, function, n, build)
-            self._open = kernel is None
-        self.address = (kernel or pointer_kernel(name, bool(bound.parts))).address
-
-    def spend(self, seconds):
-        """Note the time of a chunk."""
-        if self._open:
-            _seconds[self._place] = _seconds.get(self._place, 0.0) + seconds
-
-    def review(self):
-        """Between two chunks: change the tier if that pays."""
-        if self._open and _seconds[self._place] > PATIENCE:
-            self.address = specialised_kernel(self._name, self._function, self._n).address
-            self._open = False
-
-
-__all__ = [
-    "MAX_TUPLE",
-    "Tier",
-    "enrich_kernel",
-    "evaluate_kernel",
-    "events_kernel",
-    "start_kernel",
-    "watch_kernel",
-]

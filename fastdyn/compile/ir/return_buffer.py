@@ -11,6 +11,8 @@ from numba.extending import overload
 
 from fastdyn.kernels.jit_options import FUSED, njit
 
+from .definitions import call
+
 ROW = types.Array(types.float64, 1, "C")
 
 
@@ -120,13 +122,9 @@ def return_in_place(blocks, made, value_of, out):
     if not (callable(called) and plain and _known(called)):
         return
     scope, loc = statement.target.scope, statement.loc
-    function = scope.redefine("$fastdyn_fresh", loc)
     given = (value.args[0], scope.get_or_define(out, loc))
     at = next(i for i, s in enumerate(head.body) if s is statement)
-    head.body[at : at + 1] = [
-        ir.Assign(ir.Global("fresh", _known(called), loc), function, loc),
-        ir.Assign(ir.Expr.call(function, given, (), loc), statement.target, loc),
-    ]
+    head.body[at : at + 1] = call(_known(called), given, statement.target, loc)
 
 
 def _known(function):

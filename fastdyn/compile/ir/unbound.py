@@ -5,6 +5,8 @@ from numba.core.analysis import compute_cfg_from_blocks
 
 from fastdyn.kernels.jit_options import BARE, njit
 
+from .definitions import call
+
 
 @njit(**BARE)
 def _check(assigned):
@@ -41,10 +43,8 @@ def _guarded(block, doubtful, known):
     for statement in block.body:
         for name in sorted((_read(statement) & doubtful) - known):
             loc = statement.loc
-            function, nothing = (scope.redefine(f"$fastdyn_{k}", loc) for k in ("check", "none"))
             flag = scope.get_or_define(_named(name), loc)
-            body.append(ir.Assign(ir.Global("check", _check, loc), function, loc))
-            body.append(ir.Assign(ir.Expr.call(function, (flag,), (), loc), nothing, loc))
+            body += call(_check, (flag,), scope.redefine("$fastdyn_none", loc), loc)
             known.add(name)
         body.append(statement)
         for name in _written(statement) & doubtful:

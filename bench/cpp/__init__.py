@@ -1,0 +1,1 @@
+"""The C++ reference: its sources, its build, its calls through ctypes."""

@@ -1,0 +1,1 @@
+"""What ``python -m bench --only NAME`` runs: ``rows(quick)`` of each module."""

@@ -1,0 +1,1 @@
+"""Timing while groups run; tables and figures of what they found."""

@@ -1,0 +1,67 @@
+"""Outside numbers and arrays come from the parameter block; outside functions are compiled."""
+
+from types import ModuleType
+
+from numba.core import ir
+
+from fastdyn.compile.captured import MISSING, resolve, track, walks_into
+
+from .definitions import call
+
+BLOCK, OUT = "$fastdyn_block", "$fastdyn_out"
+
+
+def replace_outside(blocks, counts, plan, called_function):
+    """Load outside numbers and arrays, and call the compiled form of outside functions.
+
+    `called_function` makes that form, or None of what is no function.
+    """
+    changes = {}
+    uses = list(track(blocks, counts, plan.owner is not None))
+    read_from = {p._replace(attributes=p.attributes[:-1]) for *_, p in uses if p.attributes}
+    for block, i, statement, path in uses:
+        if path.root == "self" and not path.attributes:
+            continue
+        value, depth = resolve(path, plan.function, plan.owner)
+        if depth < len(path.attributes) or value is MISSING:
+            continue
+        load = plan.loads.get(path)
+        if load is None:
+            function = called_function(value)
+            if function is not None:
+                value = function
+            elif walks_into(value) and not isinstance(value, ModuleType) and path in read_from:
+                value = None  # an object or class: only what is read from it is needed
+            elif not path.attributes or isinstance(value, ModuleType) or callable(value):
+                continue
+        changes.setdefault(id(block), (block, {}))[1][i] = (statement, load, value)
+    for block, found in changes.values():
+        body = []
+        for i, statement in enumerate(block.body):
+            if i not in found:
+                body.append(statement)
+                continue
+            _, load, value = found[i]
+            scope, loc = statement.target.scope, statement.loc
+            if load is None:
+                body.append(ir.Assign(ir.Global("value", value, loc), statement.target, loc))
+                continue
+            body += call(load, (scope.get_or_define(BLOCK, loc),), statement.target, loc)
+        block.body = body
+
+
+def unpack_first_argument(blocks):
+    """first = arg(0)  ->  given = arg(0); first = given[0]; block = given[1]; out = given[2]."""
+    block = blocks[min(blocks)]
+    for i, statement in enumerate(block.body):
+        if isinstance(statement, ir.Assign) and isinstance(statement.value, ir.Arg):
+            if statement.value.index == 0:
+                scope, loc = statement.target.scope, statement.loc
+                given = scope.redefine("$fastdyn_given", loc)
+                others = [scope.get_or_define(name, loc) for name in (BLOCK, OUT)]
+                parts = [
+                    ir.Assign(ir.Expr.static_getitem(given, k, None, loc), v, loc)
+                    for k, v in enumerate((statement.target, *others))
+                ]
+                block.body[i : i + 1] = [ir.Assign(statement.value, given, loc), *parts]
+                return

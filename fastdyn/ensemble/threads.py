@@ -1,0 +1,70 @@
+"""An ensemble on the threads of this process."""
+
+import os
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+
+import numpy as np
+
+from fastdyn.compile.diagnostics import GaveUp
+from fastdyn.kernels.ensemble.scheduler import COUNT
+from fastdyn.kernels.state.record import RAISED
+from fastdyn.run.assemble import run_of
+
+from . import reductions
+from .workers import Worker
+
+LOOK = 0.1  # seconds between two looks of the main thread at its workers
+
+
+def work_off(workers, results, bar):
+    """Let all workers run to the end; on Ctrl-C, what is done stays."""
+    stopped = []
+    try:
+        with ThreadPoolExecutor(len(workers), thread_name_prefix="fastdyn") as pool:
+            try:
+                running = {pool.submit(w.run, lambda: bool(stopped)) for w in workers}
+                while running:
+                    done, running = wait(running, LOOK, FIRST_EXCEPTION)
+                    for future in done:
+                        future.result()
+                    if bar is not None:
+                        bar.update(sum(int(w.record["n_done"][0]) for w in workers) - bar.n)
+            finally:
+                stopped.append(True)
+                results.queue[COUNT] = 0
+    finally:
+        results.found = [piece for w in workers for piece in w.found]
+
+
+def n_processors():
+    """Processors that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:
+        return os.cpu_count() or 1
+
+
+def solve_here(ensemble, results, threads, bar):
+    """Solve an ensemble on the threads of this process."""
+    members, problem, vector = ensemble.members, ensemble.problem, ensemble.vector
+    width = vector.width if vector else 1
+    n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
+    folds = reductions.folds(ensemble.wanted)
+    workers = [Worker(problem, members, vector, results, folds) for _ in range(n_workers)]
+    if any(bound.callback is not None for bound in workers[0].bounds):
+        del workers[1:]  # Python runs one thread at a time
+    work_off(workers, results, bar)
+    raised = np.flatnonzero(results.status == RAISED)
+    if len(raised):
+        _ask_again(members, problem, int(raised[0]))
+
+
+def _ask_again(members, problem, i):
+    """Raise GaveUp if trajectory i raised only because its function is compiled."""
+    p = problem._replace(y0=members.state(i), args=members.args(i), tier="pointer")
+    try:
+        run_of(p).solve()
+    except GaveUp:
+        raise
+    except Exception:  # which it raises in Python too: its status says so
+        pass

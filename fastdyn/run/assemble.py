@@ -1,0 +1,60 @@
+"""A checked problem -> a run: its functions compiled, and evaluated once."""
+
+from fastdyn.compile.bind import bind
+from fastdyn.compile.parameters import may_write
+from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.side_effects import CHANGED, depends
+from fastdyn.problem.equations import Pair, bind_equations, look_at
+
+from .loop import Run
+
+_verified: set = set()
+
+
+def _verify(bound, look, n):
+    """Evaluate a function in Python the first time it meets a state of n, for its mistakes.
+
+    Not one that could tell: it runs in Python, or may write to an array.
+    """
+    if bound.function is None:
+        return
+    place = (bound.function.address, n)
+    if place not in _verified:
+        if not any(may_write(k) for b in (bound, *bound.parts) for k, _ in b.values):
+            look()
+        _verified.add(place)
+
+
+def run_of(problem):
+    """A Run with the functions of a problem compiled, and evaluated once."""
+    p = problem
+    n = len(p.y0)
+    bound, bound_events, projection = _bound(p)
+    _verify(bound, lambda: look_at(p), n)
+    if projection is not None:
+        _verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
+    run = Run(p, bound, bound_events, projection)
+    if p.mode == "acceleration" and bound.function is None:
+        run.state["n_extra"] = 2  # evaluations by which `check_second_order` found its form
+    return run
+
+
+def _bound(problem):
+    """The equations, the events and the projection of a problem, or None for the last."""
+    p, n = problem, len(problem.y0)
+    others = [(event, "event") for event, _, _ in p.events or ()]
+    if p.project is not None:
+        others.append((p.project, "derivative"))
+    bound = bind_equations(p)
+    bounds = [bind(fun, p.args, mode, n) for fun, mode in others]
+    equations = list(p.fun) if isinstance(p.fun, Pair) else [p.fun]
+    if others and (bound.function is None or any(b.function is None for b in bounds)):
+        every = [(bound, equations), *((b, [f]) for b, (f, _) in zip(bounds, others, strict=True))]
+        in_python = [f for b, functions in every if b.function is None for f in functions]
+        if bound.function is not None and any(depends(f, in_python) for f in equations):
+            bound = bind_equations(p, CHANGED)
+        for i, (fun, mode) in enumerate(others):
+            if bounds[i].function is not None and depends(fun, in_python):
+                bounds[i] = bind(fun, p.args, mode, n, refused=CHANGED)
+    projection = bounds.pop() if p.project is not None else None
+    return bound, bounds, projection
