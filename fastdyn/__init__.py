@@ -1,39 +1,61 @@
 """fastdyn: equations of motion, integrated at compiled speed behind SciPy's solve_ivp."""
 
+import importlib
+from typing import TYPE_CHECKING
+
 from fastdyn.compile.diagnostics import CompileWarning
 from fastdyn.kernels.algebra.constrained import constrained
 from fastdyn.kernels.algebra.linear import SingularMatrixError, solve_linear
+from fastdyn.kernels.methods import METHODS
 from fastdyn.run.dense_output import OdeSolution
 from fastdyn.run.result import OdeResult
-from fastdyn.solve.ivp import solve_ivp, solve_second_order, solve_separable
+from fastdyn.solve.ivp import solve_ivp
+from fastdyn.solve.second_order import solve_second_order
+from fastdyn.solve.separable import solve_separable
+from fastdyn.version import __version__
 
-__version__ = "0.1.0"
+if TYPE_CHECKING:
+    from fastdyn import systems
+    from fastdyn.drift.compare import compare_drift
+    from fastdyn.drift.energy import energy_drift
+    from fastdyn.ensemble.members import Shared
+    from fastdyn.ensemble.reductions import Fold
+    from fastdyn.ensemble.solve import solve_ensemble
+    from fastdyn.ensemble.trajectories import Trajectories
+    from fastdyn.solve.phases import Phase, solve_phases
+    from fastdyn.solve.prepared import prepare
+    from fastdyn.solve.time_transform import time_transformed
+    from fastdyn.systems import System
 
-
-STUDIES = {
-    "Fold": "ensemble.reductions",
-    "Shared": "ensemble.members",
-    "compare_drift": "drift.compare",
-    "energy_drift": "drift.energy",
-    "prepare": "solve.prepared",
-    "solve_ensemble": "ensemble.solve",
-    "time_transformed": "solve.time_transform",
+_LAZY = {  # name: module, imported when the name is first asked for
+    "Fold": "fastdyn.ensemble.reductions",
+    "Phase": "fastdyn.solve.phases",
+    "Shared": "fastdyn.ensemble.members",
+    "System": "fastdyn.systems",
+    "Trajectories": "fastdyn.ensemble.trajectories",
+    "compare_drift": "fastdyn.drift.compare",
+    "energy_drift": "fastdyn.drift.energy",
+    "prepare": "fastdyn.solve.prepared",
+    "solve_ensemble": "fastdyn.ensemble.solve",
+    "solve_phases": "fastdyn.solve.phases",
+    "time_transformed": "fastdyn.solve.time_transform",
 }
+
+__all__ = [
+    "METHODS", "CompileWarning", "Fold", "OdeResult", "OdeSolution", "Phase", "Shared",
+    "SingularMatrixError", "System", "Trajectories", "__version__", "compare_drift",
+    "constrained", "energy_drift", "prepare", "solve_ensemble", "solve_ivp", "solve_linear",
+    "solve_phases", "solve_second_order", "solve_separable", "systems", "time_transformed",
+]  # fmt: skip
 
 
 def __getattr__(name):
-    """Load the systems and the studies, and with them SciPy, when they are first asked for."""
-    import importlib
-
-    if name in STUDIES:
-        return getattr(importlib.import_module(f"fastdyn.{STUDIES[name]}"), name)
-    if name in ("systems", "System"):
-        systems = importlib.import_module("fastdyn.systems")
-        return systems if name == "systems" else systems.System
+    if name == "systems":
+        return importlib.import_module("fastdyn.systems")
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'fastdyn' has no attribute {name!r}")
 
 
-__all__ = [
-    "CompileWarning", "OdeResult", "OdeSolution", "SingularMatrixError", "constrained",
-    "solve_ivp", "solve_linear", "solve_second_order", "solve_separable",
-]  # fmt: skip
+def __dir__():
+    return sorted(__all__)

@@ -60,7 +60,7 @@ def studied(orbit, method, steps, orbits):
     for periods in (LOOKS, orbits):
         study = fastdyn.energy_drift(
             orbit, method, steps_per_period=steps, periods=periods, samples=LOOKS, every=steps,
-            tier="specialised",
+            compile="inlined",
         )  # fmt: skip
     return study.seconds, _largest(study), float(abs(study.phase[-1]))
 
@@ -89,7 +89,7 @@ def transformed(orbit, steps, orbits):
         study = fastdyn.energy_drift(
             fun, "Gauss16", step=step, n_steps=steps * periods, samples=LOOKS, every=steps,
             y0=[*orbit.initial_state(), 0.0], args=orbit.args, invariants={"energy": energy},
-            tier="specialised",
+            compile="inlined",
         )  # fmt: skip
     return study.seconds, _largest(study), _phase(orbit, study.y[4, -1], study.y[:4, -1])
 

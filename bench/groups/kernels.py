@@ -15,12 +15,12 @@ from fastdyn.compile.bind import bind
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem import validate
 from fastdyn.run.loop import begin
-from fastdyn.specialise.scalar import pointer_kernel, specialised_kernel, start_kernel
+from fastdyn.specialise.scalar import inlined_kernel, shared_kernel, start_kernel
 
 STEPS, STEP, TOL = 1000, 0.01, 1e-6
 
 
-@pytest.mark.parametrize("tier", ["pointer", "specialised"])
+@pytest.mark.parametrize("tier", ["shared", "inlined"])
 @pytest.mark.parametrize("name", METHODS)
 def test_thousand_steps(benchmark, name, tier):
     """The stepping kernel of a method; the run never ends."""
@@ -34,10 +34,10 @@ def test_thousand_steps(benchmark, name, tier):
     bound = bind(SATELLITE.fun, SATELLITE.args, mode, n // 2 if method.second_order else n)
     state, work = begin(problem)
     Call(start_kernel(name), state, work, bound.block, method.error_order, method.last)()
-    if tier == "pointer":
-        kernel = pointer_kernel(name)
+    if tier == "shared":
+        kernel = shared_kernel(name)
     else:
-        kernel = specialised_kernel(name, bound.function, n)
+        kernel = inlined_kernel(name, bound.function, n)
     benchmark.group = f"{STEPS} steps, {tier}"
     benchmark(Call(kernel, state, work, bound.block, STEPS))
     assert int(state["n_accepted"][0]) >= STEPS

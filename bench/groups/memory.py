@@ -14,7 +14,7 @@ def resident():
         return int(file.read().split()[1]) * resource.getpagesize() / 2**20
 def run(n):
     r = solve_ivp(PENDULUM.fun, (0.0, n * 1e-3), PENDULUM.y0, "RK4", step=1e-3, t_eval=[n * 1e-3],
-                  args=PENDULUM.args, tier="specialised")
+                  args=PENDULUM.args, compile="inlined")
     return r.n_accepted
 run(10**4)
 before = resident()

@@ -72,7 +72,7 @@ def as_it_is(problem, method, order, quick, jit=True):
         r = scipy.integrate.solve_ivp(fun, problem.t_span, problem.y0, **given | {"args": args})
         return r.y[:, -1], (r.nfev,)
 
-    ours(tier="specialised")
+    ours(compile="inlined")
     references = cpp.solvers(problem, order, RTOL, ATOL)
     fast = {"fastdyn": ours, **references}
     slow = {"SciPy": lambda: scipys(problem.fun, problem.args)}

@@ -53,7 +53,7 @@ def _prepared(problem, method, tol, times=None):
 
 def _plain(problem, method, tol, times=None):
     given = _given(problem, method, tol, times)
-    fastdyn.solve_ivp(**given, tier="specialised")
+    fastdyn.solve_ivp(**given, compile="inlined")
     return lambda: end_of(fastdyn.solve_ivp(**given))
 
 
@@ -65,10 +65,10 @@ def trajectories(many):
     }
 
 
-def ensemble(many, lanes, threads, method="RK45", rtol=MANY_RTOL, atol=MANY_ATOL):
+def ensemble(many, simd, threads, method="RK45", rtol=MANY_RTOL, atol=MANY_ATOL):
     """A function of nothing that solves all; parameters that are the same for all are numbers."""
     fun, columns = many.fun, many.parameters.T
     args = tuple(float(p[0]) if (p == p[0]).all() else np.ascontiguousarray(p) for p in columns)
-    options = {"rtol": rtol, "atol": atol, "lanes": lanes, "threads": threads}
+    options = {"rtol": rtol, "atol": atol, "simd": simd, "threads": threads}
     span = 0.0, many.t_end
     return lambda: fastdyn.solve_ensemble(fun, span, many.y0, args, method, **options).y_end

@@ -70,7 +70,7 @@ def compare_drift(
     if seconds is not None:
         if checkpoint is not None:
             raise ValueError("`checkpoint` needs the same steps again; `seconds` measures them.")
-        options.setdefault("tier", "specialised")  # what is timed is what runs
+        options.setdefault("compile", "inlined")  # what is timed is what runs
     found = Comparison()
     for name in methods:
         method = METHODS.get(name)

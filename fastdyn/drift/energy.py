@@ -81,7 +81,7 @@ def energy_drift(
     progress : bool
         Show a progress bar.
     **options
-        `rtol`, `atol`, `max_step`, `first_step` of the adaptive methods, `tier`.
+        `rtol`, `atol`, `max_step`, `first_step` of the adaptive methods, `compile`.
 
     Returns
     -------
@@ -260,7 +260,7 @@ class _Survey:
         p, block = self._problem, self._bound.block
         everyone = [*self._bound.parts, self._bound, *self._followed]
         callbacks = [b.callback for b in everyone if b.callback is not None]
-        tier = Tier(p.method.name, self._bound, len(p.y0), p.tier)
+        tier = Tier(p.method.name, self._bound, len(p.y0), p.compile)
         status, chunk = RUNNING, FIRST_STEPS
         open_survey, survey = survey_kernels()
         survey = Call(
@@ -281,8 +281,8 @@ class _Survey:
                 survey["advance"], survey["n"] = tier.address, chunk
                 status = survey()
                 spent = time.perf_counter() - began
-                tier.spend(spent)
-                tier.review()
+                tier.record_time(spent)
+                tier.promote()
                 chunk = max(1, int(chunk * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
                 if bar is not None:
                     bar.update(abs(self.t - p.t0) - bar.n)

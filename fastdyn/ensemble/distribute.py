@@ -14,6 +14,7 @@ from fastdyn.compile.bind import bind, or_in_python
 from fastdyn.kernels.state.record import INTERRUPTED
 from fastdyn.run import resume
 from fastdyn.run.checkpoint import fingerprint
+from fastdyn.version import __version__
 
 from . import reductions
 from .members import Shared
@@ -67,7 +68,7 @@ def in_blocks(ensemble, client, store, block, threads, options):
     given = {
         "fun": p.fun, "t_span": (p.t0, p.tf), "method": p.method.name, "t_eval": p.t_eval,
         "events": p.events and [_marked(*event) for event in p.events], "reduce": e.wanted,
-        "lanes": "vector" if e.vector else "scalar", "options": options,
+        "simd": e.vector is not None, "options": options,
     }  # fmt: skip
     call = Call(given, e.members.first, threads if client is None else threads or 1, header)
     sent = call if client is None else _packed(call)
@@ -111,7 +112,6 @@ def description(ensemble, first):
 
     `first` are arguments that stand for those of all members.
     """
-    from fastdyn import __version__
 
     p = ensemble.problem
     try:
@@ -125,7 +125,7 @@ def description(ensemble, first):
         "python": "{}.{}".format(*sys.version_info),
         **resume.description(p, functions),
         "max_steps": repr(p.max_steps),
-        "lanes": ensemble.vector is not None,
+        "simd": ensemble.vector is not None,
         "reduce": [reductions.described(item) for item in ensemble.wanted],
     }
 

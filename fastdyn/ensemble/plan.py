@@ -13,7 +13,7 @@ from fastdyn.problem.equations import check_second_order
 from . import reductions
 from .members import Members
 
-LANES = ("auto", "scalar", "vector")
+SIMD = ("auto", True, False)
 
 
 class Ensemble(NamedTuple):
@@ -36,15 +36,15 @@ def sizes(ensemble):
     )  # fmt: skip
 
 
-def checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, options):
+def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options):
     """The arguments of `solve_ensemble` as an Ensemble, its functions compiled."""
     wanted = reductions.wanted(reduce, events)
     ours = validate.method_named(method)
     if ours is None:
         raise ValueError(f"`method={method!r}` is SciPy's; ensembles take fastdyn's own methods.")
-    if lanes not in LANES:
-        raise ValueError(f"`lanes={lanes!r}` is unknown; choose from {', '.join(LANES)}.")
-    for name in ("checkpoint", "tier", "dense_output"):
+    if simd not in SIMD:
+        raise ValueError(f"`simd={simd!r}` is unknown; choose from auto, True, False.")
+    for name in ("checkpoint", "compile", "dense_output"):
         if name in options:
             raise TypeError(f"an ensemble takes no `{name}`.")
     t0, tf = validate.time_span(t_span)
@@ -76,13 +76,13 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, lanes, option
             evaluate(lambda t, y: fun(t, y, *members.first), mode, t0, start)
 
     members.bind(fun, mode, n, look)
-    vector, reason = None, '`lanes` is "scalar"'
-    if lanes != "scalar":
+    vector, reason = None, "`simd` is False"
+    if simd is not False:
         try:
             vector, reason = _on_vectors(problem, members, wanted)
         except Uncompilable as error:
             reason = str(error)
-            if lanes == "vector":
+            if simd is True:
                 raise ValueError(f"`fun` has no form for vectors: {reason}.") from error
     return Ensemble(members, problem, vector, reason, wanted)
 

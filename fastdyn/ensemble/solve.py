@@ -22,7 +22,7 @@ def solve_ensemble(
     reduce=None,
     threads=None,
     progress=False,
-    lanes="auto",
+    simd="auto",
     client=None,
     store=None,
     block=None,
@@ -49,9 +49,9 @@ def solve_ensemble(
         All processors unless given, one for each block if there is a `client`.  The results do not
         depend on it.
     progress : bool
-    lanes : {"auto", "scalar", "vector"}
+    simd : {"auto", True, False}
         Whether several trajectories share the vector registers of a processor: where the function
-        can be compiled for it, never, or always (raises where it cannot).
+        can be compiled for it, always (raises where it cannot), or never.
     client : dask.distributed.Client or concurrent.futures.Executor, optional
         Whose workers solve the ensemble, in blocks.  The results do not depend on it.
     store : str or path, optional
@@ -81,7 +81,7 @@ def solve_ensemble(
     it as an array, runs one trajectory at a time, some five times slower.  `Trajectories.width`
     and `reason` tell which it was.
     """
-    given = (fun, t_span, y0, args, method, t_eval, events, reduce, lanes, options)
+    given = (fun, t_span, y0, args, method, t_eval, events, reduce, simd, options)
     how = (threads, progress, client, store, block, options)
     return or_in_python(lambda: _solve(checked(*given), *how))
 

@@ -61,7 +61,7 @@ def solve_here(ensemble, results, threads, bar):
 
 def _ask_again(members, problem, i):
     """Raise GaveUp if trajectory i raised only because its function is compiled."""
-    p = problem._replace(y0=members.state(i), args=members.args(i), tier="pointer")
+    p = problem._replace(y0=members.state(i), args=members.args(i), compile="shared")
     try:
         run_of(p).solve()
     except GaveUp:

@@ -20,8 +20,8 @@ from fastdyn.specialise.scalar import (
     MAX_TUPLE,
     enrich_kernel,
     events_kernel,
-    pointer_kernel,
-    specialised_kernel,
+    inlined_kernel,
+    shared_kernel,
     start_kernel,
     watch_kernel,
 )
@@ -94,8 +94,8 @@ class Worker:
         if vector is None:
             function = bounds[0].function
             if function is not None and n <= MAX_TUPLE:
-                advance = specialised_kernel(name, function, n)
-            advance = advance or pointer_kernel(name)
+                advance = inlined_kernel(name, function, n)
+            advance = advance or shared_kernel(name)
         addresses = np.array(
             [
                 advance.address, start_kernel(name).address, watch_kernel().address,

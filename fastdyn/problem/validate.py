@@ -16,11 +16,11 @@ from fastdyn.kernels.methods import METHODS
 from . import step_options
 
 SCIPY_METHODS = ("Radau", "BDF", "LSODA")
-COMMON = {"max_steps", "progress", "on_interrupt", "tier", "checkpoint"}
+COMMON = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint"}
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints", "project"} | COMMON
 FIXED = {"step", "project"} | COMMON
 DEFAULTS = (math.inf, False, "raise", "auto", None)  # max_steps, progress, ... as in Problem
-TIERS = ("auto", "pointer", "specialised")
+COMPILE = ("auto", "shared", "inlined")
 
 
 class Problem(NamedTuple):
@@ -45,7 +45,7 @@ class Problem(NamedTuple):
     max_steps: float
     progress: bool
     on_interrupt: str
-    tier: str
+    compile: str
     checkpoint: Any
 
 
@@ -181,7 +181,7 @@ def _running_options(options):
     limit = options.get("max_steps")
     if limit is not None and not limit >= 1:
         raise ValueError(f"`max_steps` must be at least 1; got {limit}.")
-    for name, allowed in (("on_interrupt", ("raise", "return")), ("tier", TIERS)):
+    for name, allowed in (("on_interrupt", ("raise", "return")), ("compile", COMPILE)):
         if options.get(name, allowed[0]) not in allowed:
             raise ValueError(
                 f"`{name}={options[name]!r}` is unknown; choose from {', '.join(allowed)}."
@@ -190,7 +190,7 @@ def _running_options(options):
         math.inf if limit is None else limit,
         bool(options.get("progress", False)),
         options.get("on_interrupt", "raise"),
-        options.get("tier", "auto"),
+        options.get("compile", "auto"),
         options.get("checkpoint"),
     )
 

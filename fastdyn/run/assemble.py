@@ -1,17 +1,22 @@
 """A checked problem -> a run: its functions compiled, and evaluated once."""
 
-from fastdyn.compile.bind import bind
+from fastdyn.compile.bind import bind, or_in_python
 from fastdyn.compile.parameters import may_write
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.side_effects import CHANGED, depends
-from fastdyn.problem.equations import Pair, bind_equations, look_at
+from fastdyn.problem.equations import (
+    Pair,
+    bind_equations,
+    look_at,
+)
 
 from .loop import Run
+from .outcome import result_of
 
 _verified: set = set()
 
 
-def _verify(bound, look, n):
+def verify(bound, look, n):
     """Evaluate a function in Python the first time it meets a state of n, for its mistakes.
 
     Not one that could tell: it runs in Python, or may write to an array.
@@ -29,17 +34,17 @@ def run_of(problem):
     """A Run with the functions of a problem compiled, and evaluated once."""
     p = problem
     n = len(p.y0)
-    bound, bound_events, projection = _bound(p)
-    _verify(bound, lambda: look_at(p), n)
+    bound, bound_events, projection = bind_functions(p)
+    verify(bound, lambda: look_at(p), n)
     if projection is not None:
-        _verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
+        verify(projection, lambda: evaluate(projection.python, "derivative", p.t0, p.y0.copy()), n)
     run = Run(p, bound, bound_events, projection)
     if p.mode == "acceleration" and bound.function is None:
         run.state["n_extra"] = 2  # evaluations by which `check_second_order` found its form
     return run
 
 
-def _bound(problem):
+def bind_functions(problem):
     """The equations, the events and the projection of a problem, or None for the last."""
     p, n = problem, len(problem.y0)
     others = [(event, "event") for event, _, _ in p.events or ()]
@@ -58,3 +63,11 @@ def _bound(problem):
                 bounds[i] = bind(fun, p.args, mode, n, refused=CHANGED)
     projection = bounds.pop() if p.project is not None else None
     return bound, bounds, projection
+
+
+def solve_problem(problem):
+    def solve():
+        run = run_of(problem)
+        return result_of(problem, run.solve(), run)
+
+    return or_in_python(solve)

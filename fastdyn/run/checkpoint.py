@@ -17,6 +17,7 @@ import zipfile
 import numpy as np
 
 from fastdyn.compile.fingerprint import contains_opaque, frozen
+from fastdyn.version import __version__
 
 SECONDS = 5.0  # between two writes, at least
 
@@ -61,7 +62,6 @@ class Checkpoint:
 
     def __init__(self, path, header):
         self.path = pathlib.Path(path)
-        from fastdyn import __version__
 
         self._header = {"fastdyn": __version__, **header}
         self._written = time.monotonic()

@@ -102,7 +102,7 @@ class Run:
         if projection is not None:
             self.bounds.append(projection)
             project = projection.block.ctypes.data
-        self._tier = Tier(p.method.name, bound, n, p.tier)
+        self._tier = Tier(p.method.name, bound, n, p.compile)
         kernel = (p.method.name, bool(bound.parts))
         solve = self.state, self.work, self.block
         self._start = Call(start_kernel(*kernel), *solve, p.method.error_order, p.method.last)
@@ -171,13 +171,13 @@ class Run:
                 began = time.perf_counter()
                 status = advance()
                 spent = time.perf_counter() - began
-                tier.spend(spent)
+                tier.record_time(spent)
                 if status == FULL:
                     output.make_room()
                     output.lay_into(watch)
                 elif status == RUNNING:
                     chunk = max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
-                    tier.review()
+                    tier.promote()
                 if bar is not None:
                     bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
                 if file is not None and (file.due() or status not in (RUNNING, FULL)):

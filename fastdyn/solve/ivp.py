@@ -1,14 +1,10 @@
-"""solve_ivp, solve_second_order, solve_separable: the story of one solve."""
+"""solve_ivp: the story of one solve."""
 
-from fastdyn.compile.bind import or_in_python
 from fastdyn.problem import validate
 from fastdyn.problem.equations import (
-    check_pair,
     check_second_order,
-    pair_of,
 )
-from fastdyn.run.assemble import run_of
-from fastdyn.run.outcome import result_of
+from fastdyn.run.assemble import solve_problem
 
 from .scipy_methods import by_scipy
 
@@ -27,23 +23,64 @@ def solve_ivp(
 ):
     """Solve y' = fun(t, y) from y(t0) = y0, with compiled code.
 
-    Parameters, result and messages are those of `scipy.integrate.solve_ivp`; the differences:
+    Steps, results and messages of "RK23", "RK45" and "DOP853" are those of
+    `scipy.integrate.solve_ivp`.
 
     Parameters
     ----------
+    fun : callable
+        ``fun(t, y, *args)`` returns the derivative, n numbers; `t` is a float, `y` an ndarray of
+        shape (n,).  Any Python callable; one that does not compile runs in Python, with one
+        CompileWarning.
+    t_span : pair of float
+        Start and end; the end may lie before the start.
+    y0 : array_like, shape (n,)
+        Initial state; complex states are left to SciPy.
     method : str or OdeSolver
-        Also "ode45" (the Dormand-Prince pair under MATLAB's step control), "RK4" and
-        "VelocityVerlet" (constant steps; the latter for y = [q, v] with q'' = a(t, q)).
+        ====================================  ==================================================
+        "RK45"                                Dormand-Prince 5(4), adaptive; the default
+        "RK23", "DOP853"                      Bogacki-Shampine 3(2), Dormand-Prince 8(5,3)
+        "Tsit5", "Vern7", "Vern9"             pairs of Tsitouras (5) and Verner (7 and 9)
+        "ode45"                               RK45 under MATLAB's step control
+        "RK4"                                 classical, constant steps
+        "VelocityVerlet", "BlanesMoanPRK4",   explicit symplectic, constant steps,
+        "KahanLi8", "SofroniouSpaletta10",    y = [q, v] with q'' = a(t, q)
+        "Yoshida4", "Yoshida6", "Yoshida8",
+        "McLachlanAtela4", "BlanesMoan4",
+        "BlanesMoan6"
+        "Gauss4", "Gauss8", "Gauss16"         implicit, symplectic, constant steps
+        "GaussNystrom8", "GaussNystrom16"     the same for q'' = a(t, q)
+        "EnergyConserving2",                  implicit, keep the energy (average vector
+        "EnergyConserving4"                   field), constant steps
+        "Radau", "BDF", "LSODA", OdeSolver    SciPy's, on the compiled derivative
+        ====================================  ==================================================
+    t_eval : array_like, optional
+        Times of output, within `t_span`, in its direction; the steps unless given.
+    dense_output : bool
+        Whether to return the interpolant `sol`.
+    events : callable or sequence of callable, optional
+        ``event(t, y, *args)``; its zeros are located.  Attributes `terminal` (bool, or the number
+        of occurrences that end the run) and `direction` (sign of the crossings that count).
+    vectorized : bool
+        Whether `fun` takes y of shape (n, k).
+    args : tuple, optional
+        Further arguments of `fun`, events and `project`.  Their values are parameters: others
+        need no compiling.
+    rtol, atol : float or array_like, shape (n,)
+        Relative and absolute tolerance of adaptive methods, 1e-3 and 1e-6 unless given: the error
+        of a step is kept below atol + rtol |y|.
+    max_step, first_step : float
+        Longest step, and the first one, of adaptive methods.
+    step : float
+        Size of constant steps.  Steps are never shortened: if the span is not a whole number of
+        them, the last one overshoots and the end is interpolated.
     breakpoints : array_like of float
         Times at which `fun` has a kink or a jump (sampled input, a switch): adaptive methods end
-        a step there and begin anew, and so keep their order.
+        a step there and start anew, and so keep their order.
     project : callable
-        ``project(t, y, *args)`` takes the state at the end of each step to where it should be,
-        on its constraints or its energy, at the cost of one more evaluation of `fun`.  States at
-        the times of `t_eval` are taken there too; those of `sol` are not.
-    step : float
-        Size of the constant steps.  Steps are never shortened: if the span is not a whole number
-        of them, the last one overshoots and the end is interpolated.
+        ``project(t, y, *args)`` takes the state at the end of each step to its constraints or its
+        energy, for one more evaluation of `fun`.  States at the times of `t_eval` are projected
+        too; those of `sol` are not.
     max_steps : int
         Stop with status -1 after so many accepted steps.
     progress : bool
@@ -53,13 +90,16 @@ def solve_ivp(
     checkpoint : str or path
         A file, written every few seconds, whole or not at all, from which the same call goes on
         bit for bit after a crash or Ctrl-C.
-    tier : {"auto", "pointer", "specialised"}
-        "specialised" compiles the fastest kernel for this function before the solve.
+    compile : {"auto", "shared", "inlined"}
+        The kernel: one for all functions, which calls yours through a pointer; one of its own
+        with yours inlined, compiled before the solve; or the second once the first has run for a
+        second.  The bits are the same.
 
     Returns
     -------
     OdeResult
-        Also with `n_accepted` and `n_rejected`.
+        SciPy's fields `t` (n_points,), `y` (n, n_points), `sol`, `t_events`, `y_events`, `nfev`,
+        `njev`, `nlu`, `status`, `message`, `success`, and `n_accepted`, `n_rejected`.
 
     Raises
     ------
@@ -68,9 +108,16 @@ def solve_ivp(
 
     Notes
     -----
-    `fun` may be any Python callable.  What it uses from outside (arguments, closure variables,
-    globals, attributes of `self`) is read anew at each call.  A function that Numba cannot
-    compile is called in Python from the compiled kernels, with one CompileWarning.
+    What `fun` uses from outside (arguments, closure variables, globals, attributes of `self`) is
+    read anew at each call.
+
+    Examples
+    --------
+    >>> def pendulum(t, y, g, l):
+    ...     return [y[1], -g / l * math.sin(y[0])]
+    >>> result = solve_ivp(pendulum, (0, 10), [0.5, 0.0], args=(9.81, 1.0), rtol=1e-8, atol=1e-8)
+    >>> at_bottom = lambda t, y, g, l: y[0]
+    >>> result = solve_ivp(pendulum, (0, 10), [0.5, 0.0], args=(9.81, 1.0), events=at_bottom)
     """
     ours = validate.method_named(method)
     y0 = validate.initial_state(y0)
@@ -86,102 +133,4 @@ def solve_ivp(
     problem = validate.problem(
         fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options
     )
-    return _solve(problem)
-
-
-def solve_second_order(
-    accel,
-    t_span,
-    q0,
-    v0,
-    method="VelocityVerlet",
-    t_eval=None,
-    dense_output=False,
-    events=None,
-    args=None,
-    **options,
-):
-    """Solve q'' = accel(t, q) from position q0 and velocity v0, at constant step.
-
-    Parameters
-    ----------
-    accel : callable
-        ``accel(t, q, *args)``, the acceleration, of the length m of q.
-    t_span, t_eval, dense_output, events, args
-        As in `solve_ivp`; events are functions of (t, y) with y = [q, v].
-    q0, v0 : array_like, shape (m,)
-    method : str
-        One of the explicit symplectic methods, GaussNystrom8 or GaussNystrom16.
-    **options
-        `step` (required), `max_steps`, `progress`, `on_interrupt`, `tier`; see `solve_ivp`.
-
-    Returns
-    -------
-    OdeResult
-        `y` has shape (2 m, n_points), position over velocity.
-    """
-    ours = validate.method_named(method)
-    if ours is None or not ours.second_order:
-        known = ", ".join(name for name, m in validate.METHODS.items() if m.second_order)
-        raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); these do: {known}.")
-    problem = validate.problem(
-        accel, *validate.time_span(t_span), validate.joined_state(q0, v0, "v0"), ours, t_eval,
-        dense_output, events, args, "derivative", options,
-    )  # fmt: skip
-    return _solve(problem)
-
-
-def solve_separable(
-    velocity,
-    force,
-    t_span,
-    q0,
-    p0,
-    method="VelocityVerlet",
-    t_eval=None,
-    dense_output=False,
-    events=None,
-    args=None,
-    **options,
-):
-    """Solve q' = velocity(t, p), p' = force(t, q), the motion of H = T(p) + V(q).
-
-    Parameters
-    ----------
-    velocity : callable
-        ``velocity(t, p, *args)``, dT/dp, of the length m of p.
-    force : callable
-        ``force(t, q, *args)``, -dV/dq, of the length m of q.
-    t_span, t_eval, dense_output, events, args
-        As in `solve_ivp`; events are functions of (t, y) with y = [q, p].
-    q0, p0 : array_like, shape (m,)
-    method : str
-        Any compiled method but the Nystrom ones, which are for q'' = a(t, q).  The explicit
-        symplectic ones kick and drift in turn, so that each step evaluates both functions
-        equally often; `nfev` counts one for both.
-    **options
-        As in `solve_ivp`; `step` is required by methods with constant steps.
-
-    Returns
-    -------
-    OdeResult
-        `y` has shape (2 m, n_points), positions over momenta.
-    """
-    ours = validate.method_named(method)
-    if ours is None:
-        raise ValueError(f"`method={method!r}` is SciPy's; solve_separable needs a compiled one.")
-    y0, pair = validate.joined_state(q0, p0, "p0"), pair_of((velocity, force))
-    check_pair(len(y0), ours)
-    problem = validate.problem(
-        pair, *validate.time_span(t_span), y0, ours, t_eval, dense_output, events, args,
-        "derivative", options,
-    )  # fmt: skip
-    return _solve(problem)
-
-
-def _solve(problem):
-    def solve():
-        run = run_of(problem)
-        return result_of(problem, run.solve(), run)
-
-    return or_in_python(solve)
+    return solve_problem(problem)

@@ -36,7 +36,7 @@ def prepare(
     args : tuple, optional
         Initial state and arguments of the solves that are not given any.
     **options
-        As in `solve_ivp`, but for `checkpoint` and `progress`.  `tier` is "specialised".
+        As in `solve_ivp`, but for `checkpoint` and `progress`.  `compile` is "inlined".
 
     Returns
     -------
@@ -68,7 +68,7 @@ def prepare(
     if ours.second_order:
         check_second_order(fun, t0, y0, args, ours.name)
         mode = "acceleration"
-    options = {"tier": "specialised", **options}
+    options = {"compile": "inlined", **options}
     return Prepared(
         validate.problem(fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options)
     )

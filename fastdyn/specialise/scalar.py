@@ -1,11 +1,9 @@
 """Binds the kernels to a method and a right-hand side.  Two tiers, one text, the same bits.
 
-- pointer: one stepping kernel a method, on rows of the work array, calls any function through its
-  address.  Compiled once and kept on disk: a function never seen answers at once.
-- specialised: the function is inlined and the state is a tuple in registers, for n up to
-  MAX_TUPLE.  About twice as fast, and a second or two of compiling for each function.
-
-`Tier` decides when to change from the first to the second.
+- shared: one stepping kernel a method, on rows of the work array, calls any function through a
+  pointer.  Compiled once and kept on disk.
+- inlined: the function is inlined and the state is a tuple in registers, for n up to MAX_TUPLE.
+  About twice as fast, and half a second or more of compiling for each function.
 """
 
 import functools
@@ -130,7 +128,7 @@ def _stepping_kernel(name, rhs, form, velocity=None):
 
 
 @functools.cache
-def pointer_kernel(name, pair=False):
+def shared_kernel(name, pair=False):
     """The stepping kernel that serves every function, or every pair."""
     if splits(name, pair):
         split = (name, force_by_pointer, None, velocity_by_pointer)
@@ -139,23 +137,23 @@ def pointer_kernel(name, pair=False):
     return code_store.compiled(f"advance {name}", lambda: (_stepping_kernel(*whole), ADVANCE))
 
 
-_specialised: dict = {}
+_inlined: dict = {}
 
 
-def specialised_kernel(name, function, n, build=True) -> Any:
+def inlined_kernel(name, function, n, build=True) -> Any:
     """The stepping kernel with `function` inlined, on tuples of n; None if not there.
 
     With ``build=False`` only memory and disk are asked.
     """
     place = (name, function.key or function.address, n)
-    found = _specialised.get(place)
+    found = _inlined.get(place)
     if found is None or (build and not found):
         key = function.key and f"specialised {name} {n} {function.key}"
         if build:
             found = code_store.compiled(key, lambda: (_inlining_kernel(name, function, n), ADVANCE))
         else:
             found = (key and code_store.stored(key)) or False
-        _specialised[place] = found
+        _inlined[place] = found
     return found or None
 
 

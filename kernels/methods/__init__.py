@@ -1,5 +1,7 @@
 """The methods, each a file with its tables.  A new one is a file, and a line in METHODS."""
 
+from types import MappingProxyType
+
 from .dop853 import DOP853
 from .gauss import ENERGY_CONSERVING, GAUSS, NYSTROM
 from .rk4 import RK4
@@ -11,4 +13,5 @@ from .vern7 import VERN7
 from .vern9 import VERN9
 
 RUNGE_KUTTA = (RK23, RK45, DOP853, TSIT5, VERN7, VERN9, ODE45, RK4)
-METHODS = {m.name: m for m in (*RUNGE_KUTTA, *SYMPLECTIC, *GAUSS, *NYSTROM, *ENERGY_CONSERVING)}
+ALL = (*RUNGE_KUTTA, *SYMPLECTIC, *GAUSS, *NYSTROM, *ENERGY_CONSERVING)
+METHODS = MappingProxyType({method.name: method for method in ALL})

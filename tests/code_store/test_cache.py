@@ -16,7 +16,7 @@ import fastdyn, numpy as np, {helper}
 def fun(t, y, k):
     x, v = y
     return np.array([v, {helper}.force(x) * k])
-r = fastdyn.solve_ivp(fun, (0, 5), [1.0, 0.0], "RK23", args=(2.0,), tier={tier!r})
+r = fastdyn.solve_ivp(fun, (0, 5), [1.0, 0.0], "RK23", args=(2.0,), compile={compile!r})
 if {vehicle}:
     fastdyn.systems.vehicle().solve((0, 1), method="RK23")  # a function among its args
 print(r.nfev, r.y[0, -1].hex(), fastdyn.code_store.COUNTS["compiled"])
@@ -30,14 +30,16 @@ class Place:
     package at `path` has nothing.
     """
 
-    def __init__(self, folder, tier="pointer", path=None):
+    def __init__(self, folder, compile="shared", path=None):
         self.folder, self.cache = folder, folder / "cache"
         shared = pathlib.Path(os.environ["NUMBA_CACHE_DIR"], "fastdyn")
         if path is None and shared.is_dir():
             shutil.copytree(shared, self.cache / "fastdyn", ignore=shutil.ignore_patterns("*.tmp"))
         self.given = set(self.files())
         self.script = folder / "script.py"
-        self.script.write_text(SCRIPT.format(helper="springs", tier=tier, vehicle=path is None))
+        self.script.write_text(
+            SCRIPT.format(helper="springs", compile=compile, vehicle=path is None)
+        )
         self.module("return -x")
         self.path = path
 
@@ -69,7 +71,7 @@ class Place:
 
 @pytest.fixture(scope="module")
 def filled(tmp_path_factory):
-    place = Place(tmp_path_factory.mktemp("filled"), "specialised")
+    place = Place(tmp_path_factory.mktemp("filled"), "inlined")
     return place, place.run()
 
 

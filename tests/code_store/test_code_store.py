@@ -13,7 +13,7 @@ from fastdyn.code_store import Call, cache, seal
 from fastdyn.code_store.loader import UnknownSymbol, load, provider
 from fastdyn.code_store.object_file import NotWhole, packed, symbols, unpacked
 from fastdyn.kernels.state.record import STATE
-from fastdyn.specialise.scalar import pointer_kernel, start_kernel
+from fastdyn.specialise.scalar import shared_kernel, start_kernel
 
 RETURNS = "define i64 @{0}(ptr %words) {{ {1} ret i64 0 }}\n"
 
@@ -30,7 +30,7 @@ def header(symbol, needs=()):
 
 def test_every_kept_file_shows_one_symbol_which_names_it(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    fastdyn.solve_ivp(lambda t, y: [np.sort(y)[0], -y[0]], (0, 1), [1.0, 2.0], tier="pointer")
+    fastdyn.solve_ivp(lambda t, y: [np.sort(y)[0], -y[0]], (0, 1), [1.0, 2.0], compile="shared")
     files = list((tmp_path / "fastdyn").iterdir())
     assert files
     for file in files:
@@ -103,7 +103,7 @@ def test_arrays_that_a_kernel_does_not_take_are_refused(wrong):
 
 
 def test_arguments_that_are_changed_are_checked_too():
-    call = Call(pointer_kernel("RK45"), np.zeros(1, STATE), np.zeros((12, 4)), None, 0)
+    call = Call(shared_kernel("RK45"), np.zeros(1, STATE), np.zeros((12, 4)), None, 0)
     call["n_steps"] = 1
     with pytest.raises(TypeError, match="`work`"):
         call["work"] = np.zeros(3)

@@ -69,7 +69,7 @@ def test_a_constant_in_a_called_function_is_never_stale(monkeypatch):
     for k in (2.0, 3.0, 2.0):
         monkeypatch.setattr(oscillators, "STIFFNESS", k)
         assert abs(final(returns_tuple) - math.cos(math.sqrt(k))) < 1e-6
-        assert abs(final(returns_tuple, tier="specialised") - math.cos(math.sqrt(k))) < 1e-6
+        assert abs(final(returns_tuple, compile="inlined") - math.cos(math.sqrt(k))) < 1e-6
 
 
 def test_a_called_function_that_is_replaced_is_replaced(monkeypatch):

@@ -182,7 +182,7 @@ import warnings, fastdyn, numpy as np
 def turn(t, y): return [y[1], -y[0]]
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
-    one = fastdyn.solve_ivp(turn, (0, 1), [1.0, 0.0], tier="specialised", rtol=1e-8)
+    one = fastdyn.solve_ivp(turn, (0, 1), [1.0, 0.0], compile="inlined", rtol=1e-8)
     two = fastdyn.solve_ensemble(turn, (0, 1), [[1.0, 0.0]], events=lambda t, y: y[0])
     three = fastdyn.systems.satellite().solve((0, 1))
 print(one.y[0, -1], len(caught), "NUMBA_DISABLE_JIT" in str(caught[0].message))

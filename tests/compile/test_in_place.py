@@ -129,15 +129,14 @@ def seen(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize(
     ("fun", "tier"),
-    [(f, "pointer") for f in (*TAKEN, *LEFT)]
-    + [(f, "specialised") for f in (zeros, reversed_view)],
+    [(f, "shared") for f in (*TAKEN, *LEFT)] + [(f, "inlined") for f in (zeros, reversed_view)],
     ids=lambda value: getattr(value, "__name__", value),
 )
 def test_the_bits_of_a_list(fun, tier):
     def as_list(t, y):
         return [y[1], -K * y[0]]
 
-    given = {"dense_output": True, "tier": tier}
+    given = {"dense_output": True, "compile": tier}
     expected = solve_ivp(as_list, (0, 3), [1.0, 0.5], **given)
     found = solve_ivp(fun, (0, 3), [1.0, 0.5], **given)
     if fun in (like, in_a_loop):

@@ -25,7 +25,7 @@ checkpoint.SECONDS = energy.CHUNK_SECONDS = 0.02
 method, path = sys.argv[1:]
 step = {"rtol": 1e-9, "atol": 1e-12} if method in ("RK45", "Vern9") else {"step": 0.02}
 study = energy_drift(systems.satellite(V=1.14), method, t_end=float(sys.stdin.read()), samples=100,
-                     checkpoint=path or None, tier="pointer", **step)
+                     checkpoint=path or None, compile="shared", **step)
 energy = study.drifts["energy"]
 print(study.n_steps, study.nfev, study.y.tobytes().hex(), energy.mean.tobytes().hex())
 print(energy.rms.hex(), energy.largest.hex())
@@ -95,7 +95,7 @@ pair = {"y0": [1.0, 0.0], "invariants": {"energy": energy}}
 
 def run(system, method, given, t_end, path):
     size = {"rtol": 1e-9, "atol": 1e-12} if METHODS[method].error_order else {"step": 0.02}
-    study = energy_drift(system, method, t_end=t_end, samples=50, checkpoint=path, tier="pointer",
+    study = energy_drift(system, method, t_end=t_end, samples=50, checkpoint=path, compile="shared",
                          **size, **given)
     parts = [(d.mean.tobytes(), d.rms, d.largest) for d in study.drifts.values()]
     return study.n_steps, study.nfev, study.y.tobytes(), parts

@@ -34,7 +34,7 @@ def test_shapes_broadcast_or_are_refused(a, b, two_states, list_given):
         ({"args": (["a"],)}, ValueError, "numbers"),
         ({"reduce": "median"}, ValueError, "choose from max"),
         ({"reduce": "first_event"}, ValueError, "needs `events`"),
-        ({"lanes": "many"}, ValueError, "choose from auto"),
+        ({"simd": "many"}, ValueError, "choose from auto"),
         ({"checkpoint": "x"}, TypeError, "takes no `checkpoint`"),
         ({"t_span": (1, 1)}, ValueError, "empty"),
         ({"reduce": "mean", "method": "VelocityVerlet", "step": 0.1}, ValueError, "RK4"),

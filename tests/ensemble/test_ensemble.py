@@ -28,12 +28,12 @@ def bits(result):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("lanes", ["vector", "scalar"])
-def test_each_member_is_the_single_solve(method, lanes):
+@pytest.mark.parametrize("simd", [True, False])
+def test_each_member_is_the_single_solve(method, simd):
     y0, GM = launch(np.linspace(0.95, 1.2, 11)), np.linspace(0.9, 1.1, 11)
     options = METHODS[method] | {"t_eval": np.linspace(0, 6.0, 7)}
-    many = solve_ensemble(orbit, (0, 6.1), y0, (GM,), method, lanes=lanes, **options)
-    assert many.width == (1 if lanes == "scalar" else many.width) and many.success.all()
+    many = solve_ensemble(orbit, (0, 6.1), y0, (GM,), method, simd=simd, **options)
+    assert many.width == (many.width if simd else 1) and many.success.all()
     for i in range(11):
         one = solve_ivp(orbit, (0, 6.1), y0[i], method, args=(GM[i],), **options)
         assert many.nfev[i] == one.nfev
@@ -90,7 +90,7 @@ def test_what_branches_runs_one_by_one():
         one = solve_ivp(kicked, (0, 5), [1, 0], args=(k[i], 2.0), breakpoints=[2.0], **TIGHT)
         assert np.array_equal(result.y[i], one.y[:, -1])
     with pytest.raises(ValueError, match=r"no form for vectors: .*branch"):
-        solve_ensemble(kicked, (0, 5), [1, 0], (k, 2.0), lanes="vector")
+        solve_ensemble(kicked, (0, 5), [1, 0], (k, 2.0), simd=True)
 
 
 def joined(t, w, k):

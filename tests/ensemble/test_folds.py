@@ -8,7 +8,7 @@ from support.many import launch, orbit
 
 TIGHT = {"rtol": 1e-8, "atol": 1e-10}
 
-LANES = ["vector", "scalar"]
+SIMD = [True, False]
 
 
 def axis(t, w, GM):
@@ -34,15 +34,13 @@ SPEEDS = np.linspace(0.85, 1.2, 19)
 MASSES = np.linspace(0.95, 1.05, 19)
 
 
-@pytest.mark.parametrize(
-    ("lanes", "method"), [("vector", "RK45"), ("vector", "DOP853"), ("scalar", "RK45")]
-)
-def test_events_are_those_of_single_solves(lanes, method):
+@pytest.mark.parametrize(("simd", "method"), [(True, "RK45"), (True, "DOP853"), (False, "RK45")])
+def test_events_are_those_of_single_solves(simd, method):
     events = [axis, apsis, away]
     many = solve_ensemble(
-        orbit, (0, 30), launch(SPEEDS), (MASSES,), method, events=events, lanes=lanes, **TIGHT
+        orbit, (0, 30), launch(SPEEDS), (MASSES,), method, events=events, simd=simd, **TIGHT
     )
-    assert not many.reason or lanes == "scalar"
+    assert not many.reason or not simd
     for i in range(19):
         one = solve_ivp(
             orbit, (0, 30), launch(SPEEDS)[i], method, args=(MASSES[i],), events=events, **TIGHT
@@ -56,14 +54,14 @@ def test_events_are_those_of_single_solves(lanes, method):
 
 def test_constant_steps_watch_events_too():
     given = {"method": "VelocityVerlet", "step": 0.01, "events": axis}
-    one_by_one = solve_ensemble(orbit, (0, 12.005), launch(SPEEDS), (1.0,), lanes="scalar", **given)
-    many = solve_ensemble(orbit, (0, 12.005), launch(SPEEDS), (1.0,), lanes="vector", **given)
+    one_by_one = solve_ensemble(orbit, (0, 12.005), launch(SPEEDS), (1.0,), simd=False, **given)
+    many = solve_ensemble(orbit, (0, 12.005), launch(SPEEDS), (1.0,), simd=True, **given)
     for found, expected in zip(many.t_events[0], one_by_one.t_events[0], strict=True):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("lanes", LANES)
-def test_an_event_that_vanishes_at_the_ends_of_steps(lanes):
+@pytest.mark.parametrize("simd", SIMD)
+def test_an_event_that_vanishes_at_the_ends_of_steps(simd):
     """Zero at the start, at a breakpoint, and where a constant step ends."""
 
     def ramp(t, y, k):
@@ -77,7 +75,7 @@ def test_an_event_that_vanishes_at_the_ends_of_steps(lanes):
 
     k = np.linspace(1, 2, 9)
     many = solve_ensemble(
-        ramp, (0, 3), [0.0], (k,), "RK4", step=0.25, events=[tick, start], lanes=lanes
+        ramp, (0, 3), [0.0], (k,), "RK4", step=0.25, events=[tick, start], simd=simd
     )
     for i in range(9):
         one = solve_ivp(ramp, (0, 3), [0.0], "RK4", args=(k[i],), step=0.25, events=[tick, start])
@@ -92,9 +90,9 @@ def test_events_look_at_the_steps_that_cross_alone():
     def never(t, w, GM):
         return w[0] + 100.0
 
-    plain = solve_ensemble(orbit, (0, 30), launch(SPEEDS), (1.0,), lanes="vector", **TIGHT)
+    plain = solve_ensemble(orbit, (0, 30), launch(SPEEDS), (1.0,), simd=True, **TIGHT)
     watched = solve_ensemble(
-        orbit, (0, 30), launch(SPEEDS), (1.0,), lanes="vector", events=never, **TIGHT
+        orbit, (0, 30), launch(SPEEDS), (1.0,), simd=True, events=never, **TIGHT
     )
     assert np.array_equal(plain.y_end, watched.y_end)
     assert all(len(t) == 0 for t in watched.t_events[0])
@@ -120,11 +118,11 @@ def steps(value, t, w, GM):
     return value + 1.0
 
 
-@pytest.mark.parametrize("lanes", LANES)
-def test_folds_see_the_end_of_every_step(lanes):
+@pytest.mark.parametrize("simd", SIMD)
+def test_folds_see_the_end_of_every_step(simd):
     folds = [Fold(farthest), Fold(steps, 10.0, "count"), Fold(lambda last, t, w, GM: t, name="t")]
     many = solve_ensemble(
-        orbit, (0, 30), launch(SPEEDS), (MASSES,), reduce=[*folds, "max"], lanes=lanes,
+        orbit, (0, 30), launch(SPEEDS), (MASSES,), reduce=[*folds, "max"], simd=simd,
         events=away, **TIGHT,
     )  # fmt: skip
     assert set(many.status) == {0, 1}
@@ -138,32 +136,28 @@ def test_folds_see_the_end_of_every_step(lanes):
         np.testing.assert_allclose(found["farthest"][i], np.hypot(*one.y[:2])[1:].max(), atol=1e-7)
 
 
-@pytest.mark.parametrize("lanes", LANES)
-def test_folds_beside_means_projections_and_outputs(lanes):
+@pytest.mark.parametrize("simd", SIMD)
+def test_folds_beside_means_projections_and_outputs(simd):
     def onto_speed(t, w, GM):
         return [w[0], w[1], w[2], w[3]]
 
     count = Fold(steps)
     given = (orbit, (0, 9), launch(SPEEDS), (1.0,))
-    unpacked = solve_ensemble(*given, events=apsis, reduce="mean", lanes=lanes, **TIGHT)
-    expected = solve_ensemble(*given, events=apsis, lanes=lanes, **TIGHT)
+    unpacked = solve_ensemble(*given, events=apsis, reduce="mean", simd=simd, **TIGHT)
+    expected = solve_ensemble(*given, events=apsis, simd=simd, **TIGHT)
     for mine, its in zip(unpacked.t_events[0], expected.t_events[0], strict=True):
         np.testing.assert_allclose(mine, its, rtol=0, atol=1e-9)
-    with_means = solve_ensemble(
-        *given, reduce=[count, Fold(farthest), "mean"], lanes=lanes, **TIGHT
-    )
-    plain = solve_ensemble(*given, reduce=[count, Fold(farthest)], lanes=lanes, **TIGHT)
+    with_means = solve_ensemble(*given, reduce=[count, Fold(farthest), "mean"], simd=simd, **TIGHT)
+    plain = solve_ensemble(*given, reduce=[count, Fold(farthest)], simd=simd, **TIGHT)
     assert np.array_equal(with_means.reduced["steps"], plain.reduced["steps"])
     np.testing.assert_allclose(with_means.reduced["farthest"], plain.reduced["farthest"], rtol=1e-9)
-    projected = solve_ensemble(*given, reduce=count, project=onto_speed, lanes=lanes, **TIGHT)
+    projected = solve_ensemble(*given, reduce=count, project=onto_speed, simd=simd, **TIGHT)
     assert np.array_equal(projected.reduced["steps"], projected.n_accepted)
-    sampled = solve_ensemble(
-        *given, reduce=count, t_eval=np.linspace(0, 9, 50), lanes=lanes, **TIGHT
-    )
+    sampled = solve_ensemble(*given, reduce=count, t_eval=np.linspace(0, 9, 50), simd=simd, **TIGHT)
     assert np.array_equal(sampled.reduced["steps"], plain.reduced["steps"])
     constant = solve_ensemble(
         *given, "VelocityVerlet", step=0.07, reduce=[Fold(lambda v, t, w, GM: t, name="t"), count],
-        lanes=lanes,
+        simd=simd,
     )  # fmt: skip
     assert (constant.reduced["t"] == 9.0).all() and (constant.reduced["steps"] == 129).all()
 

@@ -14,13 +14,13 @@ def falling(t, w, k):
 falling.direction, falling.terminal = -1, True
 
 
-@pytest.mark.parametrize("lanes", ["vector", "scalar"])
-def test_events_and_reductions_against_formulas(lanes):
+@pytest.mark.parametrize("simd", [True, False])
+def test_events_and_reductions_against_formulas(simd):
     k = np.linspace(1, 4, 13)
     names = ("max", "max_time", "min", "mean", "rms")
     tolerance = {"rtol": 1e-9, "atol": 1e-11}
     result = solve_ensemble(
-        oscillator, (0, 10), [1.0, 0.3], (k,), events=crossing, reduce=names, lanes=lanes,
+        oscillator, (0, 10), [1.0, 0.3], (k,), events=crossing, reduce=names, simd=simd,
         **tolerance,
     )  # fmt: skip
     w = np.sqrt(k)
@@ -36,12 +36,12 @@ def test_events_and_reductions_against_formulas(lanes):
     np.testing.assert_allclose(found["rms"][:, 0], a * np.sqrt(square), **close)
     first = (np.pi / 2 + phase) / w
     np.testing.assert_allclose([t[0] for t in result.t_events[0]], first, **close)
-    plain = solve_ensemble(oscillator, (0, 10), [1.0, 0.3], (k,), lanes=lanes, **tolerance)
+    plain = solve_ensemble(oscillator, (0, 10), [1.0, 0.3], (k,), simd=simd, **tolerance)
     assert np.array_equal(plain.n_accepted, result.n_accepted)  # means take no part in the steps
     assert result.y_end.shape == (13, 2)
     stopped = solve_ensemble(
         oscillator, (0, 10), [1.0, 0.3], (k,), events=falling, reduce=["first_event", "min"],
-        lanes=lanes, **tolerance,
+        simd=simd, **tolerance,
     )  # fmt: skip
     assert (stopped.status == 1).all()
     np.testing.assert_allclose(stopped.reduced["first_event"][:, 0], stopped.t_end, rtol=1e-14)

@@ -39,7 +39,7 @@ def client(tmp_path_factory):
     [
         {"events": bottom, "reduce": ("max", "rms")},
         {"y0": np.array([np.linspace(0, 3, M), np.ones(M)]).T, "args": (1.0, 0.1), "t_eval": None},
-        {"fun": lambda t, w, a, d: [w[1], -a * np.sin(w[0])], "lanes": "scalar"},
+        {"fun": lambda t, w, a, d: [w[1], -a * np.sin(w[0])], "simd": False},
     ],
     ids=["events and reductions", "initial states", "lambda, one at a time"],
 )
@@ -91,7 +91,7 @@ def test_functions_of_every_kind_reach_processes():
     ]
     with ProcessPoolExecutor(2) as pool:
         for given in kinds:
-            given |= {"method": "RK4", "step": 0.05, "lanes": "scalar"}
+            given |= {"method": "RK4", "step": 0.05, "simd": False}
             assert_same(solve_ensemble(**given), solve_ensemble(**given, client=pool, block=111))
 
 

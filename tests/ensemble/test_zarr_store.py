@@ -93,7 +93,7 @@ def test_a_killed_process_goes_on(store):
         ({"t_eval": None}, "output"),
         ({"reduce": "max"}, "reduce"),
         ({"events": bottom}, "events"),
-        ({"lanes": "scalar"}, "lanes"),
+        ({"simd": False}, "simd"),
         ({"max_steps": 10**6}, "max_steps"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",

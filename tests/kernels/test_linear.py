@@ -118,14 +118,14 @@ def test_shapes_that_do_not_fit_are_refused(call):
         call()
 
 
-@pytest.mark.parametrize("tier", ["pointer", "specialised"])
+@pytest.mark.parametrize("tier", ["shared", "inlined"])
 def test_a_matrix_that_becomes_singular_is_reported_with_the_time(tier):
     def fun(t, y):
         (a, _) = constrained((1.0,), ((2.0 - t,),), (0.0,), (1.0,))
         return [y[1], a]
 
     with pytest.raises(SingularMatrixError, match=r"At t = 2, the equations of motion"):
-        solve_ivp(fun, (0, 4), [0.0, 1.0], "RK4", step=0.125, tier=tier)
+        solve_ivp(fun, (0, 4), [0.0, 1.0], "RK4", step=0.125, compile=tier)
 
 
 def test_they_compile_inside_a_users_function_whatever_name_they_have():

@@ -185,7 +185,7 @@ def ring(t, y):
 
 
 def solved_in(tier, method, n):
-    y0, options = np.linspace(1, 2, n), {"dense_output": True, "tier": tier}
+    y0, options = np.linspace(1, 2, n), {"dense_output": True, "compile": tier}
     if METHODS[method].second_order:
         q0, v0 = y0[: n // 2], y0[: n // 2]
         return fastdyn.solve_second_order(ring, (0, 3), q0, v0, method, step=0.01, **options)
@@ -212,11 +212,11 @@ def test_both_tiers_give_the_same_bits(method, n, monkeypatch):
         built.append(given)
         return build(*given)
 
-    build = scalar.specialised_kernel
-    monkeypatch.setattr(scalar, "specialised_kernel", watched)
-    a = solved_in("pointer", method, n)
+    build = scalar.inlined_kernel
+    monkeypatch.setattr(scalar, "inlined_kernel", watched)
+    a = solved_in("shared", method, n)
     assert not built
-    b = solved_in("specialised", method, n)
+    b = solved_in("inlined", method, n)
     assert len(built) == (1 if n <= scalar.MAX_TUPLE else 0)
     assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y)
     assert (a.nfev, a.n_rejected) == (b.nfev, b.n_rejected)

@@ -24,7 +24,7 @@ def branching(t, w):
 @pytest.mark.parametrize("fun", [elementary, branching])
 def test_both_tiers_give_the_same_bits(method, fun, monkeypatch, tmp_path):
     taken, build = [], scalar._stages_kernel
-    monkeypatch.setattr(scalar, "_specialised", {})
+    monkeypatch.setattr(scalar, "_inlined", {})
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
 
     def noted(*given):
@@ -35,8 +35,8 @@ def test_both_tiers_give_the_same_bits(method, fun, monkeypatch, tmp_path):
     monkeypatch.setattr(scalar, "_stages_kernel", noted)
     y0 = [0.3, 0.2, 0.1, 0.5] if fun is elementary else [1.0, 0.3]
     one, all_at_once = (
-        solve_ivp(fun, (0, 20), y0, method, step=0.1, tier=tier)
-        for tier in ("pointer", "specialised")
+        solve_ivp(fun, (0, 20), y0, method, step=0.1, compile=tier)
+        for tier in ("shared", "inlined")
     )
     assert np.array_equal(one.y, all_at_once.y) and one.nfev == all_at_once.nfev
     assert len(taken) == (fun is elementary)

@@ -102,7 +102,7 @@ BEYOND_SCIPY = {
     "[q, v]; got 1 components": [VERLET | {"y0": [1.0]}],
     "first half of what `fun` returns is not v": [VERLET],
     "depends on the velocity": [VERLET | {"fun": lambda t, y: [y[1], -y[0] - y[1]]}],
-    "choose from auto, pointer, specialised": [{"tier": "fast"}],
+    "choose from auto, shared, inlined": [{"compile": "fast"}],
     "choose from raise, return": [{"on_interrupt": "stop"}],
     "`max_steps` must be at least 1": [{"max_steps": 0}, {"max_steps": np.nan}],
     "3 values for a state of 2": [{"fun": lambda t, y: [1.0, 2.0, 3.0]}],

@@ -20,10 +20,10 @@ def test_a_longest_step_below_the_spacing_of_t_fails(method):
         assert s.status == -1 and s.message in r.message and s.nfev == r.nfev
 
 
-@pytest.mark.parametrize("lanes", ["scalar", "vector"])
-def test_such_a_step_fails_in_ensembles(lanes):
+@pytest.mark.parametrize("simd", [False, True])
+def test_such_a_step_fails_in_ensembles(simd):
     states = np.ones((9, 1))
-    many = solve_ensemble(lambda t, y: [-y[0]], (5, 9), states, max_step=1e-20, lanes=lanes)
+    many = solve_ensemble(lambda t, y: [-y[0]], (5, 9), states, max_step=1e-20, simd=simd)
     assert not many.success.any() and (many.nfev == 8).all()
 
 

@@ -24,7 +24,7 @@ def hit(t, y, k):
 times = {"t_eval": [1e3, 2.5e4, 3e4]}
 given = {"steps": {}, "dense": {"dense_output": True}, "t_eval": times}[kind]
 r = fastdyn.solve_ivp(fun, (0, 3e4), [1.0, 0.0], "DOP853", rtol=1e-9, args=(1.0,), events=hit,
-                      checkpoint=path or None, tier="pointer", **given)
+                      checkpoint=path or None, compile="shared", **given)
 end = r.sol(12345.678) if r.sol else r.y[:, -1]
 print(len(r.t), r.nfev, end.tobytes().hex(), r.y.sum().hex(), r.t_events[0].sum().hex(), r.status)
 """

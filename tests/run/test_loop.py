@@ -54,18 +54,18 @@ OUTPUTS = {
 
 OF_EACH_LOOP = ("RK45", "ode45", "BlanesMoan6", "Gauss8")
 CUT = [
-    *itertools.product(METHODS, OUTPUTS, ["pointer"]),
-    *itertools.product(OF_EACH_LOOP, ["steps"], ["specialised"]),
+    *itertools.product(METHODS, OUTPUTS, ["shared"]),
+    *itertools.product(OF_EACH_LOOP, ["steps"], ["inlined"]),
 ]
 
 
 @pytest.mark.parametrize(("method", "output", "tier"), CUT)
 def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
-    whole = solve(method, tier=tier, **OUTPUTS[output])
+    whole = solve(method, compile=tier, **OUTPUTS[output])
     monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)  # one step a chunk
     monkeypatch.setattr(pieces, "PIECE", 3)
     monkeypatch.setattr(pieces, "PIECE_NUMBERS", 64)
-    cut = solve(method, tier=tier, **OUTPUTS[output])
+    cut = solve(method, compile=tier, **OUTPUTS[output])
     assert same(whole, cut)
     if output == "dense":
         t = np.linspace(-1, 21, 57)
@@ -74,20 +74,20 @@ def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
 
 @pytest.mark.parametrize("method", OF_EACH_LOOP)
 def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch, tmp_path):
-    expected = solve(method, tier="pointer", t_eval=[20.0])
+    expected = solve(method, compile="shared", t_eval=[20.0])
     monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)
-    monkeypatch.setattr(fastdyn.specialise.scalar, "PATIENCE", 1e-5)
-    monkeypatch.setattr(fastdyn.specialise.scalar, "_specialised", {})
+    monkeypatch.setattr(fastdyn.specialise.scalar, "PROMOTE_AFTER", 1e-5)
+    monkeypatch.setattr(fastdyn.specialise.scalar, "_inlined", {})
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
     used = []
-    original = fastdyn.specialise.scalar.specialised_kernel
+    original = fastdyn.specialise.scalar.inlined_kernel
 
     def watched(*args, **options):
         kernel = original(*args, **options)
         used.append(kernel)
         return kernel
 
-    monkeypatch.setattr(fastdyn.specialise.scalar, "specialised_kernel", watched)
+    monkeypatch.setattr(fastdyn.specialise.scalar, "inlined_kernel", watched)
     assert same(expected, solve(method, t_eval=[20.0]))
     assert used[0] is None and used[-1] is not None
 
@@ -106,11 +106,11 @@ def interrupt_soon(seconds=0.3):
     return timer
 
 
-@pytest.mark.parametrize("tier", ["pointer", "specialised"])
+@pytest.mark.parametrize("tier", ["shared", "inlined"])
 @pytest.mark.parametrize("method", ["RK45", "RK4"])
 def test_ctrl_c_raises_or_returns_what_there_is(method, tier, ctrl_c):
-    solve(method, tier=tier, t_end=1.0)
-    forever = {"t_end": 1e9, "tier": tier, "t_eval": [0.5, 1e9], "max_steps": 10**8}
+    solve(method, compile=tier, t_end=1.0)
+    forever = {"t_end": 1e9, "compile": tier, "t_eval": [0.5, 1e9], "max_steps": 10**8}
     interrupt_soon()
     with pytest.raises(KeyboardInterrupt):
         solve(method, **forever)
@@ -161,10 +161,10 @@ def test_compiled_code_allocates_nothing_per_step():
     from numba.core.runtime import _nrt_python, rtsys
 
     _nrt_python.memsys_enable_stats()
-    for tier in ("pointer", "specialised"):
+    for tier in ("shared", "inlined"):
         for output in OUTPUTS.values():
             before = rtsys.get_allocation_stats().mi_alloc
-            r = solve("DOP853", 20_000.0, tier=tier, **output)
+            r = solve("DOP853", 20_000.0, compile=tier, **output)
             # Numba makes one record for each array of a call, a few hundred steps apart.
             assert rtsys.get_allocation_stats().mi_alloc - before < r.n_accepted / 10
 

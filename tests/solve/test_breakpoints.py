@@ -111,8 +111,8 @@ def test_breakpoints_with_events_chunks_and_the_two_tiers(monkeypatch):
     crossings = np.sort(np.r_[np.arange(40) + 0.25, np.arange(40) + 0.75])
     assert np.allclose(whole.t_events[0], crossings, rtol=0, atol=1e-9)
     monkeypatch.setattr(fastdyn.run.loop, "CHUNK_SECONDS", 1e-9)  # a step a chunk
-    for tier in ("pointer", "specialised"):
-        again = solve_ivp(square, (0, 40), [0.0], tier=tier, **given)
+    for tier in ("shared", "inlined"):
+        again = solve_ivp(square, (0, 40), [0.0], compile=tier, **given)
         assert np.array_equal(again.y, whole.y) and again.nfev == whole.nfev
 
 

@@ -25,7 +25,7 @@ def at_axis(t, w, GM):
 
 def shared(*given, **named):
     """A prepared solver that needs no kernel of its own."""
-    return prepare(*given, tier="pointer", **named)
+    return prepare(*given, compile="shared", **named)
 
 
 def same(one, other):

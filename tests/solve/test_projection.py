@@ -52,10 +52,10 @@ def test_ten_thousand_periods_on_the_circle():
 
 def test_projection_is_bit_identical_in_chunks_and_tiers(monkeypatch):
     system = pendulum_xy(V0=4.0)
-    whole = system.solve((0.0, 5.0), project=True, tier="pointer")
+    whole = system.solve((0.0, 5.0), project=True, compile="shared")
     monkeypatch.setattr(fastdyn.run.loop, "CHUNK_SECONDS", 1e-9)
-    for tier in ("pointer", "specialised"):
-        again = system.solve((0.0, 5.0), project=True, tier=tier)
+    for tier in ("shared", "inlined"):
+        again = system.solve((0.0, 5.0), project=True, compile=tier)
         assert np.array_equal(again.y, whole.y)
 
 

@@ -43,7 +43,7 @@ def test_quadratic_t_gives_what_solve_second_order_gives(name):
         r3 = (q[0] * q[0] + q[1] * q[1]) ** 1.5
         return [-q[0] / r3, -q[1] / r3]
 
-    given = {"step": 0.05, "dense_output": True, "tier": "pointer"}
+    given = {"step": 0.05, "dense_output": True, "compile": "shared"}
     state = ([1.0, 0.0], [0.0, 1.1])
     pair = fastdyn.solve_separable(itself, kepler, (0, 20), *state, name, **given)
     alone = fastdyn.solve_second_order(kepler, (0, 20), *state, name, **given)
@@ -56,12 +56,12 @@ def test_both_tiers_and_one_function_give_the_same(name):
     given = {"rtol": 1e-8, "atol": 1e-10} if name == "RK45" else {"step": 0.1}
     given |= {**GIVEN, "dense_output": True}
     runs = [
-        fastdyn.solve_separable(velocity, force, (0, 20), *START, name, tier=tier, **given)
-        for tier in ("pointer", "specialised")
+        fastdyn.solve_separable(velocity, force, (0, 20), *START, name, compile=tier, **given)
+        for tier in ("shared", "inlined")
     ]
     if name not in SPLITTINGS:
         y0 = np.concatenate(START)
-        runs.append(fastdyn.solve_ivp(whole, (0, 20), y0, name, tier="pointer", **given))
+        runs.append(fastdyn.solve_ivp(whole, (0, 20), y0, name, compile="shared", **given))
     for run in runs[1:]:
         assert np.array_equal(run.y, runs[0].y) and run.nfev == runs[0].nfev
         assert np.array_equal(run.sol(7.77), runs[0].sol(7.77))
@@ -115,9 +115,9 @@ def late(t, p):
 
 
 @pytest.mark.parametrize("method", ["VelocityVerlet", "Gauss8", "RK45"])
-@pytest.mark.parametrize("tier", ["pointer", "specialised"])
+@pytest.mark.parametrize("tier", ["shared", "inlined"])
 def test_what_a_function_raises_arrives(method, tier):
-    given = {"tier": tier} if method == "RK45" else {"tier": tier, "step": 0.1}
+    given = {"compile": tier} if method == "RK45" else {"compile": tier, "step": 0.1}
     for functions in ((late, born), (eaten, late)):
         with pytest.raises(ZeroDivisionError, match="too late"):
             fastdyn.solve_separable(*functions, (0, 5), [0.1], [0.1], method, **given)

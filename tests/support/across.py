@@ -20,7 +20,7 @@ import numpy as np
 import scipy.integrate
 
 HERE = pathlib.Path(__file__).parent
-MODES = ("pointer", "specialised", "ensemble")
+MODES = ("shared", "inlined", "ensemble")
 TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
 CLOSE = 1e-6  # both take the same steps; a wrong function is off by far more
 
@@ -44,8 +44,8 @@ def _solved(case, mode):
     import fastdyn
 
     given = {"events": case.events, "project": case.project, "method": "RK23", **TOLERANCES}
-    if mode in ("pointer", "specialised") and case.fold is None:
-        r = fastdyn.solve_ivp(case.fun, (0, 1), case.y0, args=case.args, tier=mode, **given)
+    if mode in ("shared", "inlined") and case.fold is None:
+        r = fastdyn.solve_ivp(case.fun, (0, 1), case.y0, args=case.args, compile=mode, **given)
         return [*r.y[:, -1], *np.concatenate(r.t_events or [[]])]
     args = [a if np.ndim(a) == 0 else fastdyn.Shared(a) for a in case.args]
     states = np.outer([1.0, 1.0], case.y0)
@@ -65,7 +65,7 @@ def expected(name):
         return _solved(case._replace(fun=in_python(case.fun)), "ensemble")
     if case.project is not None:
         case = case._replace(fun=in_python(case.fun), project=in_python(case.project))
-        return _solved(case, "pointer")
+        return _solved(case, "shared")
     r = scipy.integrate.solve_ivp(
         case.fun, (0, 1), case.y0, args=case.args, events=case.events, method="RK23", **TOLERANCES
     )

@@ -1,0 +1,50 @@
+"""solve_second_order: q'' = a(t, q) at constant steps."""
+
+from fastdyn.problem import validate
+from fastdyn.run.assemble import solve_problem
+
+
+def solve_second_order(
+    accel,
+    t_span,
+    q0,
+    v0,
+    method="VelocityVerlet",
+    t_eval=None,
+    dense_output=False,
+    events=None,
+    args=None,
+    *,
+    step,
+    **options,
+):
+    """Solve q'' = accel(t, q) from position q0 and velocity v0, at constant step.
+
+    Parameters
+    ----------
+    accel : callable
+        ``accel(t, q, *args)``, the acceleration, of the length m of q.
+    t_span, t_eval, dense_output, events, args
+        As in `solve_ivp`; events are functions of (t, y) with y = [q, v].
+    q0, v0 : array_like, shape (m,)
+    method : str
+        One of the explicit symplectic methods, GaussNystrom8 or GaussNystrom16.
+    step : float
+        Size of the constant steps.
+    **options
+        `max_steps`, `progress`, `on_interrupt`, `compile`, as in `solve_ivp`.
+
+    Returns
+    -------
+    OdeResult
+        `y` has shape (2 m, n_points), position over velocity.
+    """
+    ours = validate.method_named(method)
+    if ours is None or not ours.second_order:
+        known = ", ".join(name for name, m in validate.METHODS.items() if m.second_order)
+        raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); these do: {known}.")
+    problem = validate.problem(
+        accel, *validate.time_span(t_span), validate.joined_state(q0, v0, "v0"), ours, t_eval,
+        dense_output, events, args, "derivative", {"step": step, **options},
+    )  # fmt: skip
+    return solve_problem(problem)

@@ -1,0 +1,53 @@
+"""solve_separable: q' = v(t, p), p' = f(t, q), the motion of H = T(p) + V(q)."""
+
+from fastdyn.problem import validate
+from fastdyn.problem.equations import check_pair, pair_of
+from fastdyn.run.assemble import solve_problem
+
+
+def solve_separable(
+    velocity,
+    force,
+    t_span,
+    q0,
+    p0,
+    method="VelocityVerlet",
+    t_eval=None,
+    dense_output=False,
+    events=None,
+    args=None,
+    **options,
+):
+    """Solve q' = velocity(t, p), p' = force(t, q), the motion of H = T(p) + V(q).
+
+    Parameters
+    ----------
+    velocity : callable
+        ``velocity(t, p, *args)``, dT/dp, of the length m of p.
+    force : callable
+        ``force(t, q, *args)``, -dV/dq, of the length m of q.
+    t_span, t_eval, dense_output, events, args
+        As in `solve_ivp`; events are functions of (t, y) with y = [q, p].
+    q0, p0 : array_like, shape (m,)
+    method : str
+        Any compiled method but the Nystrom ones, which are for q'' = a(t, q).  The explicit
+        symplectic ones kick and drift in turn, so that each step evaluates both functions
+        equally often; `nfev` counts one for both.
+    **options
+        As in `solve_ivp`; `step` is required by methods with constant steps.
+
+    Returns
+    -------
+    OdeResult
+        `y` has shape (2 m, n_points), positions over momenta.
+    """
+    ours = validate.method_named(method)
+    if ours is None:
+        raise ValueError(f"`method={method!r}` is SciPy's; solve_separable needs a compiled one.")
+    y0, pair = validate.joined_state(q0, p0, "p0"), pair_of((velocity, force))
+    check_pair(len(y0), ours)
+    problem = validate.problem(
+        pair, *validate.time_span(t_span), y0, ours, t_eval, dense_output, events, args,
+        "derivative", options,
+    )  # fmt: skip
+    return solve_problem(problem)
