@@ -31,13 +31,13 @@ inline void eliminate(double (&a)[N][N], double (&b)[N]) {
 // The course's five equations for x', y', x'', y'' and the tension.
 struct ConstrainedPendulum {
   static constexpr int n = 4;
-  const double *p;  // g, l, V0, m
+  const double *p;  // g, l, m
   inline void operator()(double, const double *y, double *d) const {
     const double r = std::sqrt(y[0] * y[0] + y[1] * y[1]);
     double a[5][5] = {{1, 0, 0, 0, 0},
                       {0, 1, 0, 0, 0},
-                      {0, 0, 1, 0, y[0] / (p[3] * r)},
-                      {0, 0, 0, 1, y[1] / (p[3] * r)},
+                      {0, 0, 1, 0, y[0] / (p[2] * r)},
+                      {0, 0, 0, 1, y[1] / (p[2] * r)},
                       {0, 0, y[0], y[1], 0}};
     double b[5] = {y[2], y[3], 0, p[0], -y[2] * y[2] - y[3] * y[3]};
     eliminate(a, b);

@@ -71,12 +71,12 @@ def _largest(study):
     return np.maximum(abs(energy.low), abs(energy.high))
 
 
-def distance(t, w, GM, R, V):
+def distance(t, w, GM):
     """The density of time for an eccentric orbit."""
     return math.sqrt(w[0] * w[0] + w[1] * w[1])
 
 
-def energy(t, w, GM, R, V):
+def energy(t, w, GM):
     """Of [x, y, vx, vy, t]."""
     return 0.5 * (w[2] * w[2] + w[3] * w[3]) - GM / np.sqrt(w[0] * w[0] + w[1] * w[1])
 

@@ -58,7 +58,7 @@ WORK = (
 )
 
 
-def five_equations(t, w, g, l, V0, m, rate):  # noqa: E741
+def five_equations(t, w, g, l, m, rate):  # noqa: E741
     """The constrained pendulum as the course writes it, the whole matrix at each evaluation."""
     x, y, vx, vy = w
     r = m * math.sqrt(x * x + y * y)

@@ -66,7 +66,7 @@ def _parser():
     systems = sweep.add_subparsers(required=True, metavar="SYSTEM")
     for name, system in SYSTEMS.items():
         one = systems.add_parser(name, help=system.title, allow_abbrev=False)
-        sweeping.add_options(one, system, _parameters(system))
+        sweeping.add_options(one, system, _numbers(system))
         one.set_defaults(command=sweeping.run, system=system)
 
     run = commands.add_parser("run", help="solve one system")
@@ -79,11 +79,12 @@ def _parser():
 
 
 def _add_parameters(parser, system):
-    parameters = parser.add_argument_group("parameters")
-    for field in _parameters(system):
-        about = field.metadata
-        text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
-        parameters.add_argument(f"--{field.name}", type=float, metavar="VALUE", help=text)
+    for heading, fields in _numbers(system).items():
+        group = parser.add_argument_group(heading)
+        for field in fields:
+            about = field.metadata
+            text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
+            group.add_argument(f"--{field.name}", type=float, metavar="VALUE", help=text)
 
 
 def _add_drift_options(parser, system):
@@ -113,8 +114,8 @@ def _add_run_options(parser, system):
     solver.add_argument("--atol", type=float, help="absolute tolerance, default 1e-9")
     solver.add_argument("--step", type=float, help="step (s) of RK4 and VelocityVerlet")
     if system.constraints:
-        ways = ("projection", "baumgarte")
-        solver.add_argument("--stabilise", choices=ways, help="how constraints are held")
+        text = "hold the constraints by projection after each step"
+        solver.add_argument("--project", action="store_true", default=None, help=text)
     solver.add_argument("--points", type=int, help="number of equally spaced points of output")
     solver.add_argument("--plot", metavar="FILE", help="write the figure, .png, .pdf or .svg")
     solver.add_argument("--animate", metavar="FILE", help="write a moving picture, .gif or .html")
@@ -144,14 +145,19 @@ def _list(options):
         state = ", ".join(f"{one.name} ({one.unit})" for one in system.states)
         print(f"{name}: {system.title} ({system.source})")
         print(f"  state {state}; t from 0 to {system.t_end:g} s")
-        for field in _parameters(system):
-            about = field.metadata
-            value = f"{field.default:g} {about['unit']}"
-            print(f"  {field.name:<5} = {value:<12} {about['meaning']}")
-        for field in dataclasses.fields(system):
-            if "unit" not in field.metadata:
-                value = getattr(field.default, "__name__", field.default)
-                print(f"  {field.name:<5} = {value!s:<12} from Python only")
+        for heading, fields in _numbers(system).items():
+            if fields:
+                print(f"  {heading}:")
+            for field in fields:
+                about = field.metadata
+                value = f"{field.default:g} {about['unit']}"
+                print(f"    {field.name:<7} = {value:<12} {about['meaning']}")
+        others = [field for field in system.parameter_fields() if "unit" not in field.metadata]
+        if others:
+            print("  from Python only:")
+        for field in others:
+            value = getattr(field.default, "__name__", field.default)
+            print(f"    {field.name:<7} = {value}")
         print(f"  invariants: {', '.join(system.invariants) or 'none'}")
         if system.constraints:
             print(f"  constraints: {', '.join(system.constraints)}")
@@ -160,8 +166,9 @@ def _list(options):
 
 
 def _system(options):
-    """The system with the parameters that the command line gives."""
-    given = {field.name: getattr(options, field.name) for field in _parameters(options.system)}
+    """The system with the numbers that the command line gives."""
+    fields = dataclasses.fields(options.system)
+    given = {field.name: getattr(options, field.name, None) for field in fields}
     return options.system(**{name: value for name, value in given.items() if value is not None})
 
 
@@ -194,7 +201,7 @@ def _drift(options):
 
 def _run(options):
     system = _system(options)
-    names = ("rtol", "atol", "step", "stabilise")
+    names = ("rtol", "atol", "step", "project")
     choices = {name: getattr(options, name, None) for name in names}
     choices = {name: value for name, value in choices.items() if value is not None}
     if options.points is not None:
@@ -230,7 +237,7 @@ def _report(system, result, method):
         return
     print(f"At t = {result.t[-1]:.10g} s:")
     try:
-        errors = [f"  (error {error:.1e})" for error in system.error(result)[:, -1]]
+        errors = [f"  (error {error:.1e})" for error in result.error()[:, -1]]
     except ValueError:
         errors = [""] * len(system.states)
     for state, value, error in zip(system.states, result.y[:, -1], errors, strict=True):
@@ -246,14 +253,18 @@ def _write_csv(path, system, result):
     columns |= {
         state.name: y for state, y in zip(system.states, system.columns(result.y), strict=True)
     }
-    columns |= result.invariants() | result.residuals()
-    for name, function in system.quantities.items():
-        columns[name] = system.along(function, result.t, result.y)
+    columns |= result.invariants() | result.residuals() | result.quantities()
     header = ",".join(columns)
     table = np.column_stack(list(columns.values()))
     np.savetxt(path, table, fmt="%.17g", delimiter=",", header=header, comments="")
 
 
-def _parameters(system):
-    """Fields that are numbers with a unit, the ones that a command line can set."""
-    return [field for field in dataclasses.fields(system) if "unit" in field.metadata]
+def _numbers(system):
+    """The fields that a command line can set, numbers with a unit, by what they are."""
+    kinds = {
+        "parameters": system.parameter_fields(), "initial conditions": system.initial_fields()
+    }  # fmt: skip
+    return {
+        heading: [field for field in fields if "unit" in field.metadata]
+        for heading, fields in kinds.items()
+    }

@@ -1,4 +1,4 @@
-"""The command ``fastdyn sweep SYSTEM``: one system over ranges of its parameters."""
+"""The command ``fastdyn sweep SYSTEM``: one system over ranges of its numbers."""
 
 import dataclasses
 import time
@@ -8,15 +8,15 @@ import numpy as np
 from fastdyn.ensemble.reductions import NAMES
 
 
-def add_options(parser, system, parameters):
-    """Teach a parser the parameters, each a value, a range or a list, and the options."""
-    group = parser.add_argument_group(
-        "parameters", "one value, a range FROM:TO:COUNT with both ends, or a list A,B,C"
-    )
-    for field in parameters:
-        about = field.metadata
-        text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
-        group.add_argument(f"--{field.name}", metavar="VALUES", help=text)
+def add_options(parser, system, numbers):
+    """Teach a parser the numbers, each a value, a range or a list, and the options."""
+    for heading, fields in numbers.items():
+        how = "one value, a range FROM:TO:COUNT with both ends, or a list A,B,C"
+        group = parser.add_argument_group(heading, how)
+        for field in fields:
+            about = field.metadata
+            text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
+            group.add_argument(f"--{field.name}", metavar="VALUES", help=text)
     solver = parser.add_argument_group("solution and output")
     solver.add_argument("--reduce", nargs="+", default=["final"], choices=NAMES, metavar="WHAT",
                         help=f"what to gather: {', '.join(NAMES)}")  # fmt: skip

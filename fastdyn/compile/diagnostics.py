@@ -54,7 +54,8 @@ def explain(error):
     """One sentence: what Numba could not compile, and the line."""
     from numba.core.errors import NumbaError
 
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))  # colours of terminals
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
     skip = ("Failed in", "During:", "File ", "<source", "- Resolution", "There are", "[", "raised")
     what = [s for s in lines if not s.startswith(skip) and "type inference" not in s]
     at = [s for s in lines if s.startswith('File "')]

@@ -11,7 +11,7 @@ from fastdyn import code_store
 from fastdyn.compile.ir.rewrite import Plan, called_function, compile_with
 from fastdyn.kernels.calls.user_function import FIRST, FORM
 
-from .captured import references, resolve
+from .captured import references, resolve, stored_outside
 from .diagnostics import Uncompilable, explain
 from .entry_point import arguments, pointer_form, reader
 from .fingerprint import LIBRARIES, calls_itself, code_token, contains_opaque, frozen
@@ -120,6 +120,8 @@ def described(parts):
     layout = tuple(
         ["t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional]
     )
+    if name := stored_outside(parts.function.__code__):
+        raise Uncompilable(f"it assigns to `{name}`, a variable outside itself")
     try:
         return layout, _outside(parts.function, parts.owner)
     except Exception as error:

@@ -5,13 +5,13 @@ from pathlib import Path
 
 from fastdyn.systems import SYSTEMS
 from fastdyn.systems.building import Building
-from fastdyn.systems.pendulum import Pendulum
+from fastdyn.systems.cable import Cable
 from fastdyn.systems.vehicle import Vehicle
 
 from . import tour
 
 MOVING = {
-    "pendulum": lambda: Pendulum(V0=math.sqrt(3.5 * 9.81)).solve_cable((0.0, 4.0)),
+    "cable": lambda: Cable(V0=math.sqrt(3.5 * 9.81)).solve(),
     "building": lambda: Building().solve((0.0, 8.0), dense_output=True),
     "vehicle": lambda: Vehicle().solve((0.0, 60.0), dense_output=True),
 }

@@ -21,12 +21,12 @@ from .tolerances import tolerated
 
 
 class Check(NamedTuple):
-    """One row of the table; it passes if the difference is no larger than the mark."""
+    """One row of the table; it passes if the difference is within the tolerance."""
 
     quantity: str
     computed: float
     exact: float
-    mark: float
+    tolerance: float
 
     @property
     def difference(self):
@@ -34,12 +34,12 @@ class Check(NamedTuple):
 
     @property
     def passes(self):
-        return bool(abs(self.difference) <= self.mark)  # False for NaN
+        return bool(abs(self.difference) <= self.tolerance)  # False for NaN
 
     def __str__(self):
         verdict = "ok" if self.passes else "FAILS"
         numbers = f"{self.computed:>14.8g} {self.exact:>14.8g} {self.difference:>10.1e}"
-        return f"  {self.quantity:<46} {numbers} {self.mark:>8.1e}  {verdict}"
+        return f"  {self.quantity:<46} {numbers} {self.tolerance:>9.1e}  {verdict}"
 
 
 class Board:
@@ -56,7 +56,7 @@ class Board:
         Figures are SVG up to this size in bytes, and PNG beyond it; all are PNG unless given.
     """
 
-    HEAD = f"  {'quantity':<46} {'computed':>14} {'exact':>14} {'difference':>10} {'mark':>8}"
+    HEAD = f"  {'quantity':<46} {'computed':>14} {'exact':>14} {'difference':>10} {'tolerance':>9}"
 
     def __init__(self, folder, write=print, svg_limit=0):
         self.folder, self.svg_limit = Path(folder), svg_limit
@@ -84,9 +84,9 @@ class Board:
         """Write the names of the columns."""
         self.write(self.HEAD)
 
-    def check(self, quantity, computed, exact, mark):
-        """Write and count one row; `mark` is the largest difference that passes."""
-        row = Check(quantity, float(computed), float(exact), float(mark))
+    def check(self, quantity, computed, exact, tolerance):
+        """Write and count one row; `tolerance` is the largest difference that passes."""
+        row = Check(quantity, float(computed), float(exact), float(tolerance))
         self.checks.append(row)
         self.write(str(row))
 

@@ -1,6 +1,5 @@
 """Names and units of what an ensemble varies and computes, for axes and tables."""
 
-import dataclasses
 from typing import NamedTuple
 
 from fastdyn.compile.diagnostics import Uncompilable
@@ -28,9 +27,7 @@ def component_labels(system, n):
 def argument_labels(fun, args, system):
     """A Label for each argument after t and y, by the names in the function's head."""
     if system is not None:
-        fields = dataclasses.fields(system)
-        told = [(f.name, f.metadata.get("unit", ""), f.metadata.get("meaning", "")) for f in fields]
-        return [Label(*each) for each in told]
+        return [_field_label(field) for field in system.parameter_fields()]
     names = [f"args[{j}]" for j in range(len(args))]
     try:
         parts = parts_of(fun, args)
@@ -39,3 +36,12 @@ def argument_labels(fun, args, system):
     code, first = parts.function.__code__, parts.positional.index(Y) + 1
     written = code.co_varnames[first : code.co_argcount]
     return [Label(name) for name in [*written, *names[len(written) :]][: len(args)]]
+
+
+def initial_labels(system):
+    """A Label for each initial condition of a system."""
+    return [] if system is None else [_field_label(field) for field in system.initial_fields()]
+
+
+def _field_label(field):
+    return Label(field.name, field.metadata.get("unit", ""), field.metadata.get("meaning", ""))

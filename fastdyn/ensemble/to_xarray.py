@@ -4,6 +4,8 @@ import numbers
 
 import numpy as np
 
+from .labels import initial_labels
+
 COUNTS = ("nfev", "n_accepted", "n_rejected")
 STATUS = "0 the end was reached, 1 a terminal event, -1 failure, -2 interrupted"
 
@@ -45,12 +47,20 @@ def dataset(trajectories):
         taken = label.name in {*values, *coordinates, *facts, *of_each, "time", "event"}
         name = f"args[{j}]" if taken else label.name
         if j in e.parameters:
-            about = {"units": label.unit, "long_name": label.meaning}
-            known = {key: text for key, text in about.items() if text}
-            coordinates[name] = (of_all, e.parameters[j], known)
+            coordinates[name] = (of_all, e.parameters[j], _about(label))
         elif isinstance(e.first[j], numbers.Real):
             facts[name] = e.first[j]
+    for label in initial_labels(e.system):
+        if label.name in e.initial_conditions:
+            coordinates[label.name] = (of_all, e.initial_conditions[label.name], _about(label))
+        else:
+            facts[label.name] = getattr(e.system, label.name)
     return xarray.Dataset(values, coordinates, facts)
+
+
+def _about(label):
+    known = {"units": label.unit, "long_name": label.meaning}
+    return {key: text for key, text in known.items() if text}
 
 
 def _lazy(y):

@@ -19,7 +19,7 @@ from fastdyn.run.outcome import SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.result import OdeResult
 
 from . import reductions
-from .labels import argument_labels, component_labels
+from .labels import argument_labels, component_labels, initial_labels
 
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's, and -1 for every failure
 SENTENCES = {
@@ -60,6 +60,8 @@ class Trajectories:
         Why each ran alone, if so, or why each step was looked at alone for events and folds.
     parameters : dict of int to ndarray
         The arguments that differ from one trajectory to the next, by position.
+    initial_conditions : dict of str to ndarray
+        The initial conditions of the system that differ, by name.
     system : System or None
         The system that was solved, if one was.
     """
@@ -70,6 +72,7 @@ class Trajectories:
         self._problem, self._members, self._results = problem, members, results
         self.width, self.reason, self.reductions = width, reason, wanted
         self.parameters = members.varying
+        self.initial_conditions: dict[str, np.ndarray] = {}
         self._n = members.n // reductions.parts(wanted)  # without the moments
 
     def __len__(self):
@@ -160,11 +163,14 @@ class Trajectories:
         return argument_labels(self._problem.fun, self.first, self.system)
 
     def varied(self):
-        """What tells the trajectories apart: (label, values) of parameters, of initial states."""
-        parameters = [(self.argument_labels[j], c) for j, c in self.parameters.items()]
+        """What tells the trajectories apart: (label, values) of fields, of initial states."""
+        fields = [(self.argument_labels[j], c) for j, c in self.parameters.items()]
+        for label in initial_labels(self.system):
+            if label.name in self.initial_conditions:
+                fields.append((label, self.initial_conditions[label.name]))
         differ = np.flatnonzero((self.y0 != self.y0[:1]).any(axis=0))
         starts = [label._replace(name=f"{label.name} at the start") for label in self.labels]
-        return parameters, [(starts[i], self.y0[:, i]) for i in differ]
+        return fields, [(starts[i], self.y0[:, i]) for i in differ]
 
     @staticmethod
     def is_time(name):

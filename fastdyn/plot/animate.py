@@ -34,7 +34,7 @@ def animate(result, path, seconds=None, fps=25, trail=True):
 
     Parameters
     ----------
-    result : OdeResult
+    result : SystemResult
         Of `System.solve`; with ``dense_output=True`` the picture is smooth between the steps.
     path : str or path
         A file that ends in .gif or .html.
@@ -86,7 +86,7 @@ def animate(result, path, seconds=None, fps=25, trail=True):
 
 def _scenes(result, seconds, fps):
     """Equally spaced times, FINE for each picture, and the scene at each."""
-    system, span = result._system(), abs(result.t[-1] - result.t[0])
+    system, span = result.system, abs(result.t[-1] - result.t[0])
     seconds = min(span, 10.0) if seconds is None else float(seconds)
     n = FINE * (max(2, round(seconds * fps)) - 1) + 1
     t = np.linspace(result.t[0], result.t[-1], n)

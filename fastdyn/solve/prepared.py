@@ -25,8 +25,8 @@ def prepare(
 ):
     """Make a solver of y' = fun(t, y, *args), to be called with other states and arguments.
 
-    What `solve_ivp` does before and after its steps costs some 50 microseconds; here most of it
-    is done once, and the kernel for this function is compiled at once, too.
+    What `solve_ivp` does before and after its steps is done once here, for the most part, and the
+    inlined kernel of this function is compiled at once.
 
     Parameters
     ----------

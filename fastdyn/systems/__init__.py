@@ -9,10 +9,10 @@ import importlib
 import inspect
 import pkgutil
 
-from .base.declare import State, event, parameter, quantity
+from .base.declare import State, event, initial, parameter, quantity
 from .base.system import System
 
-__all__ = ["SYSTEMS", "State", "System", "event", "parameter", "quantity"]
+__all__ = ["SYSTEMS", "State", "System", "event", "initial", "parameter", "quantity"]
 
 
 def _discovered() -> dict[str, type[System]]:

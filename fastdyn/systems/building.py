@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fastdyn.plot.animate import Scene
+from fastdyn.plot import shaking
 from fastdyn.systems.base.declare import State, parameter, quantity
 from fastdyn.systems.base.system import System
 from fastdyn.systems.formulas.forced_response import forced_mode
@@ -29,12 +29,6 @@ def energy(t, w, k, m, omega, d, L, g, times, pieces):
 def sway(t, w, k, m, omega, d, L, g, times, pieces):
     """Height of the upper floor above its equilibrium over ground at rest."""
     return w[1] - 2.0 * L + 1.5 * m * g / k
-
-
-def _zigzag(x, low, high, n=12):
-    """A spring between two heights, as a polyline."""
-    side = 0.04 * (high - low) * np.tile([1.0, -1.0], n)[:n]
-    return x + np.concatenate([[0.0], side, [0.0]]), np.linspace(low, high, n + 2)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -225,30 +219,8 @@ class Building(System):
 
     def scene(self, t, w):
         """Ground, floors and walls, for moving pictures."""
-        s, half = float(self.ground(t)), 0.25 * self.L
-        floors = [([-half, half], [height, height]) for height in (s, w[0], w[1])]
-        walls = [
-            _zigzag(x, low, high) for low, high in ((s, w[0]), (w[0], w[1])) for x in (-half, half)
-        ]
-        return Scene([*floors, *walls], [(0.0, w[1]), (0.0, w[0])], [])
+        return shaking.scene(float(self.ground(t)), w, 0.25 * self.L)
 
     def figure(self, results, **options):
         """Movement of both floors and of the ground, a panel for each result."""
-        from fastdyn import plot
-
-        with plot.slides():
-            figure, panels = plot.column(len(results), **options)
-            for axes, (label, result) in zip(panels, results.items(), strict=True):
-                system = result.system
-                t, y = plot.curve(result)
-                rest = system.initial_state()
-                axes.plot(t, y[1] - rest[1], label="upper floor")
-                axes.plot(t, y[0] - rest[0], label="lower floor")
-                axes.plot(t, system.ground(t), color="0.5", lw=1.2, label="ground")
-                exact = plot.exact_curve(system, t)
-                if not np.isnan(exact).any():
-                    axes.plot(t, exact[1] - rest[1], "k--", lw=1.0, label="exact")
-                axes.set(ylabel="displacement (m)", title=label)
-            panels[-1].set_xlabel("t (s)")
-            plot.legend(figure, *panels)
-        return figure
+        return shaking.figure(results, **options)

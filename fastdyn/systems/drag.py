@@ -7,34 +7,34 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.plot import flight
-from fastdyn.systems.base.declare import event, parameter, quantity
+from fastdyn.systems.base.declare import event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 from .projectile import Projectile
 
 
 @quantity("m²/s²", "energy E/m")
-def energy(t, w, c, g, x0, y0, z0, vx0, vy0, vz0, wx, wy, wz):
+def energy(t, w, c, g, wx, wy, wz):
     """Kinetic plus potential energy per unit mass; in still air it only decreases."""
     _, _, z, vx, vy, vz = w
     return 0.5 * (vx * vx + vy * vy + vz * vz) + g * z
 
 
 @quantity("m/s", "speed")
-def speed(t, w, c, g, x0, y0, z0, vx0, vy0, vz0, wx, wy, wz):
+def speed(t, w, c, g, wx, wy, wz):
     """Magnitude of the velocity."""
     _, _, _, vx, vy, vz = w
     return np.sqrt(vx * vx + vy * vy + vz * vz)
 
 
 @event(direction=-1, terminal=True)
-def ground(t, w, c, g, x0, y0, z0, vx0, vy0, vz0, wx, wy, wz):
+def ground(t, w, c, g, wx, wy, wz):
     """Zero, and falling, where the projectile hits the ground z = 0; ends the run."""
     return w[2]
 
 
 @event(direction=-1)
-def apex(t, w, c, g, x0, y0, z0, vx0, vy0, vz0, wx, wy, wz):
+def apex(t, w, c, g, wx, wy, wz):
     """Zero, and falling, at the highest point."""
     return w[5]
 
@@ -119,12 +119,12 @@ class Drag(System):
 
     c: float = parameter(0.5, "1/m", "specific drag")
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
-    x0: float = parameter(0.0, "m", "position at launch")
-    y0: float = parameter(0.0, "m", "position at launch, across")
-    z0: float = parameter(0.0, "m", "height at launch")
-    vx0: float = parameter(10.0, "m/s", "velocity at launch")
-    vy0: float = parameter(10.0, "m/s", "velocity at launch, across")
-    vz0: float = parameter(20.0, "m/s", "velocity at launch, upwards")
+    x0: float = initial(0.0, "m", "position at launch")
+    y0: float = initial(0.0, "m", "position at launch, across")
+    z0: float = initial(0.0, "m", "height at launch")
+    vx0: float = initial(10.0, "m/s", "velocity at launch")
+    vy0: float = initial(10.0, "m/s", "velocity at launch, across")
+    vz0: float = initial(20.0, "m/s", "velocity at launch, upwards")
     wx: float = parameter(0.0, "m/s", "wind")
     wy: float = parameter(0.0, "m/s", "wind, across")
     wz: float = parameter(0.0, "m/s", "wind, upwards")
@@ -135,7 +135,7 @@ class Drag(System):
             raise ValueError(f"Parameter `c` of the drag must not be negative, but is {self.c:g}.")
 
     @staticmethod
-    def rhs(t, w, c, g, x0, y0, z0, vx0, vy0, vz0, wx, wy, wz):
+    def rhs(t, w, c, g, wx, wy, wz):
         """Derivative of the state."""
         _, _, _, vx, vy, vz = w
         ux, uy, uz = vx - wx, vy - wy, vz - wz
@@ -144,7 +144,7 @@ class Drag(System):
 
     def initial_state(self):
         """State (x0, y0, z0, vx0, vy0, vz0)."""
-        return self.args[2:8]
+        return (self.x0, self.y0, self.z0, self.vx0, self.vy0, self.vz0)
 
     @property
     def terminal_speed(self) -> float:

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 BOLTZMANN = 1.3806503e-23
@@ -14,20 +14,20 @@ BOLTZMANN = 1.3806503e-23
 
 
 @quantity("m²/s²", "energy E/m")
-def energy(t, w, radius, density, T, g):
+def energy(t, w, g):
     """Kinetic plus potential energy per unit mass."""
     z, v = w
     return 0.5 * v * v + g * z
 
 
 @event(direction=-1)
-def apex(t, w, radius, density, T, g):
+def apex(t, w, g):
     """Zero, and falling, at the highest point."""
     return w[1]
 
 
 @event(direction=-1, terminal=True)
-def ground(t, w, radius, density, T, g):
+def ground(t, w, g):
     """Zero, and falling, where the particle is back on the surface; ends the run."""
     return w[0]
 
@@ -80,13 +80,13 @@ class Nanoparticle(System):
         "apex_height_at_mean_speed": "m",
     }
 
-    radius: float = parameter(20e-9, "m", "radius", positive=True)
-    density: float = parameter(2330.0, "kg/m³", "density", positive=True)
-    T: float = parameter(293.0, "K", "temperature", positive=True)
+    radius: float = initial(20e-9, "m", "radius", positive=True)
+    density: float = initial(2330.0, "kg/m³", "density", positive=True)
+    T: float = initial(293.0, "K", "temperature", positive=True)
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
 
     @staticmethod
-    def rhs(t, w, radius, density, T, g):
+    def rhs(t, w, g):
         """Derivative of the state; the particle enters through its initial speed."""
         return [w[1], -g]
 

@@ -8,15 +8,16 @@ from typing import ClassVar
 
 import numpy as np
 
+from fastdyn.plot import pendulums
 from fastdyn.plot.animate import Scene
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 from .formulas import elliptic
 
 
 @quantity("J", "energy E")
-def energy(t, w, g, l, V0, m):
+def energy(t, w, g, l, m):
     """First integral of the motion: kinetic plus potential energy, zero at rest at the bottom."""
     theta, omega = w
     lift = 2.0 * np.sin(0.5 * theta) ** 2  # 1 - cos theta, without its cancellation
@@ -24,32 +25,32 @@ def energy(t, w, g, l, V0, m):
 
 
 @quantity("N", "cable tension R")
-def tension(t, w, g, l, V0, m):
+def tension(t, w, g, l, m):
     """Force in the cable, m (l theta'² + g cos theta); a cable goes slack where it is zero."""
     theta, omega = w
     return m * (l * omega * omega + g * np.cos(theta))
 
 
 @event(direction=-1, terminal=True)
-def slack(t, w, g, l, V0, m):
+def slack(t, w, g, l, m):
     """The tension, for the event that it falls to zero; the angle means nothing afterwards."""
     theta, omega = w
     return m * (l * omega * omega + g * math.cos(theta))
 
 
-def bottom(t, w, g, l, V0, m):
+def bottom(t, w, g, l, m):
     """Zero where the pendulum passes its lowest point."""
     theta, _ = w
     return math.sin(0.5 * theta)
 
 
-def top(t, w, g, l, V0, m):
+def top(t, w, g, l, m):
     """Zero where a whirling pendulum passes its highest point."""
     theta, _ = w
     return math.cos(0.5 * theta)
 
 
-def turning(t, w, g, l, V0, m):
+def turning(t, w, g, l, m):
     """Zero where a swinging pendulum turns back."""
     _, omega = w
     return omega
@@ -96,8 +97,8 @@ class Pendulum(System):
 
     The equation holds while R > 0. A cable goes slack at cos theta = (2 - V0²/(g l))/3 if V0²
     lies between 2 g l and 5 g l. ``solve(events="slack")`` notices this and stops,
-    ``solve_cable()`` goes on in free flight until the cable is taut again; without either the
-    solution is that of a rigid rod.
+    the system `cable` goes on in free flight until the cable is taut again; without the event
+    the solution is that of a rigid rod.
 
     Source: course, chapter 3.3.2, example 4.
     """
@@ -125,20 +126,14 @@ class Pendulum(System):
 
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
     l: float = parameter(1.0, "m", "length of the cable", positive=True)
-    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch")
+    V0: float = initial(0.1, "m/s", "horizontal velocity at launch")
     m: float = parameter(1.0, "kg", "mass", positive=True)
 
     @staticmethod
-    def rhs(t, w, g, l, V0, m):
-        """Derivative of the state; V0 enters through the initial state, m not at all."""
+    def rhs(t, w, g, l, m):
+        """Derivative of the state; the mass cancels."""
         theta, omega = w
         return [omega, -g / l * math.sin(theta)]
-
-    def solve_cable(self, *given, **options):
-        """The same on a cable that goes slack and taut again; see `PendulumXY.solve_cable`."""
-        from .pendulum_xy import PendulumXY
-
-        return PendulumXY(self.g, self.l, self.V0, self.m).solve_cable(*given, **options)
 
     def initial_state(self):
         """State (0, V0/l)."""
@@ -234,23 +229,7 @@ class Pendulum(System):
 
     def figure(self, results, **options):
         """Angle with the exact one, and tension, against time; see `System.figure`."""
-        from fastdyn import plot
-
-        with plot.slides():
-            figure, (angle, force) = plot.column(2, **options)
-            for label, result in results.items():
-                t, y = plot.curve(result)
-                angle.plot(t, y[0], label=label)
-                force.plot(t, result.system.along(tension, t, y))
-                exact = plot.exact_curve(result.system, t)[0]
-                angle.plot(t, exact, "k--", lw=1.2, label="exact", zorder=3)
-            angle.set_ylabel("angle θ (rad)")
-            bottom_edge = min(force.get_ylim()[0], 0.0)
-            force.axhspan(bottom_edge, 0.0, color="0.88", zorder=0, label="R < 0: a cable is slack")
-            plot.legend(figure, angle, force)
-            force.set(xlabel="t (s)", ylabel="cable tension R (N)")
-            force.set_ylim(bottom=bottom_edge)
-        return figure
+        return pendulums.by_angle(results, **options)
 
     def scene(self, t, w):
         """The cable and the mass, for moving pictures."""

@@ -8,29 +8,29 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.kernels.algebra.constrained import constrained
-from fastdyn.plot.animate import Scene
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.plot import pendulums
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 from .pendulum import Pendulum
 
 
 @quantity("J", "energy E")
-def energy(t, w, g, l, V0, m, rate):
+def energy(t, w, g, l, m, rate):
     """Kinetic plus potential energy, zero at rest at the bottom; y points downwards."""
     _, y, vx, vy = w
     return m * (0.5 * (vx * vx + vy * vy) + g * (l - y))
 
 
 @quantity("m", "circle: sqrt(x² + y²) - l")
-def circle(t, w, g, l, V0, m, rate):
+def circle(t, w, g, l, m, rate):
     """How far the mass has left the circle."""
     x, y, _, _ = w
     return np.sqrt(x * x + y * y) - l
 
 
 @quantity("m/s", "circle: velocity across it")
-def across(t, w, g, l, V0, m, rate):
+def across(t, w, g, l, m, rate):
     """Velocity along the cable, which the circle forbids."""
     x, y, vx, vy = w
     return (x * vx + y * vy) / l
@@ -46,18 +46,18 @@ def motion(w, g, l, m, rate):
 
 
 @quantity("N", "cable tension R")
-def tension(t, w, g, l, V0, m, rate):
+def tension(t, w, g, l, m, rate):
     """The reaction of the constraint; a cable goes slack where it is zero."""
     return motion(w, g, l, m, rate)[2]
 
 
 @event(direction=-1, terminal=True)
-def slack(t, w, g, l, V0, m, rate):
+def slack(t, w, g, l, m, rate):
     """The tension, for the event that it falls to zero."""
     return motion(w, g, l, m, rate)[2]
 
 
-def bottom(t, w, g, l, V0, m, rate):
+def bottom(t, w, g, l, m, rate):
     """Zero where the mass passes its lowest point."""
     return w[0]
 
@@ -98,8 +98,8 @@ class PendulumXY(System):
     Notes
     -----
     The same motion as that of `Pendulum`, whose exact solution serves here. Constraining the
-    accelerations alone lets the mass drift off the circle; ``solve(stabilise="projection")``
-    takes it back after each step, ``stabilise="baumgarte"`` pulls it back with the given rate.
+    accelerations alone lets the mass drift off the circle; ``solve(project=True)`` takes it back
+    after each step, ``baumgarte().solve()`` pulls it back.
 
     Why accelerations, and not velocities? The equations are solved for x'', y'' and R, and a
     constraint on the velocities says nothing of them: its row is empty and the matrix singular.
@@ -125,7 +125,7 @@ class PendulumXY(System):
 
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
     l: float = parameter(1.0, "m", "length of the cable", positive=True)
-    V0: float = parameter(0.1, "m/s", "horizontal velocity at launch")
+    V0: float = initial(0.1, "m/s", "horizontal velocity at launch")
     m: float = parameter(1.0, "kg", "mass", positive=True)
     rate: float = parameter(0.0, "1/s", "Baumgarte's rate")
 
@@ -137,42 +137,19 @@ class PendulumXY(System):
             )
 
     @staticmethod
-    def rhs(t, w, g, l, V0, m, rate):
+    def rhs(t, w, g, l, m, rate):
         """Derivative of the state."""
         ax, ay, _ = motion(w, g, l, m, rate)
         return [w[2], w[3], ax, ay]
 
     @staticmethod
-    def project(t, w, g, l, V0, m, rate):
+    def project(t, w, g, l, m, rate):
         """The nearest state on the circle, with a velocity along it."""
         x, y, vx, vy = w
         shrink = l / math.sqrt(x * x + y * y)
         x, y = shrink * x, shrink * y
         dx, dy, _ = constrained((m, m), ((x, y),), (0.0, 0.0), (x * vx + y * vy,))
         return [x, y, vx - dx, vy - dy]
-
-    def solve_cable(self, t_span=None, y0=None, method="RK45", **options):
-        """
-        Solve for a cable, which cannot push: slack where the tension would be negative.
-
-        Where the tension falls to zero the mass flies on freely, until the cable is taut again.
-        Then the velocity along the cable is lost at once, the velocity across it is kept (an
-        inelastic impact), and the mass goes on along the circle.
-
-        Parameters
-        ----------
-        t_span, y0, method, **options
-            As for `solve`; the circle is held by projection.
-
-        Returns
-        -------
-        OdeResult
-            With `phases`, a list of ("cable" or "flight", start, end); at an impact the time is
-            there twice, with the state before and after.
-        """
-        from .cable import solve_cable
-
-        return solve_cable(self, t_span, y0, method, **options)
 
     def initial_state(self):
         """State (0, l, V0, 0)."""
@@ -205,44 +182,9 @@ class PendulumXY(System):
         return np.array([x, y, y * omega, -x * omega])
 
     def scene(self, t, w):
-        """The cable and the mass, for moving pictures; a slack cable is bent."""
-        x, y = w[0], -w[1]
-        r = math.hypot(x, y)
-        sag = 0.5 * math.sqrt(max(self.l * self.l - r * r, 0.0)) if r < 0.999 * self.l else 0.0
-        cable = ([0.0, 0.5 * x, x], [0.0, 0.5 * y - sag, y])
-        reach = 1.05 * self.l
-        floor = ([-reach, reach], [-reach, -reach])
-        return Scene([cable, floor], [(x, y)], [(0.0, 0.0)])
+        """The cable and the mass, for moving pictures."""
+        return pendulums.scene(self.l, w)
 
     def figure(self, results, **options):
         """Paths, and tension and distance from the circle against time; see `System.figure`."""
-        from fastdyn import plot
-
-        with plot.slides():
-            figure, (path,), (force, off) = plot.pictures_and_panels(1, 2, **options)
-            around = np.linspace(0.0, 2.0 * np.pi, 361)
-            path.plot(self.l * np.sin(around), self.l * np.cos(around), color="0.8", lw=1.2)
-            for label, result in results.items():
-                t, y = plot.curve(result)
-                path.plot(*y[:2], label=label)
-                pull = result.system.along(tension, t, y)
-                for name, begin, end in result.get("phases", ()):
-                    if name == "flight":
-                        pull[(t > begin) & (t <= end)] = 0.0
-                force.plot(t, pull, label=label)
-                if "phases" in result:
-                    off.plot(t, -result.system.along(circle, t, y), label=label)
-                    continue
-                size = np.abs(result.system.along(circle, result.t, result.y))
-                off.plot(result.t, np.where(size > 0.0, size, np.nan), label=label)
-            path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
-            path.set(xlabel="x (m)", ylabel="y (m), downwards", aspect="equal")
-            path.locator_params(nbins=5)
-            path.invert_yaxis()
-            force.set_ylabel("cable tension R (N)")
-            if any("phases" in result for result in results.values()):
-                off.set(xlabel="t (s)", ylabel="slack of the cable (m)")
-            else:
-                off.set(xlabel="t (s)", ylabel="distance from\nthe circle (m)", yscale="log")
-            plot.legend(figure, path)
-        return figure
+        return pendulums.on_circle(results, self.l, **options)

@@ -7,32 +7,32 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.plot import flight
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 
 @quantity("m²/s²", "energy E/m")
-def energy(t, w, g, x0, y0, z0, vx0, vy0, vz0):
+def energy(t, w, g):
     """Kinetic plus potential energy per unit mass, zero at rest on the ground."""
     _, _, z, vx, vy, vz = w
     return 0.5 * (vx * vx + vy * vy + vz * vz) + g * z
 
 
 @quantity("m/s", "speed")
-def speed(t, w, g, x0, y0, z0, vx0, vy0, vz0):
+def speed(t, w, g):
     """Magnitude of the velocity."""
     _, _, _, vx, vy, vz = w
     return np.sqrt(vx * vx + vy * vy + vz * vz)
 
 
 @event(direction=-1, terminal=True)
-def ground(t, w, g, x0, y0, z0, vx0, vy0, vz0):
+def ground(t, w, g):
     """Zero, and falling, where the projectile hits the ground z = 0; ends the run."""
     return w[2]
 
 
 @event(direction=-1)
-def apex(t, w, g, x0, y0, z0, vx0, vy0, vz0):
+def apex(t, w, g):
     """Zero, and falling, at the highest point."""
     return w[5]
 
@@ -101,21 +101,21 @@ class Projectile(System):
     }
 
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
-    x0: float = parameter(0.0, "m", "position at launch")
-    y0: float = parameter(0.0, "m", "position at launch, across")
-    z0: float = parameter(0.0, "m", "height at launch")
-    vx0: float = parameter(10.0, "m/s", "velocity at launch")
-    vy0: float = parameter(10.0, "m/s", "velocity at launch, across")
-    vz0: float = parameter(20.0, "m/s", "velocity at launch, upwards")
+    x0: float = initial(0.0, "m", "position at launch")
+    y0: float = initial(0.0, "m", "position at launch, across")
+    z0: float = initial(0.0, "m", "height at launch")
+    vx0: float = initial(10.0, "m/s", "velocity at launch")
+    vy0: float = initial(10.0, "m/s", "velocity at launch, across")
+    vz0: float = initial(20.0, "m/s", "velocity at launch, upwards")
 
     @staticmethod
-    def rhs(t, w, g, x0, y0, z0, vx0, vy0, vz0):
+    def rhs(t, w, g):
         """Derivative of the state."""
         return [w[3], w[4], w[5], 0.0, 0.0, -g]
 
     def initial_state(self):
         """State (x0, y0, z0, vx0, vy0, vz0)."""
-        return self.args[1:]
+        return (self.x0, self.y0, self.z0, self.vx0, self.vy0, self.vz0)
 
     def exact(self, t):
         """Exact state, shape (6,) or (6, n_points); it goes on through the ground."""

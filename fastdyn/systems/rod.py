@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.plot.animate import Scene
-from fastdyn.systems.base.declare import State, parameter, quantity
+from fastdyn.systems.base.declare import State, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 
 @quantity("m/s", "amplitude of the growing mode")
-def growing(t, w, omega, mu, V, m):
+def growing(t, w, omega, mu, m):
     """(r' - b r) exp(-a t), with a and b the rates of the growing and the decaying mode."""
     r, v = w
     root = np.sqrt(1.0 + mu * mu)
@@ -20,13 +20,13 @@ def growing(t, w, omega, mu, V, m):
 
 
 @quantity("N", "normal force N")
-def normal_force(t, w, omega, mu, V, m):
+def normal_force(t, w, omega, mu, m):
     """Force of the rod across itself, 2 m w r'."""
     return 2.0 * m * omega * w[1]
 
 
 @quantity("N", "friction force T")
-def friction_force(t, w, omega, mu, V, m):
+def friction_force(t, w, omega, mu, m):
     """Force of the rod along itself, against the slip, mu N."""
     return mu * 2.0 * m * omega * w[1]
 
@@ -79,7 +79,7 @@ class Rod(System):
 
     omega: float = parameter(2.0, "rad/s", "angular velocity of the rod", positive=True)
     mu: float = parameter(0.3, "1", "coefficient of friction")
-    V: float = parameter(0.1, "m/s", "radial speed at the start", positive=True)
+    V: float = initial(0.1, "m/s", "radial speed at the start", positive=True)
     m: float = parameter(1.0, "kg", "mass", positive=True)
 
     def __post_init__(self):
@@ -88,8 +88,8 @@ class Rod(System):
             raise ValueError(f"Parameter `mu` of the rod must not be negative, but is {self.mu:g}.")
 
     @staticmethod
-    def rhs(t, w, omega, mu, V, m):
-        """Derivative of the state; V enters through the initial state, m not at all."""
+    def rhs(t, w, omega, mu, m):
+        """Derivative of the state; the mass cancels."""
         r, v = w
         return [v, omega * omega * r - 2.0 * mu * omega * v]
 

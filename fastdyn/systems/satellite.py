@@ -8,57 +8,57 @@ from typing import ClassVar
 import numpy as np
 
 from fastdyn.plot.animate import Scene
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 from fastdyn.systems.formulas.kepler import eccentric_anomaly
 
 
 @quantity("m²/s²", "energy E/m")
-def energy(t, w, GM, R, V):
+def energy(t, w, GM):
     """Kinetic plus potential energy per unit mass, v²/2 - GM/r, with v² = vx² + vy²."""
     x, y, vx, vy = w
     return 0.5 * (vx * vx + vy * vy) - GM / np.sqrt(x * x + y * y)
 
 
 @quantity("m²/s", "angular momentum H/m")
-def angular_momentum(t, w, GM, R, V):
+def angular_momentum(t, w, GM):
     """Angular momentum about the planet per unit mass, x vy - y vx."""
     x, y, vx, vy = w
     return x * vy - y * vx
 
 
 @quantity("m", "distance r")
-def distance(t, w, GM, R, V):
+def distance(t, w, GM):
     """Distance from the planet's centre."""
     x, y, _, _ = w
     return np.sqrt(x * x + y * y)
 
 
-def apsis(t, w, GM, R, V):
+def apsis(t, w, GM):
     """Zero where the distance is smallest or largest (everywhere, on a circular orbit)."""
     x, y, vx, vy = w
     return x * vx + y * vy
 
 
 @event(direction=1)
-def periapsis(t, w, GM, R, V):
+def periapsis(t, w, GM):
     """Zero, and rising, where the distance is smallest."""
     x, y, vx, vy = w
     return x * vx + y * vy
 
 
 @event(direction=-1)
-def apoapsis(t, w, GM, R, V):
+def apoapsis(t, w, GM):
     """Zero, and falling, where the distance is largest."""
     x, y, vx, vy = w
     return x * vx + y * vy
 
 
 @event(direction=1)
-def revolution(t, w, GM, R, V):
-    """Zero, and rising, where the launch direction is passed; sign(V) y falls opposite to it."""
-    _, y, _, _ = w
-    return math.copysign(1.0, V) * y
+def revolution(t, w, GM):
+    """Zero, and rising, where the x axis is passed on the side of the launch, in either sense."""
+    x, y, vx, vy = w
+    return math.copysign(1.0, x * vy - y * vx) * y
 
 
 @dataclasses.dataclass(frozen=True)
@@ -134,12 +134,12 @@ class Satellite(System):
     }
 
     GM: float = parameter(1.0, "m³/s²", "gravitational constant times mass", positive=True)
-    R: float = parameter(1.0, "m", "distance at launch", positive=True)
-    V: float = parameter(1.0, "m/s", "speed at launch, across the radius")
+    R: float = initial(1.0, "m", "distance at launch", positive=True)
+    V: float = initial(1.0, "m/s", "speed at launch, across the radius")
 
     @staticmethod
-    def rhs(t, w, GM, R, V):
-        """Derivative of the state; R and V enter through the initial state alone."""
+    def rhs(t, w, GM):
+        """Derivative of the state."""
         x, y, vx, vy = w
         r = math.sqrt(x * x + y * y)
         pull = -GM / (r * r * r)

@@ -6,24 +6,24 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems.base.declare import State, parameter, quantity
+from fastdyn.systems.base.declare import State, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 
 @quantity("J", "energy E")
-def energy(t, w, m, k, L0, x0, g):
+def energy(t, w, m, k, L0, g):
     """Kinetic energy, energy of the spring, and weight times height."""
     x, v = w
     return 0.5 * m * v * v + 0.5 * k * (x - L0) ** 2 + m * g * x
 
 
 @quantity("N", "spring force")
-def spring_force(t, w, m, k, L0, x0, g):
+def spring_force(t, w, m, k, L0, g):
     """Force of the spring on the vehicle, upwards where the spring is compressed."""
     return k * (L0 - w[0])
 
 
-def turning(t, w, m, k, L0, x0, g):
+def turning(t, w, m, k, L0, g):
     """Zero where the vehicle turns back."""
     return w[1]
 
@@ -89,11 +89,11 @@ class Suspension(System):
     m: float = parameter(250.0, "kg", "mass", positive=True)
     k: float = parameter(2e4, "N/m", "stiffness of the spring", positive=True)
     L0: float = parameter(0.5, "m", "length without load", positive=True)
-    x0: float = parameter(0.5, "m", "length at release", positive=True)
+    x0: float = initial(0.5, "m", "length at release", positive=True)
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
 
     @staticmethod
-    def rhs(t, w, m, k, L0, x0, g):
+    def rhs(t, w, m, k, L0, g):
         """Derivative of the state."""
         x, v = w
         return [v, -k / m * (x - L0) - g]

@@ -6,27 +6,27 @@ from typing import ClassVar
 
 import numpy as np
 
-from fastdyn.systems.base.declare import State, event, parameter, quantity
+from fastdyn.systems.base.declare import State, event, initial, parameter, quantity
 from fastdyn.systems.base.system import System
 
 MILE_PER_HOUR = 0.44704  # m/s, exactly
 
 
 @quantity("m²/s²", "energy E/m")
-def energy(t, w, h, V, angle, g):
+def energy(t, w, g):
     """Kinetic plus potential energy per unit mass, zero at rest on the ground."""
     _, z, vx, vz = w
     return 0.5 * (vx * vx + vz * vz) + g * z
 
 
 @event(direction=-1, terminal=True)
-def ground(t, w, h, V, angle, g):
+def ground(t, w, g):
     """Zero, and falling, where the stone hits the ground z = 0; ends the run."""
     return w[1]
 
 
 @event(direction=-1)
-def apex(t, w, h, V, angle, g):
+def apex(t, w, g):
     """Zero, and falling, at the highest point."""
     return w[3]
 
@@ -87,13 +87,13 @@ class Tower(System):
         "best_range": "m",
     }
 
-    h: float = parameter(71.0, "m", "height of the tower", positive=True)
-    V: float = parameter(25.0 * MILE_PER_HOUR, "m/s", "speed of the throw", positive=True)
-    angle: float = parameter(0.25 * math.pi, "rad", "angle above the horizontal")
+    h: float = initial(71.0, "m", "height of the tower", positive=True)
+    V: float = initial(25.0 * MILE_PER_HOUR, "m/s", "speed of the throw", positive=True)
+    angle: float = initial(0.25 * math.pi, "rad", "angle above the horizontal")
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
 
     @staticmethod
-    def rhs(t, w, h, V, angle, g):
+    def rhs(t, w, g):
         """Derivative of the state."""
         return [w[2], w[3], 0.0, -g]
 

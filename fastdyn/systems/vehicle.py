@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fastdyn.kernels.algebra.constrained import constrained
+from fastdyn.plot import driving
 from fastdyn.plot.animate import Scene
 from fastdyn.systems.base.declare import State, parameter, quantity
 from fastdyn.systems.base.system import System
@@ -231,21 +232,4 @@ class Vehicle(System):
 
     def figure(self, results, **options):
         """Path, beside speed and wheel forces against time; see `System.figure`."""
-        from fastdyn import plot
-
-        with plot.slides():
-            figure, (path,), (fast, force) = plot.pictures_and_panels(1, 2, **options)
-            for label, result in results.items():
-                t, y = plot.curve(result)
-                path.plot(y[0], y[1], lw=1.2, label=label)
-                fast.plot(t, result.system.along(speed, t, y), label=label)
-                for function in (front_force, rear_force):
-                    about = function.label if len(results) == 1 else f"{label}, {function.label}"
-                    force.plot(t, result.system.along(function, t, y), lw=1.0, label=about)
-            path.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
-            path.locator_params(nbins=5)
-            fast.set_ylabel("speed (m/s)")
-            fast.set_ylim(bottom=0.0)
-            force.set(xlabel="t (s)", ylabel="force (N)")
-            plot.legend(figure, path, force)
-        return figure
+        return driving.figure(results, **options)

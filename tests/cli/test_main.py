@@ -14,7 +14,7 @@ def test_list_names_every_system_and_parameter(capsys):
     text = capsys.readouterr().out
     for name, system in SYSTEMS.items():
         assert f"{name}: {system.title}" in text
-        assert all(f"\n  {field.name} " in text for field in dataclasses.fields(system))
+        assert all(f"\n    {field.name} " in text for field in dataclasses.fields(system))
 
 
 def test_run_writes_table_and_figure(tmp_path, capsys):
@@ -66,7 +66,7 @@ def test_unknown_words_are_refused_by_the_parser(words, capsys):
 
 def test_no_parameter_hides_an_option():
     options = {"t_end", "method", "rtol", "atol", "step", "points", "plot", "csv", "help"}
-    options |= {"stabilise", "animate", "methods", "steps_per_period", "evaluations", "periods"}
+    options |= {"project", "animate", "methods", "steps_per_period", "evaluations", "periods"}
     options |= {"n_steps", "samples", "checkpoint"}
     for system in SYSTEMS.values():
         assert options.isdisjoint(field.name for field in dataclasses.fields(system))

@@ -50,7 +50,7 @@ def test_a_failing_check_makes_the_status_one(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
-    "computed, exact, mark, passes",
+    "computed, exact, tolerance, passes",
     [
         (1.0, 1.0, 0.0, True),
         (1.0, 1.1, 0.2, True),
@@ -60,8 +60,8 @@ def test_a_failing_check_makes_the_status_one(tmp_path, monkeypatch, capsys):
         (1.0, 1.0, math.nan, False),
     ],
 )
-def test_a_check_passes_within_its_mark_only(computed, exact, mark, passes):
-    check = Check("quantity", computed, exact, mark)
+def test_a_check_passes_within_its_tolerance_only(computed, exact, tolerance, passes):
+    check = Check("quantity", computed, exact, tolerance)
     assert check.passes is passes
     assert str(check).endswith("ok" if passes else "FAILS")
 

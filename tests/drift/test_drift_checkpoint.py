@@ -162,7 +162,7 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path):
         with pytest.raises(ValueError, match=f"belongs to another run.*{name}"):
             small(path, **change)
     with pytest.raises(ValueError, match="differs: functions"):
-        small(path, invariants={"energy": lambda t, w, GM, R, V: w[0]})
+        small(path, invariants={"energy": lambda t, w, GM: w[0]})
 
 
 def test_a_damaged_checkpoint_is_refused(tmp_path):

@@ -189,3 +189,20 @@ def test_systems_take_arrays_for_parameters():
         systems.building().ensemble(omega=np.array([1.0, -1.0]))
     thrown = systems.tower().ensemble(V=np.array([5.0, 10.0]), events="ground", t_span=(0, 60))
     assert (thrown.status == 1).all() and abs(thrown.y[:, 1]).max() < 1e-9
+
+
+def test_initial_conditions_of_a_system_vary_the_starts_alone():
+    swings = systems.pendulum(l=2.0)
+    V0, g = np.array([1.0, 2.0, 3.0]), np.array([9.81, 1.62, 3.71])
+    result = swings.ensemble(V0=V0, g=g, t_span=(0, 1), method="RK4", step=0.01)
+    assert list(result.parameters) == [0] and np.array_equal(result.initial_conditions["V0"], V0)
+    assert np.array_equal(result.y0, np.stack([0.0 * V0, V0 / 2.0], axis=1))
+    for i in range(3):
+        alone = systems.pendulum(l=2.0, V0=V0[i], g=g[i]).solve((0, 1), method="RK4", step=0.01)
+        assert np.allclose(result.y_end[i], alone.y[:, -1], rtol=1e-13, atol=0.0)
+    figure = swings.ensemble(V0=V0, t_span=(0, 1)).plot()
+    assert figure.axes[-1].get_xlabel() == "V0 (m/s)"
+    with pytest.raises(ValueError, match="`V0` of the pendulum and `y0` both set the start"):
+        swings.ensemble(V0=V0, y0=[0.1, 0.0])
+    with pytest.raises(ValueError, match="one entry a trajectory: `V0` has 3, `g` has 2"):
+        swings.ensemble(V0=V0, g=np.ones(2))

@@ -2,11 +2,11 @@
 
 import pytest
 
-from fastdyn.systems import SYSTEMS, pendulum, suspension
+from fastdyn.systems import SYSTEMS, cable, suspension
 
 
 def test_moving_pictures(tmp_path):
-    run = pendulum(V0=5.9).solve_cable((0.0, 2.0))
+    run = cable(V0=5.9).solve((0.0, 2.0))
     for name in ("cable.gif", "cable.html"):
         run.animate(tmp_path / name, seconds=0.3, fps=10)
         assert (tmp_path / name).stat().st_size > 1000

@@ -29,9 +29,9 @@ def test_projection_keeps_the_pendulum_on_its_circle(method):
     system = pendulum_xy(V0=4.0)
     options = {"step": 0.02} if method == "RK4" else {}
     free = system.solve((0.0, 30.0), method=method, **options)
-    held = system.solve((0.0, 30.0), method=method, stabilise="projection", **options)
+    held = system.solve((0.0, 30.0), method=method, project=True, **options)
     at = system.solve(
-        (0.0, 30.0), method=method, stabilise="projection", t_eval=np.linspace(0, 30, 77), **options
+        (0.0, 30.0), method=method, project=True, t_eval=np.linspace(0, 30, 77), **options
     )
     drifted = max(np.abs(v).max() for v in free.residuals().values())
     for run in (held, at):
@@ -46,16 +46,16 @@ def test_projection_keeps_the_pendulum_on_its_circle(method):
 def test_ten_thousand_periods_on_the_circle():
     system = pendulum_xy(V0=4.0)
     t_end = 1e4 * system.period
-    run = system.solve((0.0, t_end), stabilise="projection", t_eval=np.linspace(0, t_end, 1000))
+    run = system.solve((0.0, t_end), project=True, t_eval=np.linspace(0, t_end, 1000))
     assert max(np.abs(v).max() for v in run.residuals().values()) <= 16 * EPS
 
 
 def test_projection_is_bit_identical_in_chunks_and_tiers(monkeypatch):
     system = pendulum_xy(V0=4.0)
-    whole = system.solve((0.0, 5.0), stabilise="projection", compile="shared")
+    whole = system.solve((0.0, 5.0), project=True, compile="shared")
     monkeypatch.setattr(fastdyn.run.loop, "CHUNK_SECONDS", 1e-9)
     for tier in ("shared", "inlined"):
-        again = system.solve((0.0, 5.0), stabilise="projection", compile=tier)
+        again = system.solve((0.0, 5.0), project=True, compile=tier)
         assert np.array_equal(again.y, whole.y)
 
 

@@ -9,11 +9,11 @@ import fastdyn
 from fastdyn.systems import satellite
 
 
-def distance(t, w, GM, R, V):
+def distance(t, w, GM):
     return math.sqrt(w[0] * w[0] + w[1] * w[1])
 
 
-def energy_with_time(t, w, GM, R, V):
+def energy_with_time(t, w, GM):
     return 0.5 * (w[2] * w[2] + w[3] * w[3]) - GM / np.sqrt(w[0] * w[0] + w[1] * w[1])
 
 

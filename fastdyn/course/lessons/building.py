@@ -31,7 +31,7 @@ def lesson(board):
 def _frequencies(board):
     board.say(
         """Linear, so there is a closed form: two modes, each a forced oscillator. Near 8.74 and
-        22.88 rad/s the building shakes severely. The mark: each step adds its tolerance, and
+        22.88 rad/s the building shakes severely. Tolerated: each step adds its rtol and atol, and
         free vibration makes at most 2 (1 + w) of an error, w the upper frequency."""
     )
     board.head()
@@ -56,7 +56,7 @@ def _sweep(board):
     sway = (swept.reduced["max"] - swept.reduced["min"])[:, 1] / 2.0
     board.say(
         """The sweep: 2901 frequencies of the ground in one call, and of each the largest sway,
-        found while it is solved. The marks: the distance of two frequencies, and what 40001 times
+        found while it is solved. Tolerated: the distance of two frequencies, and what 40001 times
         of the exact motion may miss of a peak, (w dt)² / 8 of it."""
     )
     board.head()

@@ -14,8 +14,8 @@ def lesson(board):
     run = projectile.solve(rtol=RTOL, atol=ATOL, events=["ground", "apex"], dense_output=True)
     board.say(
         """Without air the trajectory is a parabola. Apex and impact are events of the numerical
-        solution. The mark: each step adds its tolerance, and an error of the velocity moves the
-        projectile for as long as it flies."""
+        solution. Tolerated: each step adds its rtol and atol, and an error of the velocity moves
+        the projectile for as long as it flies."""
     )
     board.head()
     allowed = tolerated(run, RTOL, ATOL) * (1.0 + run.t[-1])

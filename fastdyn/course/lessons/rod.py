@@ -28,8 +28,10 @@ def lesson(board):
         board.check(f"{name}: largest error of the state", np.abs(run.error()).max(), 0.0, allowed)
         N = rod.along(normal_force, run.t, run.y)
         exact = rod.along(normal_force, run.t, rod.exact(run.t))
-        mark = 2.0 * rod.m * rod.omega * allowed
-        board.check(f"{name}: error of the normal force (N)", np.abs(N - exact).max(), 0.0, mark)
+        tolerance = 2.0 * rod.m * rod.omega * allowed
+        board.check(
+            f"{name}: error of the normal force (N)", np.abs(N - exact).max(), 0.0, tolerance
+        )
         T = rod.along(friction_force, run.t, run.y)
         slack = 4.0 * np.finfo(float).eps * np.abs(N).max()
         board.check(f"{name}: friction less mu N (N)", np.abs(T - mu * N).max(), 0.0, slack)

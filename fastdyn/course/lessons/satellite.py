@@ -79,7 +79,7 @@ def _fall(board, satellite, spiral, fallen):
 def _repair(board, satellite, runs):
     board.say(
         """Is the tolerance good enough? Energy and angular momentum must be constant. RelTol 1e-5
-        repairs the picture (0.027 % of energy), tighter is better. The marks of the changes are
+        repairs the picture (0.027 % of energy), tighter is better. The changes may differ by
         half a unit of the last printed digit; r may differ by rounding, eps for every pair of
         steps, since rounding early on shifts all later steps."""
     )
@@ -134,8 +134,8 @@ def _ellipse(board):
     allowed = allowance(run, rtol, rtol)
     board.check("ellipse: largest error of the state", np.abs(run.error()).max(), 0.0, allowed)
     laps = run.t_events[0][run.t_events[0] > 0.5 * satellite.period]
-    period, mark = laps[-1] / len(laps), allowed / satellite.V / len(laps)
-    board.check(f"period from {len(laps)} revolutions (s)", period, satellite.period, mark)
+    period, tolerance = laps[-1] / len(laps), allowed / satellite.V / len(laps)
+    board.check(f"period from {len(laps)} revolutions (s)", period, satellite.period, tolerance)
     board.figure("satellite-ellipse", run.plot(label=f"RK45, rtol {power(rtol)}"))
 
 
@@ -165,7 +165,7 @@ def _long(board):
     for method, study in studies.items():
         energy = study.drifts["energy"]
         law = 2.0**-53 * np.sqrt(study.n_steps)
-        mark = {
+        tolerance = {
             "RK45": study.n_steps * 1e-6,
             "VelocityVerlet": (2.0 * np.pi / 400) ** 2,
             "BlanesMoan6": (2.0 * np.pi / 91) ** 6,
@@ -173,7 +173,7 @@ def _long(board):
             "Gauss16": 8.0 * law,
         }[method]
         name = f"{method}: energy, {energy.growth.verdict}"
-        board.check(name, energy.rms, 0.0, mark)
+        board.check(name, energy.rms, 0.0, tolerance)
     board.figure("satellite-long", studies.plot())
 
 

@@ -16,8 +16,8 @@ def lesson(board):
     run = suspension.solve(rtol=RTOL, atol=ATOL, events="turning", dense_output=True)
     board.say(
         """Released from rest, the vehicle swings about its static deflection. The deflection
-        alone tells the frequency: w = sqrt(g / deflection). The mark: each step adds its
-        tolerance; an error e of position or velocity becomes at most (w + 1/w + 1) e."""
+        alone tells the frequency: w = sqrt(g / deflection). Tolerated: each step adds its
+        rtol and atol; an error e of position or velocity becomes at most (w + 1/w + 1) e."""
     )
     board.head()
     w = suspension.natural_frequency
@@ -25,8 +25,8 @@ def lesson(board):
     board.check("largest error of the state", np.abs(run.error()).max(), 0.0, allowed)
     turns = run.t_events[0][run.t_events[0] > 0.1 * suspension.period]
     period = 2.0 * turns[-1] / len(turns)
-    mark = 2.0 * allowed / (w**2 * suspension.amplitude) / len(turns)
-    board.check("period from the turning points (s)", period, suspension.period, mark)
+    tolerance = 2.0 * allowed / (w**2 * suspension.amplitude) / len(turns)
+    board.check("period from the turning points (s)", period, suspension.period, tolerance)
     x = run.y[0]
     middle = 0.5 * (run.y_events[0][1][0] + run.y_events[0][2][0])
     board.check("middle of the swing (m)", middle, suspension.equilibrium, allowed)

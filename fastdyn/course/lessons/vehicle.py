@@ -24,7 +24,7 @@ def lesson(board):
     for name, values in run.residuals().items():
         name = name.replace("_", " ")
         board.check(f"{name} (m/s)", np.abs(values).max(), 0.0, allowed)
-    held = car.solve(rtol=1e-5, atol=1e-6, stabilise="projection")
+    held = car.solve(rtol=1e-5, atol=1e-6, project=True)
     rounding = 16 * np.finfo(float).eps
     for name, values in held.residuals().items():
         name = name.replace("_", " ")
@@ -41,7 +41,7 @@ def _circle(board):
     )
     car = Vehicle(driver=steady)
     alpha, _, P = steady(0.0, ())
-    run = car.solve((0.0, 300.0), rtol=RTOL, atol=ATOL, stabilise="projection")
+    run = car.solve((0.0, 300.0), rtol=RTOL, atol=ATOL, project=True)
     speed = np.hypot(run.y[3, -1], run.y[4, -1])
     exact = car.terminal_speed(alpha, P)
     allowed = tolerated(run, RTOL, ATOL)
@@ -49,8 +49,8 @@ def _circle(board):
     rest = exact * np.exp(-2.0 * car.c * exact * 300.0 / car.m * 0.9)
     board.check("speed at the end (m/s)", speed, exact, allowed + rest)
     radius = speed / abs(run.y[5, -1])
-    mark = allowed * radius / speed * (1.0 + radius)
-    board.check("radius of the circle (m)", radius, car.circle_radius(alpha), mark)
+    tolerance = allowed * radius / speed * (1.0 + radius)
+    board.check("radius of the circle (m)", radius, car.circle_radius(alpha), tolerance)
 
 
 def _coasting(board):
@@ -58,11 +58,11 @@ def _coasting(board):
     car = Vehicle(driver=coasting, c=0.0)
     start = car.rolling(1.0)
     board.head()
-    run = car.solve(y0=start, rtol=RTOL, atol=ATOL, stabilise="projection")
+    run = car.solve(y0=start, rtol=RTOL, atol=ATOL, project=True)
     energy = car.along(kinetic_energy, run.t, run.y)
     board.check("change of the kinetic energy (J)", np.ptp(energy), 0.0, tolerated(run, RTOL, ATOL))
     heavy = dataclasses.replace(car, m=1000.0)
-    again = heavy.solve(y0=start, rtol=RTOL, atol=ATOL, stabilise="projection")
+    again = heavy.solve(y0=start, rtol=RTOL, atol=ATOL, project=True)
     off = np.abs(again.y[:2, -1] - run.y[:2, -1]).max()
-    mark = 2.0 * tolerated(run, RTOL, ATOL) * (1.0 + run.t[-1]) ** 2
-    board.check("a thousand times the mass: other path by (m)", off, 0.0, mark)
+    tolerance = 2.0 * tolerated(run, RTOL, ATOL) * (1.0 + run.t[-1]) ** 2
+    board.check("a thousand times the mass: other path by (m)", off, 0.0, tolerance)

@@ -1,6 +1,5 @@
 """Starts that obey the constraints: checked, or taken to them."""
 
-import dataclasses
 import warnings
 
 import numpy as np
@@ -38,7 +37,7 @@ def start_of(system, t0, y0, project):
     except (TypeError, ValueError, ArithmeticError):  # what is wrong with it, the solver says
         return y0
     if wrong:
-        _warn(system, wrong, "`stabilise='projection'` starts on them")
+        _warn(system, wrong, "`project=True` starts on them")
     return y0
 
 
@@ -48,8 +47,7 @@ def check_members(system, t0, states, columns):
     count = max([len(states), *map(len, columns.values())])
     for i in np.unique(np.linspace(0, count - 1, min(count, CHECKED)).astype(int)):
         given = {name: column[i] for name, column in columns.items()}
-        fields = dataclasses.fields(system)
-        args = [given.get(f.name, getattr(system, f.name)) for f in fields]
+        args = [given.get(f.name, getattr(system, f.name)) for f in system.parameter_fields()]
         wrong = residuals(system, t0, states[i if len(states) > 1 else 0], args)
         if wrong:
             _warn(system, wrong, f"this is trajectory {i}")

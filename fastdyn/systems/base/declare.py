@@ -1,9 +1,11 @@
-"""The words in which a system declares itself: states, parameters, quantities."""
+"""The words in which a system declares itself: states, parameters, quantities, events."""
 
 import dataclasses
 import math
 import numbers
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
 
 
 class State(NamedTuple):
@@ -16,7 +18,7 @@ class State(NamedTuple):
 
 def parameter(default, unit, meaning, *, positive=False) -> Any:
     """
-    Declare one parameter as a field of a `System`.
+    Declare one parameter of the equations as a field of a `System`.
 
     Parameters
     ----------
@@ -30,6 +32,21 @@ def parameter(default, unit, meaning, *, positive=False) -> Any:
         Refuse values that are not greater than zero.
     """
     about = {"unit": unit, "meaning": meaning, "positive": positive}
+    return dataclasses.field(default=default, metadata=about)
+
+
+def initial(default, unit, meaning, *, positive=False) -> Any:
+    """
+    Declare one number that sets the initial state and nothing else, as a field of a `System`.
+
+    The functions of the system are not given it; `System.initial_state` uses it.
+
+    Parameters
+    ----------
+    default, unit, meaning, positive
+        As for `parameter`.
+    """
+    about = {"unit": unit, "meaning": meaning, "positive": positive, "initial": True}
     return dataclasses.field(default=default, metadata=about)
 
 
@@ -69,3 +86,54 @@ def checked(system, field, value):
     if field.metadata["positive"] and value <= 0.0:
         raise ValueError(f"{about} must be greater than zero, but {value:g} was given.")
     return value
+
+
+@dataclasses.dataclass(frozen=True)
+class Declared:
+    """What has a name, and numbers with units as its fields: checked, and told apart."""
+
+    name: ClassVar[str]
+
+    def __new__(cls, *values, **named):
+        allowed = [field.name for field in dataclasses.fields(cls)]
+        unknown = [name for name in named if name not in allowed]
+        if unknown:
+            raise TypeError(
+                f"{cls.name} has no parameter {', '.join(f'`{name}`' for name in unknown)}; "
+                f"its parameters are {', '.join(allowed)}."
+            )
+        return super().__new__(cls)
+
+    def __post_init__(self):
+        for field in dataclasses.fields(self):
+            value = checked(self.name, field, getattr(self, field.name))
+            object.__setattr__(self, field.name, value)
+
+    def __str__(self):
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        parts = [f"{name}={_short(value)}" for name, value in values.items()]
+        return f"{self.name}({', '.join(part for part in parts if part[-1] != '=')})"
+
+    @property
+    def args(self) -> tuple:
+        """Values of the parameters in the order in which the functions take them."""
+        return tuple(getattr(self, field.name) for field in self.parameter_fields())
+
+    @classmethod
+    def parameter_fields(cls) -> list[dataclasses.Field]:
+        """Fields that are arguments of the functions, in their order."""
+        return [one for one in dataclasses.fields(cls) if "initial" not in one.metadata]
+
+    @classmethod
+    def initial_fields(cls) -> list[dataclasses.Field]:
+        """Fields that set the initial state, and are no arguments."""
+        return [one for one in dataclasses.fields(cls) if "initial" in one.metadata]
+
+
+def _short(value):
+    """A parameter as a few words; nothing for None."""
+    if value is None:
+        return ""
+    if isinstance(value, np.ndarray):
+        return f"array{value.shape}"
+    return getattr(value, "__name__", None) or f"{value!r}"

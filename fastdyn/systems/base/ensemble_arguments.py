@@ -1,4 +1,4 @@
-"""A system with many values of its parameters: the arguments of an ensemble."""
+"""A system with many values of its fields: the arguments and starts of an ensemble."""
 
 import copy
 import dataclasses
@@ -7,21 +7,33 @@ import numpy as np
 
 from fastdyn.ensemble.members import Shared
 from fastdyn.ensemble.solve import solve_ensemble
-from fastdyn.problem.validate import method_named
 
 from .consistent_start import check_members
 from .declare import checked
+from .solve_arguments import completed
 
 
 def split(system, given):
-    """(values of parameters, options of the solver) among named arguments."""
-    names = {field.name for field in dataclasses.fields(system)}
-    values = {name: value for name, value in given.items() if name in names}
-    return values, {name: value for name, value in given.items() if name not in names}
+    """(system with the single values, columns of the others, options) of named arguments."""
+    fields = {field.name: field for field in dataclasses.fields(system)}
+    fixed, columns, options = {}, {}, {}
+    for name, value in given.items():
+        if name not in fields:
+            options[name] = value
+        elif np.ndim(value) == 0:
+            fixed[name] = value
+        else:
+            columns[name] = _checked_column(system, fields[name], value)
+    system = dataclasses.replace(system, **fixed)
+    lengths = {len(column) for column in columns.values()}
+    if len(lengths - {1}) > 1:
+        said = ", ".join(f"`{name}` has {len(column)}" for name, column in columns.items())
+        raise ValueError(f"everything that varies must have one entry a trajectory: {said}.")
+    return system, columns, options
 
 
 def _checked_column(system, field, value):
-    """Values of a parameter as an array, refused as the single ones are."""
+    """Values of a field as an array, refused as the single ones are."""
     if "unit" not in field.metadata:
         raise ValueError(f"`{field.name}` of the {system.name} is the same for all trajectories.")
     column = np.asarray(value)
@@ -38,30 +50,14 @@ def _checked_column(system, field, value):
 
 
 def ensemble(system, t_span, y0, method, given):
-    """Solve a system for many values of its parameters; see `System.ensemble`."""
-    values, options = split(system, given)
-    columns = {}
-    fixed = {}
-    for field in dataclasses.fields(system):
-        if field.name in values:
-            if np.ndim(values[field.name]) == 0:
-                fixed[field.name] = values[field.name]
-            else:
-                columns[field.name] = _checked_column(system, field, values[field.name])
-    system = dataclasses.replace(system, **fixed)
-    if "args" in options:
-        raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
-    if "events" in options:
-        options["events"] = system.event_functions(options["events"])
-    ours = method_named(method)
-    if ours is not None and ours.error_order:
-        options.setdefault("rtol", 1e-6)
-        options.setdefault("atol", 1e-9)
-        if system.breakpoints is not None:
-            options.setdefault("breakpoints", system.breakpoints)
-    args = tuple(
-        columns.get(field.name, _shared(system, field)) for field in dataclasses.fields(system)
-    )
+    """Solve a system for many values of its fields; see `System.ensemble`."""
+    system, columns, options = split(system, given)
+    starts = {f.name: columns[f.name] for f in system.initial_fields() if f.name in columns}
+    if starts and y0 is not None:
+        names = ", ".join(f"`{name}`" for name in starts)
+        raise ValueError(f"{names} of the {system.name} and `y0` both set the start; give one.")
+    options = completed(system, method, options)
+    args = tuple(columns.get(f.name, _shared(system, f)) for f in system.parameter_fields())
     t_span = (0.0, system.t_end) if t_span is None else t_span
     if y0 is not None and system.constraints:
         check_members(system, t_span[0], y0, columns)
@@ -74,6 +70,7 @@ def ensemble(system, t_span, y0, method, given):
         **options,
     )
     result.system = system
+    result.initial_conditions = {name: one for name, one in starts.items() if len(one) > 1}
     return result
 
 
@@ -90,7 +87,7 @@ def _initial_states(system, columns):
     try:
         parts = np.broadcast_arrays(*varied.initial_state())
     except (TypeError, ValueError):  # it is written for one value at a time
-        rows = zip(*columns.values(), strict=True)
+        rows = zip(*np.broadcast_arrays(*columns.values()), strict=True)
         single = (
             dataclasses.replace(system, **dict(zip(columns, row, strict=True))) for row in rows
         )

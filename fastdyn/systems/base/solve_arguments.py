@@ -1,0 +1,82 @@
+"""The arguments of a solve that a system fills in: start, events, tolerances, projection."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from fastdyn.problem.validate import method_named
+
+from .consistent_start import start_of
+
+RTOL, ATOL = 1e-6, 1e-9
+
+
+def completed(system, method, options) -> dict[str, Any]:
+    """Options of a solver with the system's events and breakpoints, and default tolerances."""
+    if "args" in options:
+        raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
+    if "stabilise" in options:
+        raise TypeError(
+            "`stabilise` is no option any more: write `solve(project=True)` for the projection, "
+            "`system.baumgarte().solve()` for Baumgarte's pull."
+        )
+    options = dict(options)
+    if "events" in options:
+        options["events"] = event_functions(system, options["events"])
+    ours = method_named(method)
+    if ours is None or ours.error_order:
+        options = {"rtol": RTOL, "atol": ATOL} | options
+        if system.breakpoints is not None and ours is not None:
+            options.setdefault("breakpoints", system.breakpoints)
+    return options
+
+
+def projection(system, project):
+    """The function that `project` asks for: none, that of the system, or one of the user."""
+    if project is None or project is False:
+        return None
+    if callable(project):
+        return project
+    if project is not True:
+        raise TypeError(f"`project` must be True, False or a function; got {project!r}.")
+    if not hasattr(system, "project"):
+        raise ValueError(f"The {system.name} has no constraints to project onto.")
+    return system.project
+
+
+def start(system, t0, y0, project):
+    """The state that a solve begins with, on the constraints if `project` is True."""
+    if y0 is None:
+        return system.initial_state()
+    y0 = full_state(system, y0)
+    return start_of(system, t0, y0, project is True) if system.constraints else y0
+
+
+def full_state(system, y0):
+    """`y0`, refused if it is not of the length of the state."""
+    if np.shape(y0) != (len(system.states),):
+        names = ", ".join(state.name for state in system.states)
+        raise ValueError(
+            f"`y0` of the {system.name} must be {len(system.states)} numbers ({names}); its shape "
+            f"is {np.shape(y0)}."
+        )
+    return y0
+
+
+def event_functions(system, events):
+    """Events as functions: those of the system by name, others as they are."""
+    if isinstance(events, str) or callable(events):
+        events = [events]
+    if events is None or not isinstance(events, Iterable):
+        return events
+    return [_event(system, event) for event in events]
+
+
+def _event(system, event):
+    if not isinstance(event, str):
+        return event
+    if event not in system.events:
+        known = ", ".join(system.events) or "none"
+        raise ValueError(f"{system.name} has no event '{event}'; its events are: {known}.")
+    return system.events[event]
