@@ -3,12 +3,16 @@
 import gc
 import os
 import pathlib
+import signal
 
 import hypothesis.configuration
 import matplotlib
 
 matplotlib.use("Agg")
 gc.set_threshold(100_000, 20, 100)  # compiling makes many small objects that live long
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # started in the background of a shell
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KEPT / "compiled"))

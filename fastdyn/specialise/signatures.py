@@ -1,5 +1,7 @@
 """The types of what kernels take."""
 
+from typing import Any
+
 import numpy as np
 from numba import from_dtype, typeof, types
 
@@ -14,11 +16,11 @@ def _records(dtype):
     return typeof(np.zeros(1, dtype))
 
 
-def _named(cls, *fields):
+def _named(cls, *fields) -> Any:
     return types.BaseTuple.from_types(fields, cls)
 
 
-def type_of(sample):
+def type_of(sample) -> Any:
     """The type of an argument like this one; arrays are C-contiguous, as `Call` makes sure."""
     if isinstance(sample, tuple):
         return _named(type(sample), *map(type_of, sample))
