@@ -11,7 +11,7 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from ..jit_options import FUSED, njit
+from ..jit_options import BARE, FUSED, njit
 from ..output.extrema import turning
 from ..state.elementwise import fetch, keep, map_components
 from ..state.fold import fold
@@ -178,7 +178,8 @@ def advance(
 
 @njit(**FUSED)
 def advance_fixed(
-    rhs, step, last, low, form, extrema, watched, gathered, state, lanes, work, block, n_steps
+    rhs, step, last, compensation, form, extrema, watched, gathered, state, lanes, work,
+    block, n_steps,
 ):  # fmt: skip
     """Take at most `n_steps` constant steps in each lane; see `fixed.advance` and `advance`."""
     s = state[0]
@@ -187,13 +188,14 @@ def advance_fixed(
     live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
     size, accepted = field(form, lanes, H), field(form, lanes, ACCEPTED)
     h = direction * size
-    y, k_last, k_low = fetch(form, work, Y), fetch(form, work, K + last), fetch(form, work, K + low)
+    y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
+    carried = fetch(form, work, K + compensation)
     if extrema is not None:
         tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
     taken = 0
     while True:
         taken += 1
-        y_new, k = step(rhs, t, y, h, k_last, k_low, block, form, work)
+        y_new, k = step(rhs, t, y, h, k_last, carried, block, form, work)
         ok = fold(add_size, add, 0.0, (y_new,)) < np.inf
         accepted = accepted + select(ok, 1.0, 0.0)
         t_new = t_start + accepted * h
@@ -208,10 +210,10 @@ def advance_fixed(
             gathered(form, t_new, y_new, ok & ~call, block, lanes)
         t_old, y_old = t, y
         t, y = select(ok, t_new, t), choose(ok, y_new, y)
-        k_new, low_new = choose(ok, k[last], k_last), choose(ok, k[low], k_low)
+        k_new, carried_new = choose(ok, k[last], k_last), choose(ok, k[compensation], carried)
         if taken >= n_steps or any_lane(call):
             break
-        k_last, k_low = k_new, low_new
+        k_last, carried = k_new, carried_new
     over = select(direction * (t - t_end) >= 0.0, float(FINISHED), float(RUNNING))
     leave(
         form, lanes, STATUS,
@@ -223,5 +225,31 @@ def advance_fixed(
     keep(work, K, k)
     keep(work, Y, (y, y_old))
     keep(work, K + last, (k_new,))
-    keep(work, K + low, (low_new,))
+    keep(work, K + compensation, (carried_new,))
     return taken
+
+
+def adaptive(step, control, exponent, last, rhs, form, extrema, watched, gathered):
+    """The loop around `rhs`: ``(state, lanes, work, block, n_steps)``; see `advance`."""
+
+    @njit(**BARE)
+    def loop(state, lanes, work, block, n_steps):
+        return advance(
+            rhs, step, control, exponent, last, form, extrema, watched, gathered, state, lanes,
+            work, block, n_steps,
+        )  # fmt: skip
+
+    return loop
+
+
+def fixed(step, last, compensation, rhs, form, extrema, watched, gathered):
+    """The same for constant steps."""
+
+    @njit(**BARE)
+    def loop(state, lanes, work, block, n_steps):
+        return advance_fixed(
+            rhs, step, last, compensation, form, extrema, watched, gathered, state, lanes, work,
+            block, n_steps,
+        )  # fmt: skip
+
+    return loop

@@ -17,6 +17,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from ..calls.function_pair import velocity_by_pointer
+from ..ensemble import lanes
 from ..jit_options import FUSED, njit
 from ..output.dense_output import cubic, hermite
 from ..state.elementwise import assign, factor, halves, join, map_components, slot
@@ -69,7 +70,7 @@ def itself(t, v, block, place):
     return v
 
 
-def make_step(kicks, drifts, velocity=itself):
+def make_step(kicks, drifts, velocity):
     """The step of a table of s + 1 kicks and s drifts, which drift by ``velocity(t, v, ...)``."""
     s = len(drifts)
     times, kicked = np.cumsum(drifts), np.cumsum(kicks)
@@ -113,6 +114,10 @@ def cubic_of_pair(rhs, t, h, work, block, d):
 
 def method(name, order, kicks, drifts, quadratic=False):
     """A Method of this family; `quadratic` says that it holds for T = v² / 2 only."""
+
+    def looped(loop, velocity):
+        return partial(loop, make_step(kicks, drifts, velocity), LAST, LAST + 1)
+
     return Method(
         name,
         order=order,
@@ -120,15 +125,14 @@ def method(name, order, kicks, drifts, quadratic=False):
         n_stages=len(drifts),
         n_rows=3,
         last=LAST,
-        advance=fixed.advance,
-        step=make_step(kicks, drifts),
-        arguments=(LAST, LAST + 1),
+        kernel=looped(fixed.kernel, itself),
+        lane_kernel=looped(lanes.fixed, itself),
         start=first_step.second_order,
         n_dense=3,
         enrich=cubic,
         dense_order=min(order, 3),
         second_order=True,
-        separable=None if quadratic else partial(make_step, kicks, drifts),
+        separable=None if quadratic else partial(looped, fixed.kernel),
         projects=False,
         tableau={"kicks": kicks, "drifts": drifts},
     )

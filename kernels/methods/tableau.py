@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 from itertools import zip_longest
+from typing import NamedTuple
 
 from numba import types
 from numba.core.imputils import lower_constant
@@ -44,6 +45,30 @@ def tableau(text):
     """Times and rows of stages, as a Butcher tableau has them: ``"3/10: 3/40 9/40; 4/5: ..."``."""
     times, stages = zip(*(line.split(":") for line in text.split(";")), strict=True)
     return Row(" ".join(times)), tuple(map(Row, stages))
+
+
+class Table(NamedTuple):
+    """The tables of an explicit method of s stages.
+
+    Parameters
+    ----------
+    stages : tuple (Row, tuple of Row)
+        Times and rows of the stages from the second on; see `tableau`.
+    b : Row
+        Weights of the s stages.
+    errors : tuple of Row
+        Weights of the error estimates; s + 1 numbers, the last for the derivative at the end.
+    d : tuple of Row
+        Weights of all stages in the rows of the interpolant beyond the Hermite polynomial.
+    extra : tuple (Row, tuple of Row)
+        The same as `stages`, for the stages of the interpolant.
+    """
+
+    stages: tuple
+    b: Row
+    errors: tuple = ()
+    d: tuple = ()
+    extra: tuple = (Row(), ())
 
 
 class RowType(types.Type):
