@@ -42,7 +42,7 @@ def choose(typingctx, mask, a, b):
 
 
 def _field(context, builder, form, lanes, array, row):
-    vector = form.value.dtype
+    vector = form.known.value.dtype
     data = arrayobj.make_array(lanes)(context, builder, array).data
     place = builder.gep(data, [builder.mul(row, row.type(vector.width))])
     return builder.bitcast(place, context.get_value_type(vector).as_pointer())
@@ -57,7 +57,7 @@ def field(typingctx, form, lanes, row):
         value.align = 8
         return value
 
-    return form.value.dtype(form, lanes, types.intp), codegen
+    return form.known.value.dtype(form, lanes, types.intp), codegen
 
 
 @intrinsic
@@ -69,7 +69,7 @@ def leave(typingctx, form, lanes, row, value):
         builder.store(args[3], place).align = 8
         return context.get_dummy_value()
 
-    return types.none(form, lanes, types.intp, form.value.dtype), codegen
+    return types.none(form, lanes, types.intp, form.known.value.dtype), codegen
 
 
 @njit(**FUSED)

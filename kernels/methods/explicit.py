@@ -14,12 +14,13 @@ from numba.extending import intrinsic
 from ..ensemble import lanes
 from ..jit_options import FUSED, njit
 from ..output.dense_output import F, cubic
+from ..state.constant import ConstantType
 from ..state.elementwise import combine, slot, weigh
 from ..state.record import STAGE, Y_OLD, K, Y
 from ..stepping import adaptive, first_step, fixed
 from ..stepping.step_size import SCIPY, rms
 from .method import Method
-from .tableau import Row, RowType
+from .tableau import Row
 
 NOWHERE = (types.none, None)
 
@@ -46,7 +47,7 @@ def _number(context, x):
 
 
 def _row(context, row):
-    return RowType(row.exact), context.get_dummy_value()
+    return ConstantType(row), context.get_dummy_value()
 
 
 def _together(context, builder, values):

@@ -4,12 +4,10 @@ from fractions import Fraction
 from itertools import zip_longest
 from typing import NamedTuple
 
-from numba import types
-from numba.core.imputils import lower_constant
-from numba.extending import models, register_model, typeof_impl
+from ..state.constant import Constant
 
 
-class Row:
+class Row(Constant):
     """A row of a Butcher tableau: exact fractions, known to the compiler.
 
     Parameters
@@ -26,6 +24,9 @@ class Row:
     def of(cls, exact):
         """The row of these fractions."""
         return cls(" ".join(map(str, exact)))
+
+    def __repr__(self):
+        return f"Row({', '.join(map(str, self.exact))})"
 
     def __len__(self):
         return len(self.exact)
@@ -69,24 +70,3 @@ class Table(NamedTuple):
     errors: tuple = ()
     d: tuple = ()
     extra: tuple = (Row(), ())
-
-
-class RowType(types.Type):
-    """The type of one Row.  The numbers are part of the type: no memory, no zero multiplied."""
-
-    def __init__(self, exact):
-        self.exact = exact
-        super().__init__(name=f"Row({', '.join(map(str, exact))})")
-
-
-register_model(RowType)(models.OpaqueModel)
-
-
-@typeof_impl.register(Row)
-def _typeof_row(value, context):
-    return RowType(value.exact)
-
-
-@lower_constant(RowType)
-def _constant_row(context, builder, ty, value):
-    return context.get_dummy_value()

@@ -101,13 +101,13 @@ def factor(value):
 @intrinsic
 def combine(typingctx, out, y, h, row, k):
     """y + h * sum(a_i k_i)."""
-    if len(row.exact) != len(k):
-        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+    if len(row.known.exact) != len(k):
+        raise ValueError(f"{len(row.known.exact)} coefficients for {len(k)} values")
 
     def codegen(context, builder, signature, args):
         _, _, step, _, stages = args
         stages = [(t, builder.extract_value(stages, i)) for i, t in enumerate(k)]
-        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        used = [(a, s) for a, s in zip(row.known.exact, stages, strict=True) if a != 0]
         exact = [a for a, _ in used]
 
         def body(builder, c):
@@ -123,12 +123,12 @@ def combine(typingctx, out, y, h, row, k):
 @intrinsic
 def weigh(typingctx, out, h, row, k):
     """h * sum(a_i k_i)."""
-    if len(row.exact) != len(k):
-        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+    if len(row.known.exact) != len(k):
+        raise ValueError(f"{len(row.known.exact)} coefficients for {len(k)} values")
 
     def codegen(context, builder, signature, args):
         stages = [(t, builder.extract_value(args[3], i)) for i, t in enumerate(k)]
-        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        used = [(a, s) for a, s in zip(row.known.exact, stages, strict=True) if a != 0]
         exact = [a for a, _ in used]
 
         def body(builder, c):
@@ -179,12 +179,12 @@ def slot(typingctx, form, work, index):
 def fetch(typingctx, form, work, index):
     """Row `index` of `work` as a value.
 
-    `form` is None for the row itself, a tuple of n numbers, or a `form.Form`.
+    `form` is None for the row itself, a tuple of n numbers, or a `layout.Form`.
     """
     if isinstance(form, types.NoneType):
         return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
 
-    value = form if isinstance(form, types.BaseTuple) else form.value
+    value = form if isinstance(form, types.BaseTuple) else form.known.value
 
     def codegen(context, builder, signature, args):
         pointer = _row_pointer(context, builder, work, args[1], args[2], value.dtype)
