@@ -13,7 +13,7 @@ from numba.np import arrayobj
 
 from ..jit_options import BARE, FUSED, njit
 from ..output.extrema import turning
-from ..state.elementwise import fetch, keep, map_components
+from ..state.elementwise import apply, fetch, keep
 from ..state.fold import fold
 from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from ..stepping.fixed import LANDED, add, add_size
@@ -28,17 +28,15 @@ NEAR = 1e-6  # of its change in a step: an event function that small is looked a
 NOTHING = -1  # status of a lane that need not be looked at
 
 
-@intrinsic
-def choose(typingctx, mask, a, b):
+@njit(**FUSED)
+def _chosen(mask, a, b):
+    return (select(mask, a, b),)
+
+
+@njit(**FUSED)
+def choose(mask, a, b):
     """The value a in the lanes where the mask is true, b in the others."""
-
-    def codegen(context, builder, signature, args):
-        def body(builder, parts):
-            return (builder.select(args[0], *parts),)
-
-        return map_components(context, builder, [None], [(a, args[1]), (b, args[2])], body)[0]
-
-    return a(mask, a, b), codegen
+    return apply(_chosen, (None,), (mask,), (a, b))[0]
 
 
 def _field(context, builder, form, lanes, array, row):

@@ -12,42 +12,30 @@ drift to a random walk, for a tenth of the time.
 from functools import partial
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
 from ..calls.function_pair import velocity_by_pointer
 from ..ensemble import lanes
 from ..jit_options import FUSED, njit
 from ..output.dense_output import cubic, hermite
-from ..state.elementwise import assign, factor, halves, join, map_components, slot
+from ..state.elementwise import apply, assign, halves, join, slot
 from ..state.record import Y_OLD, K, Y
 from ..stepping import first_step, fixed
-from ..vector.number import FUSE
 from .method import Method
 
 LAST = 1  # the stage with the derivative at the end
 
 
-@intrinsic
-def accumulate(typingctx, out, low_out, high, low, c, k):
+@njit(**FUSED)
+def _added(c, high, low, k):
+    part = low + c * k
+    total = high + part
+    return total, part - (total - high)
+
+
+@njit(**FUSED)
+def accumulate(out, low_out, high, low, c, k):
     """high + (low + c k), and what rounding cuts off: the new (high, low)."""
-
-    def codegen(context, builder, signature, args):
-        places = [(out, args[0]), (low_out, args[1])]
-        values = [(high, args[2]), (low, args[3]), (k, args[5])]
-
-        def body(builder, parts):
-            high, low, k = parts
-            flags = FUSE if isinstance(k.type, ir.VectorType) else ()
-            part = builder.fadd(low, builder.fmul(args[4], k, flags=flags), flags=flags)
-            total = builder.fadd(high, part)
-            return total, builder.fsub(part, builder.fsub(total, high))
-
-        both = map_components(context, builder, places, values, body)
-        return context.make_tuple(builder, signature.return_type, both)
-
-    return types.UniTuple(high, 2)(out, low_out, high, low, factor(high), k), codegen
+    return apply(_added, (out, low_out), (c,), (high, low, k))
 
 
 def palindrome(first, n):

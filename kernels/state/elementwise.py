@@ -60,6 +60,38 @@ def map_components(context, builder, outs, operands, body):
     return [value for _, value in outs]
 
 
+def element(value):
+    """Type of one component of a value."""
+    return value.dtype if isinstance(value, types.BaseTuple) else types.float64
+
+
+@intrinsic
+def apply(typingctx, function, outs, numbers, values):
+    """The results of ``function(*numbers, *components)`` for each component of `values`.
+
+    The function is compiled and returns a tuple: a component of each of the new values, whose
+    places are `outs`.
+    """
+    n, (kind, *_) = len(outs), values
+    inner = function.get_call_type(typingctx, (*numbers, *map(element, values)), {})
+
+    def codegen(context, builder, signature, args):
+        call = context.get_function(function, inner)
+        places, first, operands = (
+            [(t, builder.extract_value(whole, i)) for i, t in enumerate(kinds)]
+            for kinds, whole in zip(signature.args[1:], args[1:], strict=True)
+        )
+
+        def body(builder, components):
+            found = call(builder, [*(v for _, v in first), *components])
+            return [builder.extract_value(found, i) for i in range(n)]
+
+        results = map_components(context, builder, places, operands, body)
+        return context.make_tuple(builder, signature.return_type, results)
+
+    return types.UniTuple(kind, n)(function, outs, numbers, values), codegen
+
+
 def _map(context, builder, out, operands, body):
     """The same for one result."""
     one = map_components(context, builder, [out], operands, lambda b, c: (body(b, c),))
@@ -86,11 +118,6 @@ def _weighted(builder, exact, components):
             term = builder.fmul(constant(k.type, a), k, flags=flags)
             total = term if total is None else builder.fadd(total, term, flags=flags)
     return total
-
-
-def element(value):
-    """Type of one component of a value."""
-    return value.dtype if isinstance(value, types.BaseTuple) else types.float64
 
 
 def factor(value):
