@@ -17,8 +17,8 @@ from ..state.elementwise import apply, fetch, keep
 from ..state.fold import fold
 from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from ..stepping.fixed import LANDED, add, add_size
-from ..stepping.step_size import select
 from ..vector.number import any_lane
+from ..vector.scalar_or_vector import select
 
 # Rows of `lanes`, an array of one column a lane.
 # Behind them, one row for each event function and for each gathered value.

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..jit_options import FUSED, njit
 from ..state.elementwise import weigh
-from ..stepping.step_size import select, sum_of_squares
+from ..stepping.step_size import sum_of_squares
+from ..vector.scalar_or_vector import select
 from .explicit import make_step, pair
 from .tableau import Row, Table, rows, tableau
 

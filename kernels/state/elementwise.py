@@ -15,7 +15,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from ..vector.number import FUSE, Vector
+from ..vector.number import FUSE, Vector, constant
 
 ROW = types.Array(types.float64, 1, "C")
 
@@ -100,13 +100,6 @@ def _map(context, builder, out, operands, body):
 
 def _flags(kind):
     return FUSE if isinstance(kind, ir.VectorType) else ()
-
-
-def constant(kind, a):
-    """The number `a` as a component of LLVM type `kind`."""
-    if isinstance(kind, ir.VectorType):
-        return ir.Constant(kind, [float(a)] * kind.count)
-    return ir.Constant(kind, float(a))
 
 
 def _weighted(builder, exact, components):
