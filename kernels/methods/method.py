@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 
 class Method(NamedTuple):
-    """A method: its step, its loop, and what the loop needs to know.
+    """A method: its loop, and what others need to know of it.
 
     Parameters
     ----------
