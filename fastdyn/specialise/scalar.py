@@ -103,28 +103,8 @@ def enrich_kernel(name, pair=False):
 def _stepping_kernel(name, rhs, form, velocity=None):
     """The dispatcher of a method's loop around `rhs`, or around the velocity and the force."""
     method = METHODS[name]
-    advance, step = method.advance, method.separable(velocity) if velocity else method.step
-    if len(method.arguments) == 3:
-        control, exponent, last = method.arguments
-
-        @njit(**BARE)
-        def kernel(state, work, block, n_steps):
-            return advance(rhs, step, control, exponent, last, form, state, work, block, n_steps)
-
-    elif not method.arguments:
-
-        @njit(**BARE)
-        def kernel(state, work, block, n_steps):
-            return advance(rhs, step, form, state, work, block, n_steps)
-
-    else:
-        last, low = method.arguments
-
-        @njit(**BARE)
-        def kernel(state, work, block, n_steps):
-            return advance(rhs, step, last, low, form, state, work, block, n_steps)
-
-    return kernel
+    kernel = method.separable(velocity) if velocity else method.kernel
+    return kernel(rhs, form)
 
 
 @functools.cache
@@ -158,7 +138,7 @@ def inlined_kernel(name, function, n, build=True) -> Any:
 
 
 def _inlining_kernel(name, function, n):
-    if METHODS[name].at_once and function.mode in ("derivative", "acceleration"):
+    if METHODS[name].batched and function.mode in ("derivative", "acceleration"):
         try:
             return _stages_kernel(METHODS[name], function, n)
         except Exception:  # it has no form for vectors; one stage after the other has the same bits
@@ -182,15 +162,10 @@ def _stages_kernel(method, function, n):
     """The same of an implicit method, with all stages evaluated at once on vectors."""
     from .vector_rhs import right_hand_side
 
-    s, step = method.at_once
+    s, batched = method.batched
     form = Form(n // 2 if method.second_order else n, s, exact=True)
     user, values = function.on_vectors()
     rhs = right_hand_side(user, values, function.mode)
-    advance = method.advance
-
-    @njit(**BARE)
-    def kernel(state, work, block, n_steps):
-        return advance(rhs, step, form, state, work, block, n_steps)
-
-    kernel.compile(ADVANCE)  # pyright: ignore
+    kernel = batched(rhs, form)
+    kernel.compile(ADVANCE)
     return kernel

@@ -16,10 +16,9 @@ from fastdyn.compile.unwrap import parts_of
 from fastdyn.compile.user_function import INLINED, described, identity, taken_in, words_of
 from fastdyn.kernels.calls.user_function import WORDS
 from fastdyn.kernels.ensemble import lanes
-from fastdyn.kernels.jit_options import BARE, FUSED, njit
+from fastdyn.kernels.jit_options import FUSED, njit
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.state.layout import Form
-from fastdyn.kernels.stepping import adaptive, fixed
 from fastdyn.kernels.vector import elementary  # noqa: F401
 
 from .signatures import STATES, TABLE
@@ -102,32 +101,6 @@ def _gathered_too(before, update, row):
     return gathered
 
 
-def _loop(method, rhs, form, extrema, watched, gathered):
-    """The dispatcher of a method's loop around `rhs`."""
-    step = method.step
-    if method.advance is adaptive.advance:
-        control, exponent, last = method.arguments
-
-        @njit(**BARE)
-        def kernel(state, many, work, block, n_steps):
-            return lanes.advance(
-                rhs, step, control, exponent, last, form, extrema, watched, gathered, state, many,
-                work, block, n_steps,
-            )  # fmt: skip
-
-    else:
-        last, low = method.arguments
-
-        @njit(**BARE)
-        def kernel(state, many, work, block, n_steps):
-            return lanes.advance_fixed(
-                rhs, step, last, low, form, extrema, watched, gathered, state, many, work, block,
-                n_steps,
-            )  # fmt: skip
-
-    return kernel
-
-
 _kernels: dict = {}
 
 
@@ -160,7 +133,7 @@ def kernel(name, fun, args, varying, mode, n, extrema, events=(), folds=()):
         With the reason in a sentence.
     """
     method = METHODS[name]
-    if method.advance not in (adaptive.advance, fixed.advance):
+    if method.lane_kernel is None:
         raise Uncompilable(f"the steps of {name} are not written for vectors")
     if n > MAX_TUPLE:
         raise Uncompilable(f"{n} components are more than {MAX_TUPLE}")
@@ -192,7 +165,8 @@ def kernel(name, fun, args, varying, mode, n, extrema, events=(), folds=()):
             watched = _watched(numbers[: len(events)], lanes.N_FIELDS)
             gathered = _gathered(numbers[len(events) :], lanes.N_FIELDS + len(events))
             rhs, form = right_hand_side(user, values, mode), Form(n, width())
-            return _loop(method, rhs, form, extrema or None, watched, gathered), ADVANCE
+            watching = extrema or None, watched, gathered
+            return method.lane_kernel(rhs, form, *watching), ADVANCE
 
         try:
             compiled = code_store.compiled(key, build)

@@ -14,8 +14,7 @@ from numba.core import errors
 from numba.extending import intrinsic, overload
 
 from ..jit_options import BARE
-from ..state.elementwise import constant
-from ..vector.number import Vector, is_real, vector_in, widen
+from ..vector.number import Vector, constant, is_real, vector_in, widen
 
 EPS = float(np.finfo(float).eps)
 REAL = ir.DoubleType()

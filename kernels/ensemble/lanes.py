@@ -11,14 +11,14 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from ..jit_options import FUSED, njit
+from ..jit_options import BARE, FUSED, njit
 from ..output.extrema import turning
-from ..state.elementwise import fetch, keep, map_components
+from ..state.elementwise import apply, fetch, keep
 from ..state.fold import fold
 from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from ..stepping.fixed import LANDED, add, add_size
-from ..stepping.step_size import select
 from ..vector.number import any_lane
+from ..vector.scalar_or_vector import select
 
 # Rows of `lanes`, an array of one column a lane.
 # Behind them, one row for each event function and for each gathered value.
@@ -28,21 +28,19 @@ NEAR = 1e-6  # of its change in a step: an event function that small is looked a
 NOTHING = -1  # status of a lane that need not be looked at
 
 
-@intrinsic
-def choose(typingctx, mask, a, b):
+@njit(**FUSED)
+def _chosen(mask, a, b):
+    return (select(mask, a, b),)
+
+
+@njit(**FUSED)
+def choose(mask, a, b):
     """The value a in the lanes where the mask is true, b in the others."""
-
-    def codegen(context, builder, signature, args):
-        def body(builder, parts):
-            return (builder.select(args[0], *parts),)
-
-        return map_components(context, builder, [None], [(a, args[1]), (b, args[2])], body)[0]
-
-    return a(mask, a, b), codegen
+    return apply(_chosen, (None,), (mask,), (a, b))[0]
 
 
 def _field(context, builder, form, lanes, array, row):
-    vector = form.value.dtype
+    vector = form.known.value.dtype
     data = arrayobj.make_array(lanes)(context, builder, array).data
     place = builder.gep(data, [builder.mul(row, row.type(vector.width))])
     return builder.bitcast(place, context.get_value_type(vector).as_pointer())
@@ -57,7 +55,7 @@ def field(typingctx, form, lanes, row):
         value.align = 8
         return value
 
-    return form.value.dtype(form, lanes, types.intp), codegen
+    return form.known.value.dtype(form, lanes, types.intp), codegen
 
 
 @intrinsic
@@ -69,7 +67,7 @@ def leave(typingctx, form, lanes, row, value):
         builder.store(args[3], place).align = 8
         return context.get_dummy_value()
 
-    return types.none(form, lanes, types.intp, form.value.dtype), codegen
+    return types.none(form, lanes, types.intp, form.known.value.dtype), codegen
 
 
 @njit(**FUSED)
@@ -178,7 +176,8 @@ def advance(
 
 @njit(**FUSED)
 def advance_fixed(
-    rhs, step, last, low, form, extrema, watched, gathered, state, lanes, work, block, n_steps
+    rhs, step, last, compensation, form, extrema, watched, gathered, state, lanes, work,
+    block, n_steps,
 ):  # fmt: skip
     """Take at most `n_steps` constant steps in each lane; see `fixed.advance` and `advance`."""
     s = state[0]
@@ -187,13 +186,14 @@ def advance_fixed(
     live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
     size, accepted = field(form, lanes, H), field(form, lanes, ACCEPTED)
     h = direction * size
-    y, k_last, k_low = fetch(form, work, Y), fetch(form, work, K + last), fetch(form, work, K + low)
+    y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
+    carried = fetch(form, work, K + compensation)
     if extrema is not None:
         tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
     taken = 0
     while True:
         taken += 1
-        y_new, k = step(rhs, t, y, h, k_last, k_low, block, form, work)
+        y_new, k = step(rhs, t, y, h, k_last, carried, block, form, work)
         ok = fold(add_size, add, 0.0, (y_new,)) < np.inf
         accepted = accepted + select(ok, 1.0, 0.0)
         t_new = t_start + accepted * h
@@ -208,10 +208,10 @@ def advance_fixed(
             gathered(form, t_new, y_new, ok & ~call, block, lanes)
         t_old, y_old = t, y
         t, y = select(ok, t_new, t), choose(ok, y_new, y)
-        k_new, low_new = choose(ok, k[last], k_last), choose(ok, k[low], k_low)
+        k_new, carried_new = choose(ok, k[last], k_last), choose(ok, k[compensation], carried)
         if taken >= n_steps or any_lane(call):
             break
-        k_last, k_low = k_new, low_new
+        k_last, carried = k_new, carried_new
     over = select(direction * (t - t_end) >= 0.0, float(FINISHED), float(RUNNING))
     leave(
         form, lanes, STATUS,
@@ -223,5 +223,31 @@ def advance_fixed(
     keep(work, K, k)
     keep(work, Y, (y, y_old))
     keep(work, K + last, (k_new,))
-    keep(work, K + low, (low_new,))
+    keep(work, K + compensation, (carried_new,))
     return taken
+
+
+def adaptive(step, control, exponent, last, rhs, form, extrema, watched, gathered):
+    """The loop around `rhs`: ``(state, lanes, work, block, n_steps)``; see `advance`."""
+
+    @njit(**BARE)
+    def loop(state, lanes, work, block, n_steps):
+        return advance(
+            rhs, step, control, exponent, last, form, extrema, watched, gathered, state, lanes,
+            work, block, n_steps,
+        )  # fmt: skip
+
+    return loop
+
+
+def fixed(step, last, compensation, rhs, form, extrema, watched, gathered):
+    """The same for constant steps."""
+
+    @njit(**BARE)
+    def loop(state, lanes, work, block, n_steps):
+        return advance_fixed(
+            rhs, step, last, compensation, form, extrema, watched, gathered, state, lanes, work,
+            block, n_steps,
+        )  # fmt: skip
+
+    return loop

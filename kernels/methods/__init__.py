@@ -4,9 +4,10 @@ from types import MappingProxyType
 
 from .dop853 import DOP853
 from .gauss import ENERGY_CONSERVING, GAUSS, NYSTROM
+from .ode45 import ODE45
 from .rk4 import RK4
 from .rk23 import RK23
-from .rk45 import ODE45, RK45
+from .rk45 import RK45
 from .symplectic import SYMPLECTIC
 from .tsit5 import TSIT5
 from .vern7 import VERN7

@@ -14,7 +14,7 @@ The stages of a component lie side by side, so that they are one vector of the p
 import numpy as np
 
 from ..calls.user_function import RAISED as RAISED_WORD
-from ..jit_options import FUSED, njit
+from ..jit_options import BARE, FUSED, njit
 from ..state.elementwise import fetch, halves, slot
 from ..state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, STAGE, Y_OLD, K, Y
 from ..stepping.fixed import LANDED
@@ -48,12 +48,12 @@ def _patience(change, count, work, row, k, size):
     return MOVING if change > SMALL * size else STALLS
 
 
-def make_step(s, mu, ratio, b, c, nystrom=False, at_once=False):
+def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
     """The step of a method: `mu`, `ratio` (for the prediction) are Matrix, b and c arrays.
 
     With `nystrom` the equations are q'' = a(t, q) of a state [q, v], and `rhs` is a: each
     iteration finds the velocities first and the positions from them, which takes half as many.
-    With `at_once` the derivatives of all stages are evaluated on vectors, and `form` is a Form.
+    With `batched` the derivatives of all stages are evaluated on vectors, and `form` is a Form.
     """
     INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 3
     half = s // 2
@@ -121,7 +121,7 @@ def make_step(s, mu, ratio, b, c, nystrom=False, at_once=False):
             f = rhs(t + c[i] * h, u, block, slot(form, work, SLOPE))
             keep_increment(f, work, INCREMENTS, mu, i, weight(h, i))
 
-    if at_once:
+    if batched:
 
         @njit(**FUSED)
         def evaluate_all(rhs, t, h, form, work, block):
@@ -225,3 +225,13 @@ def advance(rhs, step, form, state, work, block, n_steps):
         if status == FINISHED or direction * (s.t - t_stop) >= 0.0:
             break
     return status
+
+
+def kernel(step, rhs, form):
+    """The loop around `rhs`, as `adaptive.kernel`."""
+
+    @njit(**BARE)
+    def loop(state, work, block, n_steps):
+        return advance(rhs, step, form, state, work, block, n_steps)
+
+    return loop

@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta pairs, compiled from their tables.
+"""Explicit Runge-Kutta methods, compiled from their tables.
 
 A step has s stages and, at its end, the derivative that is the first stage of the next step.  The
 interpolant adds stages of its own to these, evaluated only where it is wanted, and rows to the
@@ -6,21 +6,23 @@ Hermite polynomial of `dense.py`.
 """
 
 import operator
+from functools import partial
 
 from numba import types
 from numba.extending import intrinsic
 
+from ..ensemble import lanes
 from ..jit_options import FUSED, njit
-from ..output.dense_output import F
+from ..output.dense_output import F, cubic
+from ..state.constant import ConstantType
 from ..state.elementwise import combine, slot, weigh
 from ..state.record import STAGE, Y_OLD, K, Y
-from ..stepping import adaptive, first_step
+from ..stepping import adaptive, first_step, fixed
 from ..stepping.step_size import SCIPY, rms
 from .method import Method
-from .tableau import Row, RowType
+from .tableau import Row
 
 NOWHERE = (types.none, None)
-NO_STAGES = (Row(), ())
 
 
 def _call(context, builder, function, *given):
@@ -45,7 +47,7 @@ def _number(context, x):
 
 
 def _row(context, row):
-    return RowType(row.exact), context.get_dummy_value()
+    return ConstantType(row), context.get_dummy_value()
 
 
 def _together(context, builder, values):
@@ -114,55 +116,107 @@ def make_enrich(n, times, rows, weights):
     return enrich
 
 
-def pair(name, order, error_order, stages, b, embedded, d, dense_order, extra=NO_STAGES):
-    """A method from its tables.
+def make_solution(table):
+    """``solution(rhs, t, y, h, k1, block, form, work)``: the new value, and all stages."""
+    stages, b, at_end = make_stages(*table.stages), table.b, K + len(table.b)
+
+    @njit(**FUSED)
+    def solution(rhs, t, y, h, k1, block, form, work):
+        k = stages(rhs, t, y, h, k1, block, form, work)
+        y_new = combine(slot(form, work, Y), y, h, b, k)
+        return y_new, (*k, rhs(t + h, y_new, block, slot(form, work, at_end)))
+
+    return solution
+
+
+def make_estimate(error, norm):
+    """``estimate(u, h, k, y, y_new, rtol, atol)``: `norm` of the error h sum(error_i k_i)."""
+
+    @njit(**FUSED)
+    def estimate(u, h, k, y, y_new, rtol, atol):
+        return norm(weigh(u, h, error, k), y, y_new, rtol, atol)
+
+    return estimate
+
+
+def make_step(table, estimate=None):
+    """The step of a pair, its error measured by `estimate`: SciPy's norm unless given."""
+    solution = make_solution(table)
+    estimate = estimate or make_estimate(*table.errors, rms)
+
+    @njit(**FUSED)
+    def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
+        y_new, k = solution(rhs, t, y, h, k1, block, form, work)
+        return y_new, k, estimate(slot(form, work, STAGE), h, k, y, y_new, rtol, atol)
+
+    return step
+
+
+def make_fixed_step(table):
+    """The step of a method that estimates no error."""
+    solution = make_solution(table)
+
+    @njit(**FUSED)
+    def step(rhs, t, y, h, k1, compensation, block, form, work):
+        return solution(rhs, t, y, h, k1, block, form, work)
+
+    return step
+
+
+def read_off(table):
+    """What a Method says that follows from its table."""
+    s, (times, extra) = len(table.b), table.extra
+    return {
+        "n_stages": s,
+        "n_rows": s + 1 + len(extra),
+        "last": s,
+        "n_dense": 3 + len(table.d),
+        "enrich": make_enrich(s + 1, *table.extra, table.d) if table.d else cubic,
+        "tableau": {
+            "c": Row.of((0, *table.stages[0].exact, 1, *times.exact)),
+            "a": (Row(), *table.stages[1], table.b, *extra),
+            "b": table.b,
+            "e": table.errors,
+            "d": table.d,
+        },
+    }
+
+
+def pair(name, table, step=None, *, error_order, control=SCIPY, **more):
+    """A method of adaptive step from its Table.
 
     Parameters
     ----------
     name : str
-    order, error_order, dense_order : int
-    stages : tuple (Row, tuple of Row)
-        Times and rows of the stages from the second on; see `row.tableau`.
-    b : Row
-        Weights of the s stages.
-    embedded : Row
-        Weights of the pair's other method; s + 1 numbers, the last for the derivative at the end.
-    d : tuple of Row
-        Weights of all stages in the rows of the interpolant beyond the Hermite polynomial.
-    extra : tuple (Row, tuple of Row), optional
-        The same as `stages`, for the stages of the interpolant.
+    table : Table
+    step : function, optional
+        Written by hand, or with an error estimate of its own; see `make_step`.
+    error_order : int
+        Order of the error estimate.
+    control : Controller, optional
+    **more
+        Other fields of `Method`.
     """
-    s = len(b)
-    error = b - embedded
-    first, at_end = make_stages(*stages), K + s
-
-    @njit(**FUSED)
-    def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
-        k = first(rhs, t, y, h, k1, block, form, work)
-        y_new = combine(slot(form, work, Y), y, h, b, k)
-        k_all = (*k, rhs(t + h, y_new, block, slot(form, work, at_end)))
-        estimate = weigh(slot(form, work, STAGE), h, error, k_all)
-        return y_new, k_all, rms(estimate, y, y_new, rtol, atol)
-
+    given = step or make_step(table), control, -1 / (error_order + 1), len(table.b)
+    fields = read_off(table) | {"start": first_step.hairer} | more
     return Method(
         name,
-        order=order,
         error_order=error_order,
-        n_stages=s,
-        n_rows=s + 1 + len(extra[1]),
-        last=s,
-        advance=adaptive.advance,
-        step=step,
-        arguments=(SCIPY, -1 / (error_order + 1), s),
-        start=first_step.hairer,
-        n_dense=3 + len(d),
-        enrich=make_enrich(s + 1, *extra, d),
-        dense_order=dense_order,
-        tableau={
-            "c": Row.of((0, *stages[0].exact, 1, *extra[0].exact)),
-            "a": (Row(), *stages[1], b, *extra[1]),
-            "b": b,
-            "e": (error,),
-            "d": d,
-        },
+        kernel=partial(adaptive.kernel, *given),
+        lane_kernel=partial(lanes.adaptive, *given),
+        **fields,
+    )
+
+
+def single(name, table, **more):
+    """A method of fixed step from its Table, which has no error estimate."""
+    s = len(table.b)
+    given = make_fixed_step(table), s, s
+    return Method(
+        name,
+        error_order=0,
+        kernel=partial(fixed.kernel, *given),
+        lane_kernel=partial(lanes.fixed, *given),
+        start=first_step.plain,
+        **read_off(table) | more,
     )

@@ -16,6 +16,7 @@ functions at reasonable steps.
 """
 
 from decimal import Decimal
+from functools import partial
 
 import numpy as np
 
@@ -110,10 +111,8 @@ def method(name, s, order, mu, rows, nystrom=False):
         n_stages=0,
         n_rows=more,
         last=more - 1,
-        advance=collocation.advance,
-        step=make_step(*given),
-        at_once=(s, make_step(*given, at_once=True)),
-        arguments=(),
+        kernel=partial(collocation.kernel, make_step(*given)),
+        batched=(s, partial(collocation.kernel, make_step(*given, batched=True))),
         start=first_step.second_order if nystrom else first_step.plain,
         n_dense=max(3, len(rows)),
         enrich=make_enrich(s, rows),

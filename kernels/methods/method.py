@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 
 class Method(NamedTuple):
-    """A method: its step, its loop, and what the loop needs to know.
+    """A method: its loop, and what others need to know of it.
 
     Parameters
     ----------
@@ -19,11 +19,8 @@ class Method(NamedTuple):
         Rows of stages that the method keeps in the work array.
     last : int
         The stage that is the derivative at the end of a step.
-    advance : function
-        The loop, `adaptive.advance` or `fixed.advance`.
-    step : function
-    arguments : tuple
-        What the loop takes between `step` and `form`.
+    kernel : function
+        ``kernel(rhs, form)``, the loop around a right-hand side: see `adaptive.kernel`.
     start : function
         ``start(state, work, block, order)``, the first derivative and step.
     n_dense : int
@@ -33,17 +30,20 @@ class Method(NamedTuple):
     dense_order : int
     second_order : bool
         Whether the method integrates q'' = a(t, q): the derivative it calls is the acceleration.
+    lane_kernel : function, optional
+        The same with a trajectory in each lane, if the steps are written for it: see
+        `lanes.adaptive`.
     separable : function, optional
-        ``separable(velocity)``, the step for H = T(p) + V(q), if the method is made for it.
+        ``separable(velocity)``, the `kernel` for H = T(p) + V(q), if the method is made for it.
     h_max_share : float
         Longest step as a share of the span, unless the caller gives one.
     projects : bool
         Whether the state may be changed between two steps.
     cost : int
         Evaluations that a step may take, for the first guess of its time; n_stages unless given.
-    at_once : tuple (int, function), optional
-        The number of stages and the step of an implicit method that evaluates all of them on exact
-        vectors, with the same bits as `step`.
+    batched : tuple (int, function), optional
+        The number of stages of an implicit method, and the `kernel` that evaluates all of them on
+        exact vectors, with the same bits.
     tableau : dict
         Coefficients as printed, for the tests of the order conditions.
     """
@@ -54,17 +54,16 @@ class Method(NamedTuple):
     n_stages: int
     n_rows: int
     last: int
-    advance: object
-    step: object
-    arguments: tuple
+    kernel: Any
     start: object
     n_dense: int
     enrich: object
     dense_order: int
     second_order: bool = False
+    lane_kernel: Any = None
     separable: Any = None
     h_max_share: float = math.inf
     projects: bool = True
     cost: int = 0
-    at_once: Any = None
+    batched: Any = None
     tableau: dict | None = None

@@ -11,13 +11,12 @@ from ..jit_options import FUSED, njit
 from ..output.dense_output import F
 from ..state.elementwise import combine, slot, weigh
 from ..state.record import STAGE, K, Y
-from ..stepping import adaptive, first_step
-from ..stepping.step_size import MATLAB, SCIPY, largest, rms
-from .method import Method
-from .tableau import Row
+from ..stepping.step_size import rms
+from .explicit import pair
+from .tableau import Row, Table
 
-C = Row("0 1/5 3/10 4/5 8/9 1 1")
-c = C.floats
+C = Row("1/5 3/10 4/5 8/9 1")
+c2, c3, c4, c5, c6 = C.floats
 A2 = Row("1/5")
 A3 = Row("3/40 9/40")
 A4 = Row("44/45 -56/15 32/9")
@@ -29,28 +28,23 @@ D = Row(
     "-12715105075/11282082432 0 87487479700/32700410799 -10690763975/1880347072 "
     "701980252875/199316789632 -1453857185/822651844 69997945/29380423"
 )
-TABLEAU = {"c": C, "a": (Row(), A2, A3, A4, A5, A6, B), "b": B, "e": (E,), "d": (D,)}
+TABLE = Table((C, (A2, A3, A4, A5, A6)), B, (E,), (D,))
 
 
-def make_step(norm):
-    """The step, with its error measured by `norm`."""
-
-    @njit(**FUSED)
-    def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
-        u = slot(form, work, STAGE)
-        k2 = rhs(t + c[1] * h, combine(u, y, h, A2, (k1,)), block, slot(form, work, K + 1))
-        k3 = rhs(t + c[2] * h, combine(u, y, h, A3, (k1, k2)), block, slot(form, work, K + 2))
-        k4 = rhs(t + c[3] * h, combine(u, y, h, A4, (k1, k2, k3)), block, slot(form, work, K + 3))
-        k5 = rhs(
-            t + c[4] * h, combine(u, y, h, A5, (k1, k2, k3, k4)), block, slot(form, work, K + 4)
-        )
-        k6 = rhs(t + h, combine(u, y, h, A6, (k1, k2, k3, k4, k5)), block, slot(form, work, K + 5))
-        y_new = combine(slot(form, work, Y), y, h, B, (k1, k2, k3, k4, k5, k6))
-        k7 = rhs(t + h, y_new, block, slot(form, work, K + 6))
-        k = (k1, k2, k3, k4, k5, k6, k7)
-        return y_new, k, norm(weigh(u, h, E, k), y, y_new, rtol, atol)
-
-    return step
+@njit(**FUSED)
+def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
+    """One step tried; 6 evaluations."""
+    u = slot(form, work, STAGE)
+    k2 = rhs(t + c2 * h, combine(u, y, h, A2, (k1,)), block, slot(form, work, K + 1))
+    k3 = rhs(t + c3 * h, combine(u, y, h, A3, (k1, k2)), block, slot(form, work, K + 2))
+    k4 = rhs(t + c4 * h, combine(u, y, h, A4, (k1, k2, k3)), block, slot(form, work, K + 3))
+    k5 = rhs(t + c5 * h, combine(u, y, h, A5, (k1, k2, k3, k4)), block, slot(form, work, K + 4))
+    u6 = combine(u, y, h, A6, (k1, k2, k3, k4, k5))
+    k6 = rhs(t + c6 * h, u6, block, slot(form, work, K + 5))
+    y_new = combine(slot(form, work, Y), y, h, B, (k1, k2, k3, k4, k5, k6))
+    k7 = rhs(t + h, y_new, block, slot(form, work, K + 6))
+    k = (k1, k2, k3, k4, k5, k6, k7)
+    return y_new, k, rms(weigh(u, h, E, k), y, y_new, rtol, atol)
 
 
 @njit(**FUSED)
@@ -69,26 +63,4 @@ def enrich(rhs, t, h, work, block, d):
     return 0
 
 
-SHARED = {
-    "order": 5,
-    "error_order": 4,
-    "n_stages": 6,
-    "n_rows": 7,
-    "last": 6,
-    "advance": adaptive.advance,
-    "n_dense": 4,
-    "enrich": enrich,
-    "dense_order": 4,
-    "tableau": TABLEAU,
-}
-RK45 = Method(
-    "RK45", step=make_step(rms), arguments=(SCIPY, -1 / 5, 6), start=first_step.hairer, **SHARED
-)
-ODE45 = Method(
-    "ode45",
-    step=make_step(largest),
-    arguments=(MATLAB, -1 / 5, 6),
-    start=first_step.matlab,
-    h_max_share=0.1,
-    **SHARED,
-)
+RK45 = pair("RK45", TABLE, step, order=5, error_order=4, dense_order=4, enrich=enrich)

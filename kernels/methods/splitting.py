@@ -12,41 +12,30 @@ drift to a random walk, for a tenth of the time.
 from functools import partial
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
 from ..calls.function_pair import velocity_by_pointer
+from ..ensemble import lanes
 from ..jit_options import FUSED, njit
 from ..output.dense_output import cubic, hermite
-from ..state.elementwise import assign, factor, halves, join, map_components, slot
+from ..state.elementwise import apply, assign, halves, join, slot
 from ..state.record import Y_OLD, K, Y
 from ..stepping import first_step, fixed
-from ..vector.number import FUSE
 from .method import Method
 
 LAST = 1  # the stage with the derivative at the end
 
 
-@intrinsic
-def accumulate(typingctx, out, low_out, high, low, c, k):
+@njit(**FUSED)
+def _added(c, high, low, k):
+    part = low + c * k
+    total = high + part
+    return total, part - (total - high)
+
+
+@njit(**FUSED)
+def accumulate(out, low_out, high, low, c, k):
     """high + (low + c k), and what rounding cuts off: the new (high, low)."""
-
-    def codegen(context, builder, signature, args):
-        places = [(out, args[0]), (low_out, args[1])]
-        values = [(high, args[2]), (low, args[3]), (k, args[5])]
-
-        def body(builder, parts):
-            high, low, k = parts
-            flags = FUSE if isinstance(k.type, ir.VectorType) else ()
-            part = builder.fadd(low, builder.fmul(args[4], k, flags=flags), flags=flags)
-            total = builder.fadd(high, part)
-            return total, builder.fsub(part, builder.fsub(total, high))
-
-        both = map_components(context, builder, places, values, body)
-        return context.make_tuple(builder, signature.return_type, both)
-
-    return types.UniTuple(high, 2)(out, low_out, high, low, factor(high), k), codegen
+    return apply(_added, (out, low_out), (c,), (high, low, k))
 
 
 def palindrome(first, n):
@@ -69,7 +58,7 @@ def itself(t, v, block, place):
     return v
 
 
-def make_step(kicks, drifts, velocity=itself):
+def make_step(kicks, drifts, velocity):
     """The step of a table of s + 1 kicks and s drifts, which drift by ``velocity(t, v, ...)``."""
     s = len(drifts)
     times, kicked = np.cumsum(drifts), np.cumsum(kicks)
@@ -113,6 +102,10 @@ def cubic_of_pair(rhs, t, h, work, block, d):
 
 def method(name, order, kicks, drifts, quadratic=False):
     """A Method of this family; `quadratic` says that it holds for T = v² / 2 only."""
+
+    def looped(loop, velocity):
+        return partial(loop, make_step(kicks, drifts, velocity), LAST, LAST + 1)
+
     return Method(
         name,
         order=order,
@@ -120,15 +113,14 @@ def method(name, order, kicks, drifts, quadratic=False):
         n_stages=len(drifts),
         n_rows=3,
         last=LAST,
-        advance=fixed.advance,
-        step=make_step(kicks, drifts),
-        arguments=(LAST, LAST + 1),
+        kernel=looped(fixed.kernel, itself),
+        lane_kernel=looped(lanes.fixed, itself),
         start=first_step.second_order,
         n_dense=3,
         enrich=cubic,
         dense_order=min(order, 3),
         second_order=True,
-        separable=None if quadratic else partial(make_step, kicks, drifts),
+        separable=None if quadratic else partial(looped, fixed.kernel),
         projects=False,
         tableau={"kicks": kicks, "drifts": drifts},
     )

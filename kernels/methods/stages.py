@@ -7,42 +7,24 @@ row.
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.core.imputils import lower_constant
-from numba.extending import intrinsic, models, register_model, typeof_impl
+from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from ..state.constant import Constant
 from ..state.elementwise import ROW
 from ..vector.number import Vector
 
 REAL = ir.DoubleType()
 
 
-class Matrix:
+class Matrix(Constant):
     """A square matrix of constants known to the compiler, given by rows."""
 
     def __init__(self, rows):
         self.rows = tuple(tuple(map(float, row)) for row in rows)
 
-
-class MatrixType(types.Type):
-    """The type of one Matrix; its numbers are part of the type."""
-
-    def __init__(self, rows):
-        self.rows = rows
-        super().__init__(name=f"Matrix({rows!r})")
-
-
-register_model(MatrixType)(models.OpaqueModel)
-
-
-@typeof_impl.register(Matrix)
-def _typeof_matrix(value, context):
-    return MatrixType(value.rows)
-
-
-@lower_constant(MatrixType)
-def _constant_matrix(context, builder, ty, value):
-    return context.get_dummy_value()
+    def __repr__(self):
+        return f"Matrix({self.rows!r})"
 
 
 def _stages_at(context, builder, work, args, s):
@@ -69,7 +51,7 @@ def _product(builder, matrix, stages, s):
     fma = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fma.v{s}f64")
     sums = [ir.Constant(vector, [0.0] * s)] * 2
     for j in range(s):
-        column = ir.Constant(vector, [row[j] for row in matrix.rows])
+        column = ir.Constant(vector, [row[j] for row in matrix.known.rows])
         part = builder.extract_element(stages, ir.IntType(32)(j))
         sums[j % 2] = builder.call(fma, [column, _splat(builder, part, s), sums[j % 2]])
     return builder.fadd(*sums)
@@ -84,7 +66,7 @@ def _load(builder, pointer):
 @intrinsic
 def predict(typingctx, matrix, work, row, c):
     """Stages of component c from those of the last step, in place."""
-    s = len(matrix.rows)
+    s = len(matrix.known.rows)
 
     def codegen(context, builder, signature, args):
         pointer = _stages_at(context, builder, work, args[1:], s)
@@ -98,7 +80,7 @@ def predict(typingctx, matrix, work, row, c):
 @intrinsic
 def refine(typingctx, matrix, work, increments, stages, c, y, low):
     """Stages of component c from the increments: y + (low + mu L); the largest change."""
-    s = len(matrix.rows)
+    s = len(matrix.known.rows)
 
     def codegen(context, builder, signature, args):
         _, array, first, second, component, y, low = args
@@ -125,7 +107,7 @@ def refine(typingctx, matrix, work, increments, stages, c, y, low):
 @intrinsic
 def follow(typingctx, weights, work, increments, stages, k, of, h, end):
     """L of component k is h b times the stages of component `of`: positions follow velocities."""
-    (b,) = weights.rows
+    (b,) = weights.known.rows
     s = len(b)
 
     def codegen(context, builder, signature, args):
@@ -153,7 +135,7 @@ def _component(context, builder, work, array, row, s, c, i):
 @intrinsic
 def stage_value(typingctx, form, place, work, row, matrix, i):
     """The state at stage i, as a value: a tuple, or the row `place`."""
-    s = len(matrix.rows)
+    s = len(matrix.known.rows)
     signature_rest = (work, types.intp, matrix, types.intp)
     if isinstance(form, types.NoneType):
 
@@ -182,7 +164,7 @@ def stage_value(typingctx, form, place, work, row, matrix, i):
 @intrinsic
 def keep_increment(typingctx, value, work, row, matrix, i, weight):
     """L_i = weight * f, from a tuple or a row."""
-    s = len(matrix.rows)
+    s = len(matrix.known.rows)
 
     def codegen(context, builder, signature, args):
         value_, array, row, _, i, weight = args
@@ -206,7 +188,7 @@ def keep_increment(typingctx, value, work, row, matrix, i, weight):
 @intrinsic
 def stage_times(typingctx, nodes, t, h):
     """t + c h of all stages, as an exact vector."""
-    (c,) = nodes.rows
+    (c,) = nodes.known.rows
     s = len(c)
 
     def codegen(context, builder, signature, args):
@@ -220,7 +202,7 @@ def stage_times(typingctx, nodes, t, h):
 @intrinsic
 def keep_increments(typingctx, weights, work, row, first, value, h, end):
     """L of all stages from their derivatives, from component `first` on; see `follow`."""
-    (b,) = weights.rows
+    (b,) = weights.known.rows
     s = len(b)
 
     def codegen(context, builder, signature, args):

@@ -2,13 +2,12 @@
 
 from fractions import Fraction
 from itertools import zip_longest
+from typing import NamedTuple
 
-from numba import types
-from numba.core.imputils import lower_constant
-from numba.extending import models, register_model, typeof_impl
+from ..state.constant import Constant
 
 
-class Row:
+class Row(Constant):
     """A row of a Butcher tableau: exact fractions, known to the compiler.
 
     Parameters
@@ -25,6 +24,9 @@ class Row:
     def of(cls, exact):
         """The row of these fractions."""
         return cls(" ".join(map(str, exact)))
+
+    def __repr__(self):
+        return f"Row({', '.join(map(str, self.exact))})"
 
     def __len__(self):
         return len(self.exact)
@@ -46,22 +48,25 @@ def tableau(text):
     return Row(" ".join(times)), tuple(map(Row, stages))
 
 
-class RowType(types.Type):
-    """The type of one Row.  The numbers are part of the type: no memory, no zero multiplied."""
+class Table(NamedTuple):
+    """The tables of an explicit method of s stages.
 
-    def __init__(self, exact):
-        self.exact = exact
-        super().__init__(name=f"Row({', '.join(map(str, exact))})")
+    Parameters
+    ----------
+    stages : tuple (Row, tuple of Row)
+        Times and rows of the stages from the second on; see `tableau`.
+    b : Row
+        Weights of the s stages.
+    errors : tuple of Row
+        Weights of the error estimates; s + 1 numbers, the last for the derivative at the end.
+    d : tuple of Row
+        Weights of all stages in the rows of the interpolant beyond the Hermite polynomial.
+    extra : tuple (Row, tuple of Row)
+        The same as `stages`, for the stages of the interpolant.
+    """
 
-
-register_model(RowType)(models.OpaqueModel)
-
-
-@typeof_impl.register(Row)
-def _typeof_row(value, context):
-    return RowType(value.exact)
-
-
-@lower_constant(RowType)
-def _constant_row(context, builder, ty, value):
-    return context.get_dummy_value()
+    stages: tuple
+    b: Row
+    errors: tuple = ()
+    d: tuple = ()
+    extra: tuple = (Row(), ())

@@ -6,7 +6,7 @@ assumption", Comput. Math. Appl. 62 (2011), pp. 770-775.  The paper prints about
 """
 
 from .explicit import pair
-from .tableau import Row, rows, tableau
+from .tableau import Row, Table, rows, tableau
 
 STAGES = tableau(
     """
@@ -43,13 +43,5 @@ D = rows(
         -34.87065786149660973623033877598148694164 2.5
     """
 )
-TSIT5 = pair(
-    "Tsit5",
-    order=5,
-    error_order=4,
-    stages=STAGES,
-    b=B,
-    embedded=EMBEDDED,
-    d=D,
-    dense_order=4,
-)
+TABLE = Table(STAGES, B, (B - EMBEDDED,), D)
+TSIT5 = pair("Tsit5", TABLE, order=5, error_order=4, dense_order=4)

@@ -9,7 +9,7 @@ solve them.
 """
 
 from .explicit import pair
-from .tableau import Row, rows, tableau
+from .tableau import Row, Table, rows, tableau
 
 STAGES = tableau(
     """
@@ -114,14 +114,5 @@ D = rows(
         -187.9901117214234305049583870700574261
     """
 )
-VERN7 = pair(
-    "Vern7",
-    order=7,
-    error_order=6,
-    stages=STAGES,
-    b=B,
-    embedded=EMBEDDED,
-    extra=EXTRA,
-    d=D,
-    dense_order=7,
-)
+TABLE = Table(STAGES, B, (B - EMBEDDED,), D, EXTRA)
+VERN7 = pair("Vern7", TABLE, order=7, error_order=6, dense_order=7)

@@ -7,7 +7,7 @@ evaluations) is the one printed, its weights D in the form of `dense.py`.
 """
 
 from .explicit import pair
-from .tableau import Row, rows, tableau
+from .tableau import Row, Table, rows, tableau
 
 STAGES = tableau(
     """
@@ -212,14 +212,5 @@ D = rows(
         -782.848309824539641211655821961240232
     """
 )
-VERN9 = pair(
-    "Vern9",
-    order=9,
-    error_order=8,
-    stages=STAGES,
-    b=B,
-    embedded=EMBEDDED,
-    extra=EXTRA,
-    d=D,
-    dense_order=9,
-)
+TABLE = Table(STAGES, B, (B - EMBEDDED,), D, EXTRA)
+VERN9 = pair("Vern9", TABLE, order=9, error_order=8, dense_order=9)

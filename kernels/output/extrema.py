@@ -9,9 +9,8 @@ from llvmlite import ir
 from numba.extending import intrinsic
 
 from ..jit_options import BARE, njit
-from ..state.elementwise import constant
 from ..state.record import Y
-from ..vector.number import FUSE, Mask
+from ..vector.number import FUSE, Mask, constant
 
 MAX, T_MAX, MIN, T_MIN = range(4)  # rows of the result
 N_ITERATIONS = 60

@@ -15,7 +15,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from ..vector.number import FUSE, Vector
+from ..vector.number import FUSE, Vector, constant
 
 ROW = types.Array(types.float64, 1, "C")
 
@@ -60,6 +60,38 @@ def map_components(context, builder, outs, operands, body):
     return [value for _, value in outs]
 
 
+def element(value):
+    """Type of one component of a value."""
+    return value.dtype if isinstance(value, types.BaseTuple) else types.float64
+
+
+@intrinsic
+def apply(typingctx, function, outs, numbers, values):
+    """The results of ``function(*numbers, *components)`` for each component of `values`.
+
+    The function is compiled and returns a tuple: a component of each of the new values, whose
+    places are `outs`.
+    """
+    n, (kind, *_) = len(outs), values
+    inner = function.get_call_type(typingctx, (*numbers, *map(element, values)), {})
+
+    def codegen(context, builder, signature, args):
+        call = context.get_function(function, inner)
+        places, first, operands = (
+            [(t, builder.extract_value(whole, i)) for i, t in enumerate(kinds)]
+            for kinds, whole in zip(signature.args[1:], args[1:], strict=True)
+        )
+
+        def body(builder, components):
+            found = call(builder, [*(v for _, v in first), *components])
+            return [builder.extract_value(found, i) for i in range(n)]
+
+        results = map_components(context, builder, places, operands, body)
+        return context.make_tuple(builder, signature.return_type, results)
+
+    return types.UniTuple(kind, n)(function, outs, numbers, values), codegen
+
+
 def _map(context, builder, out, operands, body):
     """The same for one result."""
     one = map_components(context, builder, [out], operands, lambda b, c: (body(b, c),))
@@ -68,13 +100,6 @@ def _map(context, builder, out, operands, body):
 
 def _flags(kind):
     return FUSE if isinstance(kind, ir.VectorType) else ()
-
-
-def constant(kind, a):
-    """The number `a` as a component of LLVM type `kind`."""
-    if isinstance(kind, ir.VectorType):
-        return ir.Constant(kind, [float(a)] * kind.count)
-    return ir.Constant(kind, float(a))
 
 
 def _weighted(builder, exact, components):
@@ -88,11 +113,6 @@ def _weighted(builder, exact, components):
     return total
 
 
-def element(value):
-    """Type of one component of a value."""
-    return value.dtype if isinstance(value, types.BaseTuple) else types.float64
-
-
 def factor(value):
     """Type of a number that multiplies the components of a value."""
     return element(value) if isinstance(element(value), Vector) else types.float64
@@ -101,13 +121,13 @@ def factor(value):
 @intrinsic
 def combine(typingctx, out, y, h, row, k):
     """y + h * sum(a_i k_i)."""
-    if len(row.exact) != len(k):
-        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+    if len(row.known.exact) != len(k):
+        raise ValueError(f"{len(row.known.exact)} coefficients for {len(k)} values")
 
     def codegen(context, builder, signature, args):
         _, _, step, _, stages = args
         stages = [(t, builder.extract_value(stages, i)) for i, t in enumerate(k)]
-        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        used = [(a, s) for a, s in zip(row.known.exact, stages, strict=True) if a != 0]
         exact = [a for a, _ in used]
 
         def body(builder, c):
@@ -123,12 +143,12 @@ def combine(typingctx, out, y, h, row, k):
 @intrinsic
 def weigh(typingctx, out, h, row, k):
     """h * sum(a_i k_i)."""
-    if len(row.exact) != len(k):
-        raise ValueError(f"{len(row.exact)} coefficients for {len(k)} values")
+    if len(row.known.exact) != len(k):
+        raise ValueError(f"{len(row.known.exact)} coefficients for {len(k)} values")
 
     def codegen(context, builder, signature, args):
         stages = [(t, builder.extract_value(args[3], i)) for i, t in enumerate(k)]
-        used = [(a, s) for a, s in zip(row.exact, stages, strict=True) if a != 0]
+        used = [(a, s) for a, s in zip(row.known.exact, stages, strict=True) if a != 0]
         exact = [a for a, _ in used]
 
         def body(builder, c):
@@ -179,12 +199,12 @@ def slot(typingctx, form, work, index):
 def fetch(typingctx, form, work, index):
     """Row `index` of `work` as a value.
 
-    `form` is None for the row itself, a tuple of n numbers, or a `form.Form`.
+    `form` is None for the row itself, a tuple of n numbers, or a `layout.Form`.
     """
     if isinstance(form, types.NoneType):
         return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
 
-    value = form if isinstance(form, types.BaseTuple) else form.value
+    value = form if isinstance(form, types.BaseTuple) else form.known.value
 
     def codegen(context, builder, signature, args):
         pointer = _row_pointer(context, builder, work, args[1], args[2], value.dtype)

@@ -1,7 +1,7 @@
 """The loop for embedded pairs: any step, any controller, any storage of the state."""
 
 from ..calls.user_function import RAISED as RAISED_WORD
-from ..jit_options import FUSED, njit
+from ..jit_options import BARE, FUSED, njit
 from ..state.elementwise import assign, fetch, keep, slot
 from ..state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, K, Y
 
@@ -23,9 +23,9 @@ def advance(rhs, step, control, exponent, last, form, state, work, block, n_step
     last : int
         The stage that is the derivative at the end of a step, and the first of the next.
     form : None or tuple of n floats
-        How values are stored; see `combine.fetch`.
+        How values are stored; see `elementwise.fetch`.
     state, work, block : arrays
-        See `state.py` and `calls.py`.
+        See `state/record.py` and `calls/user_function.py`.
 
     Returns
     -------
@@ -81,3 +81,13 @@ def advance(rhs, step, control, exponent, last, form, state, work, block, n_step
     s.n_accepted += taken
     s.n_rejected += refused
     return status
+
+
+def kernel(step, control, exponent, last, rhs, form):
+    """The loop around `rhs` on values stored as `form`: ``(state, work, block, n_steps)``."""
+
+    @njit(**BARE)
+    def loop(state, work, block, n_steps):
+        return advance(rhs, step, control, exponent, last, form, state, work, block, n_steps)
+
+    return loop

@@ -22,26 +22,27 @@ def add_size(total, y):
 
 
 @njit(**FUSED)
-def advance(rhs, step, last, low, form, state, work, block, n_steps):
+def advance(rhs, step, last, compensation, form, state, work, block, n_steps):
     """Take at most `n_steps` steps of size state.h, no further than the one that reaches t_stop.
 
     Step i ends at t_start + (i + 1) h, so that the times carry no accumulated rounding.  The last
     step is as long as the others: it ends at t_end or beyond.  A state that is no longer finite
-    ends the run with NON_FINITE.  Arguments are those of `adaptive.advance`; `low` is the stage
-    that holds what compensated summation carries to the next step, or `last` again.
+    ends the run with NON_FINITE.  Arguments are those of `adaptive.advance`; `compensation`
+    is the stage that holds what compensated summation carries to the next step, or `last` again.
     """
     s = state[0]
     direction, t_end, t_stop, t_start = s.direction, s.t_end, s.t_stop, s.t_start
     h = direction * s.h
     t, t_old = s.t, s.t_old
-    y, k_last, k_low = fetch(form, work, Y), fetch(form, work, K + last), fetch(form, work, K + low)
+    y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
+    carried = fetch(form, work, K + compensation)
     status, taken, done = RUNNING, 0, s.n_accepted
     if direction * (t - t_end) >= 0.0:
         return FINISHED
     while taken < n_steps:
         y_old = assign(slot(form, work, Y_OLD), y)
         k1 = assign(slot(form, work, K), k_last)
-        y, k = step(rhs, t, y_old, h, k1, k_low, block, form, work)
+        y, k = step(rhs, t, y_old, h, k1, carried, block, form, work)
         if block[RAISED_WORD] != 0:
             status = RAISED
         elif not fold(add_size, add, 0.0, (y,)) < np.inf:
@@ -51,7 +52,7 @@ def advance(rhs, step, last, low, form, state, work, block, n_steps):
             keep(work, Y, (y, y_old))
             break
         taken += 1
-        t_old, t, k_last, k_low = t, t_start + (done + taken) * h, k[last], k[low]
+        t_old, t, k_last, carried = t, t_start + (done + taken) * h, k[last], k[compensation]
         if abs(t - t_end) <= LANDED * s.h:
             t = t_end
         if direction * (t - t_end) >= 0.0:
@@ -63,3 +64,13 @@ def advance(rhs, step, last, low, form, state, work, block, n_steps):
     s.t, s.t_old = t, t_old
     s.n_accepted += taken
     return status
+
+
+def kernel(step, last, compensation, rhs, form):
+    """The loop around `rhs`, as `adaptive.kernel`."""
+
+    @njit(**BARE)
+    def loop(state, work, block, n_steps):
+        return advance(rhs, step, last, compensation, form, state, work, block, n_steps)
+
+    return loop

@@ -1,4 +1,4 @@
-"""Where the step size is chosen: error norms, the first step, two controllers.
+"""Where the step size is chosen: error norms and two controllers.
 
 A controller is four functions: `smallest` (no step is shorter), `aim` (where the step to try ends),
 `grow` (after acceptance), `shrink` (after a rejection; 0 where no step is left).  An error estimate
@@ -13,14 +13,10 @@ that reproduces ode45's published step sequences.
 from typing import NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic, overload
 
-from ..jit_options import BARE, FUSED, njit
-from ..state.elementwise import constant
+from ..jit_options import BARE, njit
 from ..state.fold import fold
-from ..vector.number import Mask, Vector, splat
+from ..vector.scalar_or_vector import power, select, spacing
 
 SAFETY = 0.9
 MIN_FACTOR = 0.2
@@ -34,95 +30,6 @@ class Controller(NamedTuple):
     aim: object
     grow: object
     shrink: object
-
-
-@intrinsic
-def select(typingctx, condition, a, b):
-    """a where the condition holds, else b: numbers, or lanes of vectors."""
-    if isinstance(condition, Mask):
-        vector = Vector(condition.width, condition.exact)
-        return vector(condition, vector, vector), lambda c, builder, s, v: builder.select(*v)
-    number = types.float64
-    return number(types.boolean, number, number), lambda c, builder, s, v: builder.select(*v)
-
-
-@intrinsic
-def spacing(typingctx, t, direction):
-    """Distance from t to the next number in `direction`, |nextafter(t, direction * inf) - t|."""
-    number = t if isinstance(t, Vector) else types.float64
-
-    def codegen(context, builder, signature, args):
-        t, direction = args
-        kind = t.type
-        whole, zero = ir.IntType(64), constant(kind, 0)
-        if isinstance(kind, ir.VectorType):
-            direction = splat(builder, direction, kind.count)
-            whole = ir.VectorType(whole, kind.count)
-        up = builder.fcmp_ordered(">", direction, zero)
-        away = builder.icmp_signed("==", builder.fcmp_ordered(">", t, zero), up)
-        bits = builder.bitcast(t, whole)
-        step = builder.sub(builder.zext(away, whole), builder.zext(builder.not_(away), whole))
-        after = builder.bitcast(builder.add(bits, step), kind)
-        gap = builder.fsub(after, t)
-        gap = builder.select(builder.fcmp_ordered("<", gap, zero), builder.fneg(gap), gap)
-        return builder.select(builder.fcmp_ordered("==", t, zero), constant(kind, 5e-324), gap)
-
-    return number(number, types.float64), codegen
-
-
-def power(error, exponent):
-    """error ** exponent, of vectors to a few roundings."""
-    return error**exponent
-
-
-@overload(power, jit_options=BARE)
-def _power(error, exponent):
-    if isinstance(error, Vector):
-        return lambda error, exponent: _root(error, exponent)
-    return lambda error, exponent: error**exponent
-
-
-@intrinsic
-def _near_power(typingctx, x, exponent):
-    """x ** exponent to 4 %: the bits of a double, read as a number, are nearly its logarithm."""
-
-    def codegen(context, builder, signature, args):
-        x, exponent = args
-        whole, shift = ir.VectorType(ir.IntType(64), x.type.count), 2.0**52
-        twelve = ir.Constant(whole, [12] * x.type.count)
-        head = builder.lshr(builder.bitcast(x, whole), twelve)
-        number = builder.bitcast(
-            builder.or_(head, builder.bitcast(constant(x.type, shift), whole)), x.type
-        )
-        scale = 2.0**-40
-        logarithm = builder.fmul(
-            builder.fsub(number, constant(x.type, shift)), constant(x.type, scale)
-        )
-        logarithm = builder.fsub(logarithm, constant(x.type, 1023 - 0.043))
-        power = builder.fmul(splat(builder, exponent, x.type.count), logarithm)
-        power = builder.fadd(power, constant(x.type, 1023 - 0.043))
-        bits = builder.fadd(
-            builder.fmul(power, constant(x.type, 1 / scale)), constant(x.type, shift)
-        )
-        return builder.bitcast(builder.shl(builder.bitcast(bits, whole), twelve), x.type)
-
-    return x(x, types.float64), codegen
-
-
-@njit(**FUSED)
-def _root(x, exponent):
-    """x ** exponent for exponent = -1/p or 1/p: steps of order 4 of z = z (x z^p)^(-1/p)."""
-    down = -abs(exponent)
-    p = int(np.rint(-1.0 / down))
-    z = _near_power(x, down)
-    a, b, c = 1.0 / p, (1.0 / p + 1.0) / 2.0, (1.0 / p + 2.0) / 3.0
-    for _ in range(2 if p < 6 else 3):
-        product = x * z
-        for _ in range(p - 1):
-            product = product * z
-        r = 1.0 - product
-        z = z + z * (a * r) * (1.0 + b * r * (1.0 + c * r))
-    return z if exponent < 0.0 else 1.0 / z
 
 
 @njit(**BARE)

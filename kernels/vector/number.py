@@ -76,6 +76,13 @@ def splat(builder, value, width):
     return builder.shuffle_vector(one, ir.Constant(kind, ir.Undefined), zeros)
 
 
+def constant(kind, a):
+    """The number `a` as a component of LLVM type `kind`."""
+    if isinstance(kind, ir.VectorType):
+        return ir.Constant(kind, [float(a)] * kind.count)
+    return ir.Constant(kind, float(a))
+
+
 def widen(context, builder, ty, value, width):
     """A value of type `ty` as a vector."""
     if isinstance(ty, Vector):

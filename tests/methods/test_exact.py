@@ -11,6 +11,8 @@ from scipy.special import ellipj, ellipk
 
 import fastdyn
 from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.explicit import pair
+from fastdyn.kernels.methods.rk45 import TABLE as RK45_TABLE
 from fastdyn.specialise import scalar
 from support.motions import pendulum, satellite
 
@@ -220,5 +222,15 @@ def test_both_tiers_give_the_same_bits(method, n, monkeypatch):
     assert len(built) == (1 if n <= scalar.MAX_TUPLE else 0)
     assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y)
     assert (a.nfev, a.n_rejected) == (b.nfev, b.n_rejected)
+    t = np.linspace(0, 3, 301)
+    assert np.array_equal(a.sol(t), b.sol(t))
+
+
+@pytest.mark.parametrize("tier", ["pointer", "specialised"])
+def test_the_pair_built_from_the_table_of_rk45_has_its_bits(tier, monkeypatch):
+    built = pair("built", RK45_TABLE, order=5, error_order=4, dense_order=4)
+    monkeypatch.setitem(METHODS, "built", built)
+    a, b = (solved_in(tier, method, 4) for method in ("RK45", "built"))
+    assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y) and a.nfev == b.nfev
     t = np.linspace(0, 3, 301)
     assert np.array_equal(a.sol(t), b.sol(t))

@@ -1,0 +1,19 @@
+"""ode45: the pair of RK45 under MATLAB's control of the step; see `step_size.MATLAB`."""
+
+from ..stepping import first_step
+from ..stepping.step_size import MATLAB, largest
+from . import rk45
+from .explicit import make_estimate, make_step, pair
+
+ODE45 = pair(
+    "ode45",
+    rk45.TABLE,
+    make_step(rk45.TABLE, make_estimate(rk45.E, largest)),
+    order=5,
+    error_order=4,
+    dense_order=4,
+    control=MATLAB,
+    start=first_step.matlab,
+    h_max_share=0.1,
+    enrich=rk45.enrich,
+)

@@ -1,0 +1,87 @@
+"""What the control of steps needs of numbers and of vectors alike."""
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic, overload
+
+from ..jit_options import BARE, FUSED, njit
+from .code import Lanes, bits, real, word
+from .number import Mask, Vector, constant, splat
+
+
+@intrinsic
+def select(typingctx, condition, a, b):
+    """a where the condition holds, else b: numbers, or lanes of vectors."""
+    if isinstance(condition, Mask):
+        vector = Vector(condition.width, condition.exact)
+        return vector(condition, vector, vector), lambda c, builder, s, v: builder.select(*v)
+    number = types.float64
+    return number(types.boolean, number, number), lambda c, builder, s, v: builder.select(*v)
+
+
+@intrinsic
+def spacing(typingctx, t, direction):
+    """Distance from t to the next number in `direction`, |nextafter(t, direction * inf) - t|."""
+    number = t if isinstance(t, Vector) else types.float64
+
+    def codegen(context, builder, signature, args):
+        t, direction = args
+        kind = t.type
+        whole, zero = ir.IntType(64), constant(kind, 0)
+        if isinstance(kind, ir.VectorType):
+            direction = splat(builder, direction, kind.count)
+            whole = ir.VectorType(whole, kind.count)
+        up = builder.fcmp_ordered(">", direction, zero)
+        away = builder.icmp_signed("==", builder.fcmp_ordered(">", t, zero), up)
+        bits = builder.bitcast(t, whole)
+        step = builder.sub(builder.zext(away, whole), builder.zext(builder.not_(away), whole))
+        after = builder.bitcast(builder.add(bits, step), kind)
+        gap = builder.fsub(after, t)
+        gap = builder.select(builder.fcmp_ordered("<", gap, zero), builder.fneg(gap), gap)
+        return builder.select(builder.fcmp_ordered("==", t, zero), constant(kind, 5e-324), gap)
+
+    return number(number, types.float64), codegen
+
+
+def power(error, exponent):
+    """error ** exponent, of vectors to a few roundings."""
+    return error**exponent
+
+
+@overload(power, jit_options=BARE)
+def _power(error, exponent):
+    if isinstance(error, Vector):
+        return lambda error, exponent: _root(error, exponent)
+    return lambda error, exponent: error**exponent
+
+
+@intrinsic
+def _near_power(typingctx, x, exponent):
+    """x ** exponent to 4 %: the bits of a double, read as a number, are nearly its logarithm."""
+
+    def codegen(context, builder, signature, args):
+        x = Lanes(builder, args[0])
+        exponent = splat(builder, args[1], x.value.type.count)
+        number = real((bits(x) >> 12) | word(2.0**52))
+        logarithm = (number - 2.0**52) * 2.0**-40 - (1023 - 0.043)
+        power = Lanes(builder, exponent) * logarithm + (1023 - 0.043)
+        return real(bits(power * 2.0**40 + 2.0**52) << 12).value
+
+    return x(x, types.float64), codegen
+
+
+@njit(**FUSED)
+def _root(x, exponent):
+    """x ** exponent for exponent = -1/p or 1/p: steps of order 4 of z = z (x z^p)^(-1/p)."""
+    down = -abs(exponent)
+    p = int(np.rint(-1.0 / down))
+    z = _near_power(x, down)
+    a, b, c = 1.0 / p, (1.0 / p + 1.0) / 2.0, (1.0 / p + 2.0) / 3.0
+    for _ in range(2 if p < 6 else 3):
+        product = x * z
+        for _ in range(p - 1):
+            product = product * z
+        r = 1.0 - product
+        z = z + z * (a * r) * (1.0 + b * r * (1.0 + c * r))
+    return z if exponent < 0.0 else 1.0 / z
