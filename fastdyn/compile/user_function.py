@@ -13,8 +13,9 @@ from fastdyn.kernels.calls.user_function import FIRST, FORM
 
 from .captured import references, resolve, stored_outside
 from .diagnostics import Uncompilable, explain
-from .entry_point import arguments, pointer_form, reader
+from .entry_point import arguments, pointer_form
 from .fingerprint import LIBRARIES, calls_itself, code_token, contains_opaque, frozen
+from .parameter_reader import reader
 from .parameters import MOMENTS, Constant, is_function, kind, n_words
 from .unwrap import T, Y
 

@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.code_store import Call
 from fastdyn.compile.bind import bind, or_in_python
-from fastdyn.compile.python_callback import evaluate, interruptible
-from fastdyn.kernels.output.invariants import INVARIANT, SURVEY
-from fastdyn.kernels.state.record import FINISHED, RAISED, RUNNING
+from fastdyn.compile.python_callback import evaluate
+from fastdyn.kernels.state.record import FINISHED, RAISED
 from fastdyn.problem import validate
 from fastdyn.problem.equations import (
     Pair,
@@ -21,15 +19,11 @@ from fastdyn.problem.equations import (
     pair_of,
 )
 from fastdyn.run.checkpoint import Checkpoint, fingerprint
-from fastdyn.run.loop import begin, progress_bar, raise_kept
+from fastdyn.run.loop import progress_bar, raise_kept
 from fastdyn.run.outcome import outcome
-from fastdyn.specialise.scalar import start_kernel, survey_kernels
-from fastdyn.specialise.tier import Tier
 
 from .study import Study
-
-CHUNK_SECONDS = 0.05
-FIRST_STEPS = 64
+from .survey import Survey
 
 
 def energy_drift(
@@ -179,7 +173,7 @@ class _Run:
         for one in (*bound.parts, bound, *followed):
             if one.callback is not None:
                 one.callback.announce()
-        survey = _Survey(p, bound, followed, samples, every)
+        survey = Survey(p, bound, followed, samples, every)
         file = None
         if checkpoint is not None:
             header = {
@@ -215,77 +209,3 @@ class _Run:
             self.system if not self.moved else None, p, list(self.invariants), survey, seconds,
             message,
         )  # fmt: skip
-
-
-class _Survey:
-    """The arrays of a study in progress, and the chunk loop over them."""
-
-    def __init__(self, problem, bound, followed, samples, every):
-        p, n, m = problem, len(problem.y0), len(followed)
-        self._problem, self._bound, self._followed = p, bound, followed
-        self.state, self.work = begin(p)
-        self.invariants: Any = np.zeros(m, INVARIANT)
-        self.record: Any = np.zeros(1, SURVEY)
-        self.record[0]["every"] = every
-        self.edges = np.linspace(p.t0, p.tf, samples + 1)[1:]
-        self.bins = np.zeros((m, 3, samples))
-        self.t_bins, self.y_bins = np.zeros(samples), np.zeros((samples, n))
-        self._scratch = np.zeros(max(n, 1))
-        self._fresh = True
-        self._point()
-
-    def _point(self):
-        for record, bound in zip(self.invariants, self._followed, strict=True):
-            record["block"] = bound.block.ctypes.data
-
-    def arrays(self):
-        """All that a resumed run needs."""
-        names = ("state", "work", "invariants", "record", "bins", "t_bins", "y_bins")
-        return {name: getattr(self, name) for name in names}
-
-    def restore(self, arrays):
-        """Go on from a checkpoint's arrays, if there are any."""
-        if arrays is not None:
-            for name, array in arrays.items():
-                setattr(self, name, np.ascontiguousarray(array))
-            self._fresh = False
-            self._point()
-
-    @property
-    def t(self):
-        return float(self.state["t"][0])
-
-    def run(self, file, bar):
-        """Step to the end, or to a failure; the status."""
-        p, block = self._problem, self._bound.block
-        everyone = [*self._bound.parts, self._bound, *self._followed]
-        callbacks = [b.callback for b in everyone if b.callback is not None]
-        tier = Tier(p.method.name, self._bound, len(p.y0), p.compile)
-        status, chunk = RUNNING, FIRST_STEPS
-        open_survey, survey = survey_kernels()
-        survey = Call(
-            survey, tier.address, self.state, self.work, block, self.record, self.invariants,
-            self.edges, self.bins, self.t_bins, self.y_bins, self._scratch, chunk,
-        )  # fmt: skip
-        if self._fresh:
-            start = start_kernel(p.method.name, bool(self._bound.parts))
-            status = Call(
-                start, self.state, self.work, block, p.method.error_order, p.method.last
-            )()
-            if status == RUNNING:
-                opened = (self.invariants, p.t0, self.work[0], self._scratch)
-                status = Call(open_survey, *opened)()
-        with interruptible(callbacks):
-            while status == RUNNING:
-                began = time.perf_counter()
-                survey["advance"], survey["n"] = tier.address, chunk
-                status = survey()
-                spent = time.perf_counter() - began
-                tier.record_time(spent)
-                tier.promote()
-                chunk = max(1, int(chunk * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
-                if bar is not None:
-                    bar.update(abs(self.t - p.t0) - bar.n)
-                if file is not None and status == RUNNING and file.due():
-                    file.save(self.arrays())
-        return status

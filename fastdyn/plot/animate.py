@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import solution
+from . import style
 
 FINE = 8  # points of the trail for each picture
 
@@ -61,7 +61,7 @@ def animate(result, path, seconds=None, fps=25, trail=True):
         raise ValueError("A run of fewer than two points cannot be animated.")
     t, scenes = _scenes(result, seconds, fps)
     n = (len(t) - 1) // FINE + 1
-    with solution.slides():
+    with style.slides():
         figure, axes = pyplot.subplots(figsize=(6.4, 6.4), layout="constrained")
         axes.set(**_frame(scenes), aspect="equal", xlabel="x (m)", ylabel="y (m)")
         clock = axes.set_title("")
@@ -115,11 +115,11 @@ def _artists(axes, scenes, trail):
     """Make the artists of the first scene; returns ``draw(i)``, which moves them to scene i."""
     first = scenes[0]
     path = np.array([scene.points[0] for scene in scenes])
-    (trace,) = axes.plot([], [], color=solution.COLOURS[5], lw=1.2)
+    (trace,) = axes.plot([], [], color=style.COLOURS[5], lw=1.2)
     lines = [axes.plot(x, y, color="0.3", lw=2)[0] for x, y in first.lines]
     for x, y in first.fixed:
         axes.plot(x, y, "o", color="0.5", ms=9)
-    points = [axes.plot(x, y, "o", color=solution.COLOURS[0], ms=10)[0] for x, y in first.points]
+    points = [axes.plot(x, y, "o", color=style.COLOURS[0], ms=10)[0] for x, y in first.points]
 
     def draw(i):
         scene = scenes[i]

@@ -1,14 +1,14 @@
 """The figure of a drive: the path, the speed and the forces on the wheels."""
 
-from . import solution
+from . import solution, style
 
 FORCES = ("front_force", "rear_force")
 
 
 def figure(results, **options):
     """Path, beside speed and wheel forces against time."""
-    with solution.slides():
-        drawing, (path,), (fast, force) = solution.pictures_and_panels(1, 2, **options)
+    with style.slides():
+        drawing, (path,), (fast, force) = style.pictures_and_panels(1, 2, **options)
         for label, result in results.items():
             t, y = solution.curve(result)
             system = result.system
@@ -22,5 +22,5 @@ def figure(results, **options):
         fast.set_ylabel("speed (m/s)")
         fast.set_ylim(bottom=0.0)
         force.set(xlabel="t (s)", ylabel="force (N)")
-        solution.legend(drawing, path, force)
+        style.legend(drawing, path, force)
     return drawing

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import solution
+from . import style
 
 MOST = 8  # panels
 FEW = 6  # trajectories that are drawn one by one
@@ -32,7 +32,7 @@ def figure(trajectories, of=None, over=None, components=None, **options):
     if not e.success.any():
         raise ValueError("no trajectory has got to its end; nothing can be drawn.")
     columns = _columns(e, over)
-    with solution.slides():
+    with style.slides():
         if names == ["y"]:
             return _fan(e, chosen, columns, options)
         if len(columns) == 1:
@@ -70,7 +70,7 @@ def _components(e, components):
 def _fan(e, chosen, columns, options):
     """Median and bands of each component against time; the trajectories themselves if few."""
     y = np.asarray(e.y[:])
-    figure, panels = solution.column(len(chosen), **options)
+    figure, panels = style.column(len(chosen), **options)
     for axes, i in zip(panels, chosen, strict=True):
         values = y[:, i]
         if len(values) <= FEW:
@@ -80,7 +80,7 @@ def _fan(e, chosen, columns, options):
             _bands(axes, e.t, values)
         axes.set_ylabel(str(e.labels[i]))
     panels[-1].set_xlabel(_with_unit("t", _second(e)))
-    solution.legend(figure, panels[0])
+    style.legend(figure, panels[0])
     return figure
 
 
@@ -89,13 +89,13 @@ def _bands(axes, t, values):
     t, values = t[there], values[:, there]
     for low, high, alpha, label in BANDS:
         edges = np.nanquantile(values, [low, high], axis=0)
-        axes.fill_between(t, *edges, color=solution.COLOURS[0], alpha=alpha, lw=0, label=label)
+        axes.fill_between(t, *edges, color=style.COLOURS[0], alpha=alpha, lw=0, label=label)
     low, high = axes.get_ylim()  # that of the bands: a single one that runs away may leave
     axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     for number, i in enumerate(np.linspace(0, len(values) - 1, 3).astype(int)):
         label = None if number else "three of them"
         axes.plot(t, values[i], color="0.35", lw=0.8, label=label)
-    axes.plot(t, np.nanmedian(values, axis=0), color=solution.COLOURS[0], label="median")
+    axes.plot(t, np.nanmedian(values, axis=0), color=style.COLOURS[0], label="median")
 
 
 def _told(columns, number):
@@ -110,12 +110,12 @@ def _sweep(e, names, chosen, over, options):
     found = _quantities(e, names, chosen)
     panels_of = list(dict.fromkeys(quantity.panel for quantity in found))[:MOST]
     order = np.argsort(column, kind="stable")
-    figure, panels = solution.column(len(panels_of), **options)
+    figure, panels = style.column(len(panels_of), **options)
     for axes, panel in zip(panels, panels_of, strict=True):
         mine = [quantity for quantity in found if quantity.panel == panel]
         for quantity in mine:
-            style = "-" if len(order) > FEW else "o-"
-            axes.plot(column[order], quantity.values[order], style, label=quantity.title)
+            marker = "-" if len(order) > FEW else "o-"
+            axes.plot(column[order], quantity.values[order], marker, label=quantity.title)
         axes.set_ylabel(_with_unit(mine[0].title if len(mine) == 1 else panel[0], panel[1]))
         if len(mine) > 1:
             axes.legend()
@@ -160,7 +160,7 @@ def _histograms(e, names, chosen, options):
         axes.hist(values, bins=bins, alpha=0.6)
         axes.axvline(np.median(values), color="k", ls="--", lw=1.2, label="median")
         axes.set(xlabel=_with_unit(quantity.title, quantity.unit), ylabel="trajectories")
-    solution.legend(figure, panels[0])
+    style.legend(figure, panels[0])
     _failures(figure, e)
     return figure
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from . import solution
+from . import solution, style
 
 
 def figure(results, speed, **options):
@@ -19,7 +19,7 @@ def figure(results, speed, **options):
     from matplotlib import pyplot
     from matplotlib.ticker import MaxNLocator
 
-    with solution.slides():
+    with style.slides():
         size = {"figsize": (13, 6.5), "layout": "constrained"}
         drawing = pyplot.figure(**size | options)
         grid = drawing.add_gridspec(2, 2, width_ratios=(3, 2))
@@ -41,5 +41,5 @@ def figure(results, speed, **options):
         height.set_ylabel("height z (m)")
         fast.set(xlabel="t (s)", ylabel="speed (m/s)")
         fast.set_ylim(bottom=0.0)
-        solution.legend(drawing, height)
+        style.legend(drawing, height)
     return drawing

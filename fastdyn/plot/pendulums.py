@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from . import solution
+from . import solution, style
 from .animate import Scene
 
 
 def by_angle(results, **options):
     """Angle with the exact one, and tension, against time."""
-    with solution.slides():
-        figure, (angle, force) = solution.column(2, **options)
+    with style.slides():
+        figure, (angle, force) = style.column(2, **options)
         for label, result in results.items():
             t, y = solution.curve(result)
             system = result.system
@@ -22,7 +22,7 @@ def by_angle(results, **options):
         angle.set_ylabel("angle θ (rad)")
         bottom_edge = min(force.get_ylim()[0], 0.0)
         force.axhspan(bottom_edge, 0.0, color="0.88", zorder=0, label="R < 0: a cable is slack")
-        solution.legend(figure, angle, force)
+        style.legend(figure, angle, force)
         force.set(xlabel="t (s)", ylabel="cable tension R (N)")
         force.set_ylim(bottom=bottom_edge)
     return figure
@@ -30,7 +30,7 @@ def by_angle(results, **options):
 
 def on_circle(results, length, **options):
     """Paths, and tension and distance from the circle against time."""
-    with solution.slides():
+    with style.slides():
         figure, path, (force, off) = _panels(length, options)
         for label, result in results.items():
             t, y = solution.curve(result)
@@ -41,13 +41,13 @@ def on_circle(results, length, **options):
             off.plot(result.t, np.where(size > 0.0, size, np.nan), label=label)
         path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
         off.set(xlabel="t (s)", ylabel="distance from\nthe circle (m)", yscale="log")
-        solution.legend(figure, path)
+        style.legend(figure, path)
     return figure
 
 
 def cable(results, length, **options):
     """Paths, and tension and slack against time."""
-    with solution.slides():
+    with style.slides():
         figure, path, (force, off) = _panels(length, options)
         for label, result in results.items():
             t, y = solution.curve(result)
@@ -59,7 +59,7 @@ def cable(results, length, **options):
             off.plot(t, system.l - system.along(system.quantities["distance"], t, y), label=label)
         path.plot(0.0, 0.0, "o", color="0.4", ms=8, label="pivot")
         off.set(xlabel="t (s)", ylabel="slack of the cable (m)")
-        solution.legend(figure, path)
+        style.legend(figure, path)
     return figure
 
 
@@ -98,7 +98,7 @@ def scene(length, w):
 
 def _panels(length, options):
     """Figure, the plane with the circle, and two panels."""
-    figure, (path,), (force, off) = solution.pictures_and_panels(1, 2, **options)
+    figure, (path,), (force, off) = style.pictures_and_panels(1, 2, **options)
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     path.plot(length * np.sin(around), length * np.cos(around), color="0.8", lw=1.2)
     path.set(xlabel="x (m)", ylabel="y (m), downwards", aspect="equal")

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from . import solution
+from . import solution, style
 from .animate import Scene
 
 
 def figure(results, **options):
     """Movement of both floors and of the ground, a panel for each result."""
-    with solution.slides():
-        drawing, panels = solution.column(len(results), **options)
+    with style.slides():
+        drawing, panels = style.column(len(results), **options)
         for axes, (label, result) in zip(panels, results.items(), strict=True):
             system = result.system
             t, y = solution.curve(result)
@@ -22,7 +22,7 @@ def figure(results, **options):
                 axes.plot(t, exact[1] - rest[1], "k--", lw=1.0, label="exact")
             axes.set(ylabel="displacement (m)", title=label)
         panels[-1].set_xlabel("t (s)")
-        solution.legend(drawing, *panels)
+        style.legend(drawing, *panels)
     return drawing
 
 

@@ -6,14 +6,11 @@ systems are put together from; all of them take results by label, so that drawin
 comparing several are the same thing.
 """
 
-import contextlib
-import math
 from typing import Any
 
 import numpy as np
 
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
-"""Okabe and Ito's palette, told apart also by colour-blind readers."""
+from .style import column, legend, slides
 
 
 def plot(result, label=None, **options):
@@ -164,81 +161,6 @@ def curve(result, per_step=16):
     per_step = max(per_step, 400 // (len(t) - 1))
     grid = np.interp(np.arange(per_step * (len(t) - 1) + 1) / per_step, np.arange(len(t)), t)
     return grid, result.sol(grid)
-
-
-@contextlib.contextmanager
-def slides():
-    """Fonts, lines and colours that can be read from the back of a lecture room."""
-    import matplotlib
-    from cycler import cycler
-
-    settings: Any = {
-        "font.size": 14,
-        "axes.titlesize": 14,
-        "legend.fontsize": 12,
-        "lines.linewidth": 2.0,
-        "axes.grid": True,
-        "grid.alpha": 0.3,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.prop_cycle": cycler(color=COLOURS),
-        "savefig.dpi": 100,
-    }
-    with matplotlib.rc_context(settings):
-        yield
-
-
-def legend(figure, *panels):
-    """One legend above all panels, where it hides no data; equal labels are named once."""
-    entries = {}
-    for axes in panels:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    if "exact" in entries:
-        entries["exact"] = entries.pop("exact")  # after all that is computed
-    longest = max(map(len, entries))
-    n_columns = min(len(entries), 2 if longest > 30 else 3 if longest > 22 else 5)
-    figure.legend(entries.values(), entries, loc="outside upper center", ncols=n_columns)
-
-
-def column(n_panels, **options):
-    """Figure of panels above one another that share the time axis."""
-    from matplotlib import pyplot
-
-    options = {"figsize": (10, 2.2 + 2.2 * n_panels), "layout": "constrained"} | options
-    figure = pyplot.figure(**options)
-    panels = figure.subplots(n_panels, 1, sharex=True, squeeze=False)
-    return figure, list(panels[:, 0])
-
-
-def pictures_and_panels(n_pictures, n_panels, **options):
-    """Figure of square pictures with panels below, or beside a single picture."""
-    from matplotlib import pyplot
-
-    size = (13.0, 6.5) if n_pictures == 1 else (4.6 * n_pictures, 8.5)
-    figure = pyplot.figure(**{"figsize": size, "layout": "constrained"} | options)
-    if n_pictures == 1:
-        grid = figure.add_gridspec(n_panels, 2)
-        return (
-            figure,
-            [figure.add_subplot(grid[:, 0])],
-            [figure.add_subplot(grid[row, 1]) for row in range(n_panels)],
-        )
-    width = math.lcm(n_pictures, n_panels)
-    grid = figure.add_gridspec(2, width, height_ratios=(3, 2))
-    rows = []
-    for row, count in enumerate((n_pictures, n_panels)):
-        cells = [grid[row, i * width // count : (i + 1) * width // count] for i in range(count)]
-        rows.append([figure.add_subplot(cell) for cell in cells])
-    return figure, *rows
-
-
-def save(figure, path):
-    """Write a figure to a file, its format from the ending, and close it."""
-    from matplotlib import pyplot
-
-    figure.savefig(path)
-    pyplot.close(figure)
 
 
 def exact_curve(system, t):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from . import solution
+from . import style
 
 
 def plot_studies(studies, **options):
@@ -20,11 +20,9 @@ def plot_studies(studies, **options):
     """
     names = list(next(iter(studies.values())).drifts)
     phases = [study.phase is not None for study in studies.values()]
-    with solution.slides():
+    with style.slides():
         n_panels = len(names) + all(phases)
-        figure, panels = solution.column(
-            n_panels, **{"figsize": (10, 2.0 + 3.2 * n_panels)} | options
-        )
+        figure, panels = style.column(n_panels, **{"figsize": (10, 2.0 + 3.2 * n_panels)} | options)
         for axes, name in zip(panels, names, strict=False):
             for label, study in studies.items():
                 drift = study.drifts[name]
@@ -39,7 +37,7 @@ def plot_studies(studies, **options):
             axes.set(xscale="log", yscale="log")
             _guides(axes)
         panels[-1].set_xlabel("t (s)")
-        solution.legend(figure, panels[0])
+        style.legend(figure, panels[0])
     return figure
 
 
@@ -55,5 +53,5 @@ def _guides(axes):
     if not last or len(t) < 2:
         return
     low = min(last)
-    for power, style, label in ((0.5, ":", "√t"), (1.0, "--", "t")):
-        axes.plot(t, low * (t / t[-1]) ** power, color="0.5", ls=style, lw=1.2, label=label)
+    for power, dashes, label in ((0.5, ":", "√t"), (1.0, "--", "t")):
+        axes.plot(t, low * (t / t[-1]) ** power, color="0.5", ls=dashes, lw=1.2, label=label)

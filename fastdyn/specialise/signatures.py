@@ -8,7 +8,7 @@ from numba import from_dtype, typeof, types
 from fastdyn.kernels.calls.user_function import WORDS
 from fastdyn.kernels.output.events import EVENTS, Events
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY
-from fastdyn.kernels.output.sampling import OUTPUT, Kernels, Output
+from fastdyn.kernels.output.records import OUTPUT, Kernels, Output
 from fastdyn.kernels.state.record import STATE, Solve
 
 

@@ -15,7 +15,7 @@ from fastdyn.compile.parameters import Spread
 from fastdyn.compile.unwrap import parts_of
 from fastdyn.compile.user_function import INLINED, described, identity, taken_in, words_of
 from fastdyn.kernels.calls.user_function import WORDS
-from fastdyn.kernels.ensemble import lanes
+from fastdyn.kernels.ensemble import events_and_folds, lanes
 from fastdyn.kernels.jit_options import FUSED, njit
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.state.layout import Form
@@ -64,14 +64,14 @@ def _watched_too(before, g, row):
 
         @njit(**FUSED)
         def watched(form, t, y, ok, block, many):
-            return lanes.crossed(g, row, form, t, y, ok, block, many)
+            return events_and_folds.crossed(g, row, form, t, y, ok, block, many)
 
     else:
 
         @njit(**FUSED)
         def watched(form, t, y, ok, block, many):
             others = before(form, t, y, ok, block, many)
-            return others | lanes.crossed(g, row, form, t, y, ok, block, many)
+            return others | events_and_folds.crossed(g, row, form, t, y, ok, block, many)
 
     return watched
 
@@ -89,14 +89,14 @@ def _gathered_too(before, update, row):
 
         @njit(**FUSED)
         def gathered(form, t, y, on, block, many):
-            lanes.gather(update, row, form, t, y, on, block, many)
+            events_and_folds.gather(update, row, form, t, y, on, block, many)
 
     else:
 
         @njit(**FUSED)
         def gathered(form, t, y, on, block, many):
             before(form, t, y, on, block, many)
-            lanes.gather(update, row, form, t, y, on, block, many)
+            events_and_folds.gather(update, row, form, t, y, on, block, many)
 
     return gathered
 

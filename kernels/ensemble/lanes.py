@@ -13,18 +13,17 @@ from numba.np import arrayobj
 
 from ..jit_options import BARE, FUSED, njit
 from ..output.extrema import turning
-from ..state.elementwise import apply, fetch, keep
+from ..state.elementwise import apply
 from ..state.fold import fold
 from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
+from ..state.rows import fetch, keep
 from ..stepping.fixed import LANDED, add, add_size
-from ..vector.number import any_lane
-from ..vector.scalar_or_vector import select
+from ..vector.scalar_or_vector import any_lane, select
 
 # Rows of `lanes`, an array of one column a lane.
 # Behind them, one row for each event function and for each gathered value.
 T, T_OLD, T_END, T_STOP, H, ERROR, ACCEPTED, REJECTED, TRIES, LIMIT, LIVE, STATUS = range(12)
 N_FIELDS = 12
-NEAR = 1e-6  # of its change in a step: an event function that small is looked at
 NOTHING = -1  # status of a lane that need not be looked at
 
 
@@ -68,21 +67,6 @@ def leave(typingctx, form, lanes, row, value):
         return context.get_dummy_value()
 
     return types.none(form, lanes, types.intp, form.known.value.dtype), codegen
-
-
-@njit(**FUSED)
-def crossed(g, row, form, t, y, ok, block, lanes):
-    """Where an event function has changed its sign, or nearly; its last value is in `row`."""
-    old, new = field(form, lanes, row), g(t, y, block)
-    leave(form, lanes, row, select(ok, new, old))
-    return ok & ((abs(new) <= NEAR * abs(new - old)) | ~(old * new > 0.0))
-
-
-@njit(**FUSED)
-def gather(update, row, form, t, y, on, block, lanes):
-    """Let the value in `row` be ``update(t, [value, y])`` where `on` holds."""
-    old = field(form, lanes, row)
-    leave(form, lanes, row, select(on, update(t, (old, *y), block), old))
 
 
 @njit(**FUSED)

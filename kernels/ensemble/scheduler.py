@@ -5,8 +5,6 @@ One compiled loop serves every method and function: it calls the stepping kernel
 which is told that the step has been taken.  Without vectors there is one lane, and `watch` steps.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -18,138 +16,18 @@ from ..calls.words import invoke
 from ..jit_options import BARE, njit
 from ..output.dense_output import polynomial
 from ..output.events import Events
-from ..output.extrema import MAX, MIN, note_state, note_step
-from ..output.sampling import Kernels, Output
-from ..state.elementwise import slot
+from ..output.extrema import note_state, note_step
+from ..output.records import Kernels, Output
 from ..state.record import EVENT, FINISHED, FULL, RUNNING, STEP_LIMIT, Y_OLD, K, Solve, Y
 from ..state.record import RAISED as RAISED_STATUS
+from ..state.rows import slot
 from .lanes import (
-    ACCEPTED,
-    ERROR,
-    LIMIT,
     LIVE,
-    N_FIELDS,
     NOTHING,
-    REJECTED,
     STATUS,
-    T_END,
-    T_OLD,
-    T_STOP,
-    TRIES,
-    H,
-    T,
 )
-
-# In `addresses`; from BLOCKS on, the blocks of one trajectory's functions.
-ADVANCE, START, WATCH, ENRICH, ALREADY, OPEN, BLOCKS = range(7)
-NEXT, COUNT = range(2)  # in `queue`
-IDLE = -1  # member of a lane that has none
-
-
-class Task(NamedTuple):
-    """What all workers share, and where each trajectory comes from.
-
-    Kernels by address; the next member and the number of them, in a `queue` for all workers; a
-    WORKER record; one STATE and one OUTPUT record, as every trajectory begins; parameters, as
-    words, (M, n_values); and initial states, (M or 1, n).
-    """
-
-    addresses: Any
-    queue: Any
-    worker: Any
-    state: Any
-    record: Any
-    values: Any
-    y0: Any
-
-
-class Lanes(NamedTuple):
-    """The vectors: see `lanes.advance`; which trajectory is in each lane, and its records.
-
-    `places` has (address, column of the values, bytes from lane to lane) of each parameter.
-    """
-
-    fields: Any
-    work: Any
-    block: Any
-    places: Any
-    members: Any
-    states: Any
-    records: Any
-    events: Any
-
-
-class Single(NamedTuple):
-    """The rows and the block of one trajectory, where its parameters go, and scratch."""
-
-    work: Any
-    block: Any
-    places: Any
-    scratch: Any
-    extended: Any
-
-
-class Room(NamedTuple):
-    """What `watch` fills for a trajectory; see `sampling.Output` and `events.Events`."""
-
-    t: Any
-    d: Any
-    spans: Any
-    t_eval: Any
-    segments: Any
-    e_index: Any
-    e_t: Any
-    e_y: Any
-
-
-class Results(NamedTuple):
-    """One row a member: (M, n_times, n), (M, n), (M,), (M,), (M, 4), (M or 0, 4, n), (M, n_events),
-    (M, n_folds).
-
-    Counts are of steps accepted, rejected, evaluations outside them, times reached; `best` is of
-    `extrema`; `t_first` has the time of the first event of each kind, NaN until it happens;
-    `folded` the values of the FOLDs.
-    """
-
-    y_eval: Any
-    y_end: Any
-    t_end: Any
-    status: Any
-    counts: Any
-    best: Any
-    t_first: Any
-    folded: Any
-
-
-class Found(NamedTuple):
-    """Occurrences of events: (member, event), time and state."""
-
-    where: Any
-    t: Any
-    y: Any
-
-
-# What a worker knows of all its trajectories.
-WORKER = np.dtype(
-    [
-        ("vector", "i8"),  # whether the stepping kernel takes vectors
-        ("order", "f8"),  # of the error estimate, and the last stage: for the start
-        ("last", "i8"),
-        ("project", "i8"),  # address of a block, or 0
-        ("max_steps", "f8"),
-        ("t_final", "f8"),
-        ("each", "i8"),  # whether every step has to be looked at
-        ("watches", "i8"),  # whether the stepping kernel looks out for events
-        ("gathers", "i8"),  # whether it takes the states into the folds
-        ("extrema", "i8"),  # whether they are wanted
-        ("keep_found", "i8"),  # whether every event is, not the first of each kind alone
-        ("n_found", "i8"),  # events in this piece
-        ("n_done", "i8"),  # trajectories
-    ]
-)
-
-# A value that is gathered along a trajectory, number <- function(t, [number, state]).
-FOLD = np.dtype([("block", "i8"), ("start", "f8")])
+from .records import ADVANCE, ALREADY, BLOCKS, COUNT, ENRICH, IDLE, NEXT, OPEN, START, WATCH
+from .transfer import _from_lane, _next_stop, _raise_bar, _to_lane, _write, set_parameters
 
 
 @intrinsic
@@ -164,81 +42,12 @@ def _take(typingctx, queue, i):
     return types.int64(queue, types.intp), codegen
 
 
-@intrinsic
-def _write(typingctx, address, value):
-    def codegen(context, builder, signature, args):
-        pointer = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
-        builder.store(args[1], pointer)
-        return context.get_dummy_value()
-
-    return types.none(types.int64, types.int64), codegen
-
-
-@njit(**BARE)
-def set_parameters(places, values, member, lane):
-    """Write the parameters of a member to where functions read them."""
-    for j in range(len(places)):
-        _write(places[j, 0] + lane * places[j, 2], values[member, places[j, 1]])
-
-
 @njit(**BARE)
 def already(state, work, block, n_steps):
     """In place of a stepping kernel, for a step that has been taken."""
     s = state[0]
     s.n_accepted += 1
     return FINISHED if s.direction * (s.t - s.t_end) >= 0.0 else RUNNING
-
-
-@njit(**BARE)
-def _next_stop(s, o, t_eval, each):
-    """Time at which a lane has to be looked at."""
-    if each:
-        return -s.direction * np.inf
-    if o.i_eval < len(t_eval) and s.direction * (t_eval[o.i_eval] - s.t_end) < 0.0:
-        return t_eval[o.i_eval]
-    return s.t_end  # of the segment
-
-
-@njit(**BARE)
-def _to_lane(w, lanes, single, folded, lane, stop):
-    """Let a lane go on from the state and the rows of one trajectory."""
-    fields, s, events = lanes.fields, lanes.states[lane], lanes.events[lane]
-    width, row, work = fields.shape[1], N_FIELDS, single.work
-    if w.watches:
-        for i in range(len(events)):
-            fields[row + i, lane] = events[i].g
-        row += len(events)
-    if w.gathers:
-        for i in range(len(folded)):
-            fields[row + i, lane] = folded[i]
-    fields[T, lane], fields[T_OLD, lane], fields[H, lane] = s.t, s.t_old, s.h
-    fields[T_END, lane], fields[T_STOP, lane], fields[LIMIT, lane] = s.t_end, stop, w.max_steps
-    fields[ACCEPTED, lane], fields[REJECTED, lane] = s.n_accepted, s.n_rejected
-    fields[TRIES, lane], fields[LIVE, lane] = 0.0, 1.0
-    for j in range(work.shape[1]):
-        lanes.work[Y, j * width + lane] = work[Y, j]
-        for row in range(K, work.shape[0]):
-            lanes.work[row, j * width + lane] = work[row, j]
-
-
-@njit(**BARE)
-def _from_lane(w, lanes, single, folded, lane):
-    """The state and the rows of the trajectory in a lane."""
-    fields, s, work = lanes.fields, lanes.states[lane], single.work
-    width = fields.shape[1]
-    if w.gathers:
-        for i in range(len(folded)):
-            folded[i] = fields[len(fields) - len(folded) + i, lane]
-    s.t, s.t_old, s.h = fields[T, lane], fields[T_OLD, lane], fields[H, lane]
-    s.error = fields[ERROR, lane]
-    s.n_accepted, s.n_rejected = int(fields[ACCEPTED, lane]), int(fields[REJECTED, lane])
-    for j in range(work.shape[1]):
-        work[Y, j], work[Y_OLD, j] = (
-            lanes.work[Y, j * width + lane],
-            lanes.work[Y_OLD, j * width + lane],
-        )
-        for row in range(K, work.shape[0]):
-            work[row, j] = lanes.work[row, j * width + lane]
 
 
 @njit(**BARE)
@@ -412,14 +221,6 @@ def _gather(folds, folded, t, work, extended):
             return False
         folded[i] = extended[1, 0]
     return True
-
-
-@njit(**BARE)
-def _raise_bar(work, best, lane, width):
-    """Tell the stepping kernel what a component has to exceed, or to fall below."""
-    for j in range(best.shape[1]):
-        work[len(work) - 2, j * width + lane] = best[MAX, j]
-        work[len(work) - 1, j * width + lane] = best[MIN, j]
 
 
 @njit(**BARE)

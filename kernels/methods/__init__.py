@@ -14,5 +14,5 @@ from .vern7 import VERN7
 from .vern9 import VERN9
 
 RUNGE_KUTTA = (RK23, RK45, DOP853, TSIT5, VERN7, VERN9, ODE45, RK4)
-ALL = (*RUNGE_KUTTA, *SYMPLECTIC, *GAUSS, *NYSTROM, *ENERGY_CONSERVING)
-METHODS = MappingProxyType({method.name: method for method in ALL})
+ALL = {m.name: m for m in (*RUNGE_KUTTA, *SYMPLECTIC, *GAUSS, *NYSTROM, *ENERGY_CONSERVING)}
+METHODS = MappingProxyType(ALL)  # read-only

@@ -15,8 +15,9 @@ import numpy as np
 
 from ..calls.user_function import RAISED as RAISED_WORD
 from ..jit_options import BARE, FUSED, njit
-from ..state.elementwise import fetch, halves, slot
+from ..state.elementwise import halves
 from ..state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, STAGE, Y_OLD, K, Y
+from ..state.rows import fetch, slot
 from ..stepping.fixed import LANDED
 from .stages import (
     Matrix,

@@ -15,8 +15,9 @@ from ..ensemble import lanes
 from ..jit_options import FUSED, njit
 from ..output.dense_output import F, cubic
 from ..state.constant import ConstantType
-from ..state.elementwise import combine, slot, weigh
+from ..state.elementwise import combine, weigh
 from ..state.record import STAGE, Y_OLD, K, Y
+from ..state.rows import slot
 from ..stepping import adaptive, first_step, fixed
 from ..stepping.step_size import SCIPY, rms
 from .method import Method

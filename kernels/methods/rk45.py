@@ -9,8 +9,9 @@ Equations I", section II.6.
 
 from ..jit_options import FUSED, njit
 from ..output.dense_output import F
-from ..state.elementwise import combine, slot, weigh
+from ..state.elementwise import combine, weigh
 from ..state.record import STAGE, K, Y
+from ..state.rows import slot
 from ..stepping.step_size import rms
 from .explicit import pair
 from .tableau import Row, Table

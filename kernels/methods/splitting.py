@@ -17,8 +17,9 @@ from ..calls.function_pair import velocity_by_pointer
 from ..ensemble import lanes
 from ..jit_options import FUSED, njit
 from ..output.dense_output import cubic, hermite
-from ..state.elementwise import apply, assign, halves, join, slot
+from ..state.elementwise import apply, assign, halves, join
 from ..state.record import Y_OLD, K, Y
+from ..state.rows import slot
 from ..stepping import first_step, fixed
 from .method import Method
 

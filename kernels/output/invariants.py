@@ -5,9 +5,9 @@ import numpy as np
 from ..calls.user_function import RAISED, call, word
 from ..calls.words import invoke
 from ..jit_options import BARE, njit
-from ..state.elementwise import slot
 from ..state.record import FINISHED, RUNNING, Y
 from ..state.record import RAISED as RAISED_STATUS
+from ..state.rows import slot
 
 # One per invariant: where its function is, and the statistics of (value - start) / scale.
 INVARIANT = np.dtype(

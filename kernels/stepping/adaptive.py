@@ -2,8 +2,9 @@
 
 from ..calls.user_function import RAISED as RAISED_WORD
 from ..jit_options import BARE, FUSED, njit
-from ..state.elementwise import assign, fetch, keep, slot
+from ..state.elementwise import assign
 from ..state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, K, Y
+from ..state.rows import fetch, keep, slot
 
 
 @njit(**FUSED)
@@ -23,7 +24,7 @@ def advance(rhs, step, control, exponent, last, form, state, work, block, n_step
     last : int
         The stage that is the derivative at the end of a step, and the first of the next.
     form : None or tuple of n floats
-        How values are stored; see `elementwise.fetch`.
+        How values are stored; see `rows.fetch`.
     state, work, block : arrays
         See `state/record.py` and `calls/user_function.py`.
 

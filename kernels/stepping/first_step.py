@@ -10,8 +10,9 @@ import numpy as np
 from ..calls.user_function import RAISED as RAISED_WORD
 from ..calls.user_function import by_pointer
 from ..jit_options import BARE, njit
-from ..state.elementwise import halves, slot
+from ..state.elementwise import halves
 from ..state.record import ATOL, NON_FINITE, RAISED, RTOL, RUNNING, STAGE, K, Y
+from ..state.rows import slot
 
 
 @njit(**BARE)

@@ -18,7 +18,7 @@ from numba import types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+from numba.extending import lower_builtin, lower_cast, models, register_model
 
 FUSE = ("contract",)
 NUMBERS = (types.Number, types.Boolean)
@@ -251,14 +251,3 @@ class Where(AbstractTemplate):
 
 for _kinds in ((a, b) for a in (Vector, *NUMBERS) for b in (Vector, *NUMBERS)):
     lower_builtin(np.where, Mask, *_kinds)(choose)
-
-
-@intrinsic
-def any_lane(typingctx, mask):
-    """Whether a mask is true in any lane."""
-
-    def codegen(context, builder, signature, args):
-        bits = builder.bitcast(args[0], ir.IntType(mask.width))
-        return builder.icmp_unsigned("!=", bits, bits.type(0))
-
-    return types.boolean(mask), codegen

@@ -85,3 +85,14 @@ def _root(x, exponent):
         r = 1.0 - product
         z = z + z * (a * r) * (1.0 + b * r * (1.0 + c * r))
     return z if exponent < 0.0 else 1.0 / z
+
+
+@intrinsic
+def any_lane(typingctx, mask):
+    """Whether a mask is true in any lane."""
+
+    def codegen(context, builder, signature, args):
+        bits = builder.bitcast(args[0], ir.IntType(mask.width))
+        return builder.icmp_unsigned("!=", bits, bits.type(0))
+
+    return types.boolean(mask), codegen

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.drift import energy
+from fastdyn.drift import survey
 from fastdyn.kernels.methods import METHODS
 from fastdyn.run import checkpoint
 from fastdyn.systems import satellite
@@ -20,9 +20,9 @@ ORBIT = satellite(V=1.14)
 SCRIPT = """
 import sys
 from fastdyn import energy_drift, systems
-from fastdyn.drift import energy
+from fastdyn.drift import survey
 from fastdyn.run import checkpoint
-checkpoint.SECONDS = energy.CHUNK_SECONDS = 0.02
+checkpoint.SECONDS = survey.CHUNK_SECONDS = 0.02
 method, path = sys.argv[1:]
 step = {"rtol": 1e-9, "atol": 1e-12} if method in ("RK45", "Vern9") else {"step": 0.02}
 study = energy_drift(systems.satellite(V=1.14), method, t_end=float(sys.stdin.read()), samples=100,
@@ -71,11 +71,11 @@ def test_a_killed_run_goes_on_bit_for_bit(method, tmp_path):
 EVERY_METHOD = """
 import os, pathlib, random, signal, sys, time
 from fastdyn import energy_drift, systems
-from fastdyn.drift import energy
+from fastdyn.drift import survey
 from fastdyn.run import checkpoint
 from fastdyn.kernels.methods import METHODS
 
-energy.CHUNK_SECONDS = 0.005
+survey.CHUNK_SECONDS = 0.005
 orbit = systems.satellite(V=1.14)
 
 
@@ -199,8 +199,8 @@ def test_a_function_that_only_this_process_knows_has_no_checkpoint(tmp_path):
 def test_ctrl_c_writes_a_checkpoint_and_says_how_to_go_on(tmp_path, monkeypatch):
     path = tmp_path / "run.npz"
     expected = small(tmp_path / "other.npz")
-    monkeypatch.setattr(energy, "FIRST_STEPS", 100)
-    monkeypatch.setattr(energy, "CHUNK_SECONDS", 0.0)
+    monkeypatch.setattr(survey, "FIRST_STEPS", 100)
+    monkeypatch.setattr(survey, "CHUNK_SECONDS", 0.0)
     looks = []
 
     def interrupted(self):

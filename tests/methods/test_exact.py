@@ -10,10 +10,11 @@ import scipy.integrate
 from scipy.special import ellipj, ellipk
 
 import fastdyn
+from fastdyn.kernels import methods
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.explicit import pair
 from fastdyn.kernels.methods.rk45 import TABLE as RK45_TABLE
-from fastdyn.specialise import scalar
+from fastdyn.specialise import tier
 from support.motions import pendulum, satellite
 
 EPS = float(np.finfo(float).eps)
@@ -186,8 +187,8 @@ def ring(t, y):
     return out
 
 
-def solved_in(tier, method, n):
-    y0, options = np.linspace(1, 2, n), {"dense_output": True, "compile": tier}
+def solved_in(compile, method, n):
+    y0, options = np.linspace(1, 2, n), {"dense_output": True, "compile": compile}
     if METHODS[method].second_order:
         q0, v0 = y0[: n // 2], y0[: n // 2]
         return fastdyn.solve_second_order(ring, (0, 3), q0, v0, method, step=0.01, **options)
@@ -214,23 +215,23 @@ def test_both_tiers_give_the_same_bits(method, n, monkeypatch):
         built.append(given)
         return build(*given)
 
-    build = scalar.inlined_kernel
-    monkeypatch.setattr(scalar, "inlined_kernel", watched)
+    build = tier.inlined_kernel
+    monkeypatch.setattr(tier, "inlined_kernel", watched)
     a = solved_in("shared", method, n)
     assert not built
     b = solved_in("inlined", method, n)
-    assert len(built) == (1 if n <= scalar.MAX_TUPLE else 0)
+    assert len(built) == (1 if n <= tier.MAX_TUPLE else 0)
     assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y)
     assert (a.nfev, a.n_rejected) == (b.nfev, b.n_rejected)
     t = np.linspace(0, 3, 301)
     assert np.array_equal(a.sol(t), b.sol(t))
 
 
-@pytest.mark.parametrize("tier", ["pointer", "specialised"])
-def test_the_pair_built_from_the_table_of_rk45_has_its_bits(tier, monkeypatch):
+@pytest.mark.parametrize("compile", ["shared", "inlined"])
+def test_the_pair_built_from_the_table_of_rk45_has_its_bits(compile, monkeypatch):
     built = pair("built", RK45_TABLE, order=5, error_order=4, dense_order=4)
-    monkeypatch.setitem(METHODS, "built", built)
-    a, b = (solved_in(tier, method, 4) for method in ("RK45", "built"))
+    monkeypatch.setitem(methods.ALL, "built", built)
+    a, b = (solved_in(compile, method, 4) for method in ("RK45", "built"))
     assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y) and a.nfev == b.nfev
     t = np.linspace(0, 3, 301)
     assert np.array_equal(a.sol(t), b.sol(t))

@@ -1,0 +1,101 @@
+"""Trajectories into lanes and out of them."""
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from ..jit_options import BARE, njit
+from ..output.extrema import MAX, MIN
+from ..state.record import Y_OLD, K, Y
+from .lanes import (
+    ACCEPTED,
+    ERROR,
+    LIMIT,
+    LIVE,
+    N_FIELDS,
+    REJECTED,
+    T_END,
+    T_OLD,
+    T_STOP,
+    TRIES,
+    H,
+    T,
+)
+
+
+@intrinsic
+def _write(typingctx, address, value):
+    def codegen(context, builder, signature, args):
+        pointer = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+        builder.store(args[1], pointer)
+        return context.get_dummy_value()
+
+    return types.none(types.int64, types.int64), codegen
+
+
+@njit(**BARE)
+def set_parameters(places, values, member, lane):
+    """Write the parameters of a member to where functions read them."""
+    for j in range(len(places)):
+        _write(places[j, 0] + lane * places[j, 2], values[member, places[j, 1]])
+
+
+@njit(**BARE)
+def _next_stop(s, o, t_eval, each):
+    """Time at which a lane has to be looked at."""
+    if each:
+        return -s.direction * np.inf
+    if o.i_eval < len(t_eval) and s.direction * (t_eval[o.i_eval] - s.t_end) < 0.0:
+        return t_eval[o.i_eval]
+    return s.t_end  # of the segment
+
+
+@njit(**BARE)
+def _to_lane(w, lanes, single, folded, lane, stop):
+    """Let a lane go on from the state and the rows of one trajectory."""
+    fields, s, events = lanes.fields, lanes.states[lane], lanes.events[lane]
+    width, row, work = fields.shape[1], N_FIELDS, single.work
+    if w.watches:
+        for i in range(len(events)):
+            fields[row + i, lane] = events[i].g
+        row += len(events)
+    if w.gathers:
+        for i in range(len(folded)):
+            fields[row + i, lane] = folded[i]
+    fields[T, lane], fields[T_OLD, lane], fields[H, lane] = s.t, s.t_old, s.h
+    fields[T_END, lane], fields[T_STOP, lane], fields[LIMIT, lane] = s.t_end, stop, w.max_steps
+    fields[ACCEPTED, lane], fields[REJECTED, lane] = s.n_accepted, s.n_rejected
+    fields[TRIES, lane], fields[LIVE, lane] = 0.0, 1.0
+    for j in range(work.shape[1]):
+        lanes.work[Y, j * width + lane] = work[Y, j]
+        for row in range(K, work.shape[0]):
+            lanes.work[row, j * width + lane] = work[row, j]
+
+
+@njit(**BARE)
+def _from_lane(w, lanes, single, folded, lane):
+    """The state and the rows of the trajectory in a lane."""
+    fields, s, work = lanes.fields, lanes.states[lane], single.work
+    width = fields.shape[1]
+    if w.gathers:
+        for i in range(len(folded)):
+            folded[i] = fields[len(fields) - len(folded) + i, lane]
+    s.t, s.t_old, s.h = fields[T, lane], fields[T_OLD, lane], fields[H, lane]
+    s.error = fields[ERROR, lane]
+    s.n_accepted, s.n_rejected = int(fields[ACCEPTED, lane]), int(fields[REJECTED, lane])
+    for j in range(work.shape[1]):
+        work[Y, j], work[Y_OLD, j] = (
+            lanes.work[Y, j * width + lane],
+            lanes.work[Y_OLD, j * width + lane],
+        )
+        for row in range(K, work.shape[0]):
+            work[row, j] = lanes.work[row, j * width + lane]
+
+
+@njit(**BARE)
+def _raise_bar(work, best, lane, width):
+    """Tell the stepping kernel what a component has to exceed, or to fall below."""
+    for j in range(best.shape[1]):
+        work[len(work) - 2, j * width + lane] = best[MAX, j]
+        work[len(work) - 1, j * width + lane] = best[MIN, j]

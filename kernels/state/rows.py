@@ -1,0 +1,71 @@
+"""Rows of the work array as values of the state, and back."""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+from .elementwise import ROW, load, view
+
+
+def _row_pointer(context, builder, ty, work, index, number=types.float64):
+    """Where a row of numbers of this type begins."""
+    array = arrayobj.make_array(ty)(context, builder, work)
+    row = builder.gep(array.data, [builder.mul(index, builder.extract_value(array.shape, 1))])
+    return builder.bitcast(row, context.get_value_type(number).as_pointer())
+
+
+def _row(context, builder, ty, work, index):
+    n = builder.extract_value(arrayobj.make_array(ty)(context, builder, work).shape, 1)
+    return view(context, builder, _row_pointer(context, builder, ty, work, index), n)
+
+
+@intrinsic
+def slot(typingctx, form, work, index):
+    """Row `index` of `work` as the place for a result; None when values are tuples."""
+    if isinstance(form, types.NoneType):
+        return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
+    return types.none(form, work, types.intp), lambda c, *_: c.get_dummy_value()
+
+
+@intrinsic
+def fetch(typingctx, form, work, index):
+    """Row `index` of `work` as a value.
+
+    `form` is None for the row itself, a tuple of n numbers, or a `layout.Form`.
+    """
+    if isinstance(form, types.NoneType):
+        return ROW(form, work, types.intp), lambda c, b, s, a: _row(c, b, work, a[1], a[2])
+
+    value = form if isinstance(form, types.BaseTuple) else form.known.value
+
+    def codegen(context, builder, signature, args):
+        pointer = _row_pointer(context, builder, work, args[1], args[2], value.dtype)
+        parts = [load(builder, cgutils.gep(builder, pointer, i)) for i in range(len(value))]
+        return context.make_tuple(builder, value, parts)
+
+    return value(form, work, types.intp), codegen
+
+
+@intrinsic
+def keep(typingctx, work, index, values):
+    """Leave a tuple of values in consecutive rows of `work`, from `index` on.
+
+    Rows are written in place by whoever computes them, so only tuples need storing.
+    """
+    signature = types.none(work, types.intp, values)
+    if values[0] == ROW:
+        return signature, lambda context, *_: context.get_dummy_value()
+
+    def codegen(context, builder, signature, args):
+        for j, ty in enumerate(values):
+            row = builder.add(args[1], ir.Constant(args[1].type, j))
+            pointer = _row_pointer(context, builder, work, args[0], row, ty.dtype)
+            value = builder.extract_value(args[2], j)
+            for i in range(len(ty)):
+                part = builder.extract_value(value, i)
+                builder.store(part, cgutils.gep(builder, pointer, i)).align = 8
+        return context.get_dummy_value()
+
+    return signature, codegen
