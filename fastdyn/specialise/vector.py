@@ -19,7 +19,6 @@ from fastdyn.kernels.ensemble import events_and_folds, lanes
 from fastdyn.kernels.jit_options import FUSED, njit
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.state.layout import Form
-from fastdyn.kernels.vector import elementary  # noqa: F401
 
 from .signatures import STATES, TABLE
 from .vector_rhs import _number, right_hand_side

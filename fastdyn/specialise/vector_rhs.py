@@ -11,6 +11,7 @@ from numba.np import arrayobj
 from fastdyn.compile.parameters import MOMENTS
 from fastdyn.kernels.calls.user_function import WORDS
 from fastdyn.kernels.jit_options import FUSED, njit
+from fastdyn.kernels.vector import elementary  # noqa: F401 - teaches Numba the functions
 from fastdyn.kernels.vector.number import is_real, widen
 
 
