@@ -144,6 +144,11 @@ def pointer_form(inner, values, mode):
             d = _array(out, n)
             store(inner(*values(t, _readonly(y, n), block, d)), d, 0)
 
+    return _guarded(body, mode)
+
+
+def _guarded(body, mode):
+    """The function of FORM that runs `body`, and notes where it raised."""
     compiled_body = njit(**BARE)(body)
     compiled_body.compile(FORM)  # here, so that what Numba says of the user's code is heard
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from fastdyn.code_store import Call
 from fastdyn.compile.python_callback import interruptible
-from fastdyn.kernels.output.invariants import INVARIANT, SURVEY
-from fastdyn.kernels.state.record import RUNNING
+from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
+from fastdyn.kernels.state.record import RUNNING, Solve
 from fastdyn.run.loop import begin
 from fastdyn.specialise.scalar import start_kernel, survey_kernels
 from fastdyn.specialise.tier import Tier
@@ -64,8 +64,9 @@ class Survey:
         status, chunk = RUNNING, FIRST_STEPS
         open_survey, survey = survey_kernels()
         survey = Call(
-            survey, tier.address, self.state, self.work, block, self.record, self.invariants,
-            self.edges, self.bins, self.t_bins, self.y_bins, self._scratch, chunk,
+            survey, tier.address, Solve(self.state, self.work, block), self.record,
+            self.invariants, Bins(self.edges, self.bins, self.t_bins, self.y_bins),
+            self._scratch, chunk,
         )  # fmt: skip
         if self._fresh:
             start = start_kernel(p.method.name, bool(self._bound.parts))

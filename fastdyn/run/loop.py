@@ -30,6 +30,7 @@ from fastdyn.specialise.scalar import enrich_kernel, events_kernel, start_kernel
 from fastdyn.specialise.tier import Tier
 
 from .output import STATE_RECORD, Output
+from .resume import checkpoint_of, from_arrays, to_arrays
 
 CHUNK_SECONDS = 0.05  # between two looks at Ctrl-C, the progress bar and the tier
 NO_EVENTS = np.zeros(0, EVENTS)
@@ -147,11 +148,7 @@ class Run:
         advance = interruptible(self._callbacks)(watch) if self._callbacks else watch
         output.lay_into(watch)
         status, left = INTERRUPTED, p.max_steps
-        file: Any = None
-        if p.checkpoint is not None:
-            from .resume import checkpoint_of, from_arrays, to_arrays
-
-            file = checkpoint_of(p, self.bounds)
+        file: Any = checkpoint_of(p, self.bounds)
         try:
             began = time.perf_counter()
             status = self._start()
@@ -160,7 +157,7 @@ class Run:
                 opened = self._open()
                 status = opened if status == RUNNING else status
             if file is not None and (saved := file.load()) is not None:
-                status = from_arrays(saved, state, work, output, table)  # pyright: ignore
+                status = from_arrays(saved, state, work, output, table)
             chunk = max(1, int(CHUNK_SECONDS / (cost * (p.method.cost or p.method.n_stages + 1))))
             while status in (RUNNING, FULL):
                 if left != math.inf:
@@ -183,10 +180,10 @@ class Run:
                 if bar is not None:
                     bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
                 if file is not None and (file.due() or status not in (RUNNING, FULL)):
-                    file.save(to_arrays(status, state, work, output, table))  # pyright: ignore
+                    file.save(to_arrays(status, state, work, output, table))
         except KeyboardInterrupt:
             if file is not None and status in (RUNNING, FULL):
-                file.save(to_arrays(status, state, work, output, table))  # pyright: ignore
+                file.save(to_arrays(status, state, work, output, table))
             if p.on_interrupt != "return":
                 raise
             status = INTERRUPTED

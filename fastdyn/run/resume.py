@@ -10,7 +10,9 @@ FUNCTIONS = "functions and what they use"  # in a description
 
 
 def checkpoint_of(problem, bounds):
-    """The Checkpoint of a problem; `bounds` are all functions that it calls."""
+    """The Checkpoint of a problem, or None; `bounds` are all functions that it calls."""
+    if problem.checkpoint is None:
+        return None
     header = {"initial state": problem.y0.tolist(), **description(problem, fingerprint(bounds))}
     return Checkpoint(problem.checkpoint, header)
 

@@ -7,7 +7,7 @@ from numba import from_dtype, typeof, types
 
 from fastdyn.kernels.calls.user_function import WORDS
 from fastdyn.kernels.output.events import EVENTS, Events
-from fastdyn.kernels.output.invariants import INVARIANT, SURVEY
+from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.output.records import OUTPUT, Kernels, Output
 from fastdyn.kernels.state.record import STATE, Solve
 
@@ -39,9 +39,6 @@ START = types.int64(STATES, TABLE, WORDS, types.float64, types.int64)
 OPEN = types.int64(EVENT_TABLE, types.float64, ROWS, ROWS)
 STUDIED, SURVEYED = _records(INVARIANT), _records(SURVEY)
 OPEN_SURVEY = types.int64(STUDIED, types.float64, ROWS, ROWS)
-SURVEYING = types.int64(
-    types.int64, STATES, TABLE, WORDS, SURVEYED, STUDIED, ROWS, CUBE, ROWS, TABLE, ROWS, types.int64
-)
 ENRICH = types.int64(types.float64, types.float64, TABLE, WORDS, TABLE)
 SOLVE = _named(Solve, STATES, TABLE, WORDS)
 OUTPUT_TYPE = _named(Output, OUTPUTS, ROWS, TABLE, CUBE, TABLE, ROWS, TABLE)
@@ -53,4 +50,7 @@ WATCH = types.int64(
     EVENTS_TYPE,
     TABLE,
     types.int64,
+)
+SURVEYING = types.int64(
+    types.int64, SOLVE, SURVEYED, STUDIED, _named(Bins, ROWS, CUBE, ROWS, TABLE), ROWS, types.int64
 )

@@ -11,7 +11,7 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from ..calls.user_function import RAISED, call, word
+from ..calls.user_function import RAISED
 from ..calls.words import invoke
 from ..jit_options import BARE, njit
 from ..output.dense_output import polynomial
@@ -21,13 +21,14 @@ from ..output.records import Kernels, Output
 from ..state.record import EVENT, FINISHED, FULL, RUNNING, STEP_LIMIT, Y_OLD, K, Solve, Y
 from ..state.record import RAISED as RAISED_STATUS
 from ..state.rows import slot
+from .collect import gather, keep_events, stop_at_event
 from .lanes import (
     LIVE,
     NOTHING,
     STATUS,
 )
 from .records import ADVANCE, ALREADY, BLOCKS, COUNT, ENRICH, IDLE, NEXT, OPEN, START, WATCH
-from .transfer import _from_lane, _next_stop, _raise_bar, _to_lane, _write, set_parameters
+from .transfer import from_lane, next_stop, raise_bar, set_parameters, to_lane, write_word
 
 
 @intrinsic
@@ -111,10 +112,10 @@ def _fill(task, lanes, single, room, results, folds, lane):
 def _resume(task, lanes, single, room, results, lane):
     """Let a lane go on with its trajectory."""
     w, member = task.worker[0], lanes.members[lane]
-    stop = _next_stop(lanes.states[lane], lanes.records[lane], room.t_eval, w.each != 0)
-    _to_lane(w, lanes, single, results.folded[member], lane, stop)
+    stop = next_stop(lanes.states[lane], lanes.records[lane], room.t_eval, w.each != 0)
+    to_lane(w, lanes, single, results.folded[member], lane, stop)
     if w.extrema:
-        _raise_bar(lanes.work, results.best[member], lane, len(lanes.members))
+        raise_bar(lanes.work, results.best[member], lane, len(lanes.members))
 
 
 @njit(**BARE)
@@ -124,7 +125,7 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
     work, before = single.work, s.n_accepted
     kernel, status = task.addresses[ADVANCE], RUNNING
     if w.vector:
-        _from_lane(w, lanes, single, results.folded[member], lane)
+        from_lane(w, lanes, single, results.folded[member], lane)
         set_parameters(single.places, task.values, member, 0)
         kernel, status, budget = task.addresses[ALREADY], int(lanes.fields[STATUS, lane]), 1
         if status <= FINISHED:
@@ -136,14 +137,14 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
         steps = budget if budget < left else int(left)
         status = _watch(task, lanes, single, room, results.y_eval[member], kernel, lane, steps)
     taken = s.n_accepted - before
-    n_events = _keep_events(w, o, room, found, results.t_first[member], member)
+    n_events = keep_events(w, o, room, found, results.t_first[member], member)
     if status == FULL:  # of events; they have been taken out
         status = RUNNING
     if status == RUNNING and s.n_accepted >= w.max_steps:
         status = STEP_LIMIT
     x_end = 1.0
     if status == EVENT:
-        _stop_at_event(s, work, n_events, room)
+        stop_at_event(s, work, n_events, room)
         x_end = (s.t - s.t_old) / (room.spans[0, 1] if w.extrema else 1.0)
     elif status == FINISHED:
         if s.t != s.t_end:
@@ -154,7 +155,7 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
         note_step(results.best[member], room.d[0], room.spans[0, 0], room.spans[0, 1], x_end)
         note_state(results.best[member], s.t, work)
         o.n_dense = 0
-    if taken > 0 and not _gather(folds, results.folded[member], s.t, work, single.extended):
+    if taken > 0 and not gather(folds, results.folded[member], s.t, work, single.extended):
         status = RAISED_STATUS
     if status != RUNNING:
         _end(task, lanes, single, results, lane, status)
@@ -210,48 +211,6 @@ def _begin(task, lanes, single, best, lane):
 
 
 @njit(**BARE)
-def _gather(folds, folded, t, work, extended):
-    """Take the state into the folds; False if one raised."""
-    for i in range(len(folds)):
-        extended[0, 0] = folded[i]
-        for j in range(work.shape[1]):
-            extended[0, 1 + j] = work[Y, j]
-        call(folds[i].block, t, extended[0], extended[1])
-        if word(folds[i].block, RAISED) != 0:
-            return False
-        folded[i] = extended[1, 0]
-    return True
-
-
-@njit(**BARE)
-def _keep_events(w, o, room, found, t_first, member):
-    """Take out the events of a trajectory; their number."""
-    n_events, o.n_events = o.n_events, 0
-    for i in range(n_events):
-        if np.isnan(t_first[room.e_index[i]]):
-            t_first[room.e_index[i]] = room.e_t[i]
-        if w.keep_found:
-            found.where[w.n_found, 0], found.where[w.n_found, 1] = member, room.e_index[i]
-            found.t[w.n_found] = room.e_t[i]
-            for j in range(found.y.shape[1]):
-                found.y[w.n_found, j] = room.e_y[i, j]
-            w.n_found += 1
-    return n_events
-
-
-@njit(**BARE)
-def _stop_at_event(s, work, n_events, room):
-    """The state at the event that ended the run: the last one of the step."""
-    last = 0
-    for i in range(n_events):
-        if s.direction * (room.e_t[i] - room.e_t[last]) >= 0.0:
-            last = i
-    s.t = room.e_t[last]
-    for j in range(work.shape[1]):
-        work[Y, j] = room.e_y[last, j]
-
-
-@njit(**BARE)
 def _end(task, lanes, single, results, lane, status):
     """Note the result of a trajectory; its lane is free."""
     s, member, work = lanes.states[lane], lanes.members[lane], single.work
@@ -265,6 +224,6 @@ def _end(task, lanes, single, results, lane, status):
     counts[2], counts[3] = s.n_extra, lanes.records[lane].i_eval
     if status == RAISED_STATUS:
         for address in task.addresses[BLOCKS:]:
-            _write(address + 8 * RAISED, 0)
+            write_word(address + 8 * RAISED, 0)
     lanes.members[lane] = IDLE
     task.worker[0].n_done += 1

@@ -25,7 +25,7 @@ from .lanes import (
 
 
 @intrinsic
-def _write(typingctx, address, value):
+def write_word(typingctx, address, value):
     def codegen(context, builder, signature, args):
         pointer = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
         builder.store(args[1], pointer)
@@ -38,11 +38,11 @@ def _write(typingctx, address, value):
 def set_parameters(places, values, member, lane):
     """Write the parameters of a member to where functions read them."""
     for j in range(len(places)):
-        _write(places[j, 0] + lane * places[j, 2], values[member, places[j, 1]])
+        write_word(places[j, 0] + lane * places[j, 2], values[member, places[j, 1]])
 
 
 @njit(**BARE)
-def _next_stop(s, o, t_eval, each):
+def next_stop(s, o, t_eval, each):
     """Time at which a lane has to be looked at."""
     if each:
         return -s.direction * np.inf
@@ -52,7 +52,7 @@ def _next_stop(s, o, t_eval, each):
 
 
 @njit(**BARE)
-def _to_lane(w, lanes, single, folded, lane, stop):
+def to_lane(w, lanes, single, folded, lane, stop):
     """Let a lane go on from the state and the rows of one trajectory."""
     fields, s, events = lanes.fields, lanes.states[lane], lanes.events[lane]
     width, row, work = fields.shape[1], N_FIELDS, single.work
@@ -74,7 +74,7 @@ def _to_lane(w, lanes, single, folded, lane, stop):
 
 
 @njit(**BARE)
-def _from_lane(w, lanes, single, folded, lane):
+def from_lane(w, lanes, single, folded, lane):
     """The state and the rows of the trajectory in a lane."""
     fields, s, work = lanes.fields, lanes.states[lane], single.work
     width = fields.shape[1]
@@ -94,7 +94,7 @@ def _from_lane(w, lanes, single, folded, lane):
 
 
 @njit(**BARE)
-def _raise_bar(work, best, lane, width):
+def raise_bar(work, best, lane, width):
     """Tell the stepping kernel what a component has to exceed, or to fall below."""
     for j in range(best.shape[1]):
         work[len(work) - 2, j * width + lane] = best[MAX, j]

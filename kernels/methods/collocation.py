@@ -15,19 +15,22 @@ import numpy as np
 
 from ..calls.user_function import RAISED as RAISED_WORD
 from ..jit_options import BARE, FUSED, njit
-from ..state.elementwise import halves
-from ..state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, STAGE, Y_OLD, K, Y
-from ..state.rows import fetch, slot
+from ..state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, Y_OLD, Y
+from ..state.rows import slot
 from ..stepping.fixed import LANDED
+from .iteration import (
+    INCREMENTS,
+    make_evaluate,
+    make_evaluate_all,
+    make_sweep,
+    outer_weights,
+    rows,
+)
 from .stages import (
     Matrix,
-    follow,
     keep_increment,
-    keep_increments,
     predict,
     refine,
-    stage_times,
-    stage_value,
 )
 
 MAX_ITERATIONS = 100
@@ -56,22 +59,12 @@ def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
     iteration finds the velocities first and the positions from them, which takes half as many.
     With `batched` the derivatives of all stages are evaluated on vectors, and `form` is a Form.
     """
-    INCREMENTS, LOW, STAGES, CHANGE, SLOPE = K, K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 3
-    half = s // 2
+    LOW, STAGES, CHANGE, SLOPE = rows(s)
+    weight = outer_weights(s, b)
     # Positions follow from velocities and velocities from positions: two iterations in one, whose
     # changes must not be compared, as one of the two may be right by chance at first.
     turns = 1 if nystrom else 2
     weights, nodes = Matrix([b]), Matrix([c])
-
-    @njit(**FUSED)
-    def weight(h, i):
-        """h b_i, the outermost two such that all add up to h."""
-        if 0 < i < s - 1:
-            return h * b[i]
-        inner = 0.0
-        for j in range(1, half):
-            inner += h * b[j]
-        return 0.5 * h - inner
 
     @njit(**FUSED)
     def refined(work, k, count):
@@ -79,69 +72,9 @@ def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
         row = CHANGE + count % turns
         return _patience(change, count, work, row, k, _size(work, STAGES, s, k))
 
-    if nystrom:
-
-        @njit(**FUSED)
-        def sweep(work, h, count):
-            """New stages from the increments; the longest patience that a component needs."""
-            n = work.shape[1]
-            m = n // 2
-            patience = 0
-            for k in range(m, n):
-                patience = max(patience, refined(work, k, count))
-            for k in range(m):
-                follow(weights, work, INCREMENTS, STAGES, k, k + m, h, weight(h, 0))
-                patience = max(patience, refined(work, k, count))
-            return patience
-
-        @njit(**FUSED)
-        def evaluate(rhs, t, h, i, form, work, block):
-            """The increments of stage i from its stage."""
-            part, _ = halves(form)
-            place, _ = halves(slot(form, work, STAGE))
-            target, _ = halves(slot(form, work, SLOPE))
-            u = stage_value(part, place, work, STAGES, mu, i)
-            f = rhs(t + c[i] * h, u, block, target)
-            behind = work.shape[1] // 2 * s  # the velocities' come after the positions'
-            keep_increment(f, work, INCREMENTS, mu, i + behind, weight(h, i))
-
-    else:
-
-        @njit(**FUSED)
-        def sweep(work, h, count):
-            """New stages from the increments; the longest patience that a component needs."""
-            patience = 0
-            for k in range(work.shape[1]):
-                patience = max(patience, refined(work, k, count))
-            return patience
-
-        @njit(**FUSED)
-        def evaluate(rhs, t, h, i, form, work, block):
-            """The increments of stage i from its stage."""
-            u = stage_value(form, slot(form, work, STAGE), work, STAGES, mu, i)
-            f = rhs(t + c[i] * h, u, block, slot(form, work, SLOPE))
-            keep_increment(f, work, INCREMENTS, mu, i, weight(h, i))
-
-    if batched:
-
-        @njit(**FUSED)
-        def evaluate_all(rhs, t, h, form, work, block):
-            """The increments of all stages; how many were evaluated."""
-            behind = work.shape[1] // 2 if nystrom else 0
-            f = rhs(stage_times(nodes, t, h), fetch(form, work, STAGES), block, None)
-            keep_increments(weights, work, INCREMENTS, behind, f, h, weight(h, 0))
-            return s
-
-    else:
-
-        @njit(**FUSED)
-        def evaluate_all(rhs, t, h, form, work, block):
-            """The increments of all stages; how many were evaluated."""
-            for i in range(s):
-                evaluate(rhs, t, h, i, form, work, block)
-                if block[RAISED_WORD] != 0:
-                    return i + 1
-            return s
+    sweep = make_sweep(nystrom, s, weights, weight, refined)
+    evaluate = None if batched else make_evaluate(nystrom, s, mu, c, weight)
+    evaluate_all = make_evaluate_all(batched, nystrom, s, nodes, weights, weight, evaluate)
 
     @njit(**FUSED)
     def step(rhs, t, h, first, form, work, block):

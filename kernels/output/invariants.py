@@ -1,5 +1,7 @@
 """The loop of a drift study: steps, invariants, and their statistics in constant memory."""
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ..calls.user_function import RAISED, call, word
@@ -42,7 +44,7 @@ def _clear(invariants):
 
 
 @njit(**BARE)
-def _look(invariants, t, y, scratch):
+def _evaluate(invariants, t, y, scratch):
     """Evaluate every invariant; False if one raised."""
     for i in range(len(invariants)):
         q = invariants[i]
@@ -74,24 +76,32 @@ def open_survey(invariants, t, y, scratch):
     return RUNNING
 
 
+class Bins(NamedTuple):
+    """Where each bin ends, (n_bins,), and what there is of it.
+
+    Mean, minimum and maximum of the invariants, (n_invariants, 3, n_bins); time and state at the
+    end, (n_bins,) and (n_bins, n).
+    """
+
+    edges: Any
+    values: Any
+    t: Any
+    y: Any
+
+
 @njit(**BARE)
-def survey(
-    advance, state, work, block, record, invariants, edges, bins, t_bins, y_bins, scratch, n
-):
-    """Take about `n` steps by the kernel at address `advance`, looking every few steps.
+def survey(advance, solve, record, invariants, bins, scratch, n):
+    """Take about `n` steps by the kernel at address `advance`, evaluating every few steps.
 
     Parameters
     ----------
+    advance : int
+    solve : state.record.Solve
     record : array
         One of SURVEY.
     invariants : array
         INVARIANT records.
-    edges : array, shape (n_bins,)
-        Time at which each bin ends.
-    bins : array, shape (n_invariants, 3, n_bins)
-        Mean, minimum and maximum of each bin.
-    t_bins, y_bins : arrays, shapes (n_bins,), (n_bins, n)
-        Time and state at the end of each bin.
+    bins : Bins
     scratch : array, shape (1,)
 
     Returns
@@ -99,31 +109,36 @@ def survey(
     int
         RUNNING, FINISHED, or a failure of the steps or of a function.
     """
-    s, r = state[0], record[0]
+    s, r = solve.state[0], record[0]
     while n > 0:
         before = s.n_accepted
-        status = invoke(advance, (state, work, block, r.every))
+        status = invoke(advance, (solve.state, solve.work, solve.block, r.every))
         if status > FINISHED or s.n_accepted == before:
             return status
         n -= r.every
-        y = slot(None, work, Y)
-        if not _look(invariants, s.t, y, scratch):
+        y = slot(None, solve.work, Y)
+        if not _evaluate(invariants, s.t, y, scratch):
             return RAISED_STATUS
         r.n += 1
         r.bin_n += 1
-        last = len(edges) - 1
-        if status == FINISHED or s.direction * (s.t - edges[min(r.i_bin, last)]) >= 0.0:
+        last = len(bins.edges) - 1
+        if status == FINISHED or s.direction * (s.t - bins.edges[min(r.i_bin, last)]) >= 0.0:
             if r.i_bin <= last:
-                for i in range(len(invariants)):
-                    q = invariants[i]
-                    bins[i, 0, r.i_bin] = q.bin_sum / r.bin_n
-                    bins[i, 1, r.i_bin], bins[i, 2, r.i_bin] = q.bin_min, q.bin_max
-                t_bins[r.i_bin] = s.t
-                for j in range(len(y)):
-                    y_bins[r.i_bin, j] = y[j]
-                r.i_bin += 1
-                r.bin_n = 0
-                _clear(invariants)
+                _close_bin(r, invariants, bins, s.t, y)
         if status == FINISHED:
             return status
     return RUNNING
+
+
+@njit(**BARE)
+def _close_bin(r, invariants, bins, t, y):
+    for i in range(len(invariants)):
+        q = invariants[i]
+        bins.values[i, 0, r.i_bin] = q.bin_sum / r.bin_n
+        bins.values[i, 1, r.i_bin], bins.values[i, 2, r.i_bin] = q.bin_min, q.bin_max
+    bins.t[r.i_bin] = t
+    for j in range(len(y)):
+        bins.y[r.i_bin, j] = y[j]
+    r.i_bin += 1
+    r.bin_n = 0
+    _clear(invariants)

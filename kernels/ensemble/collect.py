@@ -1,0 +1,49 @@
+"""What a trajectory's steps leave for its results: events, folds, the state at the end."""
+
+import numpy as np
+
+from ..calls.user_function import RAISED, call, word
+from ..jit_options import BARE, njit
+from ..state.record import Y
+
+
+@njit(**BARE)
+def gather(folds, folded, t, work, extended):
+    """Take the state into the folds; False if one raised."""
+    for i in range(len(folds)):
+        extended[0, 0] = folded[i]
+        for j in range(work.shape[1]):
+            extended[0, 1 + j] = work[Y, j]
+        call(folds[i].block, t, extended[0], extended[1])
+        if word(folds[i].block, RAISED) != 0:
+            return False
+        folded[i] = extended[1, 0]
+    return True
+
+
+@njit(**BARE)
+def keep_events(w, o, room, found, t_first, member):
+    """Take out the events of a trajectory; their number."""
+    n_events, o.n_events = o.n_events, 0
+    for i in range(n_events):
+        if np.isnan(t_first[room.e_index[i]]):
+            t_first[room.e_index[i]] = room.e_t[i]
+        if w.keep_found:
+            found.where[w.n_found, 0], found.where[w.n_found, 1] = member, room.e_index[i]
+            found.t[w.n_found] = room.e_t[i]
+            for j in range(found.y.shape[1]):
+                found.y[w.n_found, j] = room.e_y[i, j]
+            w.n_found += 1
+    return n_events
+
+
+@njit(**BARE)
+def stop_at_event(s, work, n_events, room):
+    """The state at the event that ended the run: the last one of the step."""
+    last = 0
+    for i in range(n_events):
+        if s.direction * (room.e_t[i] - room.e_t[last]) >= 0.0:
+            last = i
+    s.t = room.e_t[last]
+    for j in range(work.shape[1]):
+        work[Y, j] = room.e_y[last, j]
