@@ -16,7 +16,7 @@ from numba.core import types
 from numba.core.registry import cpu_target
 from numba.np.numpy_support import as_dtype
 
-from fastdyn.kernels.calls.words import FAILED, WORD, values_of
+from fastdyn.kernels.calls.calling_convention import FAILED, WORD, values_of
 
 from . import runtime
 from .deferred import ENVIRONMENT, PROCESS_BOUND, optimise_library

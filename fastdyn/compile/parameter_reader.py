@@ -6,7 +6,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from fastdyn.kernels.calls.words import array_of
+from fastdyn.kernels.calls.calling_convention import array_of
 from fastdyn.kernels.jit_options import BARE, njit
 from fastdyn.kernels.vector.number import Vector
 

@@ -33,7 +33,7 @@ def solve_ensemble(
     Parameters
     ----------
     fun, t_span, method, t_eval, events
-        As in `solve_ivp`; methods are ours (SciPy's Radau, BDF and LSODA are not offered).
+        As in `solve_ivp`; only fastdyn's own methods.
     y0 : array_like, shape (M, n) or (n,)
         Initial states, or the one that all trajectories share.
     args : tuple
@@ -44,7 +44,7 @@ def solve_ensemble(
         "max", "min", "max_time", "min_time", "mean", "rms" of each component, "final",
         "first_event", the time of the first event of each kind (other events are not kept), or a
         Fold of a function of your own.  Extrema are those of the interpolant, means are integrated
-        by the method itself, folds see the end of each step.
+        as further components of the state, folds are updated after each accepted step.
     threads : int, optional
         All processors unless given, one for each block if there is a `client`.  The results do not
         depend on it.

@@ -6,7 +6,7 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 import numpy as np
 
 from fastdyn.compile.diagnostics import GaveUp
-from fastdyn.kernels.ensemble.records import COUNT
+from fastdyn.kernels.ensemble.arguments import COUNT
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.run.assemble import run_of
 

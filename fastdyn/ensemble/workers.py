@@ -9,10 +9,10 @@ from numba import types
 
 from fastdyn import code_store
 from fastdyn.kernels.calls.user_function import FIRST
-from fastdyn.kernels.ensemble import records, scheduler
+from fastdyn.kernels.ensemble import arguments, scheduler
 from fastdyn.kernels.ensemble.lanes import N_FIELDS
+from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.output.events import EVENTS
-from fastdyn.kernels.output.records import OUTPUT
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE
 from fastdyn.run.loop import CHUNK_SECONDS, begin
 from fastdyn.run.output import OUTPUT_RECORD
@@ -69,7 +69,7 @@ class Worker:
         at_events = n_events > 0 and vector is not None and vector.watches
         at_folds = len(folds) > 0 and vector is not None and vector.gathers
         self.record = self._record(p, vector, results, at_events, at_folds, folds)
-        task = records.Task(
+        task = arguments.Task(
             self._addresses(p, vector), results.queue, self.record, state,
             OUTPUT_RECORD(0, results.extrema, 0, 0, 0, 0, 0, 0, p.t0), members.words, members.y0,
         )  # fmt: skip
@@ -77,9 +77,9 @@ class Worker:
         lanes = self._lanes(p, members, vector, work, rows)
         extended = np.empty((2, n + 1))
         block = self.bounds[0].block
-        single = records.Single(work, block, _table(places), np.empty((2, n)), extended)
+        single = arguments.Single(work, block, _table(places), np.empty((2, n)), extended)
         e_room = n_events * (1 if vector else 8)
-        room = records.Room(
+        room = arguments.Room(
             np.empty(0 if p.t_eval is None else len(p.t_eval)),
             np.empty((1, p.method.n_dense + 1, n)), np.empty((1, 2)),
             np.empty(0) if p.t_eval is None else p.t_eval.astype(float), p.segments,
@@ -87,7 +87,7 @@ class Worker:
         )  # fmt: skip
         self._room, self._n = max(ROOM, width * e_room) if n_events else 0, n
         self._piece = self._new_piece()
-        done = records.Results(*(getattr(results, name) for name in records.Results._fields))
+        done = arguments.Results(*(getattr(results, name) for name in arguments.Results._fields))
         given = task, lanes, single, room, done, self._piece, self._folds(folds, n_events)
         self._serve = code_store.Call(_serving(given), *given, self._chunk)
 
@@ -114,7 +114,7 @@ class Worker:
         return np.array([*addresses, _already(), events_kernel().address, *blocks], np.int64)
 
     def _record(self, p, vector, results, at_events, at_folds, folds):
-        record: Any = np.zeros(1, records.WORKER)
+        record: Any = np.zeros(1, arguments.WORKER)
         record["vector"], record["order"] = vector is not None, p.method.error_order
         record["last"], record["max_steps"] = p.method.last, p.max_steps
         record["t_final"] = p.tf
@@ -138,13 +138,13 @@ class Worker:
         many = np.zeros((len(work) + 2, n * width))
         for row in (RTOL, ATOL):
             many[row] = np.repeat(work[row], width)
-        return records.Lanes(
-            np.zeros((rows, width)), many, block, _table(places), np.full(width, records.IDLE),
+        return arguments.Lanes(
+            np.zeros((rows, width)), many, block, _table(places), np.full(width, arguments.IDLE),
             np.zeros(width, STATE), np.zeros(width, OUTPUT), events,
         )  # fmt: skip
 
     def _folds(self, folds, n_events):
-        table: Any = np.zeros(len(folds), records.FOLD)
+        table: Any = np.zeros(len(folds), arguments.FOLD)
         for i, fold in enumerate(folds):
             table[i] = self.bounds[1 + n_events + i].block.ctypes.data, fold.start
         return table
@@ -152,7 +152,7 @@ class Worker:
     def _new_piece(self):
         room = self._room
         where, t, y = np.empty((room, 2), np.int64), np.empty(room), np.empty((room, self._n))
-        return records.Found(where, t, y)
+        return arguments.Found(where, t, y)
 
     def _keep_piece(self):
         n = self.record["n_found"][0]

@@ -14,8 +14,8 @@ from fastdyn import code_store
 from fastdyn.compile.bind import Bound, bind
 from fastdyn.compile.python_callback import derivative, evaluate
 from fastdyn.compile.user_function import Function
-from fastdyn.kernels.calls.function_pair import FORCE, N_WORDS, VELOCITY, both_by_pointer
 from fastdyn.kernels.calls.user_function import FAULT, FORM
+from fastdyn.kernels.calls.velocity_force import FORCE, N_WORDS, VELOCITY, both_by_pointer
 from fastdyn.kernels.methods import METHODS
 
 HALVES = ("velocity", "force")

@@ -11,7 +11,7 @@ from fastdyn.code_store import Call
 from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.compile.python_callback import evaluate, interruptible
 from fastdyn.kernels.calls.user_function import FAULT, RAISED, TIME
-from fastdyn.kernels.output import records
+from fastdyn.kernels.output import arguments
 from fastdyn.kernels.output.events import EVENTS, Events
 from fastdyn.kernels.state.record import (
     ATOL,
@@ -117,8 +117,8 @@ class Run:
             events = Events(self.table, o.e_index, o.e_t, o.e_y)
         t_eval = None if p.t_eval is None else p.t_eval.astype(float)
         segments = p.segments if len(p.segments) else None
-        kernels = records.Kernels(0, enrich_kernel(*kernel).address, last, project)
-        room = records.Output(o.record, o.t, o.y, o.d, o.spans, t_eval, segments)
+        kernels = arguments.Kernels(0, enrich_kernel(*kernel).address, last, project)
+        room = arguments.Output(o.record, o.t, o.y, o.d, o.spans, t_eval, segments)
         self._watch = Call(watch_kernel(), kernels, solve, room, events, scratch, 0)
         self._callbacks = [b.callback for b in self.bounds if b.callback is not None]
         self._fresh: list = []

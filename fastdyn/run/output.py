@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.kernels.output.records import OUTPUT
+from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.record import STATE
 
 PIECE = 128  # points in the first piece of the output; later ones double

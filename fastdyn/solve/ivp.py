@@ -1,4 +1,4 @@
-"""solve_ivp: the story of one solve."""
+"""solve_ivp: integrate one initial value problem."""
 
 from fastdyn.problem import validate
 from fastdyn.problem.equations import (
@@ -64,11 +64,12 @@ def solve_ivp(
     vectorized : bool
         Whether `fun` takes y of shape (n, k).
     args : tuple, optional
-        Further arguments of `fun`, events and `project`.  Their values are parameters: others
-        need no compiling.
+        Further arguments of `fun`, events and `project`.  Changing their values does not trigger
+        recompilation.
     rtol, atol : float or array_like, shape (n,)
-        Relative and absolute tolerance of adaptive methods, 1e-3 and 1e-6 unless given: the error
-        of a step is kept below atol + rtol |y|.
+        Relative and absolute tolerance of adaptive methods, 1e-3 and 1e-6 unless given: the
+        estimated local error of each step is kept below atol + rtol |y| in the method's norm.
+        The global error may be larger.
     max_step, first_step : float
         Longest step, and the first one, of adaptive methods.
     step : float

@@ -12,7 +12,8 @@ from typing import Any
 from numba import types
 
 from fastdyn import code_store
-from fastdyn.kernels.calls.function_pair import (
+from fastdyn.kernels.calls.user_function import WORDS, by_pointer, inlined
+from fastdyn.kernels.calls.velocity_force import (
     FORCE,
     VELOCITY,
     both_inlined,
@@ -20,7 +21,6 @@ from fastdyn.kernels.calls.function_pair import (
     part_inlined,
     velocity_by_pointer,
 )
-from fastdyn.kernels.calls.user_function import WORDS, by_pointer, inlined
 from fastdyn.kernels.jit_options import BARE, njit
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.splitting import cubic_of_pair

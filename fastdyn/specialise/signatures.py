@@ -6,9 +6,9 @@ import numpy as np
 from numba import from_dtype, typeof, types
 
 from fastdyn.kernels.calls.user_function import WORDS
+from fastdyn.kernels.output.arguments import OUTPUT, Kernels, Output
 from fastdyn.kernels.output.events import EVENTS, Events
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
-from fastdyn.kernels.output.records import OUTPUT, Kernels, Output
 from fastdyn.kernels.state.record import STATE, Solve
 
 

@@ -14,8 +14,8 @@ from numba.np import arrayobj
 from ..jit_options import BARE, FUSED, njit
 from ..output.extrema import turning
 from ..state.elementwise import apply
-from ..state.fold import fold
 from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
+from ..state.reduce import fold
 from ..state.rows import fetch, keep
 from ..stepping.fixed import LANDED, add, add_size
 from ..vector.scalar_or_vector import any_lane, select
@@ -69,169 +69,153 @@ def leave(typingctx, form, lanes, row, value):
     return types.none(form, lanes, types.intp, form.known.value.dtype), codegen
 
 
-@njit(**FUSED)
-def advance(
-    rhs, step, control, exponent, last, form, extrema, watched, gathered, state, lanes, work, block,
-    n_steps,
-):  # fmt: skip
-    """Try at most `n_steps` steps in each lane; see `adaptive.advance`.
+def adaptive(step, control, exponent, last, rhs, form, extrema, watched, gathered):
+    """The loop of a method with adaptive steps around `rhs`, on vectors.
 
     Parameters
     ----------
+    step, control, exponent, last
+        See `stepping.adaptive.advance`.
     form : Form
     extrema : None or anything else
-        Whether a lane wants to be looked at when a component may exceed what it was so far, the
-        last two rows of `work`.
+        Whether to return to the scheduler when a step may contain a new maximum or minimum of a
+        component; those so far are the last two rows of `work`.
     watched : None or function
-        ``watched(form, t, y, ok, block, lanes)``: the lanes that want to be looked at for an event.
+        ``watched(form, t, y, ok, block, lanes)``: the lanes in which an event may have occurred.
     gathered : None or function
-        ``gathered(form, t, y, on, block, lanes)`` takes the state into what is gathered along the
-        way, in the lanes that nobody will look at after this step; the others are left to `serve`.
-    state : array
-        One STATE record, for what all lanes have in common: direction, h_max.
-    lanes, work : arrays, (N_FIELDS, width), (rows, n * width)
-        What belongs to each lane; the lanes of a component lie side by side.
+        ``gathered(form, t, y, on, block, lanes)`` takes the state into the folds, in the lanes
+        that go on; the others are left to the scheduler.
 
     Returns
     -------
-    int
-        The number of steps tried.  Row STATUS tells which lanes want to be looked at: FINISHED,
-        RUNNING (it reached T_STOP or LIMIT) or STEP_TOO_SMALL.
+    function
+        ``loop(state, lanes, work, block, n_steps)`` tries at most `n_steps` steps in each lane and
+        returns their number.  `state` is a STATE record of what all lanes have in common; `lanes`,
+        (N_FIELDS, width), and `work`, (rows, n * width), have what belongs to each.  Row STATUS
+        tells which lanes need the scheduler: FINISHED, RUNNING (T_STOP or LIMIT was reached) or
+        STEP_TOO_SMALL.
     """
-    direction, h_max = state[0].direction, state[0].h_max
-    t, t_end, t_stop = field(form, lanes, T), field(form, lanes, T_END), field(form, lanes, T_STOP)
-    h, live, limit = (
-        field(form, lanes, H),
-        field(form, lanes, LIVE) > 0.0,
-        field(form, lanes, LIMIT),
-    )
-    accepted, rejected = field(form, lanes, ACCEPTED), field(form, lanes, REJECTED)
-    tries = field(form, lanes, TRIES)
-    rtol, atol = fetch(form, work, RTOL), fetch(form, work, ATOL)
-    y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
-    if extrema is not None:
-        tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
-    taken = 0
-    while True:
-        taken += 1
-        h_min = control.smallest(t, direction)
-        wanted = select(h > h_max, h_max, select(h < h_min, h_min, h))
-        t_new = control.aim(t, wanted, t_end, direction)
-        size = t_new - t
-        y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
-        stuck = wanted < h_min  # h_max is below the spacing of t
-        ok = (error < 1.0) & ~stuck
-        size = abs(size)
-        longer = control.grow(size, error, exponent, tries)
-        shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
-        shorter = control.shrink(size, error, exponent, tries, h_min)
-        h = select(ok, select(shortened, wanted, longer), shorter)
-        accepted = accepted + select(ok, 1.0, 0.0)
-        rejected = rejected + select(ok | stuck, 0.0, 1.0)
-        tries = select(ok, 0.0, tries + 1.0)
-        stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
-        failed = stuck | (~ok & (h == 0.0))
-        call = live & (stopped | failed)
-        if extrema is not None:
-            call = call | (live & ok & turning(t_new - t, y, y_new, k_last, k[last], tops, lows))
-        if watched is not None:
-            call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
-        if gathered is not None:
-            gathered(form, t_new, y_new, ok & ~call, block, lanes)
-        t_old, y_old = t, y
-        t, y, k_new = select(ok, t_new, t), choose(ok, y_new, y), choose(ok, k[last], k_last)
-        if taken >= n_steps or any_lane(call):
-            break
-        k_last = k_new
-    status = select(failed, float(STEP_TOO_SMALL), select(t == t_end, float(FINISHED), 0.0))
-    leave(form, lanes, STATUS, select(call, status, float(NOTHING)))
-    leave(form, lanes, T, t)
-    leave(form, lanes, T_OLD, t_old)
-    leave(form, lanes, H, h)
-    leave(form, lanes, ERROR, error)
-    leave(form, lanes, ACCEPTED, accepted)
-    leave(form, lanes, REJECTED, rejected)
-    leave(form, lanes, TRIES, tries)
-    keep(work, K, k)
-    keep(work, Y, (y, y_old))
-    keep(work, K + last, (k_new,))
-    return taken
-
-
-@njit(**FUSED)
-def advance_fixed(
-    rhs, step, last, compensation, form, extrema, watched, gathered, state, lanes, work,
-    block, n_steps,
-):  # fmt: skip
-    """Take at most `n_steps` constant steps in each lane; see `fixed.advance` and `advance`."""
-    s = state[0]
-    direction, t_start = s.direction, s.t_start
-    t, t_end, t_stop = field(form, lanes, T), field(form, lanes, T_END), field(form, lanes, T_STOP)
-    live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
-    size, accepted = field(form, lanes, H), field(form, lanes, ACCEPTED)
-    h = direction * size
-    y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
-    carried = fetch(form, work, K + compensation)
-    if extrema is not None:
-        tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
-    taken = 0
-    while True:
-        taken += 1
-        y_new, k = step(rhs, t, y, h, k_last, carried, block, form, work)
-        ok = fold(add_size, add, 0.0, (y_new,)) < np.inf
-        accepted = accepted + select(ok, 1.0, 0.0)
-        t_new = t_start + accepted * h
-        t_new = select(abs(t_new - t_end) <= LANDED * size, t_end, t_new)
-        reached = (direction * (t_new - t_stop) >= 0.0) | (direction * (t_new - t_end) >= 0.0)
-        call = live & (~ok | reached | (accepted >= limit))
-        if extrema is not None:
-            call = call | (live & ok & turning(h, y, y_new, k_last, k[last], tops, lows))
-        if watched is not None:
-            call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
-        if gathered is not None:
-            gathered(form, t_new, y_new, ok & ~call, block, lanes)
-        t_old, y_old = t, y
-        t, y = select(ok, t_new, t), choose(ok, y_new, y)
-        k_new, carried_new = choose(ok, k[last], k_last), choose(ok, k[compensation], carried)
-        if taken >= n_steps or any_lane(call):
-            break
-        k_last, carried = k_new, carried_new
-    over = select(direction * (t - t_end) >= 0.0, float(FINISHED), float(RUNNING))
-    leave(
-        form, lanes, STATUS,
-        select(call, select(ok, over, float(NON_FINITE)), float(NOTHING)),
-    )  # fmt: skip
-    leave(form, lanes, T, t)
-    leave(form, lanes, T_OLD, t_old)
-    leave(form, lanes, ACCEPTED, accepted)
-    keep(work, K, k)
-    keep(work, Y, (y, y_old))
-    keep(work, K + last, (k_new,))
-    keep(work, K + compensation, (carried_new,))
-    return taken
-
-
-def adaptive(step, control, exponent, last, rhs, form, extrema, watched, gathered):
-    """The loop around `rhs`: ``(state, lanes, work, block, n_steps)``; see `advance`."""
 
     @njit(**BARE)
     def loop(state, lanes, work, block, n_steps):
-        return advance(
-            rhs, step, control, exponent, last, form, extrema, watched, gathered, state, lanes,
-            work, block, n_steps,
-        )  # fmt: skip
+        direction, h_max = state[0].direction, state[0].h_max
+        t, t_end, t_stop = (
+            field(form, lanes, T),
+            field(form, lanes, T_END),
+            field(form, lanes, T_STOP),
+        )
+        h, live = field(form, lanes, H), field(form, lanes, LIVE) > 0.0
+        limit = field(form, lanes, LIMIT)
+        accepted, rejected = field(form, lanes, ACCEPTED), field(form, lanes, REJECTED)
+        tries = field(form, lanes, TRIES)
+        rtol, atol = fetch(form, work, RTOL), fetch(form, work, ATOL)
+        y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
+        if extrema is not None:
+            tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
+        taken = 0
+        while True:
+            taken += 1
+            h_min = control.smallest(t, direction)
+            wanted = select(h > h_max, h_max, select(h < h_min, h_min, h))
+            t_new = control.aim(t, wanted, t_end, direction)
+            size = t_new - t
+            y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
+            stuck = wanted < h_min  # h_max is below the spacing of t
+            ok = (error < 1.0) & ~stuck
+            size = abs(size)
+            longer = control.grow(size, error, exponent, tries)
+            shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
+            shorter = control.shrink(size, error, exponent, tries, h_min)
+            h = select(ok, select(shortened, wanted, longer), shorter)
+            accepted = accepted + select(ok, 1.0, 0.0)
+            rejected = rejected + select(ok | stuck, 0.0, 1.0)
+            tries = select(ok, 0.0, tries + 1.0)
+            stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
+            failed = stuck | (~ok & (h == 0.0))
+            call = live & (stopped | failed)
+            if extrema is not None:
+                call = call | (
+                    live & ok & turning(t_new - t, y, y_new, k_last, k[last], tops, lows)
+                )
+            if watched is not None:
+                call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
+            if gathered is not None:
+                gathered(form, t_new, y_new, ok & ~call, block, lanes)
+            t_old, y_old = t, y
+            t, y, k_new = select(ok, t_new, t), choose(ok, y_new, y), choose(ok, k[last], k_last)
+            if taken >= n_steps or any_lane(call):
+                break
+            k_last = k_new
+        status = select(failed, float(STEP_TOO_SMALL), select(t == t_end, float(FINISHED), 0.0))
+        leave(form, lanes, STATUS, select(call, status, float(NOTHING)))
+        leave(form, lanes, T, t)
+        leave(form, lanes, T_OLD, t_old)
+        leave(form, lanes, H, h)
+        leave(form, lanes, ERROR, error)
+        leave(form, lanes, ACCEPTED, accepted)
+        leave(form, lanes, REJECTED, rejected)
+        leave(form, lanes, TRIES, tries)
+        keep(work, K, k)
+        keep(work, Y, (y, y_old))
+        keep(work, K + last, (k_new,))
+        return taken
 
     return loop
 
 
 def fixed(step, last, compensation, rhs, form, extrema, watched, gathered):
-    """The same for constant steps."""
+    """The same for constant steps; see `stepping.fixed.advance`."""
 
     @njit(**BARE)
     def loop(state, lanes, work, block, n_steps):
-        return advance_fixed(
-            rhs, step, last, compensation, form, extrema, watched, gathered, state, lanes, work,
-            block, n_steps,
+        s = state[0]
+        direction, t_start = s.direction, s.t_start
+        t, t_end, t_stop = (
+            field(form, lanes, T),
+            field(form, lanes, T_END),
+            field(form, lanes, T_STOP),
+        )
+        live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
+        size, accepted = field(form, lanes, H), field(form, lanes, ACCEPTED)
+        h = direction * size
+        y, k_last = fetch(form, work, Y), fetch(form, work, K + last)
+        carried = fetch(form, work, K + compensation)
+        if extrema is not None:
+            tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
+        taken = 0
+        while True:
+            taken += 1
+            y_new, k = step(rhs, t, y, h, k_last, carried, block, form, work)
+            ok = fold(add_size, add, 0.0, (y_new,)) < np.inf
+            accepted = accepted + select(ok, 1.0, 0.0)
+            t_new = t_start + accepted * h
+            t_new = select(abs(t_new - t_end) <= LANDED * size, t_end, t_new)
+            reached = (direction * (t_new - t_stop) >= 0.0) | (direction * (t_new - t_end) >= 0.0)
+            call = live & (~ok | reached | (accepted >= limit))
+            if extrema is not None:
+                call = call | (live & ok & turning(h, y, y_new, k_last, k[last], tops, lows))
+            if watched is not None:
+                call = call | (live & watched(form, t_new, y_new, ok, block, lanes))
+            if gathered is not None:
+                gathered(form, t_new, y_new, ok & ~call, block, lanes)
+            t_old, y_old = t, y
+            t, y = select(ok, t_new, t), choose(ok, y_new, y)
+            k_new, carried_new = choose(ok, k[last], k_last), choose(ok, k[compensation], carried)
+            if taken >= n_steps or any_lane(call):
+                break
+            k_last, carried = k_new, carried_new
+        over = select(direction * (t - t_end) >= 0.0, float(FINISHED), float(RUNNING))
+        leave(
+            form, lanes, STATUS,
+            select(call, select(ok, over, float(NON_FINITE)), float(NOTHING)),
         )  # fmt: skip
+        leave(form, lanes, T, t)
+        leave(form, lanes, T_OLD, t_old)
+        leave(form, lanes, ACCEPTED, accepted)
+        keep(work, K, k)
+        keep(work, Y, (y, y_old))
+        keep(work, K + last, (k_new,))
+        keep(work, K + compensation, (carried_new,))
+        return taken
 
     return loop

@@ -11,24 +11,24 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from ..calls.calling_convention import invoke
 from ..calls.user_function import RAISED
-from ..calls.words import invoke
 from ..jit_options import BARE, njit
+from ..output.arguments import Kernels, Output
 from ..output.dense_output import polynomial
 from ..output.events import Events
 from ..output.extrema import note_state, note_step
-from ..output.records import Kernels, Output
 from ..state.record import EVENT, FINISHED, FULL, RUNNING, STEP_LIMIT, Y_OLD, K, Solve, Y
 from ..state.record import RAISED as RAISED_STATUS
 from ..state.rows import slot
+from .arguments import ADVANCE, ALREADY, BLOCKS, COUNT, ENRICH, IDLE, NEXT, OPEN, START, WATCH
 from .collect import gather, keep_events, stop_at_event
+from .lane_transfer import from_lane, next_stop, raise_bar, set_parameters, to_lane, write_word
 from .lanes import (
     LIVE,
     NOTHING,
     STATUS,
 )
-from .records import ADVANCE, ALREADY, BLOCKS, COUNT, ENRICH, IDLE, NEXT, OPEN, START, WATCH
-from .transfer import from_lane, next_stop, raise_bar, set_parameters, to_lane, write_word
 
 
 @intrinsic

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from ..calls.function_pair import velocity_by_pointer
+from ..calls.velocity_force import velocity_by_pointer
 from ..ensemble import lanes
 from ..jit_options import FUSED, njit
 from ..output.dense_output import cubic, hermite

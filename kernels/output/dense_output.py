@@ -8,6 +8,7 @@ F0, F1, F2 make the cubic Hermite polynomial of the two ends and are the same fo
 a method of higher order adds rows.  Both ends of the step are met to round-off.
 """
 
+from ..calls.calling_convention import invoke
 from ..jit_options import BARE, FUSED, njit
 from ..state.record import Y_OLD, K, Y
 
@@ -40,3 +41,12 @@ def polynomial(d, x, out):
 def cubic(rhs, t, h, work, block, d):
     """Nothing to add: the interpolant is the Hermite cubic; 0 evaluations."""
     return 0
+
+
+@njit(**BARE)
+def interpolate(kernels, solve, d):
+    """The polynomial of the last step, in the rows of d."""
+    s = solve.state[0]
+    h = s.t - s.t_old
+    hermite(h, kernels.last, solve.work, d)
+    s.n_extra += invoke(kernels.enrich, (s.t_old, h, solve.work, solve.block, d))

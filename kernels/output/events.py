@@ -7,9 +7,10 @@ import numpy as np
 from ..calls.user_function import RAISED, call, word
 from ..jit_options import BARE, njit
 from ..state.record import RAISED as RAISED_STATUS
-from ..state.record import RUNNING
+from ..state.record import RUNNING, Y
 from .brent import crossing
-from .dense_output import polynomial
+from .dense_output import interpolate, polynomial
+from .projection import copy_row, project_row
 
 # One per event function.
 EVENTS = np.dtype(
@@ -115,3 +116,33 @@ def record(events, final, d, t_old, h, direction, n):
         polynomial(d, (e.root - t_old) / h, events.y[n])
         n += 1
     return n
+
+
+FAILED = -2  # in place of an event: a function raised
+
+
+@njit(**BARE)
+def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
+    """Record the events of a step up to t: the one that ends the run, -1, or FAILED."""
+    s, o = solve.state[0], output.record[0]
+    t_old, h, segments = s.t_old, s.t - s.t_old, output.segments
+    if reached:
+        copy_row(solve.work[Y], scratch[0])
+    else:
+        polynomial(d, (t - t_old) / h, scratch[0])
+    if not evaluate_all(events.table, t, scratch[0], scratch[1]):
+        return FAILED
+    if find_active(events.table) == 0:
+        return -1
+    if not ready:
+        interpolate(kernels, solve, d)
+    t_from = t_old
+    if o.i_segment > 0 and t_old == segments[o.i_segment, 0]:
+        t_from = segments[o.i_segment - 1, 2]  # events between two segments belong to the second
+    final = locate(events.table, d, t_from, t, t_old, h, s.direction, scratch)
+    first = o.n_events
+    o.n_events = record(events, final, d, t_old, h, s.direction, first)
+    for i in range(first, o.n_events):
+        if not project_row(kernels.project, events.t[i], events.y[i], scratch[1]):
+            return FAILED
+    return final

@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..calls.calling_convention import invoke
 from ..calls.user_function import RAISED, call, word
-from ..calls.words import invoke
 from ..jit_options import BARE, njit
 from ..state.record import FINISHED, RUNNING, Y
 from ..state.record import RAISED as RAISED_STATUS

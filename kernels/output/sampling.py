@@ -1,72 +1,24 @@
-"""The loop above the steps: output, dense output, events.
+"""Between the steps: output, dense output, events, projection, breakpoints.
 
 It calls a stepping kernel through its address, one step at a time where every step must be
 looked at and otherwise up to the next output time, and the interpolant through another, so that
 one compiled loop serves every method in both tiers.
 """
 
-from ..calls.user_function import RAISED, by_pointer, call, word
-from ..calls.words import invoke
+from ..calls.calling_convention import invoke
 from ..jit_options import BARE, njit
 from ..state.record import EVENT, FINISHED, FULL, RUNNING, STEP_TOO_SMALL, K, Y
 from ..state.record import RAISED as RAISED_STATUS
-from ..state.rows import slot
-from .dense_output import hermite, polynomial
-from .events import evaluate_all, find_active, leave_zero, locate, record
-
-FAILED = -2  # in place of an event: a function raised
+from .dense_output import interpolate, polynomial
+from .events import FAILED, find_events, leave_zero
+from .projection import copy_row, derive, project_row, project_state
 
 
 @njit(**BARE)
-def _copy(row, out):
-    # A loop: the assignment of a row to a row allocates, in case they overlap.
-    for i in range(len(row)):
-        out[i] = row[i]
-
-
-@njit(**BARE)
-def _interpolate(kernels, solve, d):
-    """The polynomial of the last step, in the rows of d."""
-    s = solve.state[0]
-    h = s.t - s.t_old
-    hermite(h, kernels.last, solve.work, d)
-    s.n_extra += invoke(kernels.enrich, (s.t_old, h, solve.work, solve.block, d))
-
-
-@njit(**BARE)
-def _derive(solve, last):
-    """The derivative at the present state, for the step that comes next; RUNNING or RAISED."""
-    s, work = solve.state[0], solve.work
-    by_pointer(s.t, slot(None, work, Y), solve.block, slot(None, work, K + last))
-    s.n_extra += 1
-    return RAISED_STATUS if solve.block[RAISED] != 0 else RUNNING
-
-
-@njit(**BARE)
-def _drift(work, last, gap):
-    """Move the state by its slope, over a few roundings of the time."""
+def _extrapolate(work, last, gap):
+    """Advance y by y' times `gap`, a few units in the last place of t."""
     for i in range(work.shape[1]):
         work[Y, i] += gap * work[K + last, i]
-
-
-@njit(**BARE)
-def _project_row(project, t, y, scratch):
-    """Take a state of the output to its constraints; False if the function raised."""
-    if project == 0:
-        return True
-    _copy(y, scratch)
-    call(project, t, scratch, y)
-    return word(project, RAISED) == 0
-
-
-@njit(**BARE)
-def _project(kernels, solve, scratch):
-    """Take the new state to its constraints; False if a function raised."""
-    call(kernels.project, solve.state[0].t, slot(None, solve.work, Y), scratch)
-    if word(kernels.project, RAISED) != 0:
-        return False
-    _copy(scratch, solve.work[Y])
-    return _derive(solve, kernels.last) == RUNNING
 
 
 @njit(**BARE)
@@ -101,7 +53,7 @@ def watch(kernels, solve, output, events, scratch, n_steps):
         n_steps -= s.n_accepted - before
         if status >= STEP_TOO_SMALL or s.n_accepted == before:
             return status
-        if kernels.project != 0 and not _project(kernels, solve, scratch[0]):
+        if kernels.project != 0 and not project_state(kernels, solve, scratch[0]):
             return RAISED_STATUS
         status = _sample(kernels, solve, output, events, scratch, status)
         if status != RUNNING:
@@ -135,12 +87,12 @@ def _sample(kernels, solve, output, events, scratch, status):
     d = output.d[o.n_dense]
     ready = o.dense != 0 or _is_due(s, o, output.t_eval, t) or not reached
     if ready:
-        _interpolate(kernels, solve, d)
+        interpolate(kernels, solve, d)
     if o.dense != 0:
         output.spans[o.n_dense, 0], output.spans[o.n_dense, 1] = t_old, h
         o.n_dense += 1
     if len(events.table) > 0:
-        final = _find_events(kernels, solve, output, events, scratch, t, reached, ready, d)
+        final = find_events(kernels, solve, output, events, scratch, t, reached, ready, d)
         if final == FAILED:
             return RAISED_STATUS
         if final >= 0:
@@ -151,7 +103,7 @@ def _sample(kernels, solve, output, events, scratch, status):
         t_out, y_out = output.t_eval[o.i_eval], output.y[o.i_eval]
         output.t[o.i_eval] = t_out
         polynomial(d, (t_out - t_old) / h, y_out)
-        if not _project_row(kernels.project, t_out, y_out, scratch[1]):
+        if not project_row(kernels.project, t_out, y_out, scratch[1]):
             return RAISED_STATUS
         o.i_eval += 1
     if over and status == FINISHED and o.i_segment < len(output.segments) - 1:
@@ -174,33 +126,6 @@ def _is_due(s, o, t_eval, t):
 
 
 @njit(**BARE)
-def _find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
-    """Record the events of a step up to t: the one that ends the run, -1, or FAILED."""
-    s, o = solve.state[0], output.record[0]
-    t_old, h, segments = s.t_old, s.t - s.t_old, output.segments
-    if reached:
-        _copy(solve.work[Y], scratch[0])
-    else:
-        polynomial(d, (t - t_old) / h, scratch[0])
-    if not evaluate_all(events.table, t, scratch[0], scratch[1]):
-        return FAILED
-    if find_active(events.table) == 0:
-        return -1
-    if not ready:
-        _interpolate(kernels, solve, d)
-    t_from = t_old
-    if o.i_segment > 0 and t_old == segments[o.i_segment, 0]:
-        t_from = segments[o.i_segment - 1, 2]  # events between two segments belong to the second
-    final = locate(events.table, d, t_from, t, t_old, h, s.direction, scratch)
-    first = o.n_events
-    o.n_events = record(events, final, d, t_old, h, s.direction, first)
-    for i in range(first, o.n_events):
-        if not _project_row(kernels.project, events.t[i], events.y[i], scratch[1]):
-            return FAILED
-    return final
-
-
-@njit(**BARE)
 def _store_step(kernels, solve, output, scratch, t, reached, d, h):
     """Store the end of a step; False if the projection raised."""
     s, o = solve.state[0], output.record[0]
@@ -210,10 +135,10 @@ def _store_step(kernels, solve, output, scratch, t, reached, d, h):
     y_out = output.y[o.n_out]
     output.t[o.n_out] = o.t_last = t
     if reached:
-        _copy(solve.work[Y], y_out)
+        copy_row(solve.work[Y], y_out)
     else:
         polynomial(d, (t - s.t_old) / h, y_out)
-        if not _project_row(kernels.project, t, y_out, scratch):
+        if not project_row(kernels.project, t, y_out, scratch):
             return False
     o.n_out += 1
     o.n_total += 1
@@ -226,10 +151,10 @@ def _next_segment(kernels, solve, output, events, scratch):
     s, o, segments, last = solve.state[0], output.record[0], output.segments, kernels.last
     o.i_segment += 1
     gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # crossed with the slopes of both sides
-    _drift(solve.work, last, gap)
+    _extrapolate(solve.work, last, gap)
     s.t, s.t_end = segments[o.i_segment, 0], segments[o.i_segment, 1]
-    status = _derive(solve, last)
-    _drift(solve.work, last, gap)
+    status = derive(solve, last)
+    _extrapolate(solve.work, last, gap)
     if not leave_zero(events.table, s.t, solve.work[Y], scratch):
         return RAISED_STATUS
     return status

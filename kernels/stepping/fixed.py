@@ -5,8 +5,8 @@ import numpy as np
 from ..calls.user_function import RAISED as RAISED_WORD
 from ..jit_options import BARE, FUSED, njit
 from ..state.elementwise import assign
-from ..state.fold import fold
 from ..state.record import FINISHED, NON_FINITE, RAISED, RUNNING, Y_OLD, K, Y
+from ..state.reduce import fold
 from ..state.rows import fetch, keep, slot
 
 LANDED = 1e-6  # a step that ends this close to t_end, in steps, ends at t_end

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit_options import BARE, njit
-from ..state.fold import fold
+from ..state.reduce import fold
 from ..vector.scalar_or_vector import power, select, spacing
 
 SAFETY = 0.9

@@ -11,12 +11,12 @@ from numba.extending import intrinsic, overload
 
 from ..jit_options import BARE
 from . import exponential, inverse, logarithm, rounding, trigonometric
-from .code import Lanes
+from .emit import Lanes
 from .number import INDEX, Mask, Vector, define, is_real
 
 
 def by_formula(formula):
-    """Body for `define`: the formula on `vector_code.Lanes`."""
+    """Body for `define`: the formula on `emit.Lanes`."""
     return lambda _, builder, v: formula(*(Lanes(builder, x) for x in v)).value
 
 

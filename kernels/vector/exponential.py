@@ -5,7 +5,7 @@ polynomial is minimax (Remez) on |r| <= 1.0001 (log 2) / 2, of (e^r - 1 - r) / r
 2^-60 of e^r.
 """
 
-from .code import (
+from .emit import (
     SHIFT,
     bits,
     fast_two_sum,

@@ -4,7 +4,7 @@ The polynomials are minimax (Remez) in z = q^2: of (atan q - q) / q^3 on |q| <= 
 with the error 2^-58 of atan q, of (asin q - q) / q^3 on |q| <= 1/2 with the error 2^-58 of asin q.
 """
 
-from .code import bits, fma, outlined, polynomial, quotient, signed, sqrt, two_sum, where
+from .emit import bits, fma, outlined, polynomial, quotient, signed, sqrt, two_sum, where
 from .exponential import INF
 
 ARC_TANGENT = (

@@ -8,7 +8,7 @@ The polynomials are minimax (Remez) on |s| <= 3 - 2 sqrt(2), in z = s^2, of arta
   sums of two doubles, because a power needs log x to some 64 bits.
 """
 
-from .code import (
+from .emit import (
     bits,
     fast_two_sum,
     fma,

@@ -1,12 +1,9 @@
 """Vectors of real numbers as a number type: one operation acts on all lanes.
 
 A `Vector` holds one double of each of `width` lanes, a `Mask` one truth value.  A function that is
-written for numbers, the user's or ours, compiles for vectors as it stands, unless it branches on
-them.  Lanes never mix, so that what one holds does not depend on the others.
-
-Products and sums may be fused to one rounding where the processor can, and elementary functions
-have formulas of their own.  `exact` vectors do neither: each lane holds, to the last bit, what the
-same code makes of one number.
+written for numbers compiles for vectors as it stands, unless it branches on them.  Lanes never mix.
+Products and sums may be fused, and elementary functions have formulas of their own.  `exact`
+vectors do neither: each lane holds, to the last bit, what the same code makes of one number.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 import math
 
-from .code import named, outlined, signed, where
+from .emit import named, outlined, signed, where
 from .exponential import INF
 
 

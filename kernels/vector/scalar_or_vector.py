@@ -6,7 +6,7 @@ from numba import types
 from numba.extending import intrinsic, overload
 
 from ..jit_options import BARE, FUSED, njit
-from .code import Lanes, bits, real, word
+from .emit import Lanes, bits, real, word
 from .number import Mask, Vector, constant, splat
 
 

@@ -12,7 +12,7 @@ error 2^-57 of sin r, and of (cos r - 1 + z/2) / z^2 with the error 2^-59 of cos
 import functools
 import math
 
-from .code import (
+from .emit import (
     SHIFT,
     SIGN,
     bits,

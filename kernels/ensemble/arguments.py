@@ -58,7 +58,7 @@ class Single(NamedTuple):
 
 
 class Room(NamedTuple):
-    """What `watch` fills for a trajectory; see `output.records.Output` and `events.Events`."""
+    """What `watch` fills for a trajectory; see `output.arguments.Output` and `events.Events`."""
 
     t: Any
     d: Any

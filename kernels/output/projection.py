@@ -1,0 +1,43 @@
+"""States taken to their constraints: at the end of a step, and in the output."""
+
+from ..calls.user_function import RAISED, by_pointer, call, word
+from ..jit_options import BARE, njit
+from ..state.record import RAISED as RAISED_STATUS
+from ..state.record import RUNNING, K, Y
+from ..state.rows import slot
+
+
+@njit(**BARE)
+def copy_row(row, out):
+    # A loop: the assignment of a row to a row allocates, in case they overlap.
+    for i in range(len(row)):
+        out[i] = row[i]
+
+
+@njit(**BARE)
+def derive(solve, last):
+    """The derivative at the present state, for the step that comes next; RUNNING or RAISED."""
+    s, work = solve.state[0], solve.work
+    by_pointer(s.t, slot(None, work, Y), solve.block, slot(None, work, K + last))
+    s.n_extra += 1
+    return RAISED_STATUS if solve.block[RAISED] != 0 else RUNNING
+
+
+@njit(**BARE)
+def project_row(project, t, y, scratch):
+    """Take a state of the output to its constraints; False if the function raised."""
+    if project == 0:
+        return True
+    copy_row(y, scratch)
+    call(project, t, scratch, y)
+    return word(project, RAISED) == 0
+
+
+@njit(**BARE)
+def project_state(kernels, solve, scratch):
+    """Take the new state to its constraints; False if a function raised."""
+    call(kernels.project, solve.state[0].t, slot(None, solve.work, Y), scratch)
+    if word(kernels.project, RAISED) != 0:
+        return False
+    copy_row(scratch, solve.work[Y])
+    return derive(solve, kernels.last) == RUNNING

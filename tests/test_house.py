@@ -1,0 +1,41 @@
+"""The house is in order: short files, short functions, few parameters."""
+
+import ast
+import pathlib
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[1]
+FILES = [p for d in ("fastdyn", "kernels", "tests", "bench") for p in (ROOT / d).rglob("*.py")]
+LINES, BODY, PARAMETERS = 252, 66, 10
+MANY = {"solve_ensemble", "energy_drift", "problem", "_append_stages"}  # two are public
+
+
+def functions(path):
+    tree = ast.parse(path.read_text())
+    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+
+
+def body(function):
+    first = function.body[1:2] if ast.get_docstring(function) else function.body[:1]
+    return function.end_lineno - first[0].lineno + 1 if first else 0
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_files_and_functions_are_short(path):
+    assert len(path.read_text().splitlines()) <= LINES
+    assert [f.name for f in functions(path) if body(f) > BODY] == []
+
+
+@pytest.mark.parametrize("folder", ["fastdyn", "kernels"])
+def test_functions_have_few_parameters(folder):
+    found = [f for path in (ROOT / folder).rglob("*.py") for f in functions(path)]
+    assert len(found) > 100
+    many = {f.name for f in found if len(f.args.args) + len(f.args.kwonlyargs) > PARAMETERS}
+    assert many <= MANY
+
+
+def test_folders_can_be_taken_in():
+    for folder, most in (("fastdyn", 16), ("kernels", 10)):
+        names = {p.name for p in (ROOT / folder).iterdir()} - {"__pycache__"}
+        assert len(names) <= most, sorted(names)
