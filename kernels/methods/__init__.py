@@ -1,4 +1,4 @@
-"""The methods, each a file with its tables.  A new one is a file, and a name in one of the tuples here."""
+"""The methods, each a file with its tables.  A new one is a file, and a name in a tuple here."""
 
 from types import MappingProxyType
 
