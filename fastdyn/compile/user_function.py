@@ -121,11 +121,11 @@ def described(parts):
     layout = tuple(
         ["t" if v is T else "y" if v is Y else kind(v, frozen) for v in parts.positional]
     )
-    if name := stored_outside(parts.function.__code__):
-        raise Uncompilable(f"it assigns to `{name}`, a variable outside itself")
     try:
         return layout, _outside(parts.function, parts.owner)
     except Exception as error:
+        if name := stored_outside(parts.function.__code__):
+            raise Uncompilable(f"it assigns to `{name}`, a variable outside itself") from error
         raise Uncompilable(explain(error)) from error
 
 
