@@ -1,6 +1,7 @@
 """solve_ensemble: many trajectories of one function."""
 
 import functools
+from collections.abc import Callable
 from typing import Any
 
 from fastdyn.compile.bind import or_in_python
@@ -12,21 +13,21 @@ from .trajectories import Trajectories
 
 
 def solve_ensemble(
-    fun,
-    t_span,
-    y0,
-    args=(),
-    method="RK45",
-    t_eval=None,
-    events=None,
-    reduce=None,
-    threads=None,
-    progress=False,
-    simd="auto",
-    client=None,
-    store=None,
-    block=None,
-    **options,
+    fun: Callable[..., Any],
+    t_span: Any,
+    y0: Any,
+    args: Any = (),
+    method: Any = "RK45",
+    t_eval: Any = None,
+    events: Any = None,
+    reduce: Any = None,
+    threads: Any = None,
+    progress: bool = False,
+    simd: Any = "auto",
+    client: Any = None,
+    store: Any = None,
+    block: Any = None,
+    **options: Any,
 ):
     """Solve y' = fun(t, y, *args) for many initial states and parameters at once.
 

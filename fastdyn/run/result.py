@@ -1,5 +1,9 @@
 """What a solve returns: OdeResult, OdeSolution, and the sentences for each status."""
 
+from typing import Any
+
+import numpy as np
+
 
 class OdeResult(dict):
     """A dict with attribute access, with SciPy's fields and a few more.
@@ -19,7 +23,21 @@ class OdeResult(dict):
         Steps (of our methods).
     """
 
-    def __getattr__(self, name):
+    t: np.ndarray
+    y: np.ndarray
+    sol: Any
+    t_events: Any
+    y_events: Any
+    nfev: int
+    njev: int
+    nlu: int
+    status: int
+    message: str
+    success: bool
+    n_accepted: int
+    n_rejected: int
+
+    def __getattr__(self, name) -> Any:
         try:
             return self[name]
         except KeyError:

@@ -1,5 +1,8 @@
 """solve_ivp: integrate one initial value problem."""
 
+from collections.abc import Callable
+from typing import Any
+
 from fastdyn.problem import validate
 from fastdyn.problem.equations import (
     check_second_order,
@@ -10,16 +13,16 @@ from .scipy_methods import by_scipy
 
 
 def solve_ivp(
-    fun,
-    t_span,
-    y0,
-    method="RK45",
-    t_eval=None,
-    dense_output=False,
-    events=None,
-    vectorized=False,
-    args=None,
-    **options,
+    fun: Callable[..., Any],
+    t_span: Any,
+    y0: Any,
+    method: Any = "RK45",
+    t_eval: Any = None,
+    dense_output: bool = False,
+    events: Any = None,
+    vectorized: bool = False,
+    args: Any = None,
+    **options: Any,
 ):
     """Solve y' = fun(t, y) from y(t0) = y0, with compiled code.
 

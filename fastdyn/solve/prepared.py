@@ -1,5 +1,8 @@
 """prepare: everything that a solve needs, made once, for many short solves."""
 
+from collections.abc import Callable
+from typing import Any
+
 from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.compile.rebind import rebind
@@ -13,15 +16,15 @@ REFUSED = ("checkpoint", "progress")
 
 
 def prepare(
-    fun,
-    t_span,
-    y0,
-    method="RK45",
-    t_eval=None,
-    dense_output=False,
-    events=None,
-    args=None,
-    **options,
+    fun: Callable[..., Any],
+    t_span: Any,
+    y0: Any,
+    method: Any = "RK45",
+    t_eval: Any = None,
+    dense_output: bool = False,
+    events: Any = None,
+    args: Any = None,
+    **options: Any,
 ):
     """Make a solver of y' = fun(t, y, *args), to be called with other states and arguments.
 

@@ -1,22 +1,25 @@
 """solve_second_order: q'' = a(t, q) at constant steps."""
 
+from collections.abc import Callable
+from typing import Any
+
 from fastdyn.problem import validate
 from fastdyn.run.assemble import solve_problem
 
 
 def solve_second_order(
-    accel,
-    t_span,
-    q0,
-    v0,
-    method="VelocityVerlet",
-    t_eval=None,
-    dense_output=False,
-    events=None,
-    args=None,
+    accel: Callable[..., Any],
+    t_span: Any,
+    q0: Any,
+    v0: Any,
+    method: Any = "VelocityVerlet",
+    t_eval: Any = None,
+    dense_output: bool = False,
+    events: Any = None,
+    args: Any = None,
     *,
-    step,
-    **options,
+    step: float,
+    **options: Any,
 ):
     """Solve q'' = accel(t, q) from position q0 and velocity v0, at constant step.
 

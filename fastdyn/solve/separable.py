@@ -1,22 +1,25 @@
 """solve_separable: q' = v(t, p), p' = f(t, q), the motion of H = T(p) + V(q)."""
 
+from collections.abc import Callable
+from typing import Any
+
 from fastdyn.problem import validate
 from fastdyn.problem.equations import check_pair, pair_of
 from fastdyn.run.assemble import solve_problem
 
 
 def solve_separable(
-    velocity,
-    force,
-    t_span,
-    q0,
-    p0,
-    method="VelocityVerlet",
-    t_eval=None,
-    dense_output=False,
-    events=None,
-    args=None,
-    **options,
+    velocity: Callable[..., Any],
+    force: Callable[..., Any],
+    t_span: Any,
+    q0: Any,
+    p0: Any,
+    method: Any = "VelocityVerlet",
+    t_eval: Any = None,
+    dense_output: bool = False,
+    events: Any = None,
+    args: Any = None,
+    **options: Any,
 ):
     """Solve q' = velocity(t, p), p' = force(t, q), the motion of H = T(p) + V(q).
 

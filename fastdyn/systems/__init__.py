@@ -8,6 +8,7 @@ the system's name, so a new system is a new file and nothing else.
 import importlib
 import inspect
 import pkgutil
+from typing import TYPE_CHECKING
 
 from .base.declare import State, event, initial, parameter, quantity
 from .base.system import System
@@ -29,3 +30,7 @@ def _discovered() -> dict[str, type[System]]:
 
 SYSTEMS = _discovered()
 globals().update(SYSTEMS)
+
+if TYPE_CHECKING:
+
+    def __getattr__(name: str) -> type[System]: ...

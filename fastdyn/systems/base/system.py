@@ -102,7 +102,14 @@ class System(Declared):
         """
         raise ValueError(f"No exact solution of the {self.name} is known to fastdyn.")
 
-    def solve(self, t_span=None, y0=None, method="RK45", project=None, **options):
+    def solve(
+        self,
+        t_span: Any = None,
+        y0: Any = None,
+        method: Any = "RK45",
+        project: Any = None,
+        **options: Any,
+    ) -> SystemResult:
         """
         Integrate the equations of motion; `fastdyn.solve_ivp` with the system filled in.
 
