@@ -15,7 +15,7 @@ def median_error(found, truth):
 
 def exact(many):
     """The end states, by DOP853 at a tight tolerance."""
-    return fastdyn.ensemble(many, "scalar", None, "DOP853", 1e-12, 1e-13)()
+    return fastdyn.ensemble(many, False, None, "DOP853", 1e-12, 1e-13)()
 
 
 def _as_accurate(many, truth, rival):
@@ -38,7 +38,7 @@ def rows(quick):
         many = many_of(count)
         truth = exact(many)
         runs = rivals.trajectories(many)
-        runs["fastdyn one by one, 1 core"] = fastdyn.ensemble(many, "scalar", 1)
+        runs["fastdyn one by one, 1 core"] = fastdyn.ensemble(many, False, 1)
         if "heyoka batch" in runs:
             runs |= _as_accurate(many, truth, runs["heyoka batch"])
         errors = {name: median_error(run(), truth) for name, run in runs.items()}
