@@ -54,6 +54,10 @@ wheel: .venv/.user
 	        $(BIN)/python -m fastdyn.specialise.precompile || exit 1; done
 	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
 	rm -rf build fastdyn/code_store/objects
+	@for level in $(LEVELS); do \
+	    $(BIN)/python -m zipfile --list dist/fastdyn-*.whl | grep "objects/$$level/" > /dev/null || { \
+	        echo "dist/ has no wheel with kernels for $$level: two 'make wheel' at once?"; \
+	        exit 1; }; done
 
 docs: .venv/.docs
 	$(BIN)/mkdocs build --strict

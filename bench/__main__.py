@@ -20,6 +20,8 @@ from .groups import (
     same_steps,
     scaling,
     speed,
+    stiff,
+    which_method,
     work_precision,
 )
 from .report import figures
@@ -37,6 +39,8 @@ GROUPS = {
     "ensemble": ensemble,
     "drift": drift,
     "memory": memory,
+    "stiff": stiff,
+    "which_method": which_method,
     "corpus": corpus,
     "derive": derive,
 }
@@ -80,7 +84,9 @@ def main():
     print(json.dumps(record["machine"], indent=1))
     path = options.into or options.json or (RESULTS if full else None)
     if options.into is not None:
-        record = json.loads(path.read_text())
+        now, record = record, json.loads(path.read_text())
+        elsewhere = record.setdefault("replaced", {})
+        elsewhere |= {name: {k: now[k] for k in ("date", "machine")} for name in options.only}
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
     for name in options.only:

@@ -11,6 +11,7 @@ from fastdyn.kernels.algebra.linear import SingularMatrixError, solve_linear
 from fastdyn.kernels.methods import METHODS
 from fastdyn.run.dense_output import OdeSolution
 from fastdyn.run.result import OdeResult
+from fastdyn.run.stiffness import StiffnessWarning
 from fastdyn.solve.ivp import solve_ivp
 from fastdyn.solve.second_order import solve_second_order
 from fastdyn.solve.separable import solve_separable
@@ -46,9 +47,10 @@ _LAZY = {  # name: module, imported when the name is first asked for
 
 __all__ = [
     "METHODS", "CompileWarning", "Fold", "OdeResult", "OdeSolution", "Phase", "Shared",
-    "SingularMatrixError", "Stepper", "System", "Trajectories", "__version__", "compare_drift",
-    "constrained", "energy_drift", "prepare", "solve_ensemble", "solve_ivp", "solve_linear",
-    "solve_phases", "solve_second_order", "solve_separable", "systems", "time_transformed",
+    "SingularMatrixError", "Stepper", "StiffnessWarning", "System", "Trajectories", "__version__",
+    "compare_drift", "constrained", "energy_drift", "prepare", "solve_ensemble", "solve_ivp",
+    "solve_linear", "solve_phases", "solve_second_order", "solve_separable", "systems",
+    "time_transformed",
 ]  # fmt: skip
 
 

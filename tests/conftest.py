@@ -29,8 +29,8 @@ def pytest_sessionstart(session):
     from fastdyn.kernels.methods import METHODS
     from fastdyn.specialise.scalar import dense_rows_kernel, shared_kernel, start_kernel
 
-    for name in list(METHODS)[int(worker) :: count]:
-        for kernel in (shared_kernel, start_kernel, dense_rows_kernel):
+    for name, method in list(METHODS.items())[int(worker) :: count]:
+        for kernel in (start_kernel, dense_rows_kernel, *[shared_kernel] * (not method.series)):
             kernel(name)
 
 

@@ -7,6 +7,7 @@ import fastdyn
 from bench import rivals
 from bench.problems import WORK, error, reference
 from bench.report.equal_error import at_error
+from bench.report.which_method import front
 
 
 @pytest.mark.parametrize("problem", WORK, ids=lambda problem: problem.name)
@@ -37,3 +38,9 @@ def test_time_at_an_error():
     assert at_error(points, 1e-1) == 1.0
     assert at_error(points, 1e-5) == pytest.approx(5.0)
     assert at_error(points, 10**-3.5) == pytest.approx(5.0**0.5)
+
+
+def test_a_line_of_the_figure():
+    """What another point beats in both error and time is not drawn."""
+    points = [(1e-5, 5.0), (1e-4, 10.0), (1e-2, 1.0), (1e-3, 5.0)]
+    assert front(points) == [(1e-2, 1.0), (1e-5, 5.0)]

@@ -114,9 +114,15 @@ def pivot(rows, key, column, value):
     return markdown([key, *map(str, columns)], body)
 
 
-def first_call(rows):
+def first_call(record):
     """Median seconds."""
-    return pivot(rows, "solver", "what", "median_s")
+    lines = [
+        "The first answer, seconds from the start of the process, medians; a new machine has no "
+        "files of any cache:", "", *pivot(record["first_call"], "solver", "what", "median_s"), ""
+    ]  # fmt: skip
+    if "first_call" in record.get("replaced", {}):
+        lines += [origin(record, "first_call"), ""]
+    return lines
 
 
 def drift(rows):
@@ -136,13 +142,16 @@ def scaling(rows):
     return lines
 
 
-def origin(record):
-    """Where the numbers are from."""
-    m = record["machine"]
+def origin(record, replaced=None):
+    """Where the numbers are from, or those of a group that was replaced since."""
+    others = record.get("replaced", {})
+    own = record if replaced is None else others[replaced]
+    m = own["machine"]
     versions = ", ".join(f"{name} {v}" for name, v in m["versions"].items() if v)
-    loads = ", ".join(f"{name} {value:.1f}" for name, value in record["load"].items())
+    groups = [g for g in record["load"] if g == replaced or (replaced is None and g not in others)]
+    loads = ", ".join(f"{name} {record['load'][name]:.1f}" for name in groups)
     return (
-        f"{record['date']}, {m['cpu']}, {m['cores']} cores, {m['threads']} thread a solver; "
+        f"{own['date']}, {m['cpu']}, {m['cores']} cores, {m['threads']} thread a solver; "
         f"load at the start of each group: {loads}. Versions: {versions}."
     )
 
@@ -152,7 +161,7 @@ def for_page(record):
     return [
         *same_method(record["work_precision"]),
         *at_equal_error(record["work_precision"]),
-        "The first call, median seconds:", "", *first_call(record["first_call"]), "",
+        *first_call(record),
         "A solve of thirty steps, and one with a thousand outputs, microseconds:", "",
         *pivot(record["fixed_cost"], "solver", "output", "min_us"), "",
         "Trajectories a second (satellite to t = 100, building to t = 20, rtol 1e-6):", "",

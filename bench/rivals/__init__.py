@@ -11,12 +11,15 @@ A module here has one or more of:
 ``trajectories(many)``
     ``{name: run}``; ``run()`` solves all trajectories of a `problems.many.Many` with `MANY_RTOL`
     and `MANY_ATOL` and returns their end states.
+``stiff(stiff)``
+    ``{name: prepare}`` for a `problems.stiff.Stiff`; ``prepare(tol)`` as above, with rtol = tol and
+    atol = tol times its floor.
 ``orbits(orbit)``
     ``{name: make}``; ``make()`` puts a satellite at its start and returns ``go(t)``, which carries
     it on to t and returns [x, y, vx, vy].
 ``FIRST_CALL``
     ``{name: (imports, body)}``, the text of a script: `body` defines ``solve()`` for the numbers
-    ``{k}`` and ``{power}``.
+    ``{k}`` and ``{power}``, fastdyn's by ``{method}``.
 
 A rival that is not installed is an ImportError.
 """
@@ -52,6 +55,11 @@ def solvers(problem):
 def trajectories(many):
     """{name: run} of everything that is installed and solves many trajectories."""
     return _joined("trajectories", many)
+
+
+def stiff(given):
+    """{name: prepare} of everything that is installed and made for stiff problems."""
+    return _joined("stiff", given)
 
 
 def orbits(orbit):

@@ -11,17 +11,36 @@ from ..problems import compiled
 from . import MANY_ATOL, MANY_RTOL
 from .scipy import end_of
 
-PAIRS = [name for name, m in METHODS.items() if m.error_order and name not in ("RK23", "ode45")]
+STIFF = ("Radau", "BDF", "Rodas5P")
+PAIRS = [
+    name for name, m in METHODS.items() if m.error_order and name not in ("RK23", "ode45", *STIFF)
+]
 
+SOLVE = """
+options = {{}} if fastdyn.METHODS["{method}"].error_order else {{"step": 0.01}}
+def solve():
+    return fastdyn.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0], "{method}", **options)
+"""
 FIRST_CALL = {
     "fastdyn": (
         "import fastdyn",
         """
 def fun(t, y):
-    return [y[1], -{k} * y[0] - y[1] ** {power}]
-def solve():
-    return fastdyn.solve_ivp(fun, (0.0, 5.0), [1.0, 0.0])
-""",
+    return [y[1], -{k} * y[0] - y[0] ** {power}]
+"""
+        + SOLVE,
+    ),
+    "fastdyn, a function for Numba": (
+        "import math, fastdyn",
+        """
+def fun(t, y):
+    x, change = t, 1.0
+    while abs(change) > 1e-12:
+        change = (x - 0.5 * math.sin(x) - t) / (1.0 - 0.5 * math.cos(x))
+        x -= change
+    return [y[1], -{k} * y[0] - y[1] ** {power} + x]
+"""
+        + SOLVE,
     ),
 }
 
@@ -35,6 +54,21 @@ def solvers(problem):
         problem = problem._replace(fun=compiled(problem))
     made = {f"fastdyn {name}": functools.partial(_prepared, problem, name) for name in PAIRS}
     return made | {"fastdyn RK45 by solve_ivp": functools.partial(_plain, problem, "RK45")}
+
+
+def stiff(given, names=STIFF):
+    """Radau, BDF and Rodas5P, unless others are named."""
+    p = given.problem
+    fun = p.fun if p.into is None else compiled(p)
+    return {f"fastdyn {name}": functools.partial(_stiff, fun, given, name) for name in names}
+
+
+def _stiff(fun, given, method, tol):
+    p = given.problem
+    solve = fastdyn.prepare(
+        fun, p.t_span, p.y0, method, t_eval=p.t_span[1:], rtol=tol, atol=tol * given.floor
+    )
+    return lambda: end_of(solve())
 
 
 def _given(problem, method, tol, times):

@@ -8,10 +8,7 @@ import numpy as np
 from ..problems import equations
 from . import MANY_RTOL, MAX_STEPS
 
-FIRST_CALL = {
-    "heyoka": (
-        "import heyoka as hy",
-        """
+FIRST = """
 x, v = hy.make_vars("x", "v")
 def solve(made=[]):
     if not made:
@@ -19,8 +16,11 @@ def solve(made=[]):
     made[0].time = 0.0
     made[0].state[:] = [1.0, 0.0]
     made[0].propagate_until(5.0)
-""",
-    ),
+"""
+WITHOUT_DISK = "import heyoka as hy; hy.llvm_state.set_diskcache_enabled(False)"
+FIRST_CALL = {
+    "heyoka": ("import heyoka as hy", FIRST),
+    "heyoka, disk cache off": (WITHOUT_DISK, FIRST),
 }
 
 

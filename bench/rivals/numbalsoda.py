@@ -10,6 +10,20 @@ from ..problems import in_place
 from . import MANY_ATOL, MANY_RTOL, MAX_STEPS
 from .parameters import to_tuple_of
 
+FIRST_CALL = {
+    "numbalsoda": (
+        "import numpy as np; from numba import cfunc; from numbalsoda import lsoda, lsoda_sig",
+        """
+@cfunc(lsoda_sig)
+def fun(t, y, d, p):
+    d[0] = y[1]
+    d[1] = -{k} * y[0] - y[1] ** {power}
+def solve():
+    return lsoda(fun.address, np.array([1.0, 0.0]), np.linspace(0.0, 5.0, 2))
+""",
+    ),
+}
+
 
 def solvers(problem):
     """Both its methods."""

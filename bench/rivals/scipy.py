@@ -36,6 +36,20 @@ def end_of(result):
     return result.y[:, -1] if result.success else np.nan
 
 
+def stiff(given):
+    """Radau, BDF and LSODA on a compiled right-hand side."""
+    p, jitted = given.problem, functools.cache(lambda: compiled(given.problem))
+
+    def prepare(method, tol):
+        fun, options = jitted(), {"rtol": tol, "atol": tol * given.floor}
+        return lambda: end_of(
+            solve_ivp(fun, p.t_span, p.y0, method, t_eval=p.t_span[1:], **options)
+        )
+
+    names = ("Radau", "BDF", "LSODA")
+    return {f"SciPy {name}, njit": functools.partial(prepare, name) for name in names}
+
+
 def solvers(problem):
     """RK45, DOP853 and LSODA by solve_ivp; LSODA by odeint; Hairer's DOP853 by ode."""
     jitted = functools.cache(lambda: compiled(problem))

@@ -25,6 +25,25 @@ def solve():
 }
 
 
+def stiff(given):
+    """CVODE's BDF; the Jacobian by differences, banded for problems by the method of lines."""
+    p, into = given.problem, functools.cache(lambda: in_place(given.problem))
+    line = {} if p.into is None else {"linsolver": "band", "lband": 2, "uband": 2}
+
+    def prepare(tol):
+        y0 = np.array(p.y0, dtype=float)
+        options = {"rtol": tol, "atol": tol * given.floor, "max_num_steps": MAX_STEPS, **line}
+        solver = CVODE(into(), method="BDF", **options)
+
+        def run():
+            solver.init_step(p.t_span[0], y0)
+            return solver.step(p.t_span[1], tstop=p.t_span[1]).y
+
+        return run
+
+    return {"CVODE BDF, njit": prepare}
+
+
 def solvers(problem):
     """Adams, with the right-hand side compiled; CVODE calls it through Python."""
     into = functools.cache(lambda: in_place(problem))

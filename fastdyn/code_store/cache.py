@@ -63,10 +63,11 @@ def compiled(key, build, kernel=True):
     return _kept(key, symbol, code, needs, arguments)
 
 
-def assembled(key, write):
+def assembled(key, write, scheduled=False):
     """The machine code for `key`, from disk or by `write(symbol)`, which gives LLVM's text of it.
 
-    `key` is everything that the code depends on, as in `compiled`.
+    `key` is everything that the code depends on, as in `compiled`; `scheduled` text is in an order
+    that an optimiser would only spoil.
     """
     found = stored(key)
     if found:
@@ -75,7 +76,7 @@ def assembled(key, write):
 
     symbol = _symbol(key)
     with _assembling:
-        code, needs = translated(write(symbol), symbol)
+        code, needs = translated(write(symbol), symbol, scheduled)
     return _kept(key, symbol, code, needs, [])
 
 

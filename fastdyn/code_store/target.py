@@ -56,14 +56,23 @@ def _target(triple, cpu, features, opt):
     )
 
 
-def translated(text, symbol):
-    """LLVM's text of a module, in which `symbol` is a function, as (object code, needs)."""
+def translated(text, symbol, scheduled=False):
+    """LLVM's text of a module, in which `symbol` is a function, as (object code, needs).
+
+    Of `scheduled` text only the places on the stack are made values.
+    """
     initialise()
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = processor()[0], str(target().target_data)
     for function in module.functions:
         if not function.is_declaration and function.name != symbol:
             function.linkage = "internal"
+    if scheduled:
+        builder = llvm.create_pass_builder(target(), llvm.create_pipeline_tuning_options(0))
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_sroa_pass()
+        passes.run(module, builder)
+        return emitted(module, symbol, target(2))
     if text.count("\n") > STRAIGHT:
         return emitted(module, symbol, target(0))
     optimise(module)

@@ -16,8 +16,9 @@ from fastdyn.kernels.calls.block import FAULT, FIRST
 from . import by_tracing
 from .by_tracing import traced_function
 from .callable_parts import Y, parts_of
-from .diagnostics import FoundLater, GaveUp, Uncompilable, warn_once
+from .diagnostics import FoundLater, GaveUp, LeftToSciPy, Uncompilable, warn_once
 from .function import Function
+from .jacobian_block import CONSTANT, constant_block, constant_function
 from .parameters import COMPLEX_MODES, n_words, pack_all
 from .python_callback import Callback
 
@@ -54,8 +55,8 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     args : tuple
     mode : str
         "derivative", "column" (`vectorized=True`), "acceleration", "event", "jump" (the state after
-        an event), one of COMPLEX_MODES or MOMENT_MODES, or "velocity" and "force", the two halves
-        of a derivative.
+        an event), "matrix" (a Jacobian), one of COMPLEX_MODES or MOMENT_MODES, or "velocity" and
+        "force", the two halves of a derivative.
     n : int
         Length of the y that the function gets.
     near : by_tracing.Near, optional
@@ -81,10 +82,10 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         if refused:
             raise Uncompilable(refused)
         found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
+        if found is None and mode in COMPLEX_MODES:
+            raise LeftToSciPy
         if found is None and by_tracing.has_effect(fun, args, mode, n, varying):
             raise Uncompilable("it does more than give a value")
-        if found is None and mode in COMPLEX_MODES:
-            raise Uncompilable("it takes complex numbers, and cannot be traced")
         if found is None:
             parts = parts_of(fun, args)
             from .by_numba import compiled_function
@@ -107,6 +108,14 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         pack_all(parameters, block, keepalive)
     keepalive.append(function)
     return Bound(function, block, as_written, keepalive, None, parameters, mode, (), {}, at)
+
+
+def bind_matrix(matrix):
+    """A constant Jacobian, (n, n) floats, as a Bound."""
+    return Bound(
+        constant_function(matrix), constant_block(matrix), lambda t, y: matrix, [matrix], None, [],
+        CONSTANT,
+    )  # fmt: skip
 
 
 def arguments_at(parts):

@@ -43,6 +43,7 @@ MODES = {  # how a function may be compiled, best first: (mode, returned lists b
     "acceleration": (("acceleration", True), ("acceleration", False)),
     "event": (("event", True),),
     "jump": (("jump", True), ("jump", False)),
+    "matrix": (("matrix", True), ("matrix", False)),
     **{mode: ((mode, True), (mode, False)) for mode in MOMENT_MODES},
 }
 

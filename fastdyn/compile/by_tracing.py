@@ -187,6 +187,7 @@ def _traced(fun, args, mode, n, near, varying, lifted):
             key, code.address, sum(map(n_words, traced.kinds)),
             functools.cache(traced.dispatcher), code, mode, traced.build_vector,
             _seconds(_compiled(traced, code.address, given), near, n),
+            functools.cache(traced.series), traced,
         )  # fmt: skip
     place, values = (key, _code(fun)), flat(given)
     unseen = _verified.get(place)
@@ -217,6 +218,7 @@ def _shape(mode, n):
     if mode in MOMENT_MODES:
         own = n // (1 + len(mode.split()))
     shape = None if mode in EVENT_MODES else (n, 1) if mode == "column" else (own,)
+    shape = (n * n,) if mode == "matrix" else shape
     return (n, (2 * n,), n) if mode == "acceleration" else (own, shape, 0)
 
 

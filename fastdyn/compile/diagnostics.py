@@ -38,6 +38,10 @@ class GaveUp(Exception):
         self.bound = bound
 
 
+class LeftToSciPy(Exception):
+    """A function of complex numbers cannot be traced: neither Numba nor the kernels take it."""
+
+
 class WritesToState(ValueError):
     """A function writes to the state that it is given, where only SciPy does what SciPy does."""
 

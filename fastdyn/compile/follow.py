@@ -3,10 +3,15 @@
 What must hold is looked up once; rows on which nothing depends are left out.
 """
 
+import operator
+import types as python
+
 from fastdyn.trace.reads import CHECKS, STEPS
 
 MAX_WHOLE = 2**53  # beyond, a whole number is part of the code: floats cannot tell it from others
 ERRORS = (AttributeError, KeyError, IndexError, TypeError, ValueError)
+NO_DEFAULTS, NO_ATTRIBUTES = (0, 0), ("inside", "__dict__", "keys", (dict, []))
+_facts = operator.attrgetter("__code__", "__defaults__", "__kwdefaults__", "__dict__")
 
 
 class Follower:
@@ -21,14 +26,18 @@ class Follower:
         at_root = [i for i in needed if reads.rows[i].parent < 0]
         rest = [i for i in needed if reads.rows[i].parent >= 0]
         place = {i: reads.rows[i].key for i in at_root}
-        place |= {i: self._n + j for j, i in enumerate(rest)}
-        self._types, self._roots, self._rows = [], [], []
+        self._types, self._plain, self._roots, self._rows = [], [], [], []
         for i in at_root:
             _, _, key, check, expected = reads.rows[i]
             if check == "number":
                 self._types.append((key, expected))
+            elif (bare := _without_attributes(reads, i)) in rest:
+                rest.remove(bare)
+                code, scope = expected[:2]
+                self._plain.append((key, scope, (code, None, None, {})))
             elif check is not None:
                 self._roots.append((key, CHECKS[check], expected))
+        place |= {i: self._n + j for j, i in enumerate(rest)}
         for i in rest:
             parent, step, key, check, expected = reads.rows[i]
             check = None if check is None else CHECKS[check]
@@ -36,6 +45,7 @@ class Follower:
         self._aliases = [(place[a], place[b]) for a, b in reads.aliases]
         self._groups = [place[group.row] for group in reads.groups]
         self._whole = [place[group.row] for group in reads.groups if group.whole]
+        self._deep = bool(self._roots or self._rows or self._aliases or self._whole)
         self._assumes = bool(reads._fixed or reads.assumed)
 
     def _needed(self):
@@ -57,6 +67,22 @@ class Follower:
         for i, kind in self._types:
             if type(roots[i]) is not kind:
                 return None
+        for i, scope, facts in self._plain:
+            value = roots[i]
+            if (
+                type(value) is not python.FunctionType
+                or value.__globals__ is not scope
+                or _facts(value) != facts
+            ):
+                return None
+        found = self._found(roots) if self._deep else roots
+        if found is None:
+            return None
+        given = [found[i] for i in self._groups]
+        return None if self._assumes and not self._reads._holds(given) else given
+
+    def _found(self, roots):
+        """The roots, and what is found from them; None where the trace does not hold."""
         found = list(roots)
         try:
             for i, check, expected in self._roots:
@@ -75,5 +101,16 @@ class Follower:
         for i in self._whole:
             if not -MAX_WHOLE <= found[i] <= MAX_WHOLE:
                 return None
-        given = [found[i] for i in self._groups]
-        return None if self._assumes and not self._reads._holds(given) else given
+        return found
+
+
+def _without_attributes(reads, root):
+    """The row that says that a function without defaults has no attributes; None without."""
+    rows = reads.rows
+    _, _, key, check, expected = rows[root]
+    if check != "code" or expected[2:] != NO_DEFAULTS:
+        return None
+    if type(reads.roots[key]) is not python.FunctionType:
+        return None
+    found = (i for i, row in enumerate(rows) if row.parent == root and row[1:] == NO_ATTRIBUTES)
+    return next(found, None)

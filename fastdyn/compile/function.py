@@ -10,7 +10,8 @@ class Function(NamedTuple):
     """A compiled function of the user; `key` is None if only this process can identify it.
 
     `build` makes the dispatcher of its pointer form, `build_vector`, of a traced one, that of its
-    form on vectors; `seconds` is what an evaluation takes at most, where it is known.
+    form on vectors, ``series(order)`` its kernel of the Taylor method; `seconds` is what an
+    evaluation takes at most, where it is known; `traced` is its trace, if it has one.
     """
 
     key: str | None
@@ -21,3 +22,5 @@ class Function(NamedTuple):
     mode: str = ""
     build_vector: Any = None
     seconds: float = math.inf
+    series: Any = None
+    traced: Any = None

@@ -19,7 +19,7 @@ from fastdyn.kernels.state.elementwise import view
 
 from .parameter_reader import _read, numba_type
 from .parameters import MOMENT_MODES
-from .return_value import flat, store
+from .return_value import flat, store, store_matrix
 
 WORDS = types.CPointer(types.int64)
 ROW = types.Array(types.float64, 1, "C")
@@ -94,6 +94,7 @@ def pointer_form(inner, values, mode):
     mode : str
         "derivative"; "in place", the same for a function that writes to y, and so to the state;
         "jump", the same for the state after an event, which may be y, written to;
+        "matrix", n rows of n numbers;
         "column", y as an (n, 1) array; "event", one number; "acceleration", the second half of
         the derivative of [q, 0]; MOMENT_MODES, the derivative and the rates of the moments.
     """
@@ -106,6 +107,11 @@ def pointer_form(inner, values, mode):
 
         def body(t, y, n, block, out):
             store(inner(*values(t, _array(y, n), block)), _array(out, n), 0)
+
+    elif mode == "matrix":
+
+        def body(t, y, n, block, out):
+            store_matrix(inner(*values(t, _readonly(y, n), block)), _array(out, n * n), n)
 
     elif mode == "column":
 

@@ -16,7 +16,7 @@ import numpy as np
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 from fastdyn.kernels.calls.block import RAISED_WORD
 
-from .diagnostics import WritesToState
+from .diagnostics import LeftToSciPy, WritesToState
 from .parameters import COMPLEX_MODES, EVENT_MODES, MOMENT_MODES
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -54,7 +54,7 @@ class Callback:
         self.exception, self.inside, self.pending, self.writes = None, False, None, True
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._announcement = announce
-        self._n_out = 1 if mode in EVENT_MODES else n
+        self._n_out = {"event": 1, "matrix": n * n}.get(mode, n)
         self._function = SIGNATURE(self._call)
         self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
 
@@ -143,6 +143,8 @@ def evaluate(fun, mode, t, y):
     if mode == "complex":
         value = derivative(np.asarray(fun(t, y), dtype=complex).view(), n // 2, mode)
         return value.view(float)
+    if mode == "matrix":
+        return matrix(fun(t, y), n).reshape(-1)
     if mode in MOMENT_MODES:
         moments = mode.split()
         own = y[: n // (1 + len(moments))]
@@ -155,6 +157,21 @@ def evaluate(fun, mode, t, y):
     except SingularMatrixError as error:
         raise SingularMatrixError(f"At t = {t:.10g}, {error}.") from error
     return derivative(value, len(y), mode)[len(y) - n :]
+
+
+def matrix(value, n):
+    """A Jacobian as an array of (n, n) floats, ValueError if it is not one.
+
+    Raises LeftToSciPy for a sparse matrix.
+    """
+    if hasattr(value, "tocsc"):
+        raise LeftToSciPy
+    array = np.asarray(value, dtype=float)
+    if array.shape != (n, n):
+        raise ValueError(
+            f"`jac` is expected to have shape {(n, n)}, but actually has {array.shape}."
+        )
+    return array
 
 
 def derivative(value, n, mode="derivative"):

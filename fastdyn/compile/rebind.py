@@ -5,12 +5,14 @@ import types as python
 import numpy as np
 
 from fastdyn.kernels.calls.block import FAULT
+from fastdyn.trace.reads import flat
 
 from . import by_tracing
 from .callable_parts import parts_of
 from .captured import references, resolve
 from .diagnostics import Uncompilable
 from .fingerprint import frozen
+from .jacobian_block import CONSTANT
 from .parameters import pack_all, parameter_type
 
 UNCHANGING = (  # the same object is the same value
@@ -25,8 +27,8 @@ def rebind(bound, fun, args):
     is as it was.
     """
     function = bound.function
-    if function is None:
-        return False
+    if function is None or bound.mode == CONSTANT:
+        return function is not None
     again = bound.seen.get("again")
     if again is not None and again(fun, args):
         return True
@@ -62,7 +64,7 @@ def _by_trace(known, bound):
 
     def again(fun, args):
         given = follow((fun, *args))
-        if given is None or (zeros.size and known.values(fun, args) is None):
+        if given is None or (zeros.size and flat(given)[zeros].any()):
             return False
         kept[:] = fun, args, function
         pack(given, block, kept)

@@ -84,3 +84,51 @@ def _store(value, out, skip):
     if isinstance(value, types.List | types.ListType) and isinstance(value.dtype, real):
         return lambda value, out, skip: _store_row(np.array(value), out, skip)
     raise errors.TypingError(f"the result is of type {value}, not real numbers")
+
+
+def store_matrix(value, out, n):
+    """Write n rows of n numbers to `out`."""
+    raise TypeError("compiled only")
+
+
+@njit(**INLINED)
+def _store_table(value, out, n):
+    if value.shape != (n, n):
+        raise ValueError("jac returned an array of the wrong shape")
+    for i in range(n):
+        for j in range(n):
+            out[i * n + j] = value[i, j]
+
+
+@overload(store_matrix, jit_options=INTERNAL)
+def _store_matrix(value, out, n):
+    if isinstance(value, types.Array) and value.ndim == 2:
+        return lambda value, out, n: _store_table(value, out, n)
+    if isinstance(value, types.BaseTuple) and len(value):
+        size = len(value)
+
+        def rows(value, out, n):
+            if size != n:
+                raise ValueError("jac returned rows of the wrong number")
+            _store_rows(value, out, n)
+
+        return rows
+    if isinstance(value, types.List | types.ListType):
+        return lambda value, out, n: _store_table(np.array(value), out, n)
+    raise errors.TypingError(f"the Jacobian is of type {value}, not rows of real numbers")
+
+
+def _store_rows(value, out, n):
+    raise TypeError("compiled only")
+
+
+@overload(_store_rows, jit_options=INTERNAL)
+def _rows(value, out, n):
+    if len(value) == 1:
+        return lambda value, out, n: store(value[0], out[:n], 0)
+
+    def rows(value, out, n):
+        store(value[0], out[:n], 0)
+        _store_rows(value[1:], out[n:], n)
+
+    return rows

@@ -8,10 +8,11 @@ import hashlib
 
 import numpy as np
 
+from fastdyn import code_store
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.trace.graph import live
 
-from .parameters import FLOAT, INT, MOMENT_MODES, packer
+from .parameters import EVENT_MODES, FLOAT, INT, MOMENT_MODES, packer
 from .python_callback import SIGNATURE
 
 
@@ -62,6 +63,26 @@ class Traced:
         from .traced_pointer_form import text
 
         return text(self, symbol)
+
+    def series(self, order):
+        """The kernel of the Taylor method of an order, or of the series of an event along a step.
+
+        NotSmooth if there is none.
+        """
+        from .traced_series import text, text_of_event
+
+        text = text_of_event if self.mode in EVENT_MODES else text
+        key = f"series {order} {self.key()}"
+        return code_store.assembled(key, lambda symbol: text(self, symbol, order), True)
+
+    def lane_series(self, order, kinds, width):
+        """The same kernel with a trajectory in each lane of a vector."""
+        from .traced_lanes import text
+
+        key = f"series in lanes {order} {width} {kinds} {self.key()}"
+        return code_store.assembled(
+            key, lambda symbol: text(self, symbol, order, kinds, width), True
+        )
 
     def dispatcher(self):
         """The pointer form for Numba, to be inlined into kernels."""

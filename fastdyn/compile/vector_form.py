@@ -13,13 +13,15 @@ from .parameters import n_words
 class VectorForm(NamedTuple):
     """What a kernel on vectors needs of a function.
 
-    `parameters` are (type, value) each; ``build()`` gives the function on vectors.
+    `parameters` are (type, value) each; ``build()`` gives the function on vectors, and
+    ``series(order)`` its kernel of the Taylor method on them.
     """
 
     key: str
     parameters: list
     n_words: int
     build: Any
+    series: Any
 
 
 def vector_form(fun, args, varying, mode, n, near, width):
@@ -35,4 +37,6 @@ def vector_form(fun, args, varying, mode, n, near, width):
     ]
     kinds = [k for k, _ in parameters]
     build = functools.partial(function.build_vector, kinds)
-    return VectorForm(f"{function.key} {kinds}", parameters, sum(map(n_words, kinds)), build)
+    series = functools.partial(function.traced.lane_series, kinds=kinds, width=width)
+    n_all = sum(map(n_words, kinds))
+    return VectorForm(f"{function.key} {kinds}", parameters, n_all, build, series)

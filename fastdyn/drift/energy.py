@@ -166,6 +166,8 @@ class _Run:
             self.fun, 0.0, t_end, self.y0, self.method, np.empty(0), False, None, self.args, mode,
             options,
         )  # fmt: skip
+        if p.jac is not None:
+            raise TypeError("a drift study takes no `jac`: it is exact, or by differences.")
         probe_equations(p)
         bound = bind_equations(p)
         followed = [

@@ -9,7 +9,7 @@ from fastdyn.code_store import Call
 from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.state.record import RUNNING, Solve
-from fastdyn.run.begin import begin
+from fastdyn.run.begin import begin, jacobian_of
 from fastdyn.run.loop import next_chunk
 from fastdyn.specialise.scalar import open_survey_kernel, start_kernel, survey_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
@@ -25,6 +25,7 @@ class Survey:
         self._problem, self._bound, self._followed = p, bound, followed
         self.bounds = [*bound.pair, bound, *followed]
         self.state, self.work = begin(p)
+        self._jacobian = jacobian_of(p, bound, ())
         self.invariants: Any = np.zeros(m, INVARIANT)
         self.record: Any = np.zeros(1, SURVEY)
         self.record[0]["every"] = every
@@ -60,7 +61,7 @@ class Survey:
         """Step to the end, or to a failure; the status."""
         p = self._problem
         callbacks = [b.callback for b in self.bounds if b.callback is not None]
-        tier = Tier(p.method.name, self._bound, len(p.y0), p.compile)
+        tier = Tier(p, self._bound)
         status, chunk = RUNNING, FIRST_STEPS
         solve = Solve(self.state, self.work, self._bound.block)
         survey = Call(

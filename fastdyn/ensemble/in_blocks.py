@@ -13,6 +13,7 @@ from numba import cloudpickle
 from fastdyn import __version__
 from fastdyn.compile.bind import bind, or_in_python
 from fastdyn.kernels.state.record import INTERRUPTED
+from fastdyn.problem.events import AS_GIVEN
 from fastdyn.problem.members import Shared
 from fastdyn.run import resume
 from fastdyn.run.checkpoint import fingerprint
@@ -134,7 +135,7 @@ def description(ensemble, first):
 
 def _marked(event, limit, direction):
     """An event that takes what was said of it along to another process."""
-    marked: Any = functools.partial(getattr(event, reductions.AS_GIVEN, event))
+    marked: Any = functools.partial(getattr(event, AS_GIVEN, event))
     marked.terminal, marked.direction = limit, direction
     return marked
 

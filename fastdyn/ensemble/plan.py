@@ -1,5 +1,6 @@
 """What is asked of an ensemble, checked, and its functions compiled."""
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from fastdyn.compile.diagnostics import Uncompilable
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.side_effects import check_independent
+from fastdyn.compile.taylor.accuracy import order_of_many
 from fastdyn.problem import validate
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
@@ -45,7 +47,7 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
         raise ValueError(f"`method={method!r}` is SciPy's; ensembles take fastdyn's own methods.")
     if simd not in SIMD:
         raise ValueError(f"`simd={simd!r}` is unknown; choose from auto, True, False.")
-    for name in ("callback", "checkpoint", "compile", "dense_output"):
+    for name in ("callback", "checkpoint", "compile", "dense_output", *validate.OF_ONE_SOLVE):
         if name in options:
             raise TypeError(f"an ensemble takes no `{name}`.")
     t0, tf = validate.time_span(t_span)
@@ -93,20 +95,25 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
 
 def _vector_kernel(problem, members, wanted):
     """The kernel for vectors, and why it leaves the events or folds to one trajectory at a time."""
-    from fastdyn.specialise.vector import kernel
+    from fastdyn.specialise.vector import kernel, series_kernel
 
     p = problem
     varying = tuple(j in members.varying for j in range(len(members.first)))
     given = (
-        p.method.name, p.fun, members.first, varying, p.mode, members.n, members.near(p, members.n),
+        p.fun, members.first, varying, p.mode, members.n, members.near(p, members.n),
         reductions.extrema(wanted),
     )  # fmt: skip
+    if p.method.series:
+        order = order_of_many(p.rtol, p.atol)
+        of_method: Any = functools.partial(series_kernel, order, *given)
+    else:
+        of_method = functools.partial(kernel, p.method.name, *given)
     events, folds = [event for event, _, _ in p.events or ()], reductions.folds(wanted)
     others = [fold.of_state(members.n, reductions.n_copies(wanted)) for fold in folds]
     reason = ""
     if (events or others) and p.project is None:
         try:
-            return kernel(*given, events, others), ""
+            return of_method(events, others), ""
         except Uncompilable as error:
             reason = f"events and folds one by one: {error}"
-    return kernel(*given), reason
+    return of_method(), reason

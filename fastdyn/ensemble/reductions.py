@@ -1,17 +1,16 @@
 """What an ensemble gathers along each trajectory instead of keeping it."""
 
-import functools
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fastdyn.kernels.output.extrema import MAX, MIN, T_MAX, T_MIN
+from fastdyn.problem.events import of_own
 from fastdyn.problem.validate import MATLAB_METHODS
 
 EXTREMA = {"max": MAX, "max_time": T_MAX, "min": MIN, "min_time": T_MIN}
 MOMENTS = ("mean", "rms")
-AS_GIVEN = "__fastdyn_event__"  # on an event function that is changed for the moments
 NAMES = (*EXTREMA, *MOMENTS, "final", "first_event")
 
 
@@ -138,22 +137,9 @@ def extended(problem, mode, members):
         rtol = np.tile(np.broadcast_to(rtol, n) * share, times)
     atol = np.full(times * n, math.inf)
     atol[:n] = np.broadcast_to(problem.atol, n) * share
-    events = problem.events and [(_of_own(e, n), *how) for e, *how in problem.events]
+    events = problem.events and [(of_own(e, n), *how) for e, *how in problem.events]
     y0 = np.tile(problem.y0, times)
     return problem._replace(y0=y0, rtol=rtol, atol=atol, mode=mode, events=events)
-
-
-def _of_own(event, n):
-    """An event function of the state that its moments follow."""
-    while isinstance(event, functools.partial) and not event.args and not event.keywords:
-        event = event.func  # a partial that is there to carry marks
-
-    def watched(t, y, *args):
-        return event(t, y[:n], *args)
-
-    watched.__name__ = getattr(event, "__name__", "event")
-    setattr(watched, AS_GIVEN, event)
-    return watched
 
 
 def value(item, results, trajectories):

@@ -207,11 +207,12 @@ class Trajectories:
             t, y = self.t_end[i : i + 1], self.y_end[i][:, None]
         else:
             t, y = self.t[:n], self.y[i, :, :n]
+        uncounted = None if self._problem.method.n_matrices else 0
         return OdeResult(
             t=t, y=y, sol=None,
             t_events=self.t_events and [times[i] for times in self.t_events],
             y_events=self.y_events and [states[i] for states in self.y_events],
-            nfev=int(self.nfev[i]), njev=0, nlu=0, status=int(self.status[i]),
+            nfev=int(self.nfev[i]), njev=uncounted, nlu=uncounted, status=int(self.status[i]),
             message=self.message(i), success=bool(self.success[i]),
             n_accepted=int(self.n_accepted[i]), n_rejected=int(self.n_rejected[i]),
         )  # fmt: skip

@@ -8,25 +8,27 @@ import numpy as np
 
 from fastdyn import code_store
 from fastdyn.compile.function import IN_PLACE
+from fastdyn.compile.taylor.accuracy import order_of_many
 from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.ensemble import arguments, scheduler
 from fastdyn.kernels.ensemble.lanes import N_FIELDS
 from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE
 from fastdyn.problem.events import between_steps
-from fastdyn.run.begin import begin, event_table
+from fastdyn.run.begin import begin, event_table, jacobian_of
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.output import OUTPUT_RECORD
 from fastdyn.specialise.scalar import (
-    MAX_TUPLE,
     already_kernel,
     dense_rows_kernel,
     events_kernel,
     inlined_kernel,
+    inlines,
     shared_kernel,
     start_kernel,
     watch_kernel,
 )
+from fastdyn.specialise.series import series_kernel
 from fastdyn.specialise.signatures import kernel_of
 
 from . import reductions
@@ -76,7 +78,7 @@ class Worker:
         extended = np.empty((2, n + 1))
         block = self.bounds[0].block
         single = arguments.Single(work, block, _table(places), np.empty((2, n)), extended)
-        e_room = n_events * (1 if vector else 8)
+        e_room = n_events * p.method.events_at_once * (1 if vector else 8)
         room = arguments.Room(
             np.empty(0 if p.t_eval is None else len(p.t_eval)),
             np.empty((1, p.method.n_dense + 1, n)), np.empty((1, 2)),
@@ -99,13 +101,17 @@ class Worker:
             self.bounds.append(bound)
             address = bound.block.ctypes.data
             places += [(address + 8 * at, column, 0) for at, column in offsets]
+        others = self.bounds[1 : len(self.bounds) - len(folds)]
+        self._jacobian = jacobian_of(p, self.bounds[0], others)
         return places
 
     def _addresses(self, p, vector):
         name, n, advance = p.method.name, len(p.y0), vector
-        if vector is None:
+        if vector is None and p.method.series:
+            advance = series_kernel(p, self.bounds[0], order_of_many(p.rtol, p.atol))
+        elif vector is None:
             function = self.bounds[0].function
-            if function is not None and function.mode != IN_PLACE and n <= MAX_TUPLE:
+            if function is not None and function.mode != IN_PLACE and inlines(name, n):
                 advance = inlined_kernel(name, function, n)
             advance = advance or shared_kernel(name)
         kernels = (
@@ -122,7 +128,8 @@ class Worker:
         record["t_final"] = p.tf
         record["extrema"], record["keep_found"] = results.extrema, results.keep_found
         if p.project is not None:
-            record["project"] = self.bounds[-1 - len(folds)].block.ctypes.data
+            at = -1 - len(folds) - (p.jac is not None)
+            record["project"] = self.bounds[at].block.ctypes.data
         record["watches"], record["accumulates"] = at_events, at_folds
         alone = (p.events and not at_events) or (folds and not at_folds)
         record["each"] = p.project is not None or bool(alone)
@@ -133,7 +140,7 @@ class Worker:
         block, places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
         if vector:
             places = members.places(vector, block)
-        events = event_table(p, self.bounds[1:])
+        events = event_table(p, self.bounds[1:], order_of_many(p.rtol, p.atol))
         many = np.zeros((len(work) + 2, n * width))
         for row in (RTOL, ATOL):
             many[row] = np.repeat(work[row], width)

@@ -1,8 +1,11 @@
 """Events, and what they do to the state, checked; the functions that are called between steps."""
 
+import functools
 import math
 
 import numpy as np
+
+AS_GIVEN = "__fastdyn_event__"  # on an event function of the first components of a longer state
 
 
 def event_list(events):
@@ -67,11 +70,26 @@ def endless(tf, events, max_steps):
 
 
 def between_steps(problem):
-    """(function, mode) of the events, of what they do to the state, and of the projection."""
+    """(function, mode) of the events, what they do to the state, the projection, the Jacobian."""
     p = problem
     event_mode = "complex event" if p.mode == "complex" else "event"
     functions = [(event, event_mode) for event, _, _ in p.events or ()]
     functions += [(jump, "jump") for jump in p.on_event if jump is not None]
     if p.project is not None:
         functions.append((p.project, "derivative"))
+    if p.jac is not None:
+        functions.append((p.jac, "matrix"))
     return functions
+
+
+def of_own(event, n):
+    """An event function of the first n components, which others follow."""
+    while isinstance(event, functools.partial) and not event.args and not event.keywords:
+        event = event.func  # a partial that is there to carry marks
+
+    def watched(t, y, *args):
+        return event(t, y[:n], *args)
+
+    watched.__name__ = getattr(event, "__name__", "event")
+    setattr(watched, AS_GIVEN, event)
+    return watched

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fastdyn.compile.bind import Bound, bind
+from fastdyn.compile.bind import Bound, bind, bind_matrix
 from fastdyn.compile.by_tracing import Near
 from fastdyn.compile.parameters import pack
 from fastdyn.compile.python_callback import Callback
@@ -133,6 +133,8 @@ class Members:
         (Bound, list of (int, int))
             Word of the block, and column of `words`.
         """
+        if not callable(fun):
+            return bind_matrix(fun), []
         varying = tuple([j + 1 for j in self.varying])
         bound = bind(fun, self.first, mode, n, near, probe, varying=varying)
         if bound.function is None:

@@ -14,9 +14,11 @@ from fastdyn.compile.bind import Bound, bind
 from fastdyn.compile.by_tracing import Near
 from fastdyn.compile.function import Function
 from fastdyn.compile.python_callback import derivative, evaluate
+from fastdyn.compile.variational import bind_variational
 from fastdyn.kernels.calls.block import FAULT, FORCE, VELOCITY, WORDS_OF_PAIR
 from fastdyn.kernels.methods import METHODS
 
+from .sensitivities import Variational
 from .validate import extra_arguments
 
 HALVES = ("velocity", "force")
@@ -103,6 +105,8 @@ def bind_equations(problem, refused=None):
     """The equations of a problem, bound as `compile.bind` does."""
     p = problem
     y0 = given_state(p)
+    if isinstance(p.fun, Variational):
+        return bind_variational(p.fun, p.args, Near(p.t0, p.tf, y0[: p.fun.n]), refused)
     if not isinstance(p.fun, Pair):
         return bind(p.fun, p.args, p.mode, len(y0), Near(p.t0, p.tf, y0), refused=refused)
     q, v = np.split(y0, 2)

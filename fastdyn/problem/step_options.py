@@ -22,18 +22,18 @@ def _tolerance(value, name, n):
     return value
 
 
-def tolerances(rtol, atol, y0):
-    """`rtol`, `atol`: scalars or arrays of n, rtol raised to 100 eps where it is smaller."""
-    if rtol.__class__ is float is atol.__class__ and rtol >= 100 * EPS and atol > 0:
+def tolerances(rtol, atol, y0, least=100 * EPS):
+    """`rtol`, `atol`: scalars or arrays of n, rtol raised to the `least` where it is smaller."""
+    if rtol.__class__ is float is atol.__class__ and rtol >= least and atol > 0:
         return rtol, atol
     rtol, atol = _tolerance(rtol, "rtol", len(y0)), _tolerance(atol, "atol", len(y0))
-    if np.any(rtol < 100 * EPS):
+    if np.any(rtol < least):
         warnings.warn(
             "At least one element of `rtol` is too small. "
-            f"Setting `rtol = np.maximum(rtol, {100 * EPS})`.",
+            f"Setting `rtol = np.maximum(rtol, {least})`.",
             stacklevel=4,
         )
-        rtol = np.maximum(rtol, 100 * EPS)
+        rtol = np.maximum(rtol, least)
     if np.any(atol < 0):
         raise ValueError("`atol` must be positive.")
     if np.any(atol == 0):

@@ -13,16 +13,20 @@ import numpy as np
 
 from fastdyn.kernels.methods import METHODS
 
-from . import step_options
+from . import jacobian, mass, step_options
 from .events import acting, endless, event_list
 
-SCIPY_METHODS = ("Radau", "BDF", "LSODA")
-SHARED_METHODS = ("RK23", "RK45", "DOP853")  # SciPy's, too
+SCIPY_METHODS = ("LSODA",)
+IMPLICIT = ("Radau", "BDF")
+SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy's, too
 MATLAB_METHODS = ("ode45", "ode23")  # under MATLAB's control of the step
 RUNNING = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint", "callback"}
 COMMON = {"project", "on_event"} | RUNNING
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
 FIXED = {"step"} | COMMON
+OF_JACOBIANS = {"jac", "jac_sparsity"}
+SCIPYS = {"rtol", "atol", "max_step", "first_step"} | OF_JACOBIANS
+OF_ONE_SOLVE = ("sensitivity", "error_estimate", "mass")  # of solve_ivp alone
 DEFAULTS = (math.inf, False, "raise", "auto", None, None)  # max_steps, progress, ... as in Problem
 COMPILE = ("auto", "shared", "inlined")
 
@@ -53,6 +57,10 @@ class Problem(NamedTuple):
     compile: str
     checkpoint: Any
     callback: Any
+    jac: Any = None
+    differences: bool = False
+    mass: Any = None
+    for_scipy: bool = False
 
 
 def time_span(t_span):
@@ -106,9 +114,10 @@ def method_named(method):
         if method in SCIPY_METHODS:
             return None
     elif inspect.isclass(method):
-        from scipy.integrate import DOP853, RK23, RK45, OdeSolver
+        import scipy.integrate
+        from scipy.integrate import OdeSolver
 
-        if method in (RK23, RK45, DOP853):
+        if method in [getattr(scipy.integrate, name) for name in SHARED_METHODS]:
             return METHODS[method.__name__]
         if issubclass(method, OdeSolver):
             return None
@@ -172,6 +181,18 @@ def _running_options(options):
     )
 
 
+def of_scipy(options):
+    """Whether SciPy's implicit methods take all options."""
+    return SCIPYS.issuperset(options)
+
+
+def _own_options(method):
+    """Options of an adaptive method that not all have."""
+    if method.takes_mass:
+        return {"jac", "mass"}
+    return OF_JACOBIANS if method.n_matrices else set()
+
+
 def warn_unused(options, used):
     """Warn, as SciPy does, of options that the method does not look at."""
     if not used.issuperset(options):
@@ -193,10 +214,11 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     if span == math.inf:
         endless(tf, events, options.get("max_steps"))
     if method.error_order:
-        warn_unused(options, ADAPTIVE)
+        warn_unused(options, ADAPTIVE | _own_options(method))
         rtol, atol = step_options.tolerances(
-            options.get("rtol", 1e-3), options.get("atol", 1e-6), y0
-        )
+            options.get("rtol", 1e-3), options.get("atol", 1e-6), y0,
+            step_options.EPS if method.series else 100 * step_options.EPS,
+        )  # fmt: skip
         h_max, h = step_options.step_limits(options, span)
         if h_max is None:
             h_max = span * method.h_max_share
@@ -221,4 +243,6 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, on_event, extra_arguments(args), mode, rtol, atol, h_max, h,
         step_options.segments_of_span(options.get("breakpoints"), t0, tf), project, *running,
+        *jacobian.given(options.get("jac") if method.n_matrices else None, len(y0)),
+        mass.given(options, method, mode, len(y0)),
     )  # fmt: skip

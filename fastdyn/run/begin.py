@@ -5,11 +5,19 @@ from typing import Any
 import numpy as np
 
 from fastdyn.code_store.call import address_of
+from fastdyn.compile.diagnostics import LeftToSciPy
+from fastdyn.compile.jacobian_block import exact_block
+from fastdyn.kernels.calls.block import FIRST, JACOBIAN, N_ENTRIES
 from fastdyn.kernels.output.arguments import EVENTS
 from fastdyn.kernels.state.record import ATOL, RTOL, K, Y
+from fastdyn.specialise.scalar import all_roots_kernel
+from fastdyn.specialise.series import series_of_events
 
 from . import memory, output
 from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
+
+LARGE, NARROW = 300, 8  # components; their share that a band has on one side
+NONE_YET = (0.0, *[0] * 8)  # of what implicit methods count and keep
 
 
 def first_state(problem, n_extra=0):
@@ -17,19 +25,46 @@ def first_state(problem, n_extra=0):
     p = problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
     t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, p.tf)
-    return t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra
+    return t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra, *NONE_YET
 
 
 def begin(problem) -> Any:
     """The state record and the work array before the first step."""
     n, p = len(problem.y0), problem
-    work = np.zeros((K + p.method.n_rows, n))
+    work = np.zeros((K + p.method.rows(n), n))
     work[Y], work[RTOL], work[ATOL] = p.y0, p.rtol, p.atol
     return STATE_RECORD(*first_state(p)), work
 
 
-def event_table(problem, others) -> Any:
-    """EVENTS records of functions not yet called; `others` as `problem.events.between_steps`."""
+def jacobian_of(problem, bound, others):
+    """The block of the Jacobian, which the block of the equations names from now on, or None.
+
+    The user's is the last of `others`; that of a traced function is exact.
+    """
+    p, block = problem, None
+    if p.jac is not None:
+        block = others[-1].block
+    elif p.method.n_matrices and not p.differences:
+        block = exact_block(bound.function, len(p.y0), p.method.takes_mass)
+    if p.for_scipy and not _is_eliminated_fast(block, len(p.y0)):
+        raise LeftToSciPy
+    bound.block[JACOBIAN] = 0 if block is None else address_of(block)
+    return block
+
+
+def _is_eliminated_fast(block, n):
+    """Whether a Jacobian is exact, and small or of a narrow band; LAPACK is faster for others."""
+    if block is None or block[N_ENTRIES] == 0:
+        return False
+    columns, rows = np.divmod(block[FIRST:], n)
+    return n <= LARGE or np.abs(rows - columns).max() <= n // NARROW
+
+
+def event_table(problem, others, order=None) -> Any:
+    """EVENTS records of functions not yet called; `others` as `problem.events.between_steps`.
+
+    `order` is that of series, if it is not for the problem to tell.
+    """
     events, blocks = problem.events or [], iter([address_of(bound.block) for bound in others])
     table: Any = np.zeros(len(events), EVENTS)
     for i, (_, limit, direction) in enumerate(events):
@@ -37,18 +72,27 @@ def event_table(problem, others) -> Any:
         row["block"], row["limit"], row["direction"] = next(blocks), limit, direction
     for i, jump in enumerate(problem.on_event):
         table[i]["jump"] = 0 if jump is None else next(blocks)
+    if problem.method.series and events:
+        table["series"] = series_of_events(problem, others[: len(events)], order)
+        if table["series"].any():
+            table[0]["find"] = all_roots_kernel().address
     return table
 
 
-def fill(image, plan, problem, n_extra):
-    """Fill the image of the memory: what a solve begins with, in words."""
-    p, n = problem, plan.n
+def fill(image, problem, n_extra):
+    """Fill the records of the image of the memory: what a solve begins with, in words."""
+    p = problem
     every_step = p.t_eval is None  # its first point is stored when it begins
     STATE_WORDS.pack_into(image, 0, *first_state(p, n_extra))
     OUTPUT_WORDS.pack_into(
         image, STATE_WORDS.size,
         every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, bool(p.on_event), p.t0,
     )  # fmt: skip
+
+
+def fill_tolerances(image, plan, problem):
+    """Fill the tolerances of the image."""
+    p, n = problem, plan.n
     numbers, work = image.view(float), plan.arrays["solve.work"][0]
     numbers[work + RTOL * n : work + (RTOL + 1) * n] = p.rtol
     numbers[work + ATOL * n : work + (ATOL + 1) * n] = p.atol
@@ -60,5 +104,5 @@ def plan_of(problem, pair, n_points=None):
     n_points = (n_points or output.PIECE) if p.t_eval is None else len(p.t_eval)
     return memory.plan(
         p.method.name, pair, len(p.y0), m, n_points,
-        output.PIECE if p.dense_output else 1, output.PIECE + m if m else 0,
+        output.PIECE if p.dense_output else 1, output.PIECE if m else 0,
     )  # fmt: skip

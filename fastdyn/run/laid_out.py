@@ -1,5 +1,6 @@
 """A problem laid out for the kernels: its functions, its memory, its arguments in words."""
 
+import ctypes
 import math
 from typing import Any
 
@@ -15,8 +16,10 @@ from fastdyn.kernels.state.record import RAISED
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel, watch_plain_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 
-from . import memory, output
-from .begin import event_table, fill, plan_of
+from . import output
+from .begin import event_table, fill, fill_tolerances, jacobian_of, plan_of
+from .mass import mass_of
+from .memory import MEMORY, Y0, lay
 
 MOST_PIECES = 16  # that the output of a solve gets at once, if an earlier one needed them
 
@@ -63,9 +66,13 @@ class LaidOut:
     def __init__(self, problem, bound, others=(), n_extra=0):
         self.bounds, self._own = [*bound.pair, bound, *others], bound
         self._others, self._n_extra = others, n_extra
-        self._projection = others[-1] if problem.project is not None else None
+        last = len(others) - (problem.jac is not None)
+        self._jacobian = jacobian_of(problem, bound, others)
+        self._mass = mass_of(problem, bound)
+        self._projection = others[last - 1] if problem.project is not None else None
         self.memory: Any = None
         self.grown: Any = None
+        self._asked = self._tolerances = self._limits = None
         plan = plan_of(problem, bool(bound.pair))
         self._image = np.zeros(plan.head, np.int64)
         self._advance, self._n_steps = plan.at["kernels.advance"], plan.at["n_steps"]
@@ -83,24 +90,35 @@ class LaidOut:
         if self._projection is not None:
             self._words[plan.at["kernels.project"]] = address_of(self._projection.block)
         self._launch = plan.launch_words(self._words, self._image)
-        self._launch_at = self._launch.buffer_info()[0]
+        self._launch_at = ctypes.c_void_p(self._launch.buffer_info()[0])
 
     def take(self, problem):
         """Let it solve this problem, of the same plan, by the same functions."""
         self.problem: Any = problem
         p = problem
-        self.tier = Tier(p.method.name, self._own, self.plan.n, p.compile)
+        if self._asked != p.compile or self.tier.open or p.method.series:
+            self._asked = p.compile
+            self.tier = Tier(p, self._own)
         self._t_eval = None if p.t_eval is None else p.t_eval.astype(float)
         self._lay_times()
-        fill(self._image, self.plan, p, self._n_extra)
-        if p.events:
+        fill(self._image, p, self._n_extra)
+        tolerances = p.rtol, p.atol
+        if p.rtol.__class__ is not float or p.atol.__class__ is not float:
+            tolerances = None
+        if tolerances is None or self._tolerances != tolerances:
+            self._tolerances = tolerances
+            fill_tolerances(self._image, self.plan, p)
+        limits = p.events and [each[1:] for each in p.events]
+        if limits and (self._limits != limits or p.method.series):
+            self._limits = limits
             self.plan.view(self._image, "events.table")[:] = event_table(p, self._others)
         self.watched = p.progress or p.checkpoint is not None or p.callback is not None
         self.cost = math.inf if self.watched else self._seconds
 
     def let_go(self):
         """Keep nothing of the last solve."""
-        self._make_room()
+        if self.grown is not None:
+            self._make_room()
         self.problem = self.memory = self._t_eval = None
         self._used.clear()
         self._used["solve.block"] = self._own.block
@@ -108,7 +126,7 @@ class LaidOut:
     def _lay(self, name, array):
         """Let the kernel use an array, which is kept."""
         self._used[name] = array
-        memory.lay(self._words, self.plan.at[name], address_of(array), array.shape)
+        lay(self._words, self.plan.at[name], address_of(array), array.shape)
 
     def _lay_times(self):
         """Let the kernel know the times of the output, and the parts of the span.
@@ -126,11 +144,10 @@ class LaidOut:
 
     def _make_room(self):
         """Let the first piece of the output hold what the last solve stored, within limits."""
-        if self.grown is not None:
-            wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)
-            self._lay_out(plan_of(self.problem, bool(self._own.pair), max(wanted, output.PIECE)))
-            self._lay_times()
-            self.grown = None
+        wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)
+        self._lay_out(plan_of(self.problem, bool(self._own.pair), max(wanted, output.PIECE)))
+        self._lay_times()
+        self.grown = None
 
     def lay_output(self):
         """Let the kernel fill the present pieces of the output."""
@@ -150,11 +167,12 @@ class LaidOut:
 
     def begin(self, y0, n_steps=0):
         """From an initial state, n floats in a row, at most so many steps; the status."""
-        self._make_room()
+        if self.grown is not None:
+            self._make_room()
         plan, words = self.plan, self._words
         self.memory = own = np.empty(plan.size)
         launch = self._launch
-        launch[memory.MEMORY], launch[memory.Y0] = address_of(own), address_of(y0)
+        launch[MEMORY], launch[Y0] = address_of(own), address_of(y0)
         words[self._n_steps], words[self._advance] = n_steps, self.tier.address
         if self._callbacks:
             return self._interruptible(plan.launch, launch)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.kernels.state.record import (
+    FINISHED,
     FULL,
     INTERRUPTED,
     RUNNING,
@@ -62,13 +63,14 @@ class Run(LaidOut):
             spent = perf_counter() - began
             if status in GOES_ON or self.watched:
                 status = self._go_on(status, first, spent)
-            elif first:
+            elif first and self.tier.open:
                 self.tier.record_time(spent)
         except KeyboardInterrupt:
             if self.problem.on_interrupt != "return":
                 raise
             return INTERRUPTED
-        self.check(status)
+        if status != FINISHED:
+            self.check(status)
         return status
 
     def _go_on(self, status, n_steps, spent):

@@ -35,26 +35,31 @@ class Plan:
         Components.
     n_events : int
     n_points, n_polynomials, n_occurrences : int
-        Room for the output.
+        Room for the output, and for the events that the last step may have besides.
 
     Attributes
     ----------
     arrays : dict of str to (first word, past its last, dtype, shape)
         Where in the memory each array lies that the kernel takes by this name.
     head, size : int
-        Words that a solve begins with (the image), and all of them.
+        Words that a solve begins with (the image), which are all but matrices and room for the
+        output; and all of them.
     words : array.array
         The arguments of the kernel, but for addresses in the memory and what differs by the solve.
     places : ndarray, shape (n_arrays, 2)
         The words that name arrays of the memory, and the bytes at which those lie in it.
     at : dict of str to int
         The word of each argument.
+    at_once : int
+        Events that one step may have.
     kernel, launch : callable
         ``kernel(address of the words)``, the status; the same for the words of a Launch.
     """
 
     def __init__(self, name, pair, n, n_events, n_points, n_polynomials, n_occurrences):
         method, self.n, self.n_events, self.room = BY_NAME[name], n, n_events, n_points
+        self.at_once = n_events * method.events_at_once
+        n_occurrences += self.at_once
         self._code = whole_solve_kernel()
         self.kernel, self.launch = map(KERNEL, (self._code.address, launch_kernel().address))
         self.at = {name: argument.at for name, argument in self._code.layout.items()}
@@ -62,8 +67,8 @@ class Plan:
         shapes: dict[str, Any] = {
             "solve.state": (STATE, (1,)),
             "output.record": (OUTPUT, (1,)),
-            "solve.work": (FLOAT, (K + method.n_rows, n)),
             "events.table": (EVENTS, (n_events,)),
+            "solve.work": (FLOAT, (K + method.rows(n), n)),
             "scratch": (FLOAT, (2, n)),
             "output.t": (FLOAT, (n_points,)),
             "output.y": (FLOAT, (n_points, n)),
@@ -74,6 +79,7 @@ class Plan:
             "events.y": (FLOAT, (n_occurrences, n)),
         }
         self._lay_out(shapes)
+        self.head = self.arrays["solve.work"][0] + (K + method.n_rows) * n
         lay(self.words, self.at["begin.y0"], 0, (n,))
         kernels = {
             "kernels.start": start_kernel(name, pair),
@@ -90,8 +96,6 @@ class Plan:
     def _lay_out(self, shapes):
         self.arrays, places, self.size = {}, [], 0
         for name, (dtype, shape) in shapes.items():
-            if name == "scratch":
-                self.head = self.size
             end = self.size + int(np.prod(shape)) * dtype.itemsize // 8
             self.arrays[name] = self.size, end, dtype, shape
             if end > self.size:
@@ -105,9 +109,8 @@ class Plan:
         begin, end, dtype, shape = self.arrays[name]
         return memory[begin:end].view(dtype).reshape(shape)
 
-    def count(self, every_step):
-        """The byte of the memory where the number of stored points is."""
-        name = "n_out" if every_step else "i_eval"
+    def count(self, name):
+        """The byte of the memory where a number of the OUTPUT record is."""
         return 8 * self.arrays["output.record"][0] + OUTPUT.fields[name][1]
 
     def launch_words(self, words, image):

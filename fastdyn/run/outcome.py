@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.kernels.state.record import (
+    BAD_JACOBIAN,
     BAD_JUMP,
     EVENT,
     FINISHED,
@@ -14,6 +15,8 @@ from fastdyn.kernels.state.record import (
     NON_FINITE,
     NOT_CONVERGED,
     RTOL,
+    SINGULAR,
+    STATE,
     STEP_TOO_SMALL,
     STOPPED,
     ZENO,
@@ -23,7 +26,7 @@ from fastdyn.kernels.state.record import (
 
 from .dense_output import PiecewisePolynomial
 from .loop import counters
-from .output import Output
+from .output import OCCURRENCES, Output, occurrences
 from .result import OdeResult
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
@@ -42,7 +45,15 @@ ENDLESS = (
 )
 
 
+SINGULAR_MATRIX = (
+    "The matrix of the step from {t} is singular, however short the step: the algebraic equations "
+    "of `mass` do not determine the algebraic variables there (the index is above 1, or two "
+    "equations say the same). Differentiate constraints, or leave an equation out."
+)
+
+
 COUNT = struct.Struct("q")
+_new = tuple.__new__  # half the time of a named tuple's own
 BLOWN_UP = 1e8  # growth over the initial state that is called a blow-up
 
 
@@ -63,6 +74,13 @@ def outcome(status, state, work, problem):
     if status == BAD_JUMP:
         (bad,) = np.nonzero(~np.isfinite(work[Y]))
         return -1, f"`on_event` returned nan or inf at {t} (component {bad[0]})."
+    if status == BAD_JACOBIAN:
+        return -1, (
+            f"The Jacobian is nan or inf at {t}: `fun` or `jac` is not defined there, or just "
+            "beside it."
+        )
+    if status == SINGULAR:
+        return -1, SINGULAR_MATRIX.format(t=t)
     bad = np.flatnonzero(~np.isfinite(work[K + problem.method.fsal_stage]))
     if status == NON_FINITE and s["t"] == s["t_old"] and bad.size:
         where = "the start" if s["n_accepted"] == 0 else "the state that `on_event` returned"
@@ -77,10 +95,12 @@ def outcome(status, state, work, problem):
             f"The state is not finite after {t}: the solution blows up there, or the steps are "
             "too long for it; reduce `step`."
         )
+    implicit = problem.method.n_matrices > 0
     return -1, (
         f"`max_steps={problem.max_steps:g}` was reached at {t}, "
         f"{abs(s['t'] - problem.t0) / abs(problem.tf - problem.t0):.1%} of the way: raise "
-        "`max_steps`, loosen `rtol` and `atol`, or take Radau or BDF if the problem is stiff."
+        f"`max_steps`, {'or ' if implicit else ''}loosen `rtol` and `atol`"
+        f"{'' if implicit else ', or take Radau or BDF if the problem is stiff'}."
     )
 
 
@@ -99,6 +119,11 @@ def _why(s, work, problem, t):
         f"jump there (largest derivative {np.abs(rate).max():.1e}), or "
         f"rtol = {work[RTOL].max():.1e} is too loose to have kept it away from one."
     )
+
+
+def n_factorised(memory):
+    """Jacobians evaluated, and factorisations, in the memory of a solve."""
+    return struct.unpack_from("2q", memory, STATE.fields["n_jacobians"][1])
 
 
 class Ended(NamedTuple):
@@ -138,7 +163,9 @@ class Ended(NamedTuple):
             return self.grown.points()[which]
         plan, name = self.plan, ("output.t", "output.y")[which]
         memory: Any = self.memory
-        (n_points,) = COUNT.unpack_from(memory, plan.count(self.problem.t_eval is None))
+        (n_points,) = COUNT.unpack_from(
+            memory, plan.count("n_out" if self.problem.t_eval is None else "i_eval")
+        )
         begin, _, _, shape = plan.arrays[name]
         numbers = self.memory[begin : begin + n_points * (plan.n if which else 1)]
         if 2 * n_points < shape[0]:
@@ -161,8 +188,17 @@ class Ended(NamedTuple):
         """t_events and y_events."""
         if self.problem.events is None:
             return None, None
-        t, y = self.output().occurrences()
+        index, t, y = self._found()
+        t, y = occurrences(index, t, y, len(self.problem.events))
         return t, [self._components(each) if each.size else each for each in y]
+
+    def _found(self):
+        """What occurred, when, and the state there."""
+        if self.grown is not None:
+            return self.grown.found_so_far()
+        plan, memory = self.plan, self.memory
+        (n,) = COUNT.unpack_from(memory, plan.count("n_events"))
+        return [plan.view(memory, name)[:n] for name in OCCURRENCES]
 
     def nfev(self):
         n_accepted, n_rejected, n_extra = counters(self.memory)
@@ -176,8 +212,8 @@ PARTS: dict[str, Callable[[Ended], Any]] = {
     "t_events": lambda e: e.occurrences()[0],
     "y_events": lambda e: e.occurrences()[1],
     "nfev": Ended.nfev,
-    "njev": lambda e: 0,
-    "nlu": lambda e: 0,
+    "njev": lambda e: n_factorised(e.memory)[0],
+    "nlu": lambda e: n_factorised(e.memory)[1],
     "status": lambda e: e.status,
     "message": lambda e: e.message,
     "success": lambda e: e.status >= 0,
@@ -193,4 +229,5 @@ def result_of(problem, status, run):
     else:
         state, work = run.view("solve.state"), run.view("solve.work")
         code, message = outcome(status, state, work, problem)
-    return OdeResult.of_parts(PARTS, Ended(problem, run.plan, run.memory, run.grown, code, message))
+    given = problem, run.plan, run.memory, run.grown, code, message
+    return OdeResult.of_parts(PARTS, _new(Ended, given))

@@ -11,6 +11,7 @@ from fastdyn.kernels.state.record import STATE
 
 PIECE = 128  # points in the first piece of the output; later ones double
 PIECE_NUMBERS = 2**22  # numbers in one piece at most
+OCCURRENCES = ("events.index", "events.t", "events.y")
 
 
 def _words(dtype):
@@ -43,7 +44,8 @@ class Output:
         self.d, self.spans = view("output.d"), view("output.spans")
         self._n_places, self._n_polynomials, self._rows = len(self.t), *self.d.shape[:2]
         self.e_index, self.e_t = view("events.index"), view("events.t")
-        self.e_y, self._n_occurrences = view("events.y"), len(self.e_t) - self._m
+        self.e_y, self._at_once = view("events.y"), plan.at_once
+        self._n_occurrences = len(self.e_t) - plan.at_once
 
     def arrays(self):
         """The arrays of the present pieces, by the names of the kernel's arguments."""
@@ -60,7 +62,7 @@ class Output:
         self.spans = np.empty((self._n_polynomials, 2))
 
     def _new_events(self):
-        size = self._n_occurrences + self._m
+        size = self._n_occurrences + self._at_once
         self.e_index = np.empty(size, np.int64)
         self.e_t, self.e_y = np.empty(size), np.empty((size, self._n))
 
@@ -78,7 +80,7 @@ class Output:
             self._n_polynomials = self._larger(self._n_polynomials, self._n * self._rows)
             self._new_polynomials()
             o["n_dense"] = 0
-        if self._m and o["n_events"] + self._m > len(self.e_t):
+        if self._m and o["n_events"] + self._at_once > len(self.e_t):
             self._events.append(self._found(o["n_events"]))
             self._n_occurrences = self._larger(self._n_occurrences, self._n)
             self._new_events()
@@ -123,11 +125,11 @@ class Output:
             found = tuple(arrays[name] for name in ("e_index", "e_t", "e_y"))
             self._events, o["n_events"] = [found], 0
 
-    def occurrences(self):
-        """t_events and y_events."""
-        index, t, y = self.found_so_far()
-        which = [index == i for i in range(self._m)]
-        return [t[w] for w in which], [y[w] if w.any() else np.empty(0) for w in which]
+
+def occurrences(index, t, y, n_events):
+    """t_events and y_events: copies of what was found, event by event."""
+    which = [index == i for i in range(n_events)]
+    return [t[w] for w in which], [y[w] if w.any() else np.empty(0) for w in which]
 
 
 def _join(pieces):

@@ -17,6 +17,9 @@ def checkpoint_of(problem, bounds):
     return Checkpoint(problem.checkpoint, header)
 
 
+HERE = ["block", "jump", "series", "find"]  # addresses, of an event
+
+
 def description(problem, functions):
     """What a problem asks for, but for the initial state and how long it may take.
 
@@ -33,6 +36,7 @@ def description(problem, functions):
         "events": repr((events, [jump is not None for jump in p.on_event])),
         "breakpoints": hashlib.sha256(p.segments.tobytes()).hexdigest(),
         FUNCTIONS: functions,
+        **({} if p.mass is None else {"mass": p.mass.tolist()}),
     }
 
 
@@ -54,9 +58,9 @@ def from_arrays(arrays, run):
     """Put a checkpoint's arrays in place; the status that the solve was in."""
     run.view("solve.state")[:], run.view("solve.work")[:] = arrays["state"], arrays["work"]
     table = run.view("events.table")
-    here = table[["block", "jump"]].copy()
+    here = table[HERE].copy()
     if len(table):
         table[:] = arrays["events"]
-        table[["block", "jump"]] = here
+        table[HERE] = here
     run.output.put_back(arrays)
     return int(arrays["status"])

@@ -2,7 +2,7 @@
 
 import types as python
 
-from fastdyn.compile.bind import bind, or_in_python
+from fastdyn.compile.bind import bind, bind_matrix, or_in_python
 from fastdyn.compile.by_tracing import Near
 from fastdyn.compile.diagnostics import WritesToState
 from fastdyn.compile.function import IN_PLACE
@@ -16,11 +16,14 @@ from fastdyn.problem.second_order_and_pairs import (
     bind_equations,
     probe_equations,
 )
-from fastdyn.problem.validate import SHARED_METHODS
+from fastdyn.problem.validate import IMPLICIT, SHARED_METHODS
 
 from .begin import plan_of
+from .check_jacobian import check_jacobian
 from .loop import Run
+from .mass import with_mass
 from .outcome import result_of
+from .stiffness import notice
 
 MAX_IDLE = 64
 
@@ -49,13 +52,17 @@ def run_of(problem):
     bound, others = bind_functions(p)
     verify(bound, lambda: probe_equations(p), n)
     for each in others:
-        if each.mode in ("jump", "derivative"):
+        if each.mode in ("jump", "derivative", "matrix"):
             verify(each, lambda b=each: evaluate(b.python, b.mode, p.t0, p.y0.copy()), n)
+    if p.jac is not None:
+        check_jacobian(p, bound, others[-1])
     if _between_steps(p):
         if bound.function is not None and bound.function.mode == IN_PLACE:
             raise WritesToState
         if bound.callback is not None:
             bound.callback.writes = False
+    if p.mass is not None:
+        p = with_mass(p, bound)
     asked = p.mode == "acceleration" and bound.function is None  # by `check_second_order`, twice
     return Run(p, bound, others, 2 if asked else 0)
 
@@ -64,9 +71,10 @@ def _between_steps(problem):
     """Whether the state between two steps is asked for, of a method that SciPy has, too.
 
     A function that writes to the state changes it at the end of a step, not on the way there.
+    Implicit methods go many ways in a step.
     """
     p = problem
-    asked = p.dense_output or p.events or p.t_eval is not None
+    asked = p.dense_output or p.events or p.t_eval is not None or p.method.name in IMPLICIT
     return bool(asked) and p.method.name in SHARED_METHODS
 
 
@@ -76,8 +84,11 @@ def bind_functions(problem):
     others = between_steps(p)
     bound = bind_equations(p)
     near = Near(p.t0, p.tf, p.y0)
-    bounds = [bind(fun, p.args, mode, n, near) for fun, mode in others]
-    equations = list(p.fun) if isinstance(p.fun, Pair) else [p.fun]
+    bounds = [
+        bind(fun, p.args, mode, n, near) if callable(fun) else bind_matrix(fun)
+        for fun, mode in others
+    ]
+    equations = list(p.fun) if isinstance(p.fun, Pair) else [getattr(p.fun, "fun", p.fun)]
     watching = [] if p.callback is None else [p.callback.function]
     if watching or (others and any(b.function is None for b in (bound, *bounds))):
         every = [(bound, equations), *((b, [f]) for b, (f, _) in zip(bounds, others, strict=True))]
@@ -86,61 +97,80 @@ def bind_functions(problem):
         if bound.function is not None and any(depends(f, in_python) for f in equations):
             bound = bind_equations(p, CHANGED)
         for i, (fun, mode) in enumerate(others):
-            if bounds[i].function is not None and depends(fun, in_python):
+            if callable(fun) and bounds[i].function is not None and depends(fun, in_python):
                 bounds[i] = bind(fun, p.args, mode, n, refused=CHANGED)
     return bound, bounds
 
 
 def solve_problem(problem):
     """Solve; a run that served the same code before is used once more."""
-    place = _place(problem)
+    functions = _functions(problem)
+    place = _place(problem, functions)
 
     def solve():
-        run = _taken(place, problem) or run_of(problem)
+        run = _taken(place, problem, functions) or run_of(problem)
         result = result_of(problem, run.solve(problem.y0), run)
+        notice(problem, run)
         if place is not None:
-            _give_back(place, run)
+            _give_back(place, run, functions)
         return result
 
     return or_in_python(solve)
 
 
-def _place(problem):
-    """What tells the runs that may solve a problem; None for what is not simple."""
+def _place(problem, functions):
+    """What tells the runs that may solve a problem, by its code; None for what is not simple."""
     p = problem
     if (
-        p.fun.__class__ is not python.FunctionType
-        or p.mode != "derivative"
-        or p.events is not None
+        p.mode != "derivative"
         or p.project is not None
         or p.checkpoint is not None
         or p.callback is not None
+        or p.jac is not None
+        or p.mass is not None
         or len(p.segments)
     ):
         return None
-    return id(p.fun.__code__), plan_of(p, False)
+    place: list = [plan_of(p, False), p.differences]
+    if p.on_event:
+        place += [jump is None for jump in p.on_event]
+    for function in functions:
+        if function.__class__ is not python.FunctionType:
+            return None
+        place.append(id(function.__code__))
+    return tuple(place)
 
 
-def _taken(place, problem):
+def _functions(problem):
+    """The functions of a problem, as its Run has them bound."""
+    if not problem.events:
+        return (problem.fun,)
+    return problem.fun, *[function for function, _ in between_steps(problem)]
+
+
+def _taken(place, problem, functions):
     """An idle run that holds for the functions and arguments of a problem now; None without."""
     try:
-        code, run = _idle.pop(place)
+        run, _ = _idle.pop(place)
     except KeyError:
         return None
-    if code is not problem.fun.__code__ or not rebind(run.bounds[0], problem.fun, problem.args):
-        return None
+    for bound, fun in zip(run.bounds, functions, strict=True):
+        if not rebind(bound, fun, problem.args):
+            return None
     run.take(problem)
     return run
 
 
-def _give_back(place, run):
+def _give_back(place, run, functions):
     """Keep a run for the next solve, and nothing of the last; one for each piece of code."""
-    bound = run.bounds[0]
-    if bound.function is None or bound.function.mode == IN_PLACE:
-        return
-    code = run.problem.fun.__code__
+    for bound in run.bounds:
+        if bound.function is None or bound.function.mode == IN_PLACE:
+            return
+    codes = [function.__code__ for function in functions]  # their ids stay taken
     run.let_go()
-    bound.keepalive[:] = None, (), bound.function
-    _idle[place] = code, run
-    for oldest in list(_idle)[:-MAX_IDLE]:
-        _idle.pop(oldest, None)
+    for bound in run.bounds:
+        bound.keepalive[:] = None, (), bound.function
+    _idle[place] = run, codes
+    if len(_idle) > MAX_IDLE:
+        for oldest in list(_idle)[:-MAX_IDLE]:
+            _idle.pop(oldest, None)

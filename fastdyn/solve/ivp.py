@@ -3,13 +3,20 @@
 from collections.abc import Callable
 from typing import Any
 
-from fastdyn.compile.diagnostics import WritesToState
+from fastdyn.compile.diagnostics import LeftToSciPy, WritesToState
 from fastdyn.problem import validate
+from fastdyn.problem.jacobian import SPARSE, is_sparse
+from fastdyn.problem.mass import refuse, refuse_sensitivity
 from fastdyn.problem.second_order_and_pairs import mode_for
+from fastdyn.problem.sensitivities import check_method
+from fastdyn.run.begin import LARGE
 from fastdyn.run.solve_problem import solve_problem
 
+from .automatic import solve_automatically
 from .complex_states import on_pairs
+from .error_estimate import with_error_estimate
 from .scipy_methods import by_scipy
+from .sensitivities import solve_with_sensitivities
 
 
 def solve_ivp(
@@ -26,7 +33,7 @@ def solve_ivp(
 ):
     """Solve y' = fun(t, y) from y(t0) = y0, with compiled code.
 
-    Steps, results and messages of "RK23", "RK45" and "DOP853" are those of
+    Steps, results and messages of "RK23", "RK45", "DOP853", "Radau" and "BDF" are those of
     `scipy.integrate.solve_ivp`.
 
     Parameters
@@ -42,9 +49,11 @@ def solve_ivp(
         can be traced, and by SciPy otherwise.
     method : str or OdeSolver
         ====================================  ==================================================
+        "auto"                                one of "Taylor", "Tsit5", "Vern7", "Vern9"
         "RK45"                                Dormand-Prince 5(4), adaptive; the default
         "RK23", "DOP853"                      Bogacki-Shampine 3(2), Dormand-Prince 8(5,3)
         "Tsit5", "Vern7", "Vern9"             pairs of Tsitouras (5) and Verner (7 and 9)
+        "Taylor"                              series of the solution, order 13, 17 or 25
         "ode45", "ode23"                      RK45 and RK23 under MATLAB's step control
         "RK4"                                 classical, constant steps
         "VelocityVerlet", "BlanesMoanPRK4",   explicit symplectic, constant steps,
@@ -56,7 +65,9 @@ def solve_ivp(
         "GaussNystrom8", "GaussNystrom16"     the same for q'' = a(t, q)
         "EnergyConserving2",                  implicit, keep the energy (average vector
         "EnergyConserving4"                   field), constant steps
-        "Radau", "BDF", "LSODA", OdeSolver    SciPy's, on the compiled derivative
+        "Radau", "BDF"                        implicit, adaptive, for stiff problems
+        "Rodas5P"                             linearly implicit, adaptive, for stiff problems
+        "LSODA", OdeSolver                    SciPy's, on the compiled derivative
         ====================================  ==================================================
     t_eval : array_like, optional
         Times of output, within `t_span`, in its direction; the steps unless given.
@@ -73,9 +84,17 @@ def solve_ivp(
     rtol, atol : float or array_like, shape (n,)
         Relative and absolute tolerance of adaptive methods, 1e-3 and 1e-6 unless given: the
         estimated local error of each step is kept below atol + rtol |y| in the method's norm.
-        The global error may be larger.
+        The global error may be larger.  `rtol` is raised to 2.2e-14 where it is less, to 2.2e-16
+        by "Taylor".
     max_step, first_step : float
         Longest step, and the first one, of adaptive methods.
+    jac : callable or array_like, shape (n, n), or "2-point"
+        The Jacobian of `fun`, for "Radau", "BDF" and "Rodas5P": ``jac(t, y, *args)``, or a matrix.
+        Without, it is exact where `fun` can be traced, and by differences otherwise, or if
+        "2-point".
+    mass : array_like, shape (n, n)
+        For "Rodas5P": the matrix M of M y' = fun(t, y).  If it is singular, some equations are
+        algebraic: a DAE of index 1, whose `y0` must fulfil them.
     step : float
         Size of constant steps.  Steps are never shortened: if the span is not a whole number of
         them, the last one overshoots and the end is interpolated.
@@ -106,6 +125,13 @@ def solve_ivp(
     checkpoint : str or path
         A file, written every few seconds, whole or not at all, from which the same call goes on
         bit for bit after a crash or Ctrl-C.
+    sensitivity : str or sequence of str
+        Integrate the derivatives of the solution along: by the initial state, "y0"; by arguments of
+        `fun`, which are numbers or arrays of floats, by their names (or "args[0]", ...); by all of
+        them, "args".  See Notes.
+    error_estimate : bool
+        Estimate the global error of `y` by a second pass at a tolerance 100 times tighter, or at
+        half the step: 1.4 to 2.5 times the evaluations again, by the method's order.
     compile : {"auto", "shared", "inlined"}
         The kernel: one for all functions, which calls yours through a pointer; one of its own
         with yours inlined, compiled before the solve; or the second once the first has run for a
@@ -116,6 +142,11 @@ def solve_ivp(
     OdeResult
         SciPy's fields `t` (n_points,), `y` (n, n_points), `sol`, `t_events`, `y_events`, `nfev`,
         `njev`, `nlu`, `status`, `message`, `success`, and `n_accepted`, `n_rejected`.
+        With "auto", `method` and `reason`, the method that was taken and why.
+        `sensitivity` is a dict, by "y0" and the names of arguments: entry [i, ..., k] is dy_i(t_k)
+        by component ... of the start or the argument, shape (n, n, n_points) of "y0", (n, n_points)
+        of a number, (n, ..., n_points) of an array; units are those of y over those of what it
+        is by.  `error_estimate`, of the shape of `y`, is y minus the exact solution, estimated.
 
     Raises
     ------
@@ -127,6 +158,21 @@ def solve_ivp(
     What `fun` uses from outside (arguments, closure variables, globals, attributes of `self`) is
     read anew at each call.
 
+    "Taylor" needs a function that can be traced, of a real state, and raises ValueError for what
+    has no series: tables, splines, rounding, remainders.  Steps end at kinks and jumps.  A smooth
+    but steep transition, tanh(v / 0.01), may be stepped over: give `max_step`.  It does not warn
+    of stiffness.
+
+    "Radau" and "BDF" take SciPy's accepted steps, as far as rounding allows.  A sparse `jac`, large
+    full Jacobians and complex states under "BDF" are left to SciPy.
+
+    Sensitivities are the solution of the variational equations S' = df/dy S + df/dp, with exact
+    derivatives of `fun`, which must be one that can be traced, in one system with y: n (1 + m)
+    numbers for m directions.  The steps keep the error of y and of each column of S in tolerance;
+    `atol` of a column is that of y per unit of its direction (per its value, if above 1).  At
+    events they are those of the solution at a fixed time.  Where `fun` jumps as the state passes a
+    limit they would jump, too; that raises ValueError.
+
     Examples
     --------
     >>> def pendulum(t, y, g, l):
@@ -135,37 +181,70 @@ def solve_ivp(
     >>> at_bottom = lambda t, y, g, l: y[0]
     >>> result = solve_ivp(pendulum, (0, 10), [0.5, 0.0], args=(9.81, 1.0), events=at_bottom)
     """
+    if isinstance(method, str) and method == "auto":
+        given = {
+            "fun": fun, "t_span": t_span, "y0": y0, "t_eval": t_eval,
+            "dense_output": dense_output, "events": events, "vectorized": vectorized,
+            "args": args, **options,
+        }  # fmt: skip
+        return solve_automatically(solve_ivp, given)
+    if options.pop("error_estimate", False):
+        given = {
+            "fun": fun, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
+            "dense_output": dense_output, "events": events, "vectorized": vectorized,
+            "args": args, **options,
+        }  # fmt: skip
+        return with_error_estimate(solve_ivp, given)
     ours = validate.method_named(method)
     y0, callback = validate.initial_state(y0), options.get("callback")
     if callback is not None and not callable(callback):
         raise TypeError(f"`callback` must be a function of the solver; got {callback!r}.")
     t0, tf = validate.time_span(t_span)
-    complex_state = y0.dtype.kind == "c"
-    if ours and complex_state and not vectorized and y0.size and t0 != tf:
-        found = on_pairs(
-            fun, t0, tf, y0, ours, t_eval=t_eval, dense_output=dense_output, events=events,
-            args=args, options=options,
-        )  # fmt: skip
-        if found is not None:
-            return found
-    if ours is None or complex_state or y0.size == 0 or t0 == tf:
-        return by_scipy(
-            fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
-        )
-    given = options
-    if callback is not None:
-        from .stepper import observed  # which imports SciPy's
-
-        options = {**options, "callback": observed(callback)}
-    mode = mode_for(ours, fun, t0, y0, args)
-    if vectorized and mode == "derivative":
-        mode = "column"
-    problem = validate.problem(
-        fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options
+    sensitivity = options.pop("sensitivity", None)
+    if sensitivity is not None:
+        refuse_sensitivity(options)
+        check_method(ours, method, y0, options)
+    refuse(options, ours, y0)
+    problem = None
+    if ours is not None and ours.name in validate.IMPLICIT:
+        sparse = is_sparse(options.get("jac"), options.get("jac_sparsity"), len(y0))
+        ours = None if sparse else ours
+    if ours is not None and y0.size and t0 != tf:
+        if y0.dtype.kind != "c":
+            problem = validate.problem(
+                fun, t0, tf, y0, ours, t_eval, dense_output, events, args,
+                _mode(ours, fun, t0, y0, args, vectorized),
+                options if callback is None else _observed(options),
+            )  # fmt: skip
+        elif not vectorized:
+            problem = on_pairs(
+                fun, t0, tf, y0, ours, t_eval=t_eval, dense_output=dense_output, events=events,
+                args=args, options=options,
+            )  # fmt: skip
+    if problem is not None:
+        if sensitivity is not None:
+            return solve_with_sensitivities(problem, sensitivity)
+        if problem.method.name in validate.IMPLICIT and validate.of_scipy(options):
+            large = len(y0) > LARGE or options.get("jac_sparsity") is not None
+            problem = problem._replace(for_scipy=large)
+        try:
+            return solve_problem(problem)
+        except (LeftToSciPy, WritesToState):
+            if problem.method.takes_mass:
+                raise ValueError(SPARSE) from None
+    return by_scipy(
+        fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
     )
-    try:
-        return solve_problem(problem)
-    except WritesToState:
-        return by_scipy(
-            fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, given
-        )
+
+
+def _mode(method, fun, t0, y0, args, vectorized):
+    """How the equations are called for a real state."""
+    mode = mode_for(method, fun, t0, y0, args)
+    return "column" if vectorized and mode == "derivative" else mode
+
+
+def _observed(options):
+    """Options whose `callback` is what a Run calls."""
+    from .stepper import observed  # which imports SciPy's
+
+    return {**options, "callback": observed(options["callback"])}

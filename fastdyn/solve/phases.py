@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.problem.validate import (
+    OF_ONE_SOLVE,
     extra_arguments,
     initial_state,
     method_named,
@@ -77,6 +78,9 @@ def solve_phases(
         raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
     if options.get("on_event") is not None:
         raise ValueError("phases take no `on_event`: `after` of a phase changes the state.")
+    for name in OF_ONE_SOLVE:
+        if options.get(name) is not None and options[name] is not False:
+            raise ValueError(f"phases take no `{name}`: it is of one solve_ivp.")
     if not max_phases >= 1:
         raise ValueError(f"`max_phases` must be at least 1; got {max_phases}.")
     for name, phase in phases.items():
@@ -153,15 +157,13 @@ def _joined(segments, log, status, message, keep_start, n_events):
         t.append(np.asarray(segment.t, float)[0 if keep else 1 :])
         y.append(states[:, 0 if keep else 1 :])
     full = [states for states in y if states.size]
-    counts = ("nfev", "n_accepted", "n_rejected")
+    counts = ("nfev", "njev", "nlu", "n_accepted", "n_rejected")
     return OdeResult(
         t=np.concatenate(t),
         y=np.concatenate(full, axis=1) if full else [],
         sol=_joined_solution([segment.sol for segment in segments if segment.sol is not None]),
         t_events=[np.concatenate([s.t_events[i + 1] for s in segments]) for i in range(n_events)],
         y_events=[_stacked([s.y_events[i + 1] for s in segments]) for i in range(n_events)],
-        njev=0,
-        nlu=0,
         status=status,
         message=message,
         success=status >= 0,

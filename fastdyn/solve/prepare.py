@@ -12,6 +12,7 @@ from fastdyn.kernels.state.record import BAD_STATE, FINISHED
 from fastdyn.problem import validate
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
+from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.loop import announce
 from fastdyn.run.outcome import result_of
@@ -19,7 +20,7 @@ from fastdyn.run.solve_problem import run_of
 
 from .many import Ends, solve_many
 
-REFUSED = ("callback", "checkpoint", "progress")
+REFUSED = ("callback", "checkpoint", "progress", *validate.OF_ONE_SOLVE)
 FLOAT = np.dtype(float)
 
 
@@ -63,17 +64,9 @@ def prepare(
     >>> shot = prepare(lambda t, y, g: [y[1], -g], (0, 1), [0, 5], args=(9.81,))
     >>> shot([0, 6]).y[0, -1], shot(args=(1.62,)).y[0, -1]
     """
-    ours = validate.method_named(method)
-    y0 = validate.initial_state(y0)
-    t0, tf = validate.time_span(t_span)
-    for name in REFUSED:
-        if name in options:
-            raise TypeError(f"a prepared solver takes no `{name}`.")
-    if ours is None or y0.dtype.kind == "c" or y0.size == 0 or t0 == tf:
-        raise ValueError(
-            "a prepared solver takes one of fastdyn's methods, a real state and a span that is "
-            "not empty; solve_ivp takes the rest."
-        )
+    ours, t0, tf, y0 = checked(
+        "a prepared solver", REFUSED, method, t_span, y0, options, "; solve_ivp takes the rest"
+    )
     mode = mode_for(ours, fun, t0, y0, args)
     options = {"compile": "inlined", **options}
     return Prepared(

@@ -14,6 +14,7 @@ from fastdyn.compile.side_effects import CHANGED, depends
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import endless, event_list
+from fastdyn.problem.jacobian import DIFFERENCES
 from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
 
@@ -74,6 +75,8 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
         if options.get(name) is not None and t0 != tf:
             raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
     options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
+    if isinstance(options.get("jac"), str) and options["jac"] == DIFFERENCES:
+        del options["jac"]
     args = validate.extra_arguments(args)
     if y0.size:
         endless(tf, event_list(events), None)

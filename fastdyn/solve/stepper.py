@@ -9,15 +9,17 @@ from fastdyn.compile.bind import leave_to_python, or_in_python
 from fastdyn.compile.diagnostics import GaveUp, WritesToState
 from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
 from fastdyn.problem import validate
+from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.loop import announce, counters
-from fastdyn.run.outcome import outcome
+from fastdyn.run.outcome import n_factorised, outcome
 from fastdyn.run.solve_problem import run_of
 
 NO_OUTPUT = np.empty(0)
 REFUSED = (
     "callback", "checkpoint", "progress", "on_interrupt", "max_steps", "breakpoints", "on_event",
+    *validate.OF_ONE_SOLVE,
 )  # fmt: skip
 ENDLESS = 2**62
 
@@ -69,16 +71,7 @@ class Stepper(OdeSolver):
     def __init__(
         self, fun, t0, y0, t_bound, vectorized=False, *, method="RK45", args=None, **options
     ):
-        ours, y0 = validate.method_named(method), validate.initial_state(y0)
-        t0, t_bound = validate.time_span((t0, t_bound))
-        for name in REFUSED:
-            if name in options:
-                raise TypeError(f"a Stepper takes no `{name}`.")
-        if ours is None or y0.dtype.kind == "c" or y0.size == 0 or t0 == t_bound:
-            raise ValueError(
-                "a Stepper takes one of fastdyn's methods, a real state and a span that is not "
-                "empty."
-            )
+        ours, t0, t_bound, y0 = checked("a Stepper", REFUSED, method, (t0, t_bound), y0, options)
         mode = mode_for(ours, fun, t0, y0, args)
         if vectorized and mode == "derivative":
             mode = "column"
@@ -103,12 +96,13 @@ class Stepper(OdeSolver):
         self.direction = 1.0 if p.tf > p.t0 else -1.0
         self.t_old: Any = None
         self.t, self.y, self.status = t0, y0.copy(), "running"
-        self.njev = self.nlu = 0
 
     nfev: Any = property(lambda self: self._nfev())
     n_accepted: Any = property(lambda self: counters(self._run.memory)[0])
     nstep: Any = property(lambda self: counters(self._run.memory)[0])
     n_rejected: Any = property(lambda self: counters(self._run.memory)[1])
+    njev: Any = property(lambda self: n_factorised(self._run.memory)[0])
+    nlu: Any = property(lambda self: n_factorised(self._run.memory)[1])
 
     def _nfev(self):
         n_accepted, n_rejected, n_extra = counters(self._run.memory)

@@ -15,6 +15,7 @@ from fastdyn.kernels.ensemble.scheduler import already
 from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.splitting import cubic_of_pair
+from fastdyn.kernels.output.all_roots import find_all
 from fastdyn.kernels.output.between_steps import watch, watch_plain
 from fastdyn.kernels.output.dense_output import interpolant
 from fastdyn.kernels.output.events import open_events
@@ -29,6 +30,7 @@ from .signatures import (
     ADVANCE,
     DENSE_ROWS,
     EVALUATE,
+    FIND,
     INTERPOLANT,
     LAUNCH,
     MANY,
@@ -56,6 +58,7 @@ FOR_ALL = {  # one for all methods and functions
     "many": (solve_many, MANY),
     "whole solve": (whole_solve, WHOLE_SOLVE),
     "events": (open_events, OPEN),
+    "all roots": (find_all, FIND),  # the events of a step, where they have series
     "open survey": (open_survey, OPEN_SURVEY),
     "survey": (survey, SURVEYING),
     "already": (already, ADVANCE),

@@ -22,6 +22,14 @@ def splits(name, pair):
     return pair and BY_NAME[name].separable
 
 
+def inlines(name, n):
+    """Whether there is an inlined kernel of a method for n components.
+
+    Methods that factorise matrices gain nothing by it.
+    """
+    return 0 < n <= MAX_TUPLE and BY_NAME[name].n_matrices == 0
+
+
 def _kept(key, make):
     """The code of a kernel; ``make(dispatchers)`` is what to compile."""
 
@@ -86,6 +94,7 @@ interpolant_kernel = _kernel_for_all("interpolant")
 many_kernel = _kernel_for_all("many")
 whole_solve_kernel = _kernel_for_all("whole solve")
 events_kernel = _kernel_for_all("events")
+all_roots_kernel = _kernel_for_all("all roots")
 open_survey_kernel = _kernel_for_all("open survey")
 survey_kernel = _kernel_for_all("survey")
 already_kernel = _kernel_for_all("already")
@@ -95,7 +104,7 @@ def every_kernel(names_for_all):
     """{key: ``make(dispatchers)``} of all kernels that inline no function of the user."""
     found = dict(map(_for_all, names_for_all))
     for name in BY_NAME:
-        for kernel in (_start, _dense_rows, _shared):
+        for kernel in (_start, _dense_rows, *([] if BY_NAME[name].series else [_shared])):
             found.update([kernel(name), kernel(name, True)])
     return found
 

@@ -56,6 +56,7 @@ WATCHING = (
     0,
 )
 WATCH = kernel_of(*WATCHING)
+FIND = kernel_of(*WATCHING[:-1], 0.0, 0, 0, TABLE)
 LAUNCH = kernel_of(Launch(0, 0, 0, 0, WORDS, PAIRS))
 INTERPOLANT = kernel_of(KERNELS, SOLVE, TABLE)
 MANY = kernel_of(

@@ -10,6 +10,7 @@ import llvmlite.binding as llvm
 
 from fastdyn import code_store
 from fastdyn.compile.diagnostics import Uncompilable, explain
+from fastdyn.compile.taylor.rewrite import NotSmooth
 from fastdyn.compile.vector_form import vector_form
 from fastdyn.kernels.ensemble import events_and_folds, lanes
 from fastdyn.kernels.jit_options import INLINED, njit
@@ -149,4 +150,20 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     watches, accumulates = bool(events), bool(folds)
     return Kernel(
         compiled.address, width(), sum(sizes), parameters, keepalive, watches, accumulates
+    )
+
+
+def series_kernel(order, fun, args, varying, mode, n, near, extrema, events=(), folds=()):
+    """The same for the Taylor method of an order; its lanes look out for nothing."""
+    if extrema or events or folds:
+        raise Uncompilable("Taylor's vectors look out for nothing on the way")
+    if n > MAX_VECTORS:
+        raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")
+    form = vector_form(fun, args, varying, mode, n, near, width())
+    try:
+        code = form.series(order)
+    except NotSmooth as reason:
+        raise Uncompilable(str(reason)) from None
+    return Kernel(
+        code.address, width(), form.n_words, [form.parameters], [code, form], False, False
     )

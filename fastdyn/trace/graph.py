@@ -36,6 +36,8 @@ class Graph:
 
     def __init__(self):
         self._known, self.nodes, self.values, self.tables = {}, [], [], {}
+        self.most = MAX_NODES
+        self.most = MAX_NODES
         self.varying: set[int] = set()  # slots whose value differs between trajectories
         self.true, self.false = self.make("const", (), True), self.make("const", (), False)
 
@@ -45,7 +47,7 @@ class Graph:
         place = (op, tuple([a.key for a in args]), label)
         node = self._known.get(place)
         if node is None:
-            if len(self.nodes) >= MAX_NODES:
+            if len(self.nodes) >= self.most:
                 raise Refusal("it takes too many operations", said=False)
             node = self._known[place] = Node(op, tuple(args), data, len(self.nodes))
             self.nodes.append(node)

@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 
 from ..jit_options import INTERNAL, njit
 from ..state.elementwise import ROW, data_of, length_of
-from .block import RAISED_WORD
+from .block import ADDRESS, RAISED_WORD
 
 WORDS = types.Array(types.int64, 1, "C")
 FORM = (
@@ -46,6 +46,16 @@ def words_at(typingctx, address):
     return types.CPointer(types.int64)(types.int64), codegen
 
 
+@intrinsic
+def numbers_at(typingctx, address):
+    """Numbers in memory."""
+
+    def codegen(context, builder, signature, args):
+        return builder.inttoptr(args[0], ir.DoubleType().as_pointer())
+
+    return types.CPointer(types.float64)(types.int64), codegen
+
+
 @njit(**INTERNAL)
 def raised(block):
     """Whether the function of the block at an address raised."""
@@ -53,20 +63,26 @@ def raised(block):
 
 
 @intrinsic
-def call_function(typingctx, block, t, y, out):
-    """Call the function of the block at the address `block`: out = function(t, y)."""
+def call_with(typingctx, function, block, t, y, out):
+    """Call the function at an address with the block at another: out = function(t, y)."""
 
     def codegen(context, builder, signature, args):
-        words = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
-        values, target = (data_of(context, builder, ROW, row) for row in args[2:])
-        n = length_of(context, builder, ROW, args[2])
+        words = builder.inttoptr(args[1], ir.IntType(64).as_pointer())
+        values, target = (data_of(context, builder, ROW, row) for row in args[3:])
+        n = length_of(context, builder, ROW, args[3])
         kind = context.call_conv.get_function_type(types.none, FORM)
-        function = builder.inttoptr(builder.load(words), kind.as_pointer())
-        arguments = (args[1], values, n, words, target)
+        function = builder.inttoptr(args[0], kind.as_pointer())
+        arguments = (args[2], values, n, words, target)
         context.call_conv.call_function(builder, function, types.none, FORM, arguments)
         return context.get_dummy_value()
 
-    return types.none(types.int64, types.float64, ROW, ROW), codegen
+    return types.none(types.int64, types.int64, types.float64, ROW, ROW), codegen
+
+
+@njit(**INTERNAL)
+def call_function(block, t, y, out):
+    """Call the function of the block at the address `block`: out = function(t, y)."""
+    call_with(words_at(block)[ADDRESS], block, t, y, out)
 
 
 @njit(**INTERNAL)

@@ -21,6 +21,13 @@ FACTS = (
     Facts("Vern9", "vern9", 9, 8, 16, 26, 16, 9, 9, "hairer", "Vern9"),
     Facts("ode45", "ode45", 5, 4, 6, 7, 6, 4, 4, "matlab", "RK45", h_max_share=0.1),
     Facts("ode23", "ode23", 3, 2, 3, 4, 3, 3, 3, "matlab", "cubic", h_max_share=0.1),
+    Facts("Radau", "radau", 5, 3, 0, 20, 1, 3, 3, "implicit", "Radau", cost=20, n_matrices=4),
+    Facts("BDF", "bdf", 5, 1, 0, 17, 1, 5, 5, "implicit", "BDF", projects=False, cost=8,
+          n_matrices=2),
+    Facts("Rodas5P", "rodas5p", 5, 4, 0, 15, 1, 4, 4, "implicit", "Rodas5P", cost=10,
+          n_matrices=3, takes_mass=True),
+    Facts("Taylor", "taylor", 25, 25, 1, 28, 1, 25, 25, "taylor", "Taylor", h_max_share=1.0,
+          series=True),
     Facts("RK4", "rk4", 4, 0, 4, 5, 4, 3, 3, "plain", "cubic"),
     *[
         Facts(name, "symplectic", order, 0, stages, 3, 1, 3, dense_order, *_COMPOSED, separable,

@@ -12,7 +12,7 @@ from ..jit_options import INTERNAL, njit
 from ..state.record import ATOL, RTOL, Y
 from ..stepping import adaptive
 from ..stepping.first_step import make_hairer, plain
-from ..stepping.step_size import SCIPY
+from ..stepping.step_size import SCIPY, larger
 from .explicit import make_estimate, make_step
 
 NAME = "{} on complex states"
@@ -24,8 +24,7 @@ def sum_of_squares_of_pairs(error, y, y_new, rtol, atol):
     total = 0.0
     for i in range(0, len(error), 2):
         before, after = np.hypot(y[i], y[i + 1]), np.hypot(y_new[i], y_new[i + 1])
-        size = after if after > before or after != after else before
-        scale = atol[i] + size * rtol[i]
+        scale = atol[i] + larger(before, after) * rtol[i]
         real, imag = error[i] / scale, error[i + 1] / scale
         total += real * real + imag * imag
     return total

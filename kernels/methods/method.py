@@ -4,6 +4,8 @@ import importlib
 import math
 from typing import Any, NamedTuple
 
+from ..output.arguments import MOST_ROOTS
+
 
 class Method(NamedTuple):
     """A method: its loop, and what others need to know of it.
@@ -17,7 +19,7 @@ class Method(NamedTuple):
     n_stages : int
         Evaluations of the derivative in a step, tried or accepted.
     n_rows : int
-        Rows of stages that the method keeps in the work array.
+        Rows of stages that the method keeps in the work array; see `n_matrices`.
     fsal_stage : int
         The stage that is the derivative at the end of a step.
     kernel : function
@@ -42,6 +44,8 @@ class Method(NamedTuple):
         Whether the state may be changed between two steps.
     cost : int
         Evaluations that a step may take, for the first guess of its time; n_stages unless given.
+    n_matrices : int
+        Matrices of n x n numbers that the method keeps behind its rows.
     batched : tuple (int, function), optional
         The number of stages of an implicit method, and the `kernel` that evaluates all of them on
         exact vectors, with the same bits.
@@ -66,6 +70,7 @@ class Method(NamedTuple):
     h_max_share: float = math.inf
     projects: bool = True
     cost: int = 0
+    n_matrices: int = 0
     batched: Any = None
     tableau: dict | None = None
 
@@ -74,7 +79,9 @@ class Facts(NamedTuple):
     """What a solve needs to know of a method whose kernels are compiled; see `Method`.
 
     `file` is where its Method is defined.  `start` and `dense_rows` name what several methods may
-    have in common.  `separable` says whether it is made for H = T(p) + V(q), too.
+    have in common.  `separable` says whether it is made for H = T(p) + V(q), too; `series` whether
+    its loop is made for each function, from its trace; `takes_mass` whether it solves M y' = f,
+    with the time derivative of f.
     """
 
     name: str
@@ -93,6 +100,13 @@ class Facts(NamedTuple):
     h_max_share: float = math.inf
     projects: bool = True
     cost: int = 0
+    n_matrices: int = 0
+    series: bool = False
+    takes_mass: bool = False
+
+    def rows(self, n):
+        """Rows that the method keeps in the work array, for a state of n."""
+        return self.n_rows + self.n_matrices * n
 
     @property
     def code(self):
@@ -105,6 +119,11 @@ class Facts(NamedTuple):
         ):
             raise RuntimeError(f"{self.name} is not what kernels/methods/__init__.py says of it")
         return found
+
+    @property
+    def events_at_once(self):
+        """How often an event may occur in a step."""
+        return MOST_ROOTS if self.series else 1
 
     @property
     def tableau(self):

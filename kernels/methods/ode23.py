@@ -4,20 +4,7 @@ The counts that MathWorks publishes come out; they do not depend on the share th
 rejection leaves, 0.5 here.
 """
 
-from ..stepping import first_step
-from ..stepping.step_size import largest, matlab
-from . import rk23
-from .explicit import make_estimate, make_step, pair
+from .ode45 import as_in_matlab
+from .rk23 import TABLE
 
-(E,) = rk23.TABLE.errors
-ODE23 = pair(
-    "ode23",
-    rk23.TABLE,
-    make_step(rk23.TABLE, make_estimate(E, largest)),
-    order=3,
-    error_order=2,
-    dense_order=3,
-    control=matlab(0.5),
-    start=first_step.matlab,
-    h_max_share=0.1,
-)
+ODE23 = as_in_matlab("ode23", TABLE, 0.5, order=3, error_order=2, dense_order=3)

@@ -57,13 +57,19 @@ class Output(NamedTuple):
     segments: Any
 
 
+MOST_TERMS = 34  # coefficients of a series
+MOST_ROOTS = 256  # that one event has in a step, by its series
+
 # One per event function.
 EVENTS = np.dtype(
     [
         ("block", "i8"),  # address of the function's block
         ("jump", "i8"),  # address of the block of the function that changes the state, or 0
+        ("series", "i8"),  # address of the kernel of its series, see all_roots.py, or 0
+        ("find", "i8"),  # of the first event: address of `find_all` if any has a series, or 0
         ("g", "f8"),  # value at the last step
         ("g_new", "f8"),
+        ("size", "f8"),  # what it changes by in this step, or the sum of its series
         ("root", "f8"),  # where it crossed in this step
         ("direction", "f8"),
         ("count", "i8"),

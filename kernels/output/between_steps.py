@@ -22,6 +22,7 @@ from ..state.record import (
     Y,
 )
 from ..state.rows import copy_row
+from .arguments import MOST_ROOTS
 from .dense_output import interpolate, polynomial
 from .events import ENDLESS, FAILED, find_events
 from .jumps import jump
@@ -91,7 +92,10 @@ def _is_full(o, output, events):
     stored = o.every_step != 0 and o.n_out + o.jumps >= len(output.t)
     full = stored or o.n_dense == len(output.d)
     if events is not None:
-        full = full or o.n_events + len(events.table) > len(events.t)
+        n = len(events.table)
+        if n > 0 and events.table[0].find != 0:
+            n *= MOST_ROOTS
+        full = full or o.n_events + n > len(events.t)
     return full
 
 
@@ -113,7 +117,11 @@ def _sample(kernels, solve, output, events, scratch, status):
     jumps = False
     if events is not None:
         if len(events.table) > 0:
-            cut = find_events(kernels, solve, output, events, scratch, t, reached, ready, d)
+            given, find = (kernels, solve, output, events, scratch), events.table[0].find
+            if find == 0:
+                cut = find_events(*given, t, reached, ready, d)
+            else:
+                cut = invoke(find, (*given, t, int(reached), int(ready), d))
             if cut == FAILED:
                 return RAISED
             if cut == ENDLESS:

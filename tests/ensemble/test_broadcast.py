@@ -27,7 +27,7 @@ def test_shapes_broadcast_or_are_refused(a, b, two_states, list_given):
 @pytest.mark.parametrize(
     ("change", "error", "says"),
     [
-        ({"method": "BDF"}, ValueError, "own methods"),
+        ({"method": "LSODA"}, ValueError, "own methods"),
         ({"y0": [[1.0, np.nan]]}, ValueError, "trajectory 0"),
         ({"y0": np.ones((2, 2, 2))}, ValueError, "shape"),
         ({"args": (np.ones((2, 2)),)}, ValueError, "Shared"),

@@ -21,7 +21,9 @@ EPS = np.finfo(float).eps
 TIGHT = {"rtol": 1e-9, "atol": 1e-12}
 BALL = {"events": ground, "on_event": bounce, "args": (0.8,), **TIGHT}
 DROPPED = [1.0, 0.0]
-EXACT_ON_PARABOLAS = [n for n, m in METHODS.items() if m.order > 2 and not m.second_order]
+EXACT_ON_PARABOLAS = [
+    n for n, m in METHODS.items() if m.order > 2 and not m.second_order and n != "BDF"
+]
 ROOT = 4 * EPS * 4.0  # Brent's tolerance for times up to 3 s
 
 
@@ -207,7 +209,7 @@ def test_wrong_functions_get_a_sentence(jump, error, sentence):
 def test_what_is_not_there_is_refused():
     for options, sentence in (
         ({"events": None}, "there are 0 events"),
-        ({"method": "Radau"}, "`on_event` is for compiled methods"),
+        ({"method": "LSODA"}, "`on_event` is for compiled methods"),
         ({"callback": print}, "`on_event` and `callback` do not go together"),
         ({"y0": [1.0 + 0j, 0.0]}, "`on_event` is for compiled methods and real states"),
     ):

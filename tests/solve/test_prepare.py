@@ -213,7 +213,7 @@ def test_threads():
 @pytest.mark.parametrize(
     ("given", "error", "said"),
     [
-        ({"method": "Radau"}, ValueError, "fastdyn's methods"),
+        ({"method": "LSODA"}, ValueError, "fastdyn's methods"),
         ({"method": "RK5"}, ValueError, "is unknown"),
         ({"y0": [1j, 0]}, ValueError, "real state"),
         ({"y0": []}, ValueError, "real state"),

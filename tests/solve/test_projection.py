@@ -10,7 +10,7 @@ from fastdyn import solve_ivp
 from fastdyn.kernels.methods import METHODS
 from fastdyn.systems import pendulum_xy
 
-ADAPTIVE = [name for name, m in METHODS.items() if m.error_order]
+ADAPTIVE = [name for name, m in METHODS.items() if m.error_order and m.projects]
 
 EPS = np.finfo(float).eps
 
@@ -36,9 +36,10 @@ def test_projection_keeps_the_pendulum_on_its_circle(method):
     for run in (held, at):
         kept = max(np.abs(v).max() for v in run.residuals().values())
         assert kept <= 16 * EPS and drifted > 1e4 * kept
-    assert held.nfev == METHODS[method].n_stages * (held.n_accepted + held.n_rejected) + (
-        held.n_accepted + (2 if METHODS[method].start == "hairer" else 1)
-    )
+    if not METHODS[method].n_matrices:
+        assert held.nfev == METHODS[method].n_stages * (held.n_accepted + held.n_rejected) + (
+            held.n_accepted + (2 if METHODS[method].start == "hairer" else 1)
+        )
     assert np.abs(held.error()).max() < np.abs(free.error()).max()
 
 

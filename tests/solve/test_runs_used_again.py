@@ -7,6 +7,7 @@ import pytest
 import scipy.integrate
 
 from fastdyn import solve_ivp
+from fastdyn.run import solve_problem
 
 START = np.array([0.4, 0.9])
 RATE = 1.0
@@ -19,6 +20,8 @@ def agrees(fun, *args, t_span=(0.0, 1.0), y0=START, **options):
     # the rounding of a step, as a part of its error estimate, which decides on the next
     assert np.allclose(mine.t, theirs.t, rtol=1e-6, atol=0)
     assert np.allclose(mine.y, theirs.y, rtol=1e-6, atol=1e-6)
+    for found, expected in zip(mine.t_events or (), theirs.t_events or (), strict=True):
+        assert len(found) == len(expected) and np.allclose(found, expected, rtol=1e-6, atol=1e-6)
 
 
 def of_global(t, y, k):
@@ -98,3 +101,83 @@ def test_a_solve_inside_a_solve():
     with pytest.warns(match="runs in Python"):
         agrees(outer)
     agrees(inner)
+
+
+def turning(t, y):
+    return [y[1], -y[0]]
+
+
+def test_events_with_other_limits_directions_and_levels():
+    def crossing(level, terminal=0, direction=0):
+        def event(t, y):
+            return y[0] - level
+
+        event.terminal, event.direction = terminal, direction
+        return event
+
+    given = {"t_span": (0.0, 20.0), "rtol": 1e-8, "atol": 1e-8}
+    for level in (0.0, 0.5):
+        for how in ((0, 0), (0, 1), (0, -1), (True, 1), (2, 0), (0, 0)):
+            agrees(turning, events=crossing(level, *how), **given)
+    many = [crossing(0.1), crossing(0.2, 3)]
+    agrees(turning, events=many, **given)
+    agrees(turning, events=many[::-1], **given)
+    event = crossing(0.1)
+    for event.terminal in (0, 1):
+        agrees(turning, events=event, **given)
+    agrees(turning, events=[], **given)
+    agrees(turning, events=event, dense_output=True, **given)
+    agrees(turning, events=event, t_eval=[1.0, 2.0], **given)
+    agrees(turning, **given)
+
+
+def test_more_events_than_the_first_piece_of_the_output_holds():
+    for end in (3.0, 600.0, 3.0, 600.0):
+        agrees(turning, t_span=(0.0, end), events=lambda t, y: y[0], rtol=1e-8, atol=1e-8)
+
+
+def test_what_acts_at_which_event_may_change():
+    def low(t, y):
+        return y[0] + 0.2
+
+    def high(t, y):
+        return y[0] - 0.2
+
+    def back(t, y):
+        return [y[0], -0.5 * y[1]]
+
+    def solve(*on_event):
+        events = [low, high]
+        return solve_ivp(turning, (0, 3), START, events=events, on_event=on_event).y[:, -1]
+
+    apart = [solve(back, None), solve(None, back)]
+    assert not np.allclose(*apart)
+    assert np.array_equal([solve(back, None), solve(None, back)], apart)
+
+
+@pytest.mark.parametrize("options", [{}, {"events": lambda t, y, k: y[0] - 0.3}])
+def test_a_run_is_used_again(options, monkeypatch):
+    def fun(t, y, k):
+        return [y[1], -k * y[0]]
+
+    first = solve_ivp(fun, (0, 1), START, args=(1.0,), **options)
+    monkeypatch.delattr(solve_problem, "run_of")
+    again = solve_ivp(fun, (0, 1), START, args=(1.0,), **options)
+    assert np.array_equal(again.y, first.y)
+    assert not np.array_equal(solve_ivp(fun, (0, 1), START, args=(2.0,), **options).y, first.y)
+
+
+def test_attributes_and_defaults_that_a_function_gets_later_are_seen():
+    def fun(t, y):
+        return -getattr(fun, "k", 1.0) * y
+
+    def other(t, y, k=1.0):
+        return -k * y
+
+    for _ in range(2):
+        agrees(fun)
+        fun.k = 3.0
+    other.__defaults__ = (2.0,)
+    agrees(other)
+    fun.__defaults__ = (2.0,)
+    agrees(fun)

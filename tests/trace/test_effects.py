@@ -8,18 +8,11 @@ import types
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp as reference
 
 import fastdyn
+from support.beside_scipy import START, agrees
 
 pytestmark = pytest.mark.filterwarnings("ignore")
-START = np.array([0.4, 0.9])
-
-
-def agrees(fun, *args):
-    mine = fastdyn.solve_ivp(fun, (0.0, 1.0), START, args=args)
-    theirs = reference(fun, (0.0, 1.0), START, args=args)
-    assert np.allclose(mine.y[:, -1], theirs.y[:, -1], rtol=1e-9, atol=0)
 
 
 @pytest.mark.parametrize("name", ["append", "print", "write"])

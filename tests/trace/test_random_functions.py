@@ -5,6 +5,7 @@ import pytest
 
 from fastdyn.compile import by_tracing
 from fastdyn.compile.parameters import pack_all
+from fastdyn.kernels.calls.block import FAULT, FIRST
 from support.branching import drawn
 
 NEAR = by_tracing.Near(0.0, 1.0, np.full(4, 0.4))
@@ -13,9 +14,9 @@ TOLERANCE = 1e-9  # of sums in another order, where they cancel
 
 def call(found, n):
     function, values, _ = found
-    block = np.zeros(4 + function.n_words + n, np.int64)
+    block = np.zeros(FIRST + function.n_words + n, np.int64)
     pack_all(values, block, [])
-    block[3] = 4 + function.n_words
+    block[FAULT] = FIRST + function.n_words
     traced = next(
         k for known in by_tracing._known.values() for k in known if k.function is function
     )

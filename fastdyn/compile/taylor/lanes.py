@@ -1,0 +1,236 @@
+"""The loop over steps with a trajectory in each lane: the form of `kernels/ensemble/lanes.py`.
+
+``int64 kernel(int64 *words)`` has the words of ``loop(state, lanes, work, block, n_steps)``.
+"""
+
+from fastdyn.kernels.ensemble import lanes as rows_of
+from fastdyn.kernels.state.record import (
+    ATOL,
+    FINISHED,
+    RTOL,
+    STATE,
+    STEP_TOO_SMALL,
+    Y_OLD,
+    K,
+    Y,
+)
+from fastdyn.kernels.state.series import LOW, SCALE
+
+from .accuracy import ALLOWANCE
+from .pace import LEAST, Clock, chosen, longest, unit_of
+from .places import Places
+from .rows import Rows
+from .step import TERMS, end, length, powers_of, weight
+from .text import ONE, ZERO, Text, hexadecimal
+from .vanish import excess, some_must_not
+
+AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
+WORDS = {"state": 0, "fields": 2, "work": 5, "block": 8, "n_steps": 10}
+RETRY = 0.125  # of a step at whose end the function raises
+HALF = 0.5  # of one on which the argument of a root may touch zero
+READ = ("T", "T_END", "T_STOP", "H", "LIVE", "LIMIT", "ACCEPTED", "TRIES")
+INFINITE = hexadecimal(float("inf"))
+
+
+class LaneDriver:
+    """Emits the kernel of a plan on vectors.
+
+    Parameters
+    ----------
+    plan : bundles.Single
+    order, width : int
+        Width: lanes of a vector.
+    raises : bool
+        Whether there is ``fastdyn_raises(t, y, block)``, not 0 in lanes where the function raises.
+    fused : str
+        See `Text`.
+    together : int
+        See `places.Places`.
+    """
+
+    def __init__(self, plan, order, width, raises, fused, together):
+        self.plan, self.order, self.width, self.raises = plan, order, width, raises
+        self.text, self.n = Text(fused, width), len(plan.states)
+        self.places = Places(plan, order, width, together)
+
+    def __call__(self, symbol, declared):
+        """LLVM's text: the kernel, which calls ``fastdyn_invariants(block, out)``."""
+        text = self.text
+        self._begin()
+        text.put("br label %step")
+        text.label("step")
+        self._step()
+        self._leave()
+        body = text.function(f"i64 @{symbol}(ptr %words)")
+        heads = [line for name, line in text.declarations.items() if name not in declared]
+        return "\n".join([*heads, body])
+
+    # -- memory
+
+    def _row(self, row, i=0):
+        """The address of a component in a row of `work`."""
+        return self.text.at("%work", (row * self.n + i) * self.width)
+
+    def _field(self, name):
+        return self.text.at("%fields", getattr(rows_of, name) * self.width)
+
+    def _begin(self):
+        text = self.text
+        for name, at in WORDS.items():
+            kind = "i64" if name == "n_steps" else "ptr"
+            text.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
+            text.put(f"%{name} = load {kind}, ptr %at_{name}")
+        self.space = text.slot("double", self.places.size)
+        self.new = text.slot(text.kind, self.n)
+        self.rest = text.slot(text.kind, self.n)
+        self.weights = text.slot(text.kind, self.n)
+        text.put(f"call void @fastdyn_invariants(ptr %block, ptr {self.space})")
+        names = ("direction", "h_max", "t_start", "h_first")
+        self.common = {
+            name: text.splat(text.load(text.at("%state", AT[name]), "double"), self.width)
+            for name in names
+        }
+        self.field = {name: text.load(self._field(name)) for name in READ}
+        self.live = text.compare("ogt", self.field["LIVE"], ZERO)
+        self.var = {
+            name: text.slot(text.kind) for name in ("T", "T_OLD", "H", "ACCEPTED", "TRIES", "scale")
+        }
+        for name in ("T", "H", "ACCEPTED", "TRIES"):
+            text.store(self.field[name], self.var[name])
+        self.tolerance = text.add(*[text.load(self._row(row, 0)) for row in (RTOL, ATOL)])
+        self.taken = text.slot("i64")
+        text.put(f"store i64 0, ptr {self.taken}")
+
+    # -- one step
+
+    def _step(self):
+        text, var = self.text, self.var
+        t, h, tries = (text.load(var[name]) for name in ("T", "H", "TRIES"))
+        scale = unit_of(text, h)
+        text.store(scale, var["scale"])
+        rows = self.rows = Rows(self.plan, self.order, text, self.space, self.places)
+        self.state_rows = [rows.pointer(y.key) for y in self.plan.states]
+        for i, place in enumerate(self.state_rows):
+            text.store(text.load(self._row(Y, i)), place)
+        rows.emit(t, scale)
+        for i, place in enumerate(self.state_rows):
+            y, r, a = (text.load(self._row(row, i)) for row in (Y, RTOL, ATOL))
+            slope = text.load(text.at(place, self.width))
+            text.store(weight(text, y, slope, r, a), text.at(self.weights, i * self.width))
+        x, size = self._length()
+        f = self.common
+        cap = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
+        cap = text.select(text.compare("ogt", tries, ZERO), text.smaller(h, cap), cap)
+        clock = Clock(t, self.field["T_END"], f["direction"], cap)
+        pace = chosen(text, clock, x, size, scale)
+        self._ends(text.div(pace.signed, scale))
+        self._accept(t, pace)
+
+    def _length(self):
+        """See `step.length`."""
+        text, norms, total = self.text, {}, None
+        for k in range(self.order, self.order - TERMS, -1):
+            for i, place in enumerate(self.state_rows):
+                c = text.load(text.at(place, k * self.width))
+                c = text.intrinsic("fabs", c)
+                c = text.mul(c, text.load(text.at(self.weights, i * self.width)))
+                norms[k] = text.larger(c, norms[k]) if k in norms else c
+                total = text.add(c, total)
+        return length(text, norms, ALLOWANCE[self.order], self.tolerance), total
+
+    def _ends(self, x):
+        """Put the states at x at `new`, what is rounded off at `rest`."""
+        text, powers = self.text, powers_of(self.text, x, self.order)
+        for i, place in enumerate(self.state_rows):
+            terms = [text.load(text.at(place, k * self.width)) for k in range(self.order + 1)]
+            value, rest = end(text, terms, powers, text.load(self._row(LOW, i)))
+            text.store(value, text.at(self.new, i * self.width))
+            text.store(rest, text.at(self.rest, i * self.width))
+
+    def _accept(self, t, pace):
+        """Take the step in the lanes where it is good; leave if one needs the scheduler."""
+        text, var = self.text, self.var
+        bad, failed, again = self._refused(pace)
+        good = text.truths("xor", bad, text.everywhere("true"))
+        failed = text.truths("or", failed, text.truths("and", good, pace.stuck))
+        good = text.truths("and", good, text.truths("xor", pace.stuck, text.everywhere("true")))
+        for i in range(self.n):
+            for source, row in ((self.new, Y), (self.rest, LOW)):
+                new = text.load(text.at(source, i * self.width))
+                text.store(text.select(good, new, text.load(self._row(row, i))), self._row(row, i))
+        later = text.select(good, pace.t, t)
+        accepted = text.add(text.load(var["ACCEPTED"]), text.select(good, ONE, ZERO))
+        for name, value in (
+            ("T_OLD", t), ("T", later), ("ACCEPTED", accepted),
+            ("H", text.select(good, pace.h, again)),
+        ):  # fmt: skip
+            text.store(value, var[name])
+        past = text.mul(self.common["direction"], text.sub(later, self.field["T_STOP"]))
+        stop = text.compare("oge", past, ZERO)
+        stop = text.truths("or", stop, text.compare("oge", accepted, self.field["LIMIT"]))
+        stop = text.truths("or", text.truths("and", stop, good), failed)
+        self._hand_back(text.truths("and", stop, self.live), failed, later)
+
+    def _refused(self, pace):
+        """(bad, failed, again): lanes without a step, for good, and the next length in others."""
+        text = self.text
+        bad, failed = pace.wild, text.truths("and", pace.wild, pace.short)
+        tries, again = ZERO, pace.shorter
+        for refused, share in self._tests(pace):
+            refused = text.truths("and", refused, text.truths("xor", bad, text.everywhere("true")))
+            shorter = text.mul(pace.h, hexadecimal(share))
+            least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", pace.t))
+            short = text.compare("ule", shorter, least)
+            failed = text.truths("or", failed, text.truths("and", refused, short))
+            again, tries = text.select(refused, shorter, again), text.select(refused, ONE, tries)
+            bad = text.truths("or", bad, refused)
+        text.store(tries, self.var["TRIES"])
+        return bad, failed, again
+
+    def _tests(self, pace):
+        """Lanes whose step must be shorter, and what is left of it."""
+        text = self.text
+        if some_must_not(self.rows):
+            beyond = excess(self.rows, text.div(pace.signed, text.load(self.var["scale"])))
+            yield text.compare("uge", beyond, ZERO), HALF
+        if self.raises:
+            yield self._raised(pace), RETRY
+
+    def _raised(self, pace):
+        """Whether the function raises at the end of a step."""
+        text, kind = self.text, self.text.kind
+        call = f"call {kind} @fastdyn_raises({kind} {pace.t}, ptr {self.new}, ptr %block)"
+        return text.compare("une", text.new(call), ZERO)
+
+    def _hand_back(self, wanted, failed, t):
+        text, width = self.text, self.width
+        status = text.select(text.compare("oeq", t, self.field["T_END"]), _number(FINISHED), ZERO)
+        status = text.select(failed, _number(STEP_TOO_SMALL), status)
+        self.status = text.select(wanted, status, _number(rows_of.NOTHING))
+        count = text.new(f"load i64, ptr {self.taken}")
+        count = text.new(f"add i64 {count}, 1")
+        text.put(f"store i64 {count}, ptr {self.taken}")
+        enough = text.new(f"icmp sge i64 {count}, %n_steps")
+        bits = text.new(f"bitcast {text.truth} {wanted} to i{width}")
+        some = text.new(f"icmp ne i{width} {bits}, 0")
+        leave = text.new(f"or i1 {some}, {enough}")
+        text.put(f"br i1 {leave}, label %leave, label %step")
+
+    def _leave(self):
+        """Leave fields and rows complete."""
+        text, var = self.text, self.var
+        text.label("leave")
+        text.store(self.status, self._field("STATUS"))
+        for name in ("T", "T_OLD", "H", "ACCEPTED", "TRIES"):
+            text.store(text.load(var[name]), self._field(name))
+        text.store(text.load(var["scale"]), self._row(SCALE))
+        for i, place in enumerate(self.state_rows):
+            text.store(text.load(place), self._row(Y_OLD, i))
+            for k in range(self.order + 1):
+                c = text.load(text.at(place, k * self.width))
+                text.store(c, self._row(K + k, i))
+        text.put(f"ret i64 {text.new(f'load i64, ptr {self.taken}')}")
+
+
+def _number(status):
+    return hexadecimal(float(status))

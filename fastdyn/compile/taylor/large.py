@@ -1,0 +1,247 @@
+"""The loop over steps of a large system, whose like nodes are in the lanes of vectors.
+
+The kernel has the form of `driver.py`; its numbers are in memory of its own, the states in the
+order of their vectors.
+"""
+
+from fastdyn.kernels.calls.block import RAISED_WORD
+from fastdyn.kernels.state import record
+from fastdyn.kernels.state.record import FINISHED, RAISED, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
+from fastdyn.kernels.state.series import LOW, SCALE
+
+from .accuracy import ALLOWANCE
+from .driver import WORDS
+from .leave import AT
+from .memory import Memory
+from .pace import LEAST, Clock, chosen, longest, unit_of
+from .places import Places
+from .rows import Rows
+from .step import TERMS, end, length, powers_of, weight
+from .text import ONE, ZERO, Text, hexadecimal
+from .vanish import excess, some_must_not
+
+RETRY = 0.125  # of a step at whose end the function raises
+HALF = 0.5  # of one on which the argument of a root may touch zero
+FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first")
+ROWS = {"y": Y, "low": LOW, "rtol": record.RTOL, "atol": record.ATOL}
+
+
+class LargeDriver:
+    """Emits the kernel of a plan.
+
+    Parameters
+    ----------
+    plan : bundles.Bundles
+    order, width : int
+        Width: lanes of a vector.
+    raises : bool
+        Whether the function may raise.
+    fused, together
+        See `Text` and `places.Places`.
+    """
+
+    def __init__(self, plan, order, width, raises, fused, together):
+        self.plan, self.order, self.width, self.raises = plan, order, width, raises
+        self.text, self.n = Text(fused), len(plan.places_of_states)
+        self.wide = self.text.of(width)
+        self.places = Places(plan, order, width, together)
+        self.memory = Memory(self.text, plan, self.places, order, width)
+
+    def __call__(self, symbol, declared):
+        """LLVM's text: the kernel, which calls ``fastdyn_invariants(block, out)``."""
+        text = self.text
+        self._begin()
+        text.put("br label %step")
+        text.label("step")
+        self._step()
+        self._leave()
+        body = text.function(f"i64 @{symbol}(ptr %words)")
+        heads = [line for name, line in text.declarations.items() if name not in declared]
+        return "\n".join([*heads, body])
+
+    # -- memory
+
+    def _begin(self):
+        text = self.text
+        for name, at in WORDS.items():
+            kind = "i64" if name == "n_steps" else "ptr"
+            text.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
+            text.put(f"%{name} = load {kind}, ptr %at_{name}")
+        self.field = {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
+        f = self.field
+        ahead = text.mul(f["direction"], text.sub(f["t"], f["t_end"]))
+        text.put(f"br i1 {text.compare('oge', ahead, ZERO)}, label %over, label %first")
+        text.label("over")
+        text.put(f"ret i64 {FINISHED}")
+        text.label("first")
+        self.rows = Rows(self.plan, self.order, self.wide, "%space", self.places)
+        self.memory.make_room()
+        self.memory.read_factors()
+        for name, row in ROWS.items():
+            with self.memory.each_lane() as (lane, i):
+                value = text.load(self.memory.in_work(row, i))
+                text.store(value, text.at(self.memory.array[name], lane))
+        self.var = {name: text.slot("double") for name in ("t", "t_old", "h", "scale")}
+        for name in ("t", "t_old", "h"):
+            text.store(f[name], self.var[name])
+        text.store(ONE, self.var["scale"])
+        tolerances = [text.load(self.memory.in_work(row, 0)) for row in (record.RTOL, record.ATOL)]
+        self.tolerance = text.add(*tolerances)
+        self.taken, self.tries = text.slot("i64"), text.slot("double")
+        text.put(f"store i64 0, ptr {self.taken}")
+        text.store(ZERO, self.tries)
+
+    # -- one step
+
+    def _step(self):
+        text, wide, var, f = self.text, self.wide, self.var, self.field
+        t, h = text.load(var["t"]), text.load(var["h"])
+        scale = unit_of(text, h)
+        text.store(scale, var["scale"])
+        with self.memory.each_vector() as (row, here):
+            wide.store(wide.load(here["y"]), row)
+        self.rows.emit(wide.splat(t, self.width), wide.splat(scale, self.width))
+        x, size = self._length()
+        cap = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
+        tried = text.compare("ogt", text.load(self.tries), ZERO)
+        cap = text.select(tried, text.smaller(h, cap), cap)
+        clock = Clock(t, f["t_end"], f["direction"], cap)
+        pace = chosen(text, clock, x, size, scale)
+        text.store(ZERO, self.tries)
+        text.put(f"br i1 {pace.wild}, label %wild, label %fine")
+        text.label("wild")
+        text.store(pace.shorter, var["h"])
+        text.put(f"br i1 {pace.short}, label %lost, label %step")
+        text.label("fine")
+        text.put(f"br i1 {pace.stuck}, label %lost, label %go")
+        text.label("go")
+        x = text.div(pace.signed, scale)
+        if some_must_not(self.rows):
+            self._keep_from_roots(pace, x)
+        self._end(x)
+        if self.raises:
+            self._ask(pace)
+        self._accept(t, pace)
+
+    def _length(self):
+        """The weights of the states, and `step.length`."""
+        wide, orders = self.wide, range(self.order, self.order - TERMS, -1)
+        largest, total = {k: wide.slot(wide.kind) for k in orders}, wide.slot(wide.kind)
+        for place in (*largest.values(), total):
+            wide.store(ZERO, place)
+        with self.memory.each_vector() as (row, here):
+            y, r, a = (wide.load(here[name]) for name in ("y", "rtol", "atol"))
+            w = weight(wide, y, wide.load(wide.at(row, self.width)), r, a)
+            for k, place in largest.items():
+                c = wide.intrinsic("fabs", wide.load(wide.at(row, k * self.width)))
+                c = wide.mul(c, w)
+                wide.store(wide.larger(wide.load(place), c), place)
+                wide.store(wide.add(c, wide.load(total)), total)
+        norms = {k: self._across(wide.load(p), self.text.larger) for k, p in largest.items()}
+        x = length(self.text, norms, ALLOWANCE[self.order], self.tolerance)
+        return x, self._across(wide.load(total), self.text.add)
+
+    def _across(self, vector, join):
+        """One number from those of all lanes."""
+        text, kind = self.text, self.wide.kind
+        each = [text.new(f"extractelement {kind} {vector}, i64 {i}") for i in range(self.width)]
+        while len(each) > 1:
+            each = [join(a, b) for a, b in zip(each[::2], each[1::2], strict=True)]
+        return each[0]
+
+    def _end(self, x):
+        """Put the state at x at `new`, what is rounded off at `rest`."""
+        wide = self.wide
+        powers = powers_of(wide, wide.splat(x, self.width), self.order)
+        with self.memory.each_vector() as (row, here):
+            terms = [wide.load(wide.at(row, k * self.width)) for k in range(self.order + 1)]
+            value, rest = end(wide, terms, powers, wide.load(here["low"]))
+            wide.store(value, here["new"])
+            wide.store(rest, here["rest"])
+
+    def _ask(self, pace):
+        """Take a shorter step if the function raises at the end of this one."""
+        raised = self._raised("new", pace.t)
+        self._shorter(raised, pace, RETRY, "raises")
+        self.text.put(f"store i64 0, ptr {self._raised_word()}")
+        self.text.put("br label %step")
+        self.text.label("raises_not")
+
+    def _shorter(self, refused, pace, share, name):
+        """Where a step is refused, choose a shorter one; behind it, the label where it is begun."""
+        text = self.text
+        text.put(f"br i1 {refused}, label %{name}, label %{name}_not")
+        text.label(name)
+        shorter = text.mul(pace.h, hexadecimal(share))
+        text.store(shorter, self.var["h"])
+        text.store(ONE, self.tries)
+        least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", pace.t))
+        short = text.compare("ule", shorter, least)
+        text.put(f"br i1 {short}, label %lost, label %{name}_again")
+        text.label(f"{name}_again")
+
+    def _keep_from_roots(self, pace, x):
+        """Take a shorter step if the argument of a root may touch zero on this one."""
+        text, wide = self.text, self.wide
+        beyond = self._across(excess(self.rows, wide.splat(x, self.width)), text.larger)
+        self._shorter(text.compare("uge", beyond, ZERO), pace, HALF, "rooted")
+        text.put("br label %step")
+        text.label("rooted_not")
+
+    def _raised_word(self):
+        return self.text.new(f"getelementptr i64, ptr %block, i64 {RAISED_WORD}")
+
+    def _raised(self, name, t):
+        """Whether the function raises at a time and the state in an array."""
+        text = self.text
+        self.memory.write(name, Y)
+        y, out = (text.at("%work", row * self.n) for row in (Y, record.STAGE))
+        function = text.new("load ptr, ptr %block")
+        given = f"ptr null, ptr null, double {t}, ptr {y}, i64 {self.n}, ptr %block, ptr {out}"
+        text.new(f"call i32 {function}({given})")
+        return text.new(f"icmp ne i64 {text.new(f'load i64, ptr {self._raised_word()}')}, 0")
+
+    def _accept(self, t, pace):
+        text, wide, var, f = self.text, self.wide, self.var, self.field
+        with self.memory.each_vector() as (_, here):
+            for source, target in (("new", "y"), ("rest", "low")):
+                wide.store(wide.load(here[source]), here[target])
+        for name, value in (("t_old", t), ("t", pace.t), ("h", pace.h)):
+            text.store(value, var[name])
+        count = text.new(f"load i64, ptr {self.taken}")
+        count = text.new(f"add i64 {count}, 1")
+        text.put(f"store i64 {count}, ptr {self.taken}")
+        past = text.mul(f["direction"], text.sub(pace.t, f["t_stop"]))
+        past = text.compare("oge", past, ZERO)
+        enough = text.new(f"icmp sge i64 {count}, %n_steps")
+        stop = text.new(f"or i1 {text.new(f'or i1 {past}, {enough}')}, {pace.ends}")
+        text.put(f"%status = select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}")
+        text.put(f"br i1 {stop}, label %done, label %step")
+
+    # -- the end
+
+    def _leave(self):
+        """Leave the record and the rows complete."""
+        text, var, result = self.text, self.var, self.text.slot("i64")
+        text.label("lost")
+        raised = self._raised("y", text.load(var["t"])) if self.raises else "false"
+        lost = text.new(f"select i1 {raised}, i64 {RAISED}, i64 {STEP_TOO_SMALL}")
+        text.put(f"store i64 {lost}, ptr {result}")
+        self.memory.write("y", Y_OLD)
+        text.put("br label %leave")
+        text.label("done")
+        text.put(f"store i64 %status, ptr {result}")
+        self.memory.write_series()
+        text.put("br label %leave")
+        text.label("leave")
+        self.memory.write("y", Y)
+        self.memory.write("low", LOW)
+        text.store(text.load(var["scale"]), text.at("%work", SCALE * self.n))
+        for name in ("t", "t_old", "h"):
+            text.store(text.load(var[name]), text.at("%state", AT[name]))
+        at = text.at("%state", AT["n_accepted"])
+        before = text.new(f"load i64, ptr {at}")
+        taken = text.new(f"load i64, ptr {self.taken}")
+        text.put(f"store i64 {text.new(f'add i64 {before}, {taken}')}, ptr {at}")
+        self.memory.release()
+        text.put(f"ret i64 {text.new(f'load i64, ptr {result}')}")

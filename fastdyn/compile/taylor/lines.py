@@ -1,0 +1,90 @@
+"""The lines of a function in LLVM's text: names, places, loops, tables."""
+
+import contextlib
+import itertools
+import struct
+
+import numpy as np
+
+
+def hexadecimal(value):
+    """A constant, to the last bit."""
+    return "0x" + struct.pack(">d", value).hex().upper()
+
+
+class Lines:
+    """The lines of one function."""
+
+    def __init__(self):
+        self.lines, self.slots, self.declarations = [], [], {}
+        self._numbers = itertools.count(1)
+
+    def put(self, line):
+        self.lines.append(f"  {line}")
+
+    def new(self, expression):
+        """The name of a value."""
+        name = f"%v{next(self._numbers)}"
+        self.lines.append(f"  {name} = {expression}")
+        return name
+
+    def label(self, name):
+        self.lines.append(f"{name}:")
+
+    def slot(self, kind, count=1):
+        """The name of room on the stack."""
+        name = f"%s{len(self.slots)}"
+        self.slots.append(f"  {name} = alloca {kind}, i64 {count}, align 64")
+        return name
+
+    def at(self, pointer, index):
+        """The address of a number."""
+        return self.new(f"getelementptr double, ptr {pointer}, i64 {index}")
+
+    def clear(self, pointer, count):
+        """Put zeros."""
+        name = "llvm.memset.p0.i64"
+        self.declarations[name] = f"declare void @{name}(ptr, i8, i64, i1)"
+        self.put(f"call void @{name}(ptr {pointer}, i8 0, i64 {8 * count}, i1 false)")
+
+    def index(self, table, i):
+        """A whole number in a table of `indices`."""
+        at = self.new(f"getelementptr i32, ptr {table}, i64 {i}")
+        return self.new(f"sext i32 {self.new(f'load i32, ptr {at}')} to i64")
+
+    @contextlib.contextmanager
+    def each(self, count):
+        """A loop over whole numbers below a count, 1 or more, around what is written in it."""
+        name, place = f"each{next(self._numbers)}", self.slot("i64")
+        self.put(f"store i64 0, ptr {place}")
+        self.put(f"br label %{name}")
+        self.label(name)
+        i = self.new(f"load i64, ptr {place}")
+        yield i
+        following = self.new(f"add i64 {i}, 1")
+        self.put(f"store i64 {following}, ptr {place}")
+        more = self.new(f"icmp slt i64 {following}, {count}")
+        self.put(f"br i1 {more}, label %{name}, label %{name}done")
+        self.label(f"{name}done")
+
+    def indices(self, name, table):
+        """The name of an array of small whole numbers."""
+        if name not in self.declarations:
+            numbers = np.ravel(table).tolist()
+            items = ", ".join([f"i32 {i}" for i in numbers])
+            self.declarations[name] = (
+                f"@{name} = private unnamed_addr constant [{len(numbers)} x i32] [{items}]"
+            )
+        return f"@{name}"
+
+    def table(self, name, values):
+        """The name of an array of constants."""
+        items = ", ".join(f"double {hexadecimal(v)}" for v in values)
+        self.declarations[name] = (
+            f"@{name} = private unnamed_addr constant [{len(values)} x double] [{items}]"
+        )
+        return f"@{name}"
+
+    def function(self, head):
+        """The text of the whole function."""
+        return "\n".join([f"define {head} {{", "entry:", *self.slots, *self.lines, "}"])

@@ -1,0 +1,84 @@
+"""The orders of a series in loops, one for each number of registers that the lanes take."""
+
+from .order import Order
+
+
+class Loops:
+    """Emits the orders from 2 on of an `Online`."""
+
+    def __init__(self, series):
+        self.series, self.text = series, series.text
+
+    def _phases(self):
+        """(first order, last, whether lanes are added, registers): one loop each."""
+        one = self.series
+        width, lanes = one.width, one.lanes
+        for r in range(1, one.registers + 1):
+            yield max(2, (r - 1) * width + 1), min(r * width, lanes), True, r
+        first = lanes + 1
+        for r in range(one.registers, 0, -1):
+            last = one.last if r == 1 else one.last - (r - 1) * width
+            yield first, last, False, r
+            first = max(first, last + 1)
+
+    def emit(self):
+        text, one = self.text, self.series
+        tables = (
+            text.table("numbers", range(one.last + 3)),
+            text.table("inverses", [1 / max(k, 1) for k in range(one.last + one.width + 3)]),
+        )
+        rooms = self._rooms()
+        room = text.slot("i64")
+        text.put(f"store i64 2, ptr {room}")
+        self._keep(rooms)
+        for i, (first, last, grows, here) in enumerate(self._phases()):
+            if first > last:
+                continue
+            name = f"order{i}"
+            text.put(f"br label %{name}")
+            text.label(name)
+            k = text.new(f"load i64, ptr {room}")
+            self._restore(rooms, here)
+            one.add_order(Order(text, k, here, grows, one.width, tables))
+            later = text.new(f"add i64 {k}, 1")
+            one.store(later)
+            self._keep(rooms, here)
+            text.put(f"store i64 {later}, ptr {room}")
+            more = text.new(f"icmp sle i64 {later}, {last}")
+            text.put(f"br i1 {more}, label %{name}, label %{name}done")
+            text.label(f"{name}done")
+
+    def _numbers(self):
+        """What one order hands to the next, beside the vectors: dictionaries of numbers."""
+        one = self.series
+        return one.leaf, one.ahead, one.previous
+
+    def _rooms(self):
+        """A place on the stack for all that one order hands to the next; LLVM dissolves it."""
+        vector = f"<{self.series.width} x double>"
+        numbers = [{key: self.text.slot("double") for key in part} for part in self._numbers()]
+        vectors = {
+            name: [self.text.slot(vector) for _ in registers]
+            for name, registers in self.series.updates.state.items()
+        }
+        return numbers, vectors
+
+    def _keep(self, rooms, here=None):
+        numbers, vectors = rooms
+        for part, places in zip(self._numbers(), numbers, strict=True):
+            for key, place in places.items():
+                self.text.store(part[key], place)
+        for name, registers in self.series.updates.state.items():
+            for value, place in list(zip(registers, vectors[name], strict=True))[:here]:
+                self.text.store(value, place, f"<{self.series.width} x double>")
+
+    def _restore(self, rooms, here):
+        one, (numbers, vectors) = self.series, rooms
+        one.leaf, one.ahead, one.previous = (
+            {key: self.text.load(place) for key, place in places.items()} for places in numbers
+        )
+        kind, none = f"<{one.width} x double>", [None] * (one.registers - here)
+        one.updates.state = {
+            name: [self.text.load(place, kind) for place in places[:here]] + none
+            for name, places in vectors.items()
+        }

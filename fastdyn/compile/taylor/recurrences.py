@@ -1,0 +1,88 @@
+"""Recurrences for Taylor coefficients, of which a function is made.
+
+With c[k] the coefficient of order k, and sums over 0 < j < k::
+
+    Sum       c = C + sum(f a) + sum(f a b)    c[k] = sum(f a[k]) + sum(f (a[k] b0 + a0 b[k])) + ...
+                                               with f a[j] b[k-j] summed
+    Quotient  c = f a / b                      c[k] = (f a[k] - c0 b[k] - sum(b[j] c[k-j])) / b0
+    Power     c = f a^e                        c[k] = (e c0 k a[k] + sum((e j - (k-j)) a[j] c[k-j]))
+                                               / (k a0)
+    Root      c = sqrt(a)                      c[k] = (a[k] - sum(c[j] c[k-j])) / (2 c0)
+    Integral  c = sum(integral of f g da)      c[k] = sum(f (a[k] g0 + sum(j a[j] g[k-j]) / k))
+    Choice    c = a where a condition holds, else b; the condition is that of order 0
+
+f and C are invariants: nodes that depend on neither the state nor the time.
+"""  # fmt: skip
+
+from typing import Any, NamedTuple
+
+
+class Sum(NamedTuple):
+    """See above; `terms` are (f, a), `products` (f, a, b)."""
+
+    node: Any
+    constant: Any
+    terms: list
+    products: list
+
+
+class Quotient(NamedTuple):
+    """See above; `a` is None for a = 1."""
+
+    node: Any
+    factor: Any
+    a: Any
+    b: Any
+
+
+class Power(NamedTuple):
+    """See above."""
+
+    node: Any
+    factor: Any
+    a: Any
+    exponent: float
+
+
+class Root(NamedTuple):
+    """See above."""
+
+    node: Any
+    a: Any
+
+
+class Integral(NamedTuple):
+    """See above; `parts` are (f, a, g)."""
+
+    node: Any
+    name: str
+    arguments: list
+    parts: list
+
+
+class Choice(NamedTuple):
+    """See above."""
+
+    node: Any
+    condition: Any
+    a: Any
+    b: Any
+
+
+def leaves(step):
+    """The state and the time, where a step needs them at order 0."""
+    found = operands(step)
+    if isinstance(step, Integral):
+        found = [*step.arguments, *found, *[g for _, _, g in step.parts if g is not None]]
+    return [a for a in found if a.op in ("t", "y")]
+
+
+def operands(step):
+    """The nodes that vary of which a step needs the same order."""
+    if isinstance(step, Sum):
+        return [a for _, a in step.terms] + [x for _, a, b in step.products for x in (a, b)]
+    if isinstance(step, Quotient):
+        return [step.b] if step.a is None else [step.a, step.b]
+    if isinstance(step, Integral):
+        return [a for _, a, _ in step.parts]
+    return [step.a] if isinstance(step, Power | Root) else [step.a, step.b]

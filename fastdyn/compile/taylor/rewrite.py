@@ -1,0 +1,234 @@
+"""A graph in the operations that have a recurrence: sums, products, quotients, powers, integrals.
+
+Functions become integrals, c = integral of g da, where the derivative g is a node of the same
+graph: sin and cos need each other, exp itself (A. Griewank and A. Walther, "Evaluating
+Derivatives", second edition, SIAM 2008, section 13.2; A. Jorba and M. Zou, "A software package for
+the numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics
+14 (2005), section 3).
+"""
+
+import math
+import sys
+
+LARGEST = sys.float_info.max
+MAX_WHOLE = 64
+COMPARISONS = frozenset(("lt", "le", "eq"))
+
+
+class NotSmooth(ValueError):
+    """The function has no Taylor series that could be found."""
+
+    def __init__(self, what):
+        super().__init__(f"{what} has no Taylor series")
+
+
+class Rewriter:
+    """Nodes of a graph -> nodes of the same graph that have recurrences.
+
+    Adds the operation "power" (data: the exponent), and leaves of the others "const", "par", "t",
+    "y", "add", "sub", "neg", "mul", "div", "sqrt", "select", conditions, and "call" of functions
+    that have `slopes`.  What depends on neither state nor time, an invariant, stays as it is.
+    """
+
+    def __init__(self, graph):
+        self.graph = graph
+        self._invariant, self._done = {}, {}
+
+    def is_invariant(self, node):
+        """Whether a node depends on neither the state nor the time."""
+        known = self._invariant
+        if node.key not in known:
+            for each in _with_args(node, known):
+                known[each.key] = each.op not in ("t", "y") and all(known[a.key] for a in each.args)
+        return known[node.key]
+
+    def __call__(self, node):
+        done = self._done
+        if node.key not in done:
+            for each in _with_args(node, done):
+                done[each.key] = self._of(each, [done[a.key] for a in each.args])
+        return done[node.key]
+
+    def _of(self, node, args):
+        g, op = self.graph, node.op
+        if not args or self.is_invariant(node):
+            return node
+        if op in ("add", "sub", "neg", "select"):
+            return getattr(g, op)(*args)
+        if op == "mul":
+            return self._product(*args)
+        if op == "div":
+            return self._quotient(*args)
+        if op == "sqrt" and args[0].op == "mul" and args[0].args[0] is args[0].args[1]:
+            return self._size(args[0].args[0])
+        if op in ("sqrt", "power"):
+            return g.make(op, args, node.data)
+        if op == "abs":
+            return self._size(args[0])
+        if op in COMPARISONS:
+            return self._comparison(op, *zip(node.args, args, strict=True))
+        if op in ("and", "or"):
+            return g.both(*args, op)
+        if op == "not":
+            return g.negation(args[0])
+        if op == "call":
+            return self._function(node.data, *args)
+        raise NotSmooth(NAMES.get(op, f"`{node.data or op}`"))
+
+    def _size(self, x):
+        g = self.graph
+        return g.select(g.compare(x, g.const(0.0), "lt"), g.neg(x), x)
+
+    def _comparison(self, op, left, right):
+        """A comparison of numbers, which are finite; of |x| with a constant, one of x.
+
+        `left` and `right` are the node as it was, and rewritten.
+        """
+        g, (a, b) = self.graph, (left[1], right[1])
+        if a is b:
+            return g.const(op != "lt")
+        for one, below in ((a, False), (b, True)):
+            if one.op == "const" and abs(one.data) >= LARGEST:
+                return g.const(op != "eq" and (one.data > 0) == below)
+        if right[0].op == "abs" and a.op == "const" and a.data >= 0 and op != "eq":
+            x = self._done[right[0].args[0].key]
+            return g.both(g.compare(a, x, op), g.compare(x, g.neg(a), op), "or")
+        if left[0].op == "abs" and b.op == "const" and b.data >= 0 and op != "eq":
+            x = self._done[left[0].args[0].key]
+            return g.both(g.compare(x, b, op), g.compare(g.neg(b), x, op))
+        return g.compare(a, b, op)
+
+    # -- powers
+
+    def power_of(self, node):
+        """(base, exponent) of a product of powers of one base."""
+        if node.op == "sqrt":
+            return node.args[0], 0.5
+        if node.op == "power":
+            return node.args[0], node.data
+        if node.op == "mul":
+            (a, m), (b, n) = map(self.power_of, node.args)
+            if a is b:
+                return a, m + n
+        return node, 1.0
+
+    def power(self, base, exponent):
+        if exponent == 0.5:
+            return self.graph.make("sqrt", (base,))
+        if exponent == int(exponent) and 0.0 < exponent <= MAX_WHOLE:
+            return self.graph.whole_power(base, int(exponent))  # also where the base is zero
+        return self.graph.make("power", (base,), float(exponent))
+
+    def _product(self, a, b):
+        node = self.graph.mul(a, b)
+        if node.op != "mul" or any(map(self.is_invariant, node.args)):
+            return node
+        base, exponent = self.power_of(node)
+        return node if exponent == int(exponent) else self.power(base, exponent)
+
+    def _quotient(self, a, b):
+        g = self.graph
+        if self.is_invariant(b):
+            return g.div(a, b)
+        base, exponent = self.power_of(b)
+        if exponent == 1.0:
+            return g.div(a, b)
+        inverse = self.power(base, -exponent)
+        return inverse if a.op == "const" and a.data == 1.0 else g.mul(a, inverse)
+
+    # -- functions
+
+    def _function(self, name, *args):
+        g, constant = self.graph, self.graph.const
+        if name == "pow":
+            base, exponent = args
+            if self.is_invariant(exponent):
+                if exponent.op == "const":
+                    return self.power(base, exponent.data)
+                return g.make("call", args, "pow")
+            return self._function("exp", self._product(exponent, self._logarithm(base)))
+        if name == "exp2":
+            return self._function("exp", g.mul(constant(math.log(2.0)), args[0]))
+        if name in ("log2", "log10"):
+            scale = 1.0 / math.log(float(name[3:]))
+            return g.mul(constant(scale), self._logarithm(args[0]))
+        if name == "cbrt":
+            return g.make("power", args, 1.0 / 3.0)
+        if name not in SLOPES and name != "atan2":
+            raise NotSmooth(f"`{name}`")
+        return g.make("call", args, name)
+
+    def _logarithm(self, base):
+        return self.graph.make("call", (base,), "log")
+
+    def slopes(self, node):
+        """The derivatives of a function by its arguments, [(argument, node)]."""
+        g, constant = self.graph, self.graph.const
+        if node.data == "pow":  # of an exponent that is a parameter
+            base, exponent = node.args
+            return [(base, self._quotient(g.mul(exponent, node), base))]
+        if node.data == "atan2":
+            y, x = node.args
+            square = g.add(g.mul(x, x), g.mul(y, y))
+            return [(y, g.div(x, square)), (x, g.neg(g.div(y, square)))]
+        (a,) = node.args
+        return [(a, self(SLOPES[node.data](g, a, node, constant(1.0))))]
+
+
+def _root(g, x):
+    return g.make("sqrt", (x,))
+
+
+def _call(g, name, a):
+    return g.make("call", (a,), name)
+
+
+def _gauss(factor):
+    def slope(g, a, c, one):
+        return g.mul(g.const(factor), _call(g, "exp", g.neg(g.mul(a, a))))
+
+    return slope
+
+
+SLOPES = {  # of f(a), by the node `a`, the node `c` of f(a), and 1
+    "exp": lambda g, a, c, one: c,
+    "expm1": lambda g, a, c, one: g.add(c, one),
+    "log": lambda g, a, c, one: g.div(one, a),
+    "log1p": lambda g, a, c, one: g.div(one, g.add(one, a)),
+    "sin": lambda g, a, c, one: _call(g, "cos", a),
+    "cos": lambda g, a, c, one: g.neg(_call(g, "sin", a)),
+    "tan": lambda g, a, c, one: g.add(one, g.mul(c, c)),
+    "sinh": lambda g, a, c, one: _call(g, "cosh", a),
+    "cosh": lambda g, a, c, one: _call(g, "sinh", a),
+    "tanh": lambda g, a, c, one: g.sub(one, g.mul(c, c)),
+    "asin": lambda g, a, c, one: g.div(one, _root(g, g.sub(one, g.mul(a, a)))),
+    "acos": lambda g, a, c, one: g.neg(g.div(one, _root(g, g.sub(one, g.mul(a, a))))),
+    "atan": lambda g, a, c, one: g.div(one, g.add(one, g.mul(a, a))),
+    "asinh": lambda g, a, c, one: g.div(one, _root(g, g.add(one, g.mul(a, a)))),
+    "acosh": lambda g, a, c, one: g.div(one, _root(g, g.sub(g.mul(a, a), one))),
+    "atanh": lambda g, a, c, one: g.div(one, g.sub(one, g.mul(a, a))),
+    "erf": _gauss(2.0 / math.sqrt(math.pi)),
+    "erfc": _gauss(-2.0 / math.sqrt(math.pi)),
+}
+NAMES = {
+    "round": "rounding to a whole number",
+    "table": "a table that is read at a place that moves",
+    "search": "a search in a table",
+    "piecewise": "a spline",
+    "interpolate": "interpolation in a table",
+}
+
+
+def _with_args(node, known):
+    """A node and what it needs, the arguments first, without those that are known."""
+    order, todo = [], [(node, False)]
+    seen = set()
+    while todo:
+        each, ready = todo.pop()
+        if ready:
+            order.append(each)
+        elif each.key not in known and each.key not in seen:
+            seen.add(each.key)
+            todo.append((each, True))
+            todo += [(a, False) for a in each.args]
+    return order

@@ -1,0 +1,190 @@
+"""LLVM's text, written directly: numbers, vectors, loops.
+
+A value is a name or a constant; None is a zero, of which nothing is computed.
+"""
+
+import copy
+import struct
+
+from .lines import Lines, hexadecimal
+
+INDEX = "i64"
+
+
+def number(constant):
+    """The value of a constant."""
+    return struct.unpack(">d", bytes.fromhex(constant[2:]))[0]
+
+
+ZERO, ONE, MINUS = map(hexadecimal, (0.0, 1.0, -1.0))
+INTRINSIC = {"sin", "cos", "exp", "log", "pow"}
+OF_VECTORS = "fastdyn_vector_"  # begins the names of functions of vectors
+
+
+class Text(Lines):
+    """The lines of one function, whose numbers are doubles, or vectors of them.
+
+    Parameters
+    ----------
+    fused : str
+        LLVM's name of a product and a sum: "fma", or "fmuladd" where there is no instruction.
+    lanes : int
+        Of a vector; 1 of doubles.  A constant stands for itself in all lanes.
+    """
+
+    def __init__(self, fused="fma", lanes=1):
+        super().__init__()
+        self.fused = fused
+        self._take(lanes)
+
+    def _take(self, lanes):
+        self.lanes = lanes
+        self.kind, self.truth, self.whole = (self.many(each) for each in ("double", "i1", "i64"))
+        self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
+
+    def of(self, lanes):
+        """The same function, to write numbers of so many lanes."""
+        other = copy.copy(self)
+        other._take(lanes)
+        return other
+
+    def call(self, name, kind, *args):
+        """A call of a function whose arguments are of the kind of its result."""
+        self.declarations[name] = f"declare {kind} @{name}({', '.join([kind] * len(args))})"
+        return self.new(f"call {kind} @{name}({', '.join(f'{kind} {a}' for a in args)})")
+
+    # -- numbers
+
+    def many(self, kind):
+        """The type of one a lane."""
+        return kind if self.lanes == 1 else f"<{self.lanes} x {kind}>"
+
+    def given(self, x):
+        """A value, or a constant, as it is written with its type."""
+        return self.splat(x, self.lanes) if self.lanes > 1 and x.startswith("0x") else x
+
+    def wholes(self, number):
+        """A constant whole number in all lanes."""
+        each = f"i64 {number}"
+        return str(number) if self.lanes == 1 else f"<{', '.join([each] * self.lanes)}>"
+
+    def add(self, a, b):
+        if a is None or b is None:
+            return b if a is None else a
+        return self._two("fadd", a, b)
+
+    def neg(self, a):
+        if a is None or a.startswith("0x"):
+            return a and hexadecimal(-number(a))
+        return self.new(f"fneg {self.kind} {a}")
+
+    def sub(self, a, b):
+        if a is None or b is None:
+            return self.neg(b) if a is None else a
+        return self._two("fsub", a, b)
+
+    def mul(self, a, b):
+        if a is None or b is None:
+            return None
+        for one, other in ((a, b), (b, a)):
+            if one in (ONE, MINUS):
+                return other if one == ONE else self.neg(other)
+        if a.startswith("0x") and b.startswith("0x"):
+            return hexadecimal(number(a) * number(b))
+        return self._two("fmul", a, b)
+
+    def div(self, a, b):
+        return None if a is None else self._two("fdiv", a, b)
+
+    def fma(self, a, b, c):
+        """a b + c"""
+        if a is None or b is None or c is None:
+            return c if a is None or b is None else self.mul(a, b)
+        for one, other in ((a, b), (b, a)):
+            if one in (ONE, MINUS):
+                return self.add(other, c) if one == ONE else self.sub(c, other)
+        return self.intrinsic(self.fused, a, b, c)
+
+    def intrinsic(self, name, *args):
+        """LLVM's operation of that name."""
+        return self.call(f"llvm.{name}.{self._suffix}", self.kind, *map(self.given, args))
+
+    def elementary(self, name, *args):
+        """An elementary function: LLVM's, C's, or of vectors the module's own."""
+        if self.lanes > 1:
+            return self.call(f"{OF_VECTORS}{name}", self.kind, *map(self.given, args))
+        name = f"llvm.{name}.f64" if name in INTRINSIC else name
+        return self.call(name, self.kind, *args)
+
+    def compare(self, sign, a, b):
+        """A truth value."""
+        return self.new(f"fcmp {sign} {self.kind} {self.given(a)}, {self.given(b)}")
+
+    def select(self, truth, a, b):
+        """a where it is true, else b."""
+        return self.new(
+            f"select {self.truth} {truth}, {self.kind} {self.given(a)}, {self.kind} {self.given(b)}"
+        )
+
+    def truths(self, word, a, b):
+        """Two truth values joined by "and", "or", "xor"."""
+        return self.new(f"{word} {self.truth} {a}, {b}")
+
+    def everywhere(self, word):
+        """A constant truth value."""
+        return word if self.lanes == 1 else f"<{', '.join([f'i1 {word}'] * self.lanes)}>"
+
+    def larger(self, a, b):
+        """The larger of two numbers; NaN if the first is."""
+        return self.select(self.compare("olt", a, b), b, a)
+
+    def smaller(self, a, b):
+        """The smaller of two numbers; the second if the first is NaN."""
+        return self.select(self.compare("olt", a, b), a, b)
+
+    def bits(self, x):
+        """The bits of numbers, as whole numbers."""
+        return self.new(f"bitcast {self.kind} {self.given(x)} to {self.whole}")
+
+    def real(self, x):
+        """The numbers of such bits."""
+        return self.new(f"bitcast {self.whole} {x} to {self.kind}")
+
+    def of_bits(self, word, x, number):
+        """An operation on whole numbers and a constant."""
+        return self.new(f"{word} {self.whole} {x}, {self.wholes(number)}")
+
+    def _two(self, word, a, b):
+        return self.new(f"{word} {self.kind} {self.given(a)}, {self.given(b)}")
+
+    # -- vectors
+
+    def splat(self, x, width):
+        kind = f"<{width} x double>"
+        if x.startswith("0x"):
+            return f"<{', '.join([f'double {x}'] * width)}>"
+        one = self.new(f"insertelement {kind} poison, double {x}, i64 0")
+        zeros = f"<{width} x i32> zeroinitializer"
+        return self.new(f"shufflevector {kind} {one}, {kind} poison, {zeros}")
+
+    def vector_fma(self, a, b, c, width):
+        kind = f"<{width} x double>"
+        if c is None:
+            return self.new(f"fmul {kind} {a}, {b}")
+        return self.call(f"llvm.{self.fused}.v{width}f64", kind, a, b, c)
+
+    # -- memory
+
+    def load(self, pointer, kind=None):
+        kind = kind or self.kind
+        align = ", align 8" if kind[0] == "<" else ""
+        return self.new(f"load {kind}, ptr {pointer}{align}")
+
+    def store(self, value, pointer, kind=None):
+        kind = kind or self.kind
+        if value is None:
+            value = ZERO if kind == "double" else "zeroinitializer"
+        elif kind == self.kind:
+            value = self.given(value)
+        align = ", align 8" if kind[0] == "<" else ""
+        self.put(f"store {kind} {value}, ptr {pointer}{align}")

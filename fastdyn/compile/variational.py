@@ -1,0 +1,142 @@
+"""The variational equations of a traced function, compiled: y' = f, S' = df/dy S + df/dp.
+
+S has a row for each component of y and a column for each direction; it follows y in the state,
+row by row.
+"""
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from fastdyn import code_store
+from fastdyn.kernels.calls.block import FAULT, FIRST
+from fastdyn.trace.derivatives import jacobian, parameter_derivatives
+from fastdyn.trace.jumps import decisions, first_jump
+from fastdyn.trace.reads import flat
+from fastdyn.trace.refusal import Refusal, Untraceable
+
+from .bind import Bound
+from .by_tracing import traced_function, why
+from .diagnostics import Uncompilable
+from .function import Function
+from .jacobian import GROWING
+from .parameters import n_words, pack_all
+from .traced import Traced
+
+_made: dict = {}
+_decisions: dict = {}
+
+
+def bind_variational(equations, args, near, refused=None):
+    """The Bound of the equations of a state and its sensitivities.
+
+    Parameters
+    ----------
+    equations : problem.sensitivities.Variational
+    args : tuple
+    near : by_tracing.Near
+        Of the state alone.
+    refused : str, optional
+        Why the function must run in Python.
+
+    Raises
+    ------
+    Uncompilable
+        Where `fun` has no trace, or no derivative.
+    """
+    if refused:
+        raise Uncompilable(refused)
+    fun, mode, n = equations.fun, equations.mode, len(near.y0)
+    positions = tuple(sorted({j for j in equations.directions if j}))
+    found = traced_function(fun, args, mode, n, near, positions)
+    if found is None:
+        raise Uncompilable(why(fun, args, mode, n, positions) or "it cannot be traced")
+    base, values, at = found
+    groups = [None if not j else at[j - 1] for j in equations.directions]
+    try:
+        function = _function(base, groups)
+    except Untraceable as reason:
+        raise Uncompilable(str(reason)) from None
+    keepalive = [fun, args, function]
+    end = FIRST + function.n_words
+    size = n * (1 + equations.n_directions)
+    block = np.zeros(end + size, np.int64)
+    block[0], block[FAULT] = function.address, end
+    pack_all(values, block, keepalive)
+
+    def as_written(t, z):
+        return equations(t, z, *args)
+
+    return Bound(
+        function, block, as_written, keepalive, None, values, "variational", (), {}, at
+    )  # fmt: skip
+
+
+def decides(bound):
+    """Whether the function may jump where the state, or a parameter, passes some value."""
+    return bool(_decisions[bound.function.key][1])
+
+
+def jump_of(bound, times, solution):
+    """The first time at which it does so on a solution; see `trace.jumps.first_jump`."""
+    trace, nodes = _decisions[bound.function.key]
+    values = flat([value for _, value in bound.values])
+    return first_jump(trace.graph, trace.outputs, nodes, times, solution, values)
+
+
+def _function(base, groups):
+    place = base.key, tuple(groups)
+    with GROWING:
+        if place not in _made:
+            _made[place] = _compiled(base, groups)
+        return _made[place]
+
+
+def _compiled(base, groups):
+    traced = base.traced
+    graph, stored = traced.trace.graph, traced.stored
+    n, columns = len(stored), list(_columns(traced, groups))
+    try:
+        rates = _rates(graph, stored, columns)
+    except Refusal:
+        raise Untraceable(
+            f"the equations of {n} components in {len(columns)} directions are too many", final=True
+        ) from None
+    size = n * (1 + len(columns))
+    found: Any = Traced(traced.trace._replace(outputs=[*stored, *rates]), "variational", size)
+    key = found.key()
+    own = traced.trace._replace(outputs=stored)
+    _decisions[key] = own, decisions(graph, stored, {c for c in columns if c is not None})
+    code = code_store.assembled(key, found.text)
+    return Function(
+        key, code.address, sum(map(n_words, found.kinds)), functools.cache(found.dispatcher),
+        (code, base), "variational", found.build_vector, base.seconds * (1 + 2 * len(columns)),
+        functools.cache(found.series), found,
+    )  # fmt: skip
+
+
+def _columns(traced, groups):
+    """The direction of each column: None for a component of the start, or a slot."""
+    for group in groups:
+        if group is None:
+            yield from [None] * len(traced.stored)
+        else:
+            first, shape = traced.trace.reads.groups[group][1:3]
+            yield from range(first, first + (1 if shape is None else int(np.prod(shape))))
+
+
+def _rates(graph, stored, columns):
+    n, m = len(stored), len(columns)
+    terms: list = [[] for _ in range(n * m)]
+    rows, others, nodes = jacobian(graph, stored, n)
+    state = [graph.make("y", (), n + i) for i in range(n * m)]
+    for i, k, node in zip(rows, others, nodes, strict=True):
+        for j in range(m):
+            terms[i * m + j].append(graph.mul(node, state[k * m + j]))
+    slots = [column for column in columns if column is not None]
+    rows, others, nodes = parameter_derivatives(graph, stored, slots)
+    places = [j for j, column in enumerate(columns) if column is not None]
+    for i, k, node in zip(rows, others, nodes, strict=True):
+        terms[i * m + places[k]].append(node)
+    return [graph.sum(each) for each in terms]

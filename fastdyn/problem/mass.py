@@ -1,0 +1,67 @@
+"""The mass matrix that a user gives, checked."""
+
+import numpy as np
+
+METHOD = "Rodas5P"  # the one that takes it
+OTHERWISE = f"take method='{METHOD}', or solve for y' in `fun` where the matrix is regular"
+
+
+def refuse(options, method, y0):
+    """Raise ValueError where a matrix is given to a method that takes none, or a complex state.
+
+    `method` is the Facts of ours, or None of SciPy's.
+    """
+    if method is not None and method.takes_mass and y0.dtype.kind == "c":
+        raise ValueError(
+            f"{method.name} takes no complex `y0`: take BDF, or real and imaginary parts as "
+            "components."
+        )
+    if options.get("mass") is None or (method is not None and method.takes_mass):
+        return
+    name = "this method" if method is None else method.name
+    raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
+
+
+def refuse_sensitivity(options):
+    """Raise ValueError where derivatives of the solution are asked for, too."""
+    if options.get("mass") is not None:
+        raise ValueError(
+            "`sensitivity` and `mass` do not go together: solve for y' in `fun` where the matrix "
+            "is regular."
+        )
+
+
+def given(options, method, mode, n):
+    """`mass` as an array of (n, n) floats, or None.
+
+    Raises
+    ------
+    ValueError
+    """
+    found = options.get("mass") if method.takes_mass else None
+    if found is None:
+        return None
+    if mode not in ("derivative", "column"):
+        raise ValueError("`mass` is for equations y' = fun(t, y), not for second order or pairs.")
+    if callable(found):
+        raise ValueError("`mass` must be a matrix that stays the same; a function is not taken.")
+    matrix = np.array(found.toarray() if hasattr(found, "toarray") else found)
+    if matrix.dtype.kind not in "fiub" or matrix.shape != (n, n) or not np.isfinite(matrix).all():
+        raise ValueError(
+            f"`mass` must be a matrix of {n} rows and columns of finite numbers; got an array of "
+            f"{matrix.dtype} of shape {matrix.shape}."
+        )
+    matrix = matrix.astype(float)
+    if is_singular(matrix):
+        for name in ("on_event", "project"):
+            if options.get(name) is not None:
+                raise ValueError(
+                    f"`{name}` does not go with a singular `mass`: the state behind it need not "
+                    "fulfil the algebraic equations. Solve from one event to the next."
+                )
+    return matrix
+
+
+def is_singular(matrix):
+    """Whether there are algebraic equations."""
+    return np.linalg.matrix_rank(matrix) < len(matrix)

@@ -1,0 +1,146 @@
+"""Derivatives of the solution: what is asked for, checked, and the longer problem that has them."""
+
+import inspect
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.compile.python_callback import evaluate
+
+from .events import of_own
+from .validate import MATLAB_METHODS
+
+START, ARGUMENTS = "y0", "args"
+REFUSED = ("project", "on_event", "callback", "checkpoint")
+
+
+class Direction(NamedTuple):
+    """What is differentiated by: `position` 0 for y0, j for the j-th of `args`."""
+
+    name: str
+    position: int
+    value: np.ndarray
+
+    @property
+    def size(self):
+        return self.value.size
+
+
+class Variational(NamedTuple):
+    """``fun`` followed by the equations of its sensitivities.
+
+    `directions` are positions, as in Direction, in the order of the columns.
+    """
+
+    fun: Any
+    mode: str
+    n: int
+    directions: tuple
+    n_directions: int
+
+    def __call__(self, t, z, *args):
+        """What the function gives by itself, or raises; nobody knows the rest in Python."""
+        own = evaluate(lambda t, y: self.fun(t, y, *args), self.mode, t, z[: self.n])
+        return np.concatenate([own, np.zeros(len(z) - self.n)])
+
+
+def directions_of(sensitivity, fun, y0, args):
+    """The Directions that `sensitivity` names."""
+    given = (sensitivity,) if isinstance(sensitivity, str) else sensitivity
+    try:
+        given = list(given)
+    except TypeError:
+        given = [sensitivity]
+    names, general, found = _names(fun, args), _general(args), {}
+    for name in given:
+        if name == START:
+            found[START] = Direction(START, 0, y0)
+        elif name == ARGUMENTS:
+            found |= {n: _of_argument(n, j, args) for j, n in enumerate(names, 1)}
+        elif name in names or name in general:
+            j = (names if name in names else general).index(name) + 1
+            found[names[j - 1]] = _of_argument(names[j - 1], j, args)
+        else:
+            known = ", ".join(map(repr, (START, ARGUMENTS, *names)))
+            raise ValueError(f"`sensitivity={name!r}` is unknown; choose from {known}.")
+    directions = [each for each in found.values() if each.size]
+    if not directions:
+        raise ValueError("`sensitivity` names nothing: give 'y0', 'args', or names of arguments.")
+    return directions
+
+
+def _general(args):
+    return [f"args[{i}]" for i in range(len(args))]
+
+
+def _names(fun, args):
+    """The names that the function gives to its arguments behind t and y."""
+    names = _general(args)
+    try:
+        parameters = list(inspect.signature(fun).parameters.values())[2:]
+    except (TypeError, ValueError):
+        return names
+    for i, parameter in enumerate(parameters[: len(names)]):
+        if parameter.kind not in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
+            break
+        if parameter.name not in (START, ARGUMENTS):
+            names[i] = parameter.name
+    return names
+
+
+def _of_argument(name, position, args):
+    value = args[position - 1]
+    number = isinstance(value, float | int | np.floating | np.integer)
+    if isinstance(value, bool) or not (
+        number or (isinstance(value, np.ndarray) and value.dtype == float)
+    ):
+        raise TypeError(
+            f"`sensitivity` with respect to {name!r} needs a number or an array of floats; got "
+            f"{type(value).__name__}"
+            + (f" of {value.dtype}." if isinstance(value, np.ndarray) else ".")
+        )
+    return Direction(name, position, np.asarray(value, float))
+
+
+def check_method(method, given, y0, options):
+    """Refuse what has no sensitivities."""
+    if method is None:
+        raise ValueError(
+            f"`sensitivity` is for fastdyn's own methods, not for {given!r}; take DOP853 or Vern9."
+        )
+    if method.second_order:
+        raise ValueError(
+            f"{method.name} integrates accelerations alone and has no `sensitivity`; RK4, Gauss8 "
+            "and the adaptive methods do."
+        )
+    if y0.dtype.kind == "c":
+        raise ValueError("`sensitivity` is for real states: split a complex one into its parts.")
+    for name in REFUSED:
+        if options.get(name) is not None:
+            raise ValueError(f"`sensitivity` and `{name}` do not go together.")
+
+
+def with_sensitivities(problem, directions):
+    """The problem of y followed by S, row by row, from a problem of y.
+
+    The error of each block counts by itself, so that y is no less exact than without; of S, the
+    absolute tolerance is that of the component per unit of the direction, its value if above 1.
+    """
+    p, n = problem, len(problem.y0)
+    m = sum([d.size for d in directions])
+    equations = Variational(p.fun, p.mode, n, tuple([d.position for d in directions]), m)
+    starts = [np.eye(n) if d.position == 0 else np.zeros((n, d.size)) for d in directions]
+    y0 = np.concatenate([p.y0, np.hstack(starts).ravel()])
+    rtol, atol = p.rtol, p.atol
+    if p.method.error_order:
+        share = 1.0 if p.method.name in MATLAB_METHODS else 1.0 / math.sqrt(1 + m)
+        sizes = np.concatenate([np.maximum(1.0, abs(d.value)).ravel() for d in directions])
+        own = np.broadcast_to(atol, n)
+        least = np.minimum(own, rtol) if np.any(rtol) else own
+        atol = share * np.concatenate([own, (least[:, None] / sizes).ravel()])
+        rtol = share * (rtol if np.ndim(rtol) == 0 else np.r_[rtol, np.repeat(rtol, m)])
+    events = p.events and [(of_own(event, n), *how) for event, *how in p.events]
+    return p._replace(
+        fun=equations, mode="variational", y0=y0, rtol=rtol, atol=atol, events=events, jac=None
+    )  # fmt: skip

@@ -1,0 +1,80 @@
+"""Explicit methods that stability holds back say so, once for each function.
+
+E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II", section IV.2: the steps h of
+a method whose stability ends at -z on the real axis are held back by stability where z / h is the
+size of an eigenvalue of the Jacobian, while the solution hardly moves in a step.
+"""
+
+import warnings
+
+import numpy as np
+
+from fastdyn.compile.diagnostics import levels_inside
+from fastdyn.kernels.state.record import Y_OLD, Y
+
+from .check_jacobian import evaluated
+from .loop import counters
+
+LIMITS = {  # where |R(-z)| first exceeds 1
+    "RK23": 2.51, "RK45": 3.30, "DOP853": 6.39, "Tsit5": 3.50, "Vern7": 4.64, "Vern9": 4.47,
+    "ode23": 2.51, "ode45": 3.30,
+}  # fmt: skip
+MANY = 2000  # steps: below, nothing is lost
+MOST = 4  # solves of a function that are looked at
+NEAR, SLOW = 0.6, 0.02  # of the limit; of the largest component, what a step changes
+ITERATIONS, SIZE = 40, 1e-6  # of the power method; of its displacements
+
+_asked: dict = {}
+
+
+class StiffnessWarning(UserWarning):
+    """A problem is stiff, and an explicit method slow for it."""
+
+
+def notice(problem, run):
+    """Warn if stability, and not accuracy, has chosen the steps at the end of a run."""
+    n_steps, limit = counters(run.memory)[0], LIMITS.get(problem.method.name)
+    bound = run.bounds[0]
+    if n_steps < MANY or limit is None or bound.function is None or bound.pair:
+        return
+    place = bound.function.address
+    _asked[place] = _asked.get(place, 0) + 1
+    if _asked[place] > MOST:
+        return
+    state, work = run.view("solve.state")[0], run.view("solve.work")
+    t = float(state["t"])
+    y, h = work[Y].copy(), abs(t - float(state["t_old"]))
+    h = max(h, float(state["h"]))  # the last step may have been cut short
+    moved = np.abs(y - work[Y_OLD]).max() / max(np.abs(y).max(), 1e-300)
+    if not (np.isfinite(y).all() and moved < SLOW):
+        return
+    size = _damped_eigenvalue(bound, t, y)
+    if h * size < NEAR * limit:
+        return
+    _asked[place] = MOST
+    warnings.warn(
+        f"{problem.method.name} took {n_steps} steps, and at t = {t:.6g} they are as "
+        f"long as stability allows ({h:.2g}, with an eigenvalue of -{size:.2g} of the Jacobian), "
+        f"not as accuracy asks: the problem is stiff. Take method='BDF' or 'Radau'.",
+        StiffnessWarning,
+        stacklevel=levels_inside(),
+    )
+
+
+def _damped_eigenvalue(bound, t, y):
+    """The size of the eigenvalue of largest size, by the power method; 0 unless it is negative.
+
+    The Jacobian is met in differences of the derivative alone.
+    """
+    n = len(y)
+    f, v = evaluated(bound, t, y, n), np.random.default_rng(0).standard_normal(n)
+    step, size, along = SIZE * max(np.abs(y).max(), SIZE), 0.0, 0.0
+    for _ in range(ITERATIONS):
+        v *= step / np.linalg.norm(v)
+        change = evaluated(bound, t, y + v, n) - f
+        length = np.linalg.norm(change)
+        if not 0.0 < length < np.inf:
+            return 0.0
+        along = float(v @ change) / (step * length)
+        size, v = length / step, change
+    return size if along < -0.9 else 0.0

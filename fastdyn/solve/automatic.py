@@ -1,0 +1,45 @@
+"""method="auto": Taylor where it applies and pays, else a pair that suits the tolerance."""
+
+import numpy as np
+
+from fastdyn.specialise.series import NoSeries
+
+LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
+
+
+def solve_automatically(solve, given):
+    """Solve by the method that suits the problem.
+
+    Parameters
+    ----------
+    solve : callable
+        `solve_ivp`.
+    given : dict
+        Its arguments but for the method.
+
+    Returns
+    -------
+    OdeResult
+        With two more fields: the name of the `method`, and the `reason`, a sentence.
+    """
+    rtol = float(np.min(given.get("rtol", 1e-3)))
+    if rtol > LOOSE:
+        return _named(solve(method="Tsit5", **given), "Tsit5", f"rtol is above {LOOSE:g}.")
+    name = "Vern7" if rtol > TIGHT else "Vern9"
+    if np.iscomplexobj(given["y0"]):
+        return _named(solve(method=name, **given), name, "The state is complex.")
+    try:
+        result = solve(method="Taylor", **given)
+    except NoSeries as refusal:
+        reason = f"{refusal} rtol is {rtol:.1e}."
+        return _named(solve(method=name, **given), name, reason)
+    if result.status == -1:
+        other = solve(method=name, **given)
+        if other.status >= 0:
+            return _named(other, name, f"Taylor failed: {result.message}")
+    return _named(result, "Taylor", f"`fun` has a Taylor series, and rtol is at most {LOOSE:g}.")
+
+
+def _named(result, method, reason):
+    result.method, result.reason = method, reason
+    return result

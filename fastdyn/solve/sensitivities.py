@@ -1,0 +1,74 @@
+"""Solutions with their derivatives with respect to start and parameters."""
+
+import numpy as np
+
+from fastdyn.compile.diagnostics import GaveUp, Uncompilable
+from fastdyn.compile.variational import decides, jump_of
+from fastdyn.problem.sensitivities import directions_of, with_sensitivities
+from fastdyn.run.dense_output import PiecewisePolynomial
+from fastdyn.run.outcome import result_of
+from fastdyn.run.result import OdeResult
+from fastdyn.run.solve_problem import run_of
+
+NEEDS = "`sensitivity` needs a function that can be traced and differentiated: {}."
+JUMPS = (
+    "`fun` jumps at t = {:.10g}, where the state or a parameter passes a limit (`if`, `where`, "
+    "`sign`, rounding). The sensitivities jump there, too, which is not computed: make the passage "
+    "smooth, tanh(v / w) for sign(v), say, or end the solve there by a terminal event."
+)
+
+
+def solve_with_sensitivities(problem, sensitivity):
+    """The result of a problem, with the field `sensitivity`."""
+    directions = directions_of(sensitivity, problem.fun, problem.y0, problem.args)
+    longer = with_sensitivities(problem, directions)
+    try:
+        run = run_of(longer)
+        if decides(run.bounds[0]):
+            whole = _watched(longer, len(problem.y0))
+        else:
+            whole = result_of(longer, run.solve(longer.y0), run)
+    except (Uncompilable, GaveUp) as reason:
+        raise ValueError(NEEDS.format(reason)) from None
+    return _parted(whole, len(problem.y0), directions)
+
+
+def _watched(problem, n):
+    """The whole result where the function may jump, which is refused."""
+    p = problem._replace(t_eval=None, dense_output=True)
+    run = run_of(p)
+    whole = OdeResult(result_of(p, run.solve(p.y0), run))
+    sol, t_eval = whole.sol, problem.t_eval
+    if sol is not None:
+        at = jump_of(run.bounds[0], whole.t, lambda t: sol(t)[:n])
+        if at is not None:
+            raise ValueError(JUMPS.format(at))
+    if t_eval is not None:
+        forwards = 1.0 if p.tf >= p.t0 else -1.0
+        whole.t = t_eval[forwards * (t_eval - whole.t[-1]) <= 0]
+        whole["y"] = sol(whole.t) if sol is not None and len(whole.t) else []
+    if not problem.dense_output:
+        whole.sol = None
+    return whole
+
+
+def _parted(whole, n, directions):
+    """The result of the state, and the sensitivities by name, from that of both."""
+    result, states = OdeResult(whole), np.asarray(whole.y).reshape(-1, len(whole.t))
+    result.y = states[:n] if len(whole.t) else whole.y
+    columns = states[n:].reshape(n, sum([d.size for d in directions]), -1)
+    ends = np.cumsum([d.size for d in directions])[:-1]
+    result.sensitivity = {
+        d.name: part.reshape(n, *d.value.shape, -1)
+        for d, part in zip(directions, np.split(columns, ends, axis=1), strict=True)
+    }
+    if whole.sol is not None:
+        sol = whole.sol
+        result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans)
+    if whole.y_events is not None:
+        result.y_events = [y[:, :n] if y.size else y for y in whole.y_events]
+    if result.status == -1:
+        result.message += (
+            f" The components are the {n} of the state, then those of the sensitivities."
+        )
+    return result

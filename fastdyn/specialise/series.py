@@ -1,0 +1,44 @@
+"""The stepping kernel of the Taylor method, which each function has of its own."""
+
+from fastdyn.compile.by_tracing import why
+from fastdyn.compile.taylor.accuracy import order_for
+from fastdyn.compile.taylor.rewrite import NotSmooth
+
+
+class NoSeries(ValueError):
+    """Taylor does not apply to a function, or to an event."""
+
+
+def series_kernel(problem, bound, order=None):
+    """The code of the kernel; NoSeries, with the method to take instead, if there is none."""
+    p, function = problem, bound.function
+    if function is None or function.series is None:
+        reason = why(p.fun, p.args, p.mode, len(p.y0)) or "it could not be traced"
+        raise NoSeries(
+            f"Taylor needs the formulas of `fun`: {reason}. "
+            "Take Vern9, which needs its values only."
+        )
+    try:
+        return function.series(order or order_for(p.rtol, p.atol, p.y0))
+    except NotSmooth as reason:
+        raise NoSeries(f"Taylor does not apply: {reason}. Take Vern9 instead.") from None
+
+
+def series_of_events(problem, bounds, order=None):
+    """The addresses of the kernels of their series along a step; NoSeries if one has none."""
+    p = problem
+    order = order or order_for(p.rtol, p.atol, p.y0)
+    return [_series_of_event(bound.function, order) for bound in bounds]
+
+
+def _series_of_event(function, order):
+    reason = "it could not be traced"
+    if function is not None and function.series is not None:
+        try:
+            return function.series(order).address
+        except NotSmooth as refusal:
+            reason = str(refusal)
+    raise NoSeries(
+        f"Taylor finds events by their series, and one has none: {reason}. Write it without "
+        "conditions, roots and absolute values, or take Vern9."
+    )

@@ -1,0 +1,47 @@
+"""A constant mass matrix M of M y' = f(t, y), which may be singular, as a list of its entries.
+
+In words: their number, the diagonals below and above the main one, the place of each, column * n
++ row, and the numbers.  Address 0 stands for the identity.
+"""
+
+from ..calls.block import LOWER, PLACES, UPPER, N
+from ..calls.user_function import numbers_at, words_at
+from ..jit_options import INTERNAL, njit
+
+
+@njit(**INTERNAL)
+def widened(mass, lower, upper):
+    """The bandwidths of the sum of M and a matrix of these."""
+    if mass == 0:
+        return lower, upper
+    words = words_at(mass)
+    return max(lower, words[LOWER]), max(upper, words[UPPER])
+
+
+@njit(**INTERNAL)
+def add_mass(mass, factor, a, n):
+    """Add a multiple of M to a matrix that is stored by columns."""
+    if mass == 0:
+        for j in range(n):
+            a[j, j] += factor
+        return
+    words = words_at(mass)
+    count = words[N]
+    numbers = numbers_at(mass + 8 * (PLACES + count))
+    for e in range(count):
+        a[words[PLACES + e] // n, words[PLACES + e] % n] += factor * numbers[e]
+
+
+@njit(**INTERNAL)
+def add_product(mass, row, out):
+    """out += M row."""
+    n = len(row)
+    if mass == 0:
+        for i in range(n):
+            out[i] += row[i]
+        return
+    words = words_at(mass)
+    count = words[N]
+    numbers = numbers_at(mass + 8 * (PLACES + count))
+    for e in range(count):
+        out[words[PLACES + e] % n] += numbers[e] * row[words[PLACES + e] // n]

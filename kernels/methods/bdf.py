@@ -1,0 +1,242 @@
+"""BDF: the numerical differentiation formulas of orders 1 to 5 in quasi-constant steps, as SciPy's.
+
+L. F. Shampine and M. W. Reichelt, "The MATLAB ODE suite", SIAM J. Sci. Comput. 18 (1997): the
+formulas with their constants kappa, and the change of the step.  E. Hairer, S. P. Norsett and G.
+Wanner, "Solving Ordinary Differential Equations I", section III.2: the error constants.
+
+The past is kept as backward differences D[j] for steps of size h_old; a new size changes them when
+the next step begins, so that the polynomial of the last step is that of its own differences.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from ..algebra.factorise import factorise, solve
+from ..calls.block import RAISED_WORD
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
+from ..state.rows import copy_row
+from ..stepping import first_step, implicit
+from ..stepping.implicit import MAX_FACTOR, MIN_FACTOR, SAFETY, newton_tolerance, scaled_squares
+from ..stepping.jacobian import (
+    clear_matrix,
+    evaluate_jacobian,
+    evaluate_row,
+    is_constant,
+    takes_slope,
+)
+from .bdf_differences import ALPHA, ERROR, GAMMA, MAX_ORDER, ORDER, D, change_size, dense_rows
+from .method import Method
+
+MAX_ITERATIONS = 4
+
+# Rows: the derivative, what the formula is made of, the predicted state, its change, of one
+# iteration and of all, factors of differences and a row for them, pivots.
+SLOPE, PSI, PREDICTED, CHANGE, RISE, FACTOR, PIVOTS = (K + i for i in (1, 10, 11, 12, 13, 14, 16))
+N_ROWS = 17
+J = K + N_ROWS  # the Jacobian; behind it the factors of I - c J
+
+
+@njit(**INTERNAL)
+def _factorise(s, work, c):
+    n, lower, upper = work.shape[1], s.lower, s.upper
+    jacobian, factors = work[J : J + n], work[J + n : J + 2 * n]
+    for j in range(n):
+        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
+            factors[j, i] = -c * jacobian[j, i]
+        factors[j, j] += 1.0
+    factorise(factors, work[PIVOTS], n, lower, upper)
+    s.n_factorised += 1
+    s.factorised = 1
+
+
+@njit(**INTERNAL)
+def _renew_jacobian(rhs, s, t, work, block, y):
+    """The Jacobian at the state in row y; RUNNING, RAISED or BAD_JACOBIAN."""
+    s.current, s.factorised = 1, 0
+    s.n_jacobians += not is_constant(block)
+    if takes_slope(block) and not evaluate_row(rhs, t, work, y, CHANGE, block):
+        return RAISED
+    return evaluate_jacobian(rhs, s, t, work, y, CHANGE, block, FACTOR, J)
+
+
+@njit(**INTERNAL)
+def _iterate(rhs, s, t, work, block, c, tolerance):
+    """Newton's iteration from the predicted state: (converged, iterations).
+
+    The new state is in row STAGE, its distance from the predicted one in row RISE.
+    """
+    n = work.shape[1]
+    copy_row(work[PREDICTED], work[STAGE])
+    for i in range(n):
+        work[RISE, i] = 0.0
+    before = 0.0
+    for k in range(MAX_ITERATIONS):
+        s.n_extra += 1
+        if not evaluate_row(rhs, t, work, STAGE, CHANGE, block):
+            return False, k + 1
+        for i in range(n):
+            if not np.isfinite(work[CHANGE, i]):
+                return False, k + 1
+        for i in range(n):
+            work[CHANGE, i] = c * work[CHANGE, i] - work[PSI, i] - work[RISE, i]
+        solve(work[J + n : J + 2 * n], work[PIVOTS], work[CHANGE], n, s.lower, s.upper)
+        size = np.sqrt(scaled_squares(work, CHANGE, PREDICTED) / n)
+        rate = size / before if k > 0 else 0.0
+        if rate >= 1.0 or (
+            k > 0 and rate ** (MAX_ITERATIONS - k) / (1.0 - rate) * size > tolerance
+        ):
+            return False, k + 1
+        for i in range(n):
+            work[STAGE, i] += work[CHANGE, i]
+            work[RISE, i] += work[CHANGE, i]
+        if size == 0.0 or (k > 0 and rate / (1.0 - rate) * size < tolerance):
+            return True, k + 1
+        before = size
+    return False, MAX_ITERATIONS
+
+
+@njit(**INTERNAL)
+def _solve_formula(rhs, s, t, work, block, h, tolerance):
+    """The state at t, the end of a step of size h: (status, converged, iterations)."""
+    order = s.order
+    for i in range(work.shape[1]):
+        total, psi = work[D, i], 0.0
+        for j in range(1, order + 1):
+            total += work[D + j, i]
+            psi += work[D + j, i] * GAMMA[j]
+        work[PREDICTED, i], work[PSI, i] = total, psi / ALPHA[order]
+    c = h / ALPHA[order]
+    while True:
+        if s.factorised == 0:
+            _factorise(s, work, c)
+        converged, n_iterations = _iterate(rhs, s, t, work, block, c, tolerance)
+        status = RAISED if block[RAISED_WORD] != 0 else RUNNING
+        if status == RUNNING and not converged and s.current == 0:
+            status = _renew_jacobian(rhs, s, t, work, block, PREDICTED)
+            if status == RUNNING:
+                continue
+        return status, converged, n_iterations
+
+
+@njit(**INLINED)
+def _norm(work, row, order):
+    """The norm of the error of a formula of this order, from a difference of order + 1."""
+    return abs(ERROR[order]) * np.sqrt(scaled_squares(work, row, Y) / work.shape[1])
+
+
+@njit(**INTERNAL)
+def _next_order(s, work, error, safety):
+    """Choose order and size of the steps to come, after order + 1 equal ones."""
+    order, best, chosen = s.order, error ** (-1.0 / (s.order + 1)), s.order
+    if order > 1:
+        lower = _norm(work, D + order, order - 1) ** (-1.0 / order)
+        if lower >= best:
+            best, chosen = lower, order - 1
+    if order < MAX_ORDER:
+        higher = _norm(work, D + order + 2, order + 1) ** (-1.0 / (order + 2))
+        if higher > best:
+            best, chosen = higher, order + 1
+    s.order = chosen
+    s.h *= min(MAX_FACTOR, safety * best)
+    s.n_equal = s.factorised = 0
+
+
+@njit(**INTERNAL)
+def _go_on(s, work, t_new, h, error, safety):
+    """Accept a step."""
+    order = s.order
+    c = h / ALPHA[order]
+    copy_row(work[Y], work[Y_OLD])
+    copy_row(work[STAGE], work[Y])
+    for i in range(work.shape[1]):
+        work[SLOPE, i] = (work[PSI, i] + work[RISE, i]) / c
+        work[D + order + 2, i] = work[RISE, i] - work[D + order + 1, i]
+        work[D + order + 1, i] = work[RISE, i]
+        for j in range(order, -1, -1):
+            work[D + j, i] += work[D + j + 1, i]
+    s.t_old, s.t = s.t, t_new
+    s.n_equal += 1
+    s.h = s.h_old = abs(h)
+    s.error = error
+    if s.n_equal > order:
+        _next_order(s, work, error, safety)
+    work[ORDER, 0] = s.order
+
+
+@njit(**INTERNAL)
+def _begin(rhs, state, work, block):
+    """Begin with order 1; RUNNING or a failure."""
+    s = state[0]
+    if s.t != s.t_old:  # behind a breakpoint
+        s.h = s.h_first
+        status = first_step.implicit(state, work, block, 1, SLOPE - K)
+        if status != RUNNING:
+            return status
+    s.order, s.n_equal = 1, 0
+    for i in range(work.shape[1]):
+        work[D, i] = work[Y, i]
+        work[D + 1, i] = work[SLOPE, i] * s.h * s.direction
+        for j in range(2, MAX_ORDER + 3):
+            work[D + j, i] = 0.0
+    s.h_old = s.h
+    clear_matrix(work, J)
+    return _renew_jacobian(rhs, s, s.t, work, block, Y)
+
+
+@njit(**INTERNAL)
+def step(rhs, state, work, block, h_min):
+    """One step; see `implicit.kernel`."""
+    s, tolerance = state[0], newton_tolerance(work)
+    if s.order == 0:
+        status = _begin(rhs, state, work, block)
+        if status != RUNNING:
+            return status
+    s.current = 1 if is_constant(block) else 0
+    size = s.h_max if s.h > s.h_max else max(s.h, h_min)
+    while size >= h_min:
+        t_new = s.t + size * s.direction
+        if s.direction * (t_new - s.t_end) > 0.0:
+            t_new = s.t_end
+            size, s.factorised = abs(t_new - s.t), 0
+        if size != s.h_old:
+            change_size(work, s.order, size / s.h_old)
+            s.h_old, s.n_equal = size, 0
+        h = t_new - s.t
+        size = s.h_old = abs(h)
+        found = _solve_formula(rhs, s, t_new, work, block, h, tolerance)
+        status, converged, n_iterations = found
+        if status != RUNNING:
+            return status
+        if not converged:
+            size *= 0.5
+            s.factorised = 0
+            s.n_rejected += 1
+            continue
+        safety = SAFETY * (2 * MAX_ITERATIONS + 1) / (2 * MAX_ITERATIONS + n_iterations)
+        error = abs(ERROR[s.order]) * np.sqrt(scaled_squares(work, RISE, STAGE) / work.shape[1])
+        if not error > 1.0:
+            _go_on(s, work, t_new, h, error, safety)
+            return RUNNING
+        size *= max(MIN_FACTOR, safety * error ** (-1.0 / (s.order + 1)))
+        s.n_rejected += 1
+    return STEP_TOO_SMALL
+
+
+BDF = Method(
+    "BDF",
+    order=5,
+    error_order=1,
+    n_stages=0,
+    n_rows=N_ROWS,
+    n_matrices=2,
+    fsal_stage=SLOPE - K,
+    kernel=partial(implicit.kernel, step),
+    start=first_step.implicit,
+    n_dense=5,
+    dense_rows=dense_rows,
+    dense_order=5,
+    projects=False,
+    cost=8,
+)

@@ -1,0 +1,178 @@
+"""Radau: the Radau IIA method of order 5 with SciPy's control of step and iteration.
+
+E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and
+Differential-Algebraic Problems", second edition, section IV.8, from which coefficients,
+transformation, the estimate of order 3 and the choice of the step come.
+
+Whatever a step needs of the last one is in the state record and in the rows of the work array,
+which `radau_stages.py` names.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from ..calls.block import RAISED_WORD
+from ..jit_options import INLINED, INTERNAL, njit
+from ..output.dense_output import F as DENSE
+from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
+from ..stepping import first_step, implicit
+from ..stepping.implicit import MAX_FACTOR, MIN_FACTOR, SAFETY, newton_tolerance, scaled_squares
+from ..stepping.jacobian import clear_matrix, evaluate_row, is_constant
+from .method import Method
+from .radau_stages import (
+    CORRECTION,
+    ERROR,
+    MAX_ITERATIONS,
+    N_ROWS,
+    ROOT,
+    SLOPE,
+    J,
+    P,
+    Q,
+    Z,
+    renew_jacobian,
+    solve_real,
+    solve_stages,
+)
+
+E = ((-13 - 7 * ROOT) / 3, (-13 + 7 * ROOT) / 3, -1 / 3)
+
+
+@njit(**INTERNAL)
+def _error(s, work):
+    """The norm of the error whose right-hand side is in the row ERROR, of the state Y + Z[2]."""
+    n = work.shape[1]
+    solve_real(s, work, ERROR)
+    for i in range(n):
+        work[STAGE, i] = max(abs(work[Y, i]), abs(work[Y, i] + work[Z + 2, i]))
+    return np.sqrt(scaled_squares(work, ERROR, STAGE) / n)
+
+
+@njit(**INTERNAL)
+def _estimate(rhs, s, work, block, h, rejected):
+    """The norm of the error of a step, looked at again if a step was rejected before it."""
+    n = work.shape[1]
+    for i in range(n):
+        rise = work[Z, i] * E[0] + work[Z + 1, i] * E[1] + work[Z + 2, i] * E[2]
+        work[CORRECTION, i] = rise / h
+        work[ERROR, i] = work[SLOPE, i] + work[CORRECTION, i]
+    error = _error(s, work)
+    if rejected and error > 1.0:
+        for i in range(n):
+            work[STAGE, i] = work[Y, i] + work[ERROR, i]
+        s.n_extra += 1
+        evaluate_row(rhs, s.t, work, STAGE, ERROR, block)
+        for i in range(n):
+            work[ERROR, i] += work[CORRECTION, i]
+        error = _error(s, work)
+    return error
+
+
+@njit(**INTERNAL)
+def _factor(h, h_old, error, error_old):
+    """By how much the step may grow; after Gustafsson, from two steps."""
+    ratio = 1.0
+    if h_old > 0.0 and error != 0.0:
+        ratio = h / h_old * (error_old / error) ** 0.25
+    return min(1.0, ratio) * error**-0.25
+
+
+@njit(**INTERNAL)
+def _go_on(rhs, s, work, block, t_new, size, factor, error, n_iterations, rate):
+    """Accept a step; RUNNING, RAISED or BAD_JACOBIAN."""
+    for i in range(work.shape[1]):
+        a, b, c = work[Z, i], work[Z + 1, i], work[Z + 2, i]
+        for r in range(3):
+            work[Q + r, i] = P[0, r] * a + P[1, r] * b + P[2, r] * c
+        work[Y_OLD, i] = work[Y, i]
+        work[Y, i] += c
+    s.t_old, s.t = s.t, t_new
+    s.n_equal += 1
+    s.n_extra += 1
+    if not evaluate_row(rhs, t_new, work, Y, SLOPE, block):
+        return RAISED
+    status, varies = RUNNING, not is_constant(block)
+    renew = varies and n_iterations > 2 and rate > 1e-3
+    factor = min(MAX_FACTOR, factor)
+    if not renew and factor < 1.2:
+        factor = 1.0
+    else:
+        s.factorised = 0
+    if varies:
+        s.current = 0
+    if renew:
+        status = renew_jacobian(rhs, s, work, block)
+    s.h_old, s.error, s.h = s.h, error, size * factor
+    return status
+
+
+@njit(**INTERNAL)
+def step(rhs, state, work, block, h_min):
+    """One step; see `implicit.kernel`."""
+    s, status, tolerance = state[0], RUNNING, newton_tolerance(work)
+    if s.order == 0:
+        s.order, s.n_equal, s.h_old = 5, 0, 0.0
+        clear_matrix(work, J)
+        status = renew_jacobian(rhs, s, work, block)
+    size, h_old, rejected = s.h, s.h_old, False
+    if size > s.h_max or size < h_min:
+        size, h_old = s.h_max if size > s.h_max else h_min, 0.0
+    while status == RUNNING:
+        if size < h_min:
+            return STEP_TOO_SMALL
+        t_new, wanted = s.t + size * s.direction, size
+        if s.direction * (t_new - s.t_end) > 0.0:
+            t_new = s.t_end
+        h = t_new - s.t
+        size = abs(h)
+        found = solve_stages(rhs, s, work, block, h, tolerance)
+        status, converged, n_iterations, rate = found
+        if status != RUNNING:
+            break
+        if not converged:
+            size *= 0.5
+            s.factorised = 0
+            s.n_rejected += 1
+            continue
+        error = _estimate(rhs, s, work, block, h, rejected)
+        if block[RAISED_WORD] != 0:
+            return RAISED
+        safety = SAFETY * (2 * MAX_ITERATIONS + 1) / (2 * MAX_ITERATIONS + n_iterations)
+        factor = safety * _factor(size, h_old, error, s.error)
+        if not error > 1.0:
+            given = t_new, size, factor, error, n_iterations, rate
+            status = _go_on(rhs, s, work, block, *given)
+            if t_new == s.t_end:  # where it was shortened to end, not for its error
+                s.h = max(s.h, wanted)
+            return status
+        size *= max(MIN_FACTOR, factor)
+        s.factorised, rejected = 0, True
+        s.n_rejected += 1
+    return status
+
+
+@njit(**INLINED)
+def dense_rows(rhs, t, h, work, block, d):
+    """The polynomial through the stages, in the form of `dense_output.py`; 0 evaluations."""
+    for i in range(work.shape[1]):
+        d[DENSE + 1, i] = -work[Q + 1, i] - work[Q + 2, i]
+        d[DENSE + 2, i] = -work[Q + 2, i]
+    return 0
+
+
+RADAU = Method(
+    "Radau",
+    order=5,
+    error_order=3,
+    n_stages=0,
+    n_rows=N_ROWS,
+    n_matrices=4,
+    fsal_stage=SLOPE - K,
+    kernel=partial(implicit.kernel, step),
+    start=first_step.implicit,
+    n_dense=3,
+    dense_rows=dense_rows,
+    dense_order=3,
+    cost=20,
+)

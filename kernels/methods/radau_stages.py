@@ -1,0 +1,186 @@
+"""The stages of a step of Radau, and the rows of the work array in which they are found.
+
+With Z_i = Y_i - y and W = T^-1 Z, Newton's iteration falls apart into a real and a complex system
+of n equations: E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and
+Differential-Algebraic Problems", second edition, section IV.8.
+"""
+
+import numpy as np
+
+from ..algebra.factorise import factorise, factorise_complex, solve, solve_complex
+from ..calls.block import RAISED_WORD
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
+from ..stepping.implicit import scaled_squares
+from ..stepping.jacobian import evaluate_jacobian, evaluate_row, is_constant
+
+ROOT = 6**0.5
+C = ((4 - ROOT) / 10, (4 + ROOT) / 10, 1.0)
+REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)  # the eigenvalues of A^-1: one, and a pair
+ALPHA, BETA = 3 + 0.5 * (3 ** (1 / 3) - 3 ** (2 / 3)), -0.5 * (3 ** (5 / 6) + 3 ** (7 / 6))
+T = np.array(
+    [
+        [0.09443876248897524, -0.14125529502095421, 0.03002919410514742],
+        [0.25021312296533332, 0.20412935229379994, -0.38294211275726192],
+        [1, 1, 0],
+    ]
+)
+INVERSE = np.array(
+    [
+        [4.17871859155190428, 0.32768282076106237, 0.52337644549944951],
+        [-4.17871859155190428, -0.32768282076106237, 0.47662355450055044],
+        [0.50287263494578682, -2.57192694985560522, 0.59603920482822492],
+    ]
+)
+P = np.array(  # the polynomial through the stages: powers 1 to 3
+    [
+        [13 / 3 + 7 * ROOT / 3, -23 / 3 - 22 * ROOT / 3, 10 / 3 + 5 * ROOT],
+        [13 / 3 - 7 * ROOT / 3, -23 / 3 + 22 * ROOT / 3, 10 / 3 - 5 * ROOT],
+        [1 / 3, -8 / 3, 10 / 3],
+    ]
+)
+MAX_ITERATIONS = 6
+
+# Rows: the derivative at the start of a step, the polynomial of the last step, stages, their
+# transforms, derivatives or changes, the error and what is added to it, factors of differences and
+# a row for them, pivots.
+SLOPE, Q, Z, W, D, ERROR, CORRECTION, FACTOR, PIVOTS = (
+    K + i for i in (1, 2, 5, 8, 11, 14, 15, 16, 18)
+)
+N_ROWS = 20
+J = K + N_ROWS  # the Jacobian; behind it the factors of the real and of the complex system
+
+
+@njit(**INLINED)
+def _transform(m, work, given, found):
+    """The three rows `found` as the matrix m times the three rows `given`."""
+    for i in range(work.shape[1]):
+        a, b, c = work[given, i], work[given + 1, i], work[given + 2, i]
+        for r in range(3):
+            work[found + r, i] = m[r, 0] * a + m[r, 1] * b + m[r, 2] * c
+
+
+@njit(**INTERNAL)
+def _factorise(s, work, h):
+    """Factorise both systems for a step of this size."""
+    n, lower, upper = work.shape[1], s.lower, s.upper
+    jacobian, real = work[J : J + n], work[J + n : J + 2 * n]
+    re, im = work[J + 2 * n : J + 3 * n], work[J + 3 * n : J + 4 * n]
+    for j in range(n):
+        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
+            real[j, i] = re[j, i] = -jacobian[j, i]
+            im[j, i] = 0.0
+        real[j, j] += REAL / h
+        re[j, j] += ALPHA / h
+        im[j, j] = BETA / h
+    factorise(real, work[PIVOTS], n, lower, upper)
+    factorise_complex(re, im, work[PIVOTS + 1], n, lower, upper)
+    s.n_factorised += 2
+    s.factorised = 1
+
+
+@njit(**INTERNAL)
+def solve_real(s, work, row):
+    n = work.shape[1]
+    solve(work[J + n : J + 2 * n], work[PIVOTS], work[row], n, s.lower, s.upper)
+
+
+@njit(**INTERNAL)
+def _newton_change(s, work, h):
+    """Derivatives of the stages in the rows D become the change of W."""
+    n = work.shape[1]
+    real, alpha, beta = REAL / h, ALPHA / h, BETA / h
+    _transform(INVERSE, work, D, D)
+    for i in range(n):
+        u, v = work[W + 1, i], work[W + 2, i]
+        work[D, i] -= real * work[W, i]
+        work[D + 1, i] -= alpha * u - beta * v
+        work[D + 2, i] -= alpha * v + beta * u
+    solve_real(s, work, D)
+    re, im = work[J + 2 * n : J + 3 * n], work[J + 3 * n : J + 4 * n]
+    solve_complex(re, im, work[PIVOTS + 1], work[D + 1], work[D + 2], n, s.lower, s.upper)
+
+
+@njit(**INLINED)
+def _stages(rhs, s, work, block, h):
+    """The derivatives at the stages, in the rows D: whether they are finite; RAISED is in the
+    block."""
+    finite = True
+    for r in range(3):
+        for i in range(work.shape[1]):
+            work[STAGE, i] = work[Y, i] + work[Z + r, i]
+        s.n_extra += 1
+        if not evaluate_row(rhs, s.t + h * C[r], work, STAGE, D + r, block):
+            return False
+        for i in range(work.shape[1]):
+            finite = finite and np.isfinite(work[D + r, i])
+    return finite
+
+
+@njit(**INTERNAL)
+def _iterate(rhs, s, work, block, h, tolerance):
+    """Newton's iteration from the stages Z: (converged, iterations, rate of convergence)."""
+    _transform(INVERSE, work, Z, W)
+    rate = before = 0.0
+    for k in range(MAX_ITERATIONS):
+        if not _stages(rhs, s, work, block, h):
+            return False, k + 1, rate
+        _newton_change(s, work, h)
+        total = 0.0
+        for r in range(3):
+            total += scaled_squares(work, D + r, Y)
+        size = np.sqrt(total / (3 * work.shape[1]))
+        if k > 0:
+            rate = size / before
+            left = rate ** (MAX_ITERATIONS - k) / (1.0 - rate) * size
+            if rate >= 1.0 or left > tolerance:
+                return False, k + 1, rate
+        for r in range(3):
+            for i in range(work.shape[1]):
+                work[W + r, i] += work[D + r, i]
+        _transform(T, work, W, Z)
+        if size == 0.0 or (k > 0 and rate / (1.0 - rate) * size < tolerance):
+            return True, k + 1, rate
+        before = size
+    return False, MAX_ITERATIONS, rate
+
+
+@njit(**INTERNAL)
+def _predict(s, work, h):
+    """Stages of a step of size h as the polynomial of the last step says, or 0."""
+    h_old = s.t - s.t_old
+    for i in range(work.shape[1]):
+        behind = work[Y_OLD, i] - work[Y, i]
+        q0, q1, q2 = work[Q, i], work[Q + 1, i], work[Q + 2, i]
+        for r in range(3):
+            work[Z + r, i] = 0.0
+            if s.n_equal > 0:
+                x = (s.t + h * C[r] - s.t_old) / h_old
+                work[Z + r, i] = behind + (q0 + (q1 + q2 * x) * x) * x
+
+
+@njit(**INTERNAL)
+def renew_jacobian(rhs, s, work, block):
+    """The Jacobian at the present state; RUNNING, RAISED or BAD_JACOBIAN."""
+    s.current, s.factorised = 1, 0
+    s.n_jacobians += not is_constant(block)
+    return evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
+
+
+@njit(**INTERNAL)
+def solve_stages(rhs, s, work, block, h, tolerance):
+    """Find Z for a step of size h, with a new Jacobian if need be.
+
+    Returns (status, whether it converged, iterations, rate of convergence).
+    """
+    while True:
+        if s.factorised == 0:
+            _factorise(s, work, h)
+        _predict(s, work, h)
+        converged, n_iterations, rate = _iterate(rhs, s, work, block, h, tolerance)
+        status = RAISED if block[RAISED_WORD] != 0 else RUNNING
+        if status == RUNNING and not converged and s.current == 0:
+            status = renew_jacobian(rhs, s, work, block)
+            if status == RUNNING:
+                continue
+        return status, converged, n_iterations, rate

@@ -1,0 +1,204 @@
+"""Rodas5P: a Rosenbrock method of order 5(4) with 8 stages, for M y' = f(t, y).
+
+Stiffly accurate, L-stable, with dense output of order 4; its order does not fall as far on stiff
+problems and DAEs of index 1 as that of others.  A step solves 8 systems with the matrix
+M / (h gamma) - df/dy, factorised once, and iterates nothing.  See `rodas5p_table.py` for the paper.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from ..algebra.factorise import factorise, solve
+from ..algebra.mass import add_mass, add_product
+from ..calls.block import MASS
+from ..jit_options import INLINED, INTERNAL, njit
+from ..output.dense_output import F
+from ..state.elementwise import combine, weigh
+from ..state.record import ATOL, RAISED, RTOL, RUNNING, SINGULAR, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
+from ..state.rows import copy_row, slot
+from ..stepping import first_step, implicit
+from ..stepping.jacobian import evaluate_row
+from ..stepping.step_size import SCIPY, rms
+from .method import Method
+from .rodas5p_derivatives import N_ROWS, PIVOTS, SLOPE, SUM, TIME, J, U, derive
+from .rodas5p_table import DENSE, GAMMA, SLOPES, TIMES, A, C
+
+N_STAGES = 8
+MOST_SINGULAR = 4  # matrices in a row, of steps ten times shorter
+
+
+@njit(**INTERNAL)
+def _factorise(s, work, block, h):
+    """Factorise the matrix for a step of this size; whether it is regular."""
+    n, lower, upper = work.shape[1], s.lower, s.upper
+    jacobian, factors = work[J : J + n], work[J + n : J + 2 * n]
+    for j in range(n):
+        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
+            factors[j, i] = -jacobian[j, i]
+    add_mass(block[MASS], 1.0 / (h * GAMMA), factors, n)
+    factorise(factors, work[PIVOTS], n, lower, upper)
+    s.n_factorised += 1
+    for j in range(n):
+        if not np.isfinite(factors[j, j]):
+            return False
+    return True
+
+
+@njit(**INTERNAL)
+def _solve_stage(s, work, block, i, slope):
+    """From the derivative in the row of stage i and the combination in SUM to the stage."""
+    n = work.shape[1]
+    row = work[U + i]
+    if slope != 0.0:
+        for k in range(n):
+            row[k] += slope * work[TIME, k]
+    if i > 0:
+        add_product(block[MASS], work[SUM], row)
+    solve(work[J + n : J + 2 * n], work[PIVOTS], row, n, s.lower, s.upper)
+
+
+@njit(**INLINED)
+def _no_stages(work):
+    return ()
+
+
+def _stages_and(before, i):
+    """The function that gives the rows of the stages before i, and of i."""
+
+    @njit(**INLINED)
+    def stages(work):
+        return (*before(work), slot(None, work, U + i))
+
+    return stages
+
+
+@njit(**INLINED)
+def _first_stage(rhs, s, work, block, h):
+    copy_row(work[SLOPE], work[U])
+    _solve_stage(s, work, block, 0, h * GAMMA)
+    return True
+
+
+def _state_of_stage(known, i):
+    """The function that puts the state of stage i in the row STAGE."""
+    row = A[min(i, len(A)) - 1]
+
+    @njit(**INLINED)
+    def combined(work):
+        combine(slot(None, work, STAGE), slot(None, work, Y), 1.0, row, known(work))
+
+    @njit(**INLINED)
+    def gone_on(work):
+        for k in range(work.shape[1]):
+            work[STAGE, k] += work[U + i - 1, k]
+
+    return combined if i <= len(A) else gone_on
+
+
+def _and_stage(before, known, i):
+    """The function that finds the stages before i, and i; False if a function raised."""
+    state = _state_of_stage(known, i)
+    c, time, slope = C[i - 1], TIMES.floats[i - 1], SLOPES.floats[i]
+
+    @njit(**INLINED)
+    def next_stage(rhs, s, work, block, h):
+        if not before(rhs, s, work, block, h):
+            return False
+        state(work)
+        s.n_extra += 1
+        if not evaluate_row(rhs, s.t + time * h, work, STAGE, U + i, block):
+            return False
+        weigh(slot(None, work, SUM), 1.0 / h, c, known(work))
+        _solve_stage(s, work, block, i, h * slope)
+        return True
+
+    return next_stage
+
+
+def _all_stages():
+    """The functions that find all stages, and that give their rows."""
+    find, known = _first_stage, _stages_and(_no_stages, 0)
+    for i in range(1, N_STAGES):
+        find, known = _and_stage(find, known, i), _stages_and(known, i)
+    return find, known
+
+
+_find_stages, _rows_of_stages = _all_stages()
+
+
+@njit(**INTERNAL)
+def _go_on(rhs, s, work, block, t_new):
+    """Accept a step; RUNNING or RAISED."""
+    copy_row(work[Y], work[Y_OLD])
+    copy_row(work[STAGE], work[Y])
+    s.t_old, s.t = s.t, t_new
+    s.n_extra += 1
+    return RUNNING if evaluate_row(rhs, t_new, work, Y, SLOPE, block) else RAISED
+
+
+@njit(**INTERNAL)
+def step(rhs, state, work, block, h_min):
+    """One step; see `implicit.kernel`."""
+    s, rejections, singular = state[0], 0, 0
+    size = s.h_max if s.h > s.h_max else max(s.h, h_min)
+    s.h = size
+    status = derive(rhs, s, work, block)
+    if status != RUNNING:
+        return status
+    last = slot(None, work, U + N_STAGES - 1)
+    while size >= h_min:
+        t_new, wanted = SCIPY.aim(s.t, size, s.t_end, s.direction), size
+        size = abs(t_new - s.t)
+        if not _factorise(s, work, block, t_new - s.t):
+            singular += 1
+            if singular > MOST_SINGULAR:
+                return SINGULAR
+            size, rejections = size / 10.0, rejections + 1
+            s.n_rejected += 1
+            continue
+        if not _find_stages(rhs, s, work, block, t_new - s.t):
+            return RAISED
+        for i in range(work.shape[1]):
+            work[STAGE, i] += last[i]
+        tolerances = slot(None, work, RTOL), slot(None, work, ATOL)
+        s.error = rms(last, slot(None, work, Y), slot(None, work, STAGE), *tolerances)
+        if s.error < 1.0:
+            status = _go_on(rhs, s, work, block, t_new)
+            s.h = SCIPY.grow(size, s.error, -0.2, rejections)
+            if t_new == s.t_end:  # where it was shortened to end, not for its error
+                s.h = max(s.h, wanted)
+            return status
+        size = SCIPY.shrink(size, s.error, -0.2, rejections, h_min)
+        rejections += 1
+        s.n_rejected += 1
+    return STEP_TOO_SMALL
+
+
+@njit(**INLINED)
+def dense_rows(rhs, t, h, work, block, d):
+    """The polynomial of the stages, in the form of `dense_output.py`; 0 evaluations."""
+    stages = _rows_of_stages(work)
+    weigh(slot(None, d, F + 1), 1.0, DENSE[0], stages)
+    weigh(slot(None, d, F + 2), 1.0, DENSE[1], stages)
+    weigh(slot(None, d, F + 3), -1.0, DENSE[2], stages)
+    for i in range(work.shape[1]):
+        d[F + 2, i] -= d[F + 3, i]
+    return 0
+
+
+RODAS5P = Method(
+    "Rodas5P",
+    order=5,
+    error_order=4,
+    n_stages=0,
+    n_rows=N_ROWS,
+    n_matrices=3,
+    fsal_stage=SLOPE - K,
+    kernel=partial(implicit.kernel, step),
+    start=first_step.implicit,
+    n_dense=4,
+    dense_rows=dense_rows,
+    dense_order=4,
+    cost=10,
+)

@@ -1,0 +1,92 @@
+"""What a step of Rodas5P begins with: the Jacobian, and the derivative by the time.
+
+The rows of the work array have their names here.
+"""
+
+import numpy as np
+
+from ..algebra.mass import widened
+from ..calls.block import JACOBIAN, MASS, N_ENTRIES
+from ..calls.user_function import words_at
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.record import ATOL, RAISED, RUNNING, K, Y
+from ..state.rows import numbers_of
+from ..stepping.jacobian import (
+    FIRST_FACTOR,
+    clear_matrix,
+    evaluate_jacobian,
+    evaluate_row,
+    is_constant,
+)
+from ..vector.scalar_or_vector import spacing
+
+# Rows: the derivative at the start of a step, stages, the time derivative, the combination of
+# stages that M multiplies, factors of differences and a row for them, pivots.
+SLOPE, U, TIME, SUM, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 14))
+N_ROWS = 15
+J = K + N_ROWS  # the Jacobian; the factors of the matrix; room for entries of an exact Jacobian
+
+
+@njit(**INTERNAL)
+def _time_difference(rhs, s, work, block):
+    """df/dt by a one-sided difference of order 2 inside the step; False if a function raised.
+
+    One evaluation if the derivative stays the same, else two.
+    """
+    dt = s.direction * max(3e-5 * s.h, 4.0 * spacing(s.t, s.direction))
+    near, far = s.t + dt, s.t + 2.0 * dt
+    s.n_extra += 1
+    if not evaluate_row(rhs, near, work, Y, TIME, block):
+        return False
+    same = True
+    for i in range(work.shape[1]):
+        same = same and work[TIME, i] == work[SLOPE, i]
+        work[SUM, i] = work[TIME, i] - work[SLOPE, i]
+    if not same:
+        s.n_extra += 1
+        if not evaluate_row(rhs, far, work, Y, TIME, block):
+            return False
+    a, b = near - s.t, far - s.t
+    for i in range(work.shape[1]):
+        rise = work[TIME, i] - work[SLOPE, i]
+        work[TIME, i] = (b * b * work[SUM, i] - a * a * rise) / (a * b * (b - a))
+    return True
+
+
+@njit(**INLINED)
+def _first_factors(work):
+    """Let the first differences stand out where a state begins at 0, beside the largest of all."""
+    largest = 0.0
+    for j in range(work.shape[1]):
+        largest = max(largest, abs(work[Y, j]))
+    for j in range(work.shape[1]):
+        scale = max(work[ATOL, j], abs(work[Y, j]))
+        work[FACTOR, j] = FIRST_FACTOR
+        if scale > 0.0:
+            work[FACTOR, j] *= max(1.0, 1e-3 * largest / scale)
+
+
+@njit(**INTERNAL)
+def derive(rhs, s, work, block):
+    """The Jacobian and the time derivative at the present state; RUNNING or a failure."""
+    n, given = work.shape[1], block[JACOBIAN]
+    if s.order == 0:
+        clear_matrix(work, J)
+        _first_factors(work)
+    if s.order == 0 or not is_constant(block):
+        s.n_jacobians += not is_constant(block)
+        status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
+        if status != RUNNING:
+            return status
+        s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
+    s.order = 5
+    finite = False
+    if given != 0 and words_at(given)[N_ENTRIES] > 0:
+        behind = numbers_of(work)[(J + n) * n + words_at(given)[N_ENTRIES] :]
+        finite = True
+        for i in range(n):
+            work[TIME, i] = behind[i]
+            finite = finite and np.isfinite(behind[i])
+    if not finite and not _time_difference(rhs, s, work, block):
+        return RAISED
+    return RUNNING

@@ -1,0 +1,58 @@
+"""The loop for adaptive methods that solve equations in each step, and keep what they factorise."""
+
+import numpy as np
+
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.record import ATOL, FINISHED, RTOL, RUNNING
+from ..vector.scalar_or_vector import spacing
+
+EPS = float(np.finfo(float).eps)
+SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0
+
+
+def kernel(step, rhs, form):
+    """The loop around `rhs`, as `adaptive.kernel`, on rows: `form` is None.
+
+    ``step(rhs, state, work, block, h_min)`` takes one step, none shorter than h_min, and
+    returns RUNNING or why it took none.  It keeps all counters but n_accepted, and the size of the
+    next step.
+    """
+
+    @njit(**INTERNAL)
+    def loop(state, work, block, n_steps):
+        s = state[0]
+        taken = 0
+        if s.direction * (s.t - s.t_end) >= 0.0:
+            return FINISHED
+        while taken < n_steps:
+            status = step(rhs, state, work, block, 10.0 * spacing(s.t, s.direction))
+            if status != RUNNING:
+                return status
+            taken += 1
+            s.n_accepted += 1
+            if s.direction * (s.t - s.t_end) >= 0.0:
+                return FINISHED
+            if s.direction * (s.t - s.t_stop) >= 0.0:
+                break
+        return RUNNING
+
+    return loop
+
+
+@njit(**INTERNAL)
+def newton_tolerance(work):
+    """How near Newton's iteration comes to the solution, in units of the tolerance."""
+    rtol = work[RTOL, 0]
+    for i in range(work.shape[1]):
+        rtol = min(rtol, work[RTOL, i])
+    return max(10.0 * EPS / rtol, min(0.03, np.sqrt(rtol)))
+
+
+@njit(**INLINED)
+def scaled_squares(work, row, sizes):
+    """Sum of the squares of a row over its tolerance, atol + rtol |sizes|."""
+    total = 0.0
+    for i in range(work.shape[1]):
+        x = work[row, i] / (work[ATOL, i] + abs(work[sizes, i]) * work[RTOL, i])
+        total += x * x
+    return total

@@ -1,0 +1,89 @@
+"""Elimination in matrices stored by columns, banded and full, real and complex."""
+
+import numba
+import numpy as np
+import pytest
+
+from fastdyn.kernels.algebra import factorise as kernels
+
+EPS = np.finfo(float).eps
+
+
+@numba.njit
+def by_kernels(a, b, pivots, lower, upper):
+    kernels.factorise(a, pivots, len(b), lower, upper)
+    kernels.solve(a, pivots, b, len(b), lower, upper)
+
+
+@numba.njit
+def by_complex_kernels(re, im, b, c, pivots, lower, upper):
+    kernels.factorise_complex(re, im, pivots, len(b), lower, upper)
+    kernels.solve_complex(re, im, pivots, b, c, len(b), lower, upper)
+
+
+@numba.njit
+def bandwidths(a):
+    return kernels.bandwidths(a, len(a))
+
+
+def banded(rng, n, lower, upper):
+    i, j = np.indices((n, n))
+    return np.where((i - j <= lower) & (j - i <= upper), rng.standard_normal((n, n)), 0.0)
+
+
+def by_columns(a, lower, upper):
+    """As kernels take it, NaN where they must not look."""
+    i, j = np.indices(a.shape)
+    inside = (i - j <= lower) & (j - i <= lower + upper)
+    return np.ascontiguousarray(np.where(inside, a, np.nan).T)
+
+
+BANDS = [(1, 0, 0), (2, 1, 1), (5, 4, 4), (30, 29, 29), (30, 1, 1), (40, 2, 5), (40, 12, 3)]
+
+
+def error(a, x, b):
+    """The residual in units of what elimination with these pivots may leave, roughly n eps."""
+    return np.abs(a @ x - b).max() / (len(b) * EPS * np.abs(a).sum(1).max() * np.abs(x).max())
+
+
+@pytest.mark.parametrize(("n", "lower", "upper"), BANDS)
+def test_solutions_solve(n, lower, upper):
+    rng = np.random.default_rng(n + lower)
+    for _ in range(20):
+        a, b = banded(rng, n, lower, upper), rng.standard_normal(n)
+        x = b.copy()
+        by_kernels(by_columns(a, lower, upper), x, np.empty(n), lower, upper)
+        assert error(a, x, b) < 1.0
+
+
+@pytest.mark.parametrize(("n", "lower", "upper"), BANDS)
+def test_complex_solutions_solve(n, lower, upper):
+    rng = np.random.default_rng(n + lower)
+    for _ in range(20):
+        re, im = banded(rng, n, lower, upper), banded(rng, n, lower, upper)
+        b, c = rng.standard_normal((2, n))
+        x, y = b.copy(), c.copy()
+        given = by_columns(re, lower, upper), by_columns(im, lower, upper)
+        by_complex_kernels(*given, x, y, np.empty(n), lower, upper)
+        assert error(re + 1j * im, x + 1j * y, b + 1j * c) < 2.0
+
+
+def test_a_band_has_the_bits_of_the_full_matrix():
+    rng = np.random.default_rng(3)
+    a, b = banded(rng, 25, 3, 2), rng.standard_normal(25)
+    x, y = b.copy(), b.copy()
+    by_kernels(by_columns(a, 3, 2), x, np.empty(25), 3, 2)
+    by_kernels(by_columns(a, 24, 24), y, np.empty(25), 24, 24)
+    assert np.array_equal(x, y)
+
+
+def test_bands_are_found():
+    rng = np.random.default_rng(4)
+    for n, lower, upper in BANDS:
+        assert bandwidths(by_columns(banded(rng, n, lower, upper), n, n)) == (lower, upper)
+
+
+def test_a_singular_matrix_gives_no_finite_solution():
+    b = np.ones(2)
+    by_kernels(np.array([[1.0, 2.0], [2.0, 4.0]]), b, np.empty(2), 1, 1)
+    assert not np.isfinite(b).all()

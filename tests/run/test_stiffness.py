@@ -1,0 +1,66 @@
+"""Explicit methods notice that stability holds them back."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn.kernels.methods import METHODS
+from fastdyn.run import stiffness
+
+
+@pytest.mark.parametrize("name", stiffness.LIMITS)
+def test_limits_are_those_of_the_tables(name):
+    """R(z) = 1 + z b (1 - z A)^-1 (1, 1, ...)."""
+    method, s = METHODS[name], METHODS[name].n_stages
+    a, b = np.zeros((s, s)), np.array([float(x) for x in method.tableau["b"].exact])[:s]
+    for i, row in enumerate(method.tableau["a"][:s]):
+        a[i, : len(row.exact)] = [float(x) for x in row.exact]
+
+    def growth(z):
+        return abs(1.0 - z * (b @ np.linalg.solve(np.eye(s) + z * a, np.ones(s))))
+
+    inside = np.linspace(0.01, stiffness.LIMITS[name], 500)
+    assert max(map(growth, inside)) <= 1.0 < growth(stiffness.LIMITS[name] + 0.02)
+
+
+def decay(t, y, rate):
+    return [-rate * (y[0] - np.cos(t)) - np.sin(t)]
+
+
+def diffusion(t, y):
+    inner = np.zeros(len(y) + 2)
+    inner[1:-1] = y
+    return (len(y) + 1) ** 2 * (inner[2:] - 2.0 * y + inner[:-2]) + 1.0
+
+
+@pytest.fixture(autouse=True)
+def nothing_was_asked(monkeypatch):
+    monkeypatch.setattr(stiffness, "_asked", {})
+
+
+@pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Vern7"])
+def test_stiff_problems_are_named_once(method):
+    given = (decay, (0, 20), [1.0], method)
+    with pytest.warns(fastdyn.StiffnessWarning, match=rf"{method} took .* -1e\+03 of .*'BDF' or"):
+        fastdyn.solve_ivp(*given, args=(1e3,))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fastdyn.solve_ivp(*given, args=(1e3,))
+    with pytest.warns(fastdyn.StiffnessWarning):
+        fastdyn.solve_ivp(diffusion, (0, 2), np.ones(40), method)
+
+
+def lorenz(t, y):
+    return [10 * (y[1] - y[0]), y[0] * (28 - y[2]) - y[1], y[0] * y[1] - 8 / 3 * y[2]]
+
+
+def test_others_are_not():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for rtol in (1e-3, 1e-6, 1e-9):
+            fastdyn.solve_ivp(lambda t, y: [y[1], -y[0]], (0, 5000), [1.0, 0.0], rtol=rtol)
+            fastdyn.solve_ivp(lorenz, (0, 500), [1.0, 1.0, 1.0], rtol=rtol)
+            fastdyn.solve_ivp(decay, (0, 9000), [1.0], args=(1.0,), rtol=rtol)
+        fastdyn.solve_ivp(decay, (0, 20), [1.0], "BDF", args=(1e3,))

@@ -1,0 +1,50 @@
+"""method="auto": what it takes, and what it says of it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fastdyn import solve_ivp
+
+
+def pendulum(t, y):
+    return [y[1], -9.81 * math.sin(y[0])]
+
+
+def stepped(t, y):
+    return [np.floor(t) - y[0]]
+
+
+@pytest.mark.parametrize(
+    ("fun", "rtol", "method"),
+    [
+        (pendulum, 1e-3, "Tsit5"), (pendulum, 1e-6, "Taylor"), (pendulum, 1e-12, "Taylor"),
+        (stepped, 1e-7, "Vern7"), (stepped, 1e-10, "Vern9"),
+    ],
+)  # fmt: skip
+def test_the_method_is_named_and_the_same_as_by_its_name(fun, rtol, method):
+    y0 = [1.0, 0.0] if fun is pendulum else [1.0]
+    run = solve_ivp(fun, (0, 5), y0, "auto", rtol=rtol, atol=rtol)
+    same = solve_ivp(fun, (0, 5), y0, method, rtol=rtol, atol=rtol)
+    assert run.method == method and len(run.reason) > 10
+    assert np.array_equal(run.t, same.t) and np.array_equal(run.y, same.y)
+
+
+def test_an_event_without_a_series_is_left_to_another_method():
+    run = solve_ivp(
+        pendulum, (0, 5), [1.0, 0.0], "auto", rtol=1e-8, atol=1e-8,
+        events=lambda t, y: abs(y[0]) - 0.5,
+    )  # fmt: skip
+    assert run.method == "Vern7" and "series" in run.reason and len(run.t_events[0]) > 5
+
+
+def test_where_taylor_fails_another_method_is_tried():
+    """The series of sqrt(y) at y = 0 does not exist; y = 0 solves it."""
+    run = solve_ivp(lambda t, y: [np.sqrt(abs(y[0]))], (0, 1), [0.0], "auto", rtol=1e-8, atol=1e-8)
+    assert run.status == 0 and run.method == "Vern7" and "Taylor failed" in run.reason
+
+
+def test_complex_states():
+    run = solve_ivp(lambda t, y: 1j * y, (0, 1), [1.0 + 0j], "auto", rtol=1e-8, atol=1e-8)
+    assert run.method == "Vern7" and abs(run.y[0, -1] - np.exp(1j)) < 1e-6

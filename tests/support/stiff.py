@@ -1,0 +1,86 @@
+"""Stiff problems of the literature, small ones."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+def robertson(t, y):
+    a, b, c = y
+    return [-0.04 * a + 1e4 * b * c, 0.04 * a - 1e4 * b * c - 3e7 * b * b, 3e7 * b * b]
+
+
+def robertson_jacobian(t, y):
+    _, b, c = y
+    return [
+        [-0.04, 1e4 * c, 1e4 * b],
+        [0.04, -1e4 * c - 6e7 * b, -1e4 * b],
+        [0.0, 6e7 * b, 0.0],
+    ]
+
+
+def van_der_pol(t, y, mu):
+    return [y[1], mu * (1 - y[0] ** 2) * y[1] - y[0]]
+
+
+def van_der_pol_jacobian(t, y, mu):
+    return np.array([[0.0, 1.0], [-2 * mu * y[0] * y[1] - 1.0, mu * (1 - y[0] ** 2)]])
+
+
+def hires(t, y):
+    a, b, c, d, e, f, g, h = y
+    return [
+        -1.71 * a + 0.43 * b + 8.32 * c + 0.0007,
+        1.71 * a - 8.75 * b,
+        -10.03 * c + 0.43 * d + 0.035 * e,
+        8.32 * b + 1.71 * c - 1.12 * d,
+        -1.745 * e + 0.43 * f + 0.43 * g,
+        -280 * f * h + 0.69 * d + 1.71 * e - 0.43 * f + 0.69 * g,
+        280 * f * h - 1.81 * g,
+        -280 * f * h + 1.81 * g,
+    ]
+
+
+def spring(t, y):
+    return [y[1], -y[0]]
+
+
+def heat(t, y):
+    """The heat equation by the method of lines, with a source that depends on the temperature."""
+    inner = np.zeros(len(y) + 2)
+    inner[1:-1] = y
+    n = len(y) + 1
+    return n * n * (inner[2:] - 2.0 * y + inner[:-2]) + np.exp(-y)
+
+
+class Problem(NamedTuple):
+    """What `solve_ivp` takes."""
+
+    fun: Any
+    t_span: tuple
+    y0: list
+    options: dict
+    args: tuple = ()
+
+
+PROBLEMS = {
+    "Robertson": Problem(robertson, (0, 1e5), [1.0, 0.0, 0.0], {}),
+    "van der Pol": Problem(
+        van_der_pol, (0, 1500), [2.0, 0.0], {"rtol": 1e-5, "atol": 1e-7}, (1e3,)
+    ),
+    "HIRES": Problem(hires, (0, 321.8122), [1, 0, 0, 0, 0, 0, 0, 0.0057], {"atol": 1e-7}),
+    "spring": Problem(spring, (0, 5), [1.0, 0.0], {"rtol": 1e-7, "atol": 1e-9}),
+    "back": Problem(
+        spring, (5, 0), [1.0, 0.0], {"rtol": 1e-4, "max_step": 0.3, "first_step": 0.01}
+    ),
+    "heat": Problem(heat, (0, 2), list(np.ones(30)), {"rtol": 1e-5, "atol": 1e-8}),
+}
+
+
+def counts(run):
+    return len(run.t), run.nfev, run.njev, run.nlu, run.status
+
+
+def solved(solve, problem, method, **options):
+    p = problem
+    return solve(p.fun, p.t_span, p.y0, method, args=p.args, **p.options, **options)
