@@ -1,7 +1,7 @@
 """A method for tests: Taylor series of linear autonomous equations, y[k+1] = f(y[k]) / (k + 1).
 
-Its steps are constant and as long as one likes; its rows are the coefficients of y.  Events may
-have series, which are written here by hand.
+Its steps are constant and as long as one likes; its rows are those of `kernels/state/series.py`,
+but for the order.  Events may have series, which are written here by hand.
 """
 
 import functools
@@ -24,6 +24,7 @@ from fastdyn.specialise.scalar import all_roots_kernel
 from fastdyn.specialise.signatures import ROW, TABLE, kernel_of
 
 ORDER = 33
+SCALE = K + ORDER + 2
 NAME = f"Series {hashlib.sha256(Path(__file__).read_bytes()).hexdigest()}"  # kept code has this key
 
 
@@ -33,6 +34,7 @@ def kernel(rhs, form):
     @njit(**INTERNAL)
     def loop(state, work, block, n_steps):
         s, taken = state[0], 0
+        work[SCALE] = 1.0
         while taken < n_steps and s.direction * (s.t_end - s.t) > 0.0:
             for i in range(work.shape[1]):
                 work[Y_OLD, i] = work[K, i] = work[Y, i]
@@ -71,7 +73,7 @@ def dense_rows(rhs, t, h, work, block, d):
     return 0
 
 
-METHOD = Method(NAME, ORDER, 0, ORDER, ORDER + 1, 1, kernel, plain, ORDER, dense_rows, ORDER)
+METHOD = Method(NAME, ORDER, 0, ORDER, ORDER + 3, 1, kernel, plain, ORDER, dense_rows, ORDER)
 
 
 class Stands(Facts):
@@ -81,7 +83,7 @@ class Stands(Facts):
     events_at_once = MOST_ROOTS
 
 
-FACTS = Stands(NAME, "", ORDER, 0, ORDER, ORDER + 1, 1, ORDER, ORDER, "plain", NAME)
+FACTS = Stands(NAME, "", ORDER, 0, ORDER, ORDER + 3, 1, ORDER, ORDER, "plain", NAME)
 
 
 def install(monkeypatch):
@@ -93,6 +95,8 @@ def install(monkeypatch):
     def event_table(problem, others):
         table = without(problem, others)
         for row, (event, _, _) in zip(table, problem.events, strict=True):
+            if problem.method.name != NAME:
+                continue
             row["series"] = getattr(event, "series", 0)
             row["find"] = all_roots_kernel().address
         return table
