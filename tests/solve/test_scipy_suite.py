@@ -37,7 +37,7 @@ def _cases():
             yield pytest.param(test, {}, id=name)
 
 
-@pytest.mark.parametrize(("test", "given"), _cases())
+@pytest.mark.parametrize(("test", "given"), list(_cases()))
 def test_of_scipy(test, given):
     arguments = dict(given)
     if "num_parallel_threads" in test.__code__.co_varnames[: test.__code__.co_argcount]:
