@@ -1,8 +1,6 @@
 """Stiff problems: achieved error against time, over tolerances."""
 
 import functools
-import math
-import time
 
 import numpy as np
 
@@ -11,8 +9,7 @@ import fastdyn
 from .. import rivals
 from ..problems import compiled
 from ..problems.stiff import STIFF
-from ..report.timing import WARM, interleaved
-from .work_precision import LIMIT
+from ..report.work_precision import LIMIT, at_tolerance
 
 TOLERANCES = [10.0**-k for k in range(2, 12)]
 
@@ -29,37 +26,20 @@ def _end(name):
 
 
 def rows(quick):
-    """One row a problem, solver and tolerance; rtol = tol, atol = tol times the problem's floor.
-
-    The error is the largest of a component, relative to it, or to the floor where that is larger.
-    """
+    """One row a problem, solver and tolerance; rtol = tol, atol = tol times the problem's floor."""
+    turns = (5, 0.1) if quick else (30, 0.5)
     for stiff in STIFF[:1] if quick else STIFF:
-        p, exact = stiff.problem, _end(stiff.problem.name)
-        size = np.maximum(np.abs(exact), stiff.floor)
+        p = stiff.problem
+        far = relative_to(_end(p.name), stiff.floor)
         made = rivals.stiff(stiff)
         for tol in [1e-4, 1e-6] if quick else TOLERANCES:
-            runs = {name: prepare(tol) for name, prepare in made.items()}
-            found = {name: _judged(run, exact, size) for name, run in runs.items()}
-            fast = {name: run for name, run in runs.items() if found[name][1] < WARM}
-            slow = {name: run for name, run in runs.items() if name not in fast}
-            times = interleaved(fast, 5 if quick else 30, 0.1 if quick else 0.5)
-            times |= interleaved(slow, 2, 0.0)
-            for name, (far, seconds) in found.items():
-                if seconds > 4 * LIMIT and far < 1.0:
-                    made.pop(name)
-                yield {
-                    "problem": p.name, "solver": name, "tol": tol,
-                    "error": far if math.isfinite(far) else None,
-                    "min_us": times[name][0] * 1e6, "median_us": times[name][1] * 1e6,
-                }  # fmt: skip
+            yield from at_tolerance(tol, p.name, made, far, turns, limit=4 * LIMIT)
 
 
-def _judged(run, exact, size):
-    """(error, seconds) of a run, the second of two: the first may compile."""
-    run()
-    begun = time.perf_counter()
-    far = float(np.max(np.abs(run() - exact) / size))
-    return far, time.perf_counter() - begun
+def relative_to(exact, floor):
+    """The error of an end state: the largest of a component, relative to it or to its floor."""
+    size = np.maximum(np.abs(exact), floor)
+    return lambda y: float(np.max(np.abs(y - exact) / size))
 
 
 LEVELS = (1e-3, 1e-5, 1e-7)

@@ -7,7 +7,6 @@ import scipy.sparse
 
 import fastdyn
 from fastdyn import solve_ivp
-from fastdyn.solve import ivp
 from support.stiff import (
     PROBLEMS,
     counts,
@@ -16,14 +15,9 @@ from support.stiff import (
     van_der_pol_jacobian,
 )
 
+pytestmark = pytest.mark.usefixtures("nothing_is_left_to_scipy")
 METHODS = ("Radau", "BDF")
 EPS = np.finfo(float).eps
-
-
-@pytest.fixture(autouse=True)
-def nothing_is_left_to_scipy(monkeypatch, request):
-    if "sparse" not in request.node.name:
-        monkeypatch.delattr(ivp, "by_scipy")
 
 
 def in_other_roundings(problem, seed):

@@ -11,7 +11,6 @@ from scipy.integrate._ivp.common import num_jac
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.kernels.calls.block import JACOBIAN
-from fastdyn.solve import ivp
 from support.stiff import (
     PROBLEMS,
     counts,
@@ -23,14 +22,9 @@ from support.stiff import (
     van_der_pol_jacobian,
 )
 
+pytestmark = pytest.mark.usefixtures("nothing_is_left_to_scipy")
 METHODS = ("Radau", "BDF")
 EPS = np.finfo(float).eps
-
-
-@pytest.fixture(autouse=True)
-def nothing_is_left_to_scipy(monkeypatch, request):
-    if "sparse" not in request.node.name:
-        monkeypatch.delattr(ivp, "by_scipy")
 
 
 class Jacobians:

@@ -4,10 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-
-def robertson(t, y):
-    a, b, c = y
-    return [-0.04 * a + 1e4 * b * c, 0.04 * a - 1e4 * b * c - 3e7 * b * b, 3e7 * b * b]
+from bench.problems.stiff import hires, robertson
 
 
 def robertson_jacobian(t, y):
@@ -25,20 +22,6 @@ def van_der_pol(t, y, mu):
 
 def van_der_pol_jacobian(t, y, mu):
     return np.array([[0.0, 1.0], [-2 * mu * y[0] * y[1] - 1.0, mu * (1 - y[0] ** 2)]])
-
-
-def hires(t, y):
-    a, b, c, d, e, f, g, h = y
-    return [
-        -1.71 * a + 0.43 * b + 8.32 * c + 0.0007,
-        1.71 * a - 8.75 * b,
-        -10.03 * c + 0.43 * d + 0.035 * e,
-        8.32 * b + 1.71 * c - 1.12 * d,
-        -1.745 * e + 0.43 * f + 0.43 * g,
-        -280 * f * h + 0.69 * d + 1.71 * e - 0.43 * f + 0.69 * g,
-        280 * f * h - 1.81 * g,
-        -280 * f * h + 1.81 * g,
-    ]
 
 
 def spring(t, y):
