@@ -11,8 +11,8 @@ from fastdyn.compile.function import IN_PLACE
 from fastdyn.compile.taylor.accuracy import order_of_many
 from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.ensemble import arguments, scheduler
-from fastdyn.kernels.ensemble.lanes import N_FIELDS
 from fastdyn.kernels.output.arguments import OUTPUT
+from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE
 from fastdyn.problem.events import between_steps
 from fastdyn.run.begin import begin, event_table, jacobian_of

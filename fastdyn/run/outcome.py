@@ -30,28 +30,22 @@ from .output import OCCURRENCES, Output, occurrences
 from .result import OdeResult
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
-
-
 TERMINATED = "A termination event occurred."
-
-
 TOO_SMALL = "Required step size is less than spacing between numbers."
-
-
-ENDLESS = (
-    "An event occurs infinitely often at {t}: either ever faster up to there (Zeno), or because "
-    "`on_event` leaves the state where it occurs again at once. End the run before, by the number "
-    "`terminal` of the event, or go on with equations that hold in this state."
-)
-
-
-SINGULAR_MATRIX = (
-    "The matrix of the step from {t} is singular, however short the step: the algebraic equations "
-    "of `mass` do not determine the algebraic variables there (the index is above 1, or two "
-    "equations say the same). Differentiate constraints, or leave an equation out."
-)
-
-
+SENTENCES = {
+    ZENO: "An event occurs infinitely often at {t}: either ever faster up to there (Zeno), or "
+    "because `on_event` leaves the state where it occurs again at once. End the run before, by "
+    "the number `terminal` of the event, or go on with equations that hold in this state.",
+    SINGULAR: "The matrix of the step from {t} is singular, however short the step: the algebraic "
+    "equations of `mass` do not determine the algebraic variables there (the index is above 1, or "
+    "two equations say the same). Differentiate constraints, or leave an equation out.",
+    BAD_JACOBIAN: "The Jacobian is nan or inf at {t}: `fun` or `jac` is not defined there, or just "
+    "beside it.",
+    NOT_CONVERGED: "The equations of the implicit step from {t} do not converge: reduce `step`, or "
+    "take Radau or BDF if the problem is stiff.",
+    NON_FINITE: "The state is not finite after {t}: the solution blows up there, or the steps are "
+    "too long for it; reduce `step`.",
+}
 COUNT = struct.Struct("q")
 _new = tuple.__new__  # half the time of a named tuple's own
 BLOWN_UP = 1e8  # growth over the initial state that is called a blow-up
@@ -69,32 +63,15 @@ def outcome(status, state, work, problem):
         return 1, f"`callback` stopped the integration at {t}."
     if status == STEP_TOO_SMALL:
         return -1, f"{TOO_SMALL} {_why(s, work, problem, t)}"
-    if status == ZENO:
-        return -1, ENDLESS.format(t=t)
     if status == BAD_JUMP:
         (bad,) = np.nonzero(~np.isfinite(work[Y]))
         return -1, f"`on_event` returned nan or inf at {t} (component {bad[0]})."
-    if status == BAD_JACOBIAN:
-        return -1, (
-            f"The Jacobian is nan or inf at {t}: `fun` or `jac` is not defined there, or just "
-            "beside it."
-        )
-    if status == SINGULAR:
-        return -1, SINGULAR_MATRIX.format(t=t)
     bad = np.flatnonzero(~np.isfinite(work[K + problem.method.fsal_stage]))
     if status == NON_FINITE and s["t"] == s["t_old"] and bad.size:
         where = "the start" if s["n_accepted"] == 0 else "the state that `on_event` returned"
         return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]})."
-    if status == NOT_CONVERGED:
-        return -1, (
-            f"The equations of the implicit step from {t} do not converge: reduce `step`, or take "
-            "Radau or BDF if the problem is stiff."
-        )
-    if status == NON_FINITE:
-        return -1, (
-            f"The state is not finite after {t}: the solution blows up there, or the steps are "
-            "too long for it; reduce `step`."
-        )
+    if status in SENTENCES:
+        return -1, SENTENCES[status].format(t=t)
     implicit = problem.method.n_matrices > 0
     return -1, (
         f"`max_steps={problem.max_steps:g}` was reached at {t}, "

@@ -12,9 +12,10 @@ from fastdyn import code_store
 from fastdyn.compile.diagnostics import Uncompilable, explain
 from fastdyn.compile.taylor.rewrite import NotSmooth
 from fastdyn.compile.vector_form import vector_form
-from fastdyn.kernels.ensemble import events_and_folds, lanes
+from fastdyn.kernels.ensemble import events_and_folds
 from fastdyn.kernels.jit_options import INLINED, njit
 from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.layout import Form
 
 from .signatures import ADVANCE_VECTORS
@@ -134,8 +135,8 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         def build():
             user, *others = [form.build() for form in forms]
             numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
-            row = lanes.N_FIELDS + len(events)
-            watched = _in_turn(events_and_folds.crossed, numbers[: len(events)], lanes.N_FIELDS)
+            row = N_FIELDS + len(events)
+            watched = _in_turn(events_and_folds.crossed, numbers[: len(events)], N_FIELDS)
             accumulated = _in_turn(_accumulate, numbers[len(events) :], row)
             watching = extrema or None, watched, accumulated
             kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *watching)

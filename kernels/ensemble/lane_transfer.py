@@ -5,8 +5,7 @@ import numpy as np
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..output.extrema import MAX, MIN
-from ..state.record import Y_OLD, K, Y
-from .lanes import (
+from ..state.lane_fields import (
     ACCEPTED,
     ERROR,
     LIMIT,
@@ -20,6 +19,7 @@ from .lanes import (
     H,
     T,
 )
+from ..state.record import Y_OLD, K, Y
 
 
 @njit(**INTERNAL)

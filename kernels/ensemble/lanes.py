@@ -11,17 +11,26 @@ import numpy as np
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.extrema import turning
 from ..state.elementwise import apply
+from ..state.lane_fields import (
+    ACCEPTED,
+    ERROR,
+    LIMIT,
+    LIVE,
+    NOTHING,
+    REJECTED,
+    STATUS,
+    T_END,
+    T_OLD,
+    T_STOP,
+    TRIES,
+    H,
+    T,
+)
 from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from ..state.reduce import add, reduce_components
 from ..state.rows import fetch, keep, keep_vector, numbers_of, vector_at
 from ..stepping.fixed import LANDED, add_size
 from ..vector.scalar_or_vector import any_lane, select
-
-# Rows of `lanes`, an array of one column a lane.
-# Behind them, one row for each event function and for each accumulated value.
-T, T_OLD, T_END, T_STOP, H, ERROR, ACCEPTED, REJECTED, TRIES, LIMIT, LIVE, STATUS = range(12)
-N_FIELDS = 12
-NOTHING = -1  # status of a lane with nothing for the scheduler
 
 
 @njit(**INLINED)

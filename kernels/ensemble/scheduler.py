@@ -18,16 +18,12 @@ from ..jit_options import INTERNAL, njit
 from ..output.arguments import Events, Kernels, Output
 from ..output.dense_output import polynomial
 from ..output.extrema import note_state, note_step
+from ..state.lane_fields import LIVE, NOTHING, STATUS
 from ..state.record import EVENT, FINISHED, FULL, RAISED, RUNNING, STEP_LIMIT, Y_OLD, K, Solve, Y
 from ..state.rows import copy_row, slot
 from .arguments import ADVANCE, ALREADY, BLOCKS, COUNT, DENSE_ROWS, IDLE, NEXT, OPEN, START, WATCH
 from .collect import accumulate, keep_events, stop_at_event
 from .lane_transfer import from_lane, next_stop, raise_bar, set_parameters, to_lane
-from .lanes import (
-    LIVE,
-    NOTHING,
-    STATUS,
-)
 
 
 @intrinsic

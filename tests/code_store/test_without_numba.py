@@ -40,6 +40,18 @@ r = solve()
 r = fastdyn.solve_ivp(lambda t, y: [1j * y[0]], (0, 1), [1.0 + 0j], method="Tsit5")
 assert abs(r.y[0, -1] - np.exp(1j)) < 1e-2
 """,
+    "Taylor": """
+r = fastdyn.solve_ivp(oscillator, method="Taylor", events=lambda t, y, k: y[0], **given)
+assert len(r.t_events[0]) == 2
+""",
+    "Radau": "r = fastdyn.solve_ivp(oscillator, method='Radau', **given)",
+    "BDF": "r = fastdyn.solve_ivp(oscillator, method='BDF', **given)",
+    "mass": "r = fastdyn.solve_ivp(oscillator, method='Rodas5P', mass=np.diag([1.0, 2.0]), **given)",
+    "a method that is chosen": "r = fastdyn.solve_ivp(oscillator, method='auto', **given)",
+    "sensitivity": """
+given.pop("compile")
+r = fastdyn.solve_ivp(oscillator, method="Taylor", sensitivity=("y0", "k"), **given)
+""",
     "linear system": """
 def lever(t, y):
     a, b = fastdyn.solve_linear(((2.0, 1.0), (1.0, 3.0)), (-y[0], -y[1]))

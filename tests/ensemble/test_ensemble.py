@@ -65,6 +65,14 @@ def test_threads_order_and_neighbours_change_no_bit():
     assert np.array_equal(mixed.y, first.y[order])
 
 
+@pytest.mark.parametrize("method", ["Radau", "BDF", "Rodas5P"])
+def test_a_jacobian_that_is_no_number_has_a_sentence(method):
+    run = solve_ensemble(
+        lambda t, y: [-y[0]], (0, 2), [[1.0]], method=method, jac=lambda t, y: [[float("nan")]]
+    )
+    assert run.status[0] == -1 and "The Jacobian is nan or inf at t = 0" in run.message(0)
+
+
 def test_a_member_that_fails_leaves_the_others_alone():
     """Speed 0 falls into the centre; GM = nan has no derivative; a stiff one runs out of steps."""
     y0, GM = launch([1.0, 0.0, 1.1, 1.0, 1.2, 1.0]), np.array([1, 1, 1, np.nan, 1, 1e8])

@@ -7,6 +7,7 @@ calls it.
 from fastdyn.kernels.state.record import K
 from fastdyn.kernels.state.series import SCALE
 
+from .frame import listing, read_words
 from .online import Online
 from .text import ONE, Text, hexadecimal
 
@@ -65,9 +66,7 @@ class Composed(Online):
 def emit(plan, order, symbol, declared, fused, width=4):
     """LLVM's text of the kernel, which calls ``fastdyn_invariants(block, out)``."""
     text = Text(fused)
-    for name, (at, kind) in WORDS.items():
-        text.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
-        text.put(f"%{name} = load {kind}, ptr %at_{name}")
+    read_words(text, WORDS)
     places = {key: i for i, key in enumerate(plan.invariants)}
     room = text.slot("double", max(len(places), 1))
     text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
@@ -83,6 +82,4 @@ def emit(plan, order, symbol, declared, fused, width=4):
     y = {i: text.load(text.at(rows, i)) for i in series.used}
     series.emit("%t", y)
     text.put(f"ret i64 {order + 1}")
-    body = text.function(f"i64 @{symbol}(ptr %words)")
-    heads = [line for name, line in text.declarations.items() if name not in declared]
-    return "\n".join([*heads, body])
+    return listing(text, symbol, declared)

@@ -3,26 +3,18 @@
 The words are those of ``advance(state, work, block, n_steps)``; see `kernels/state/record.py`.
 """
 
-from fastdyn.kernels.calls.block import RAISED_WORD
-from fastdyn.kernels.state.record import (
-    ATOL,
-    FINISHED,
-    RTOL,
-    RUNNING,
-    Y,
-)
+from fastdyn.kernels.state.record import ATOL, RTOL, Y
 from fastdyn.kernels.state.series import LOW
 
 from . import proof
 from .accuracy import ALLOWANCE, BELOW, ROUND_OFF
+from .frame import WORDS, asked, fields, listing, read_words, step_taken
 from .kinks import Kinks
-from .leave import AT, leave
+from .leave import leave
 from .online import Online
 from .pace import Clock, chosen, longest, unit_of, wildness
 from .step import Step
 from .text import ONE, ZERO, Text, hexadecimal
-
-WORDS = {"state": 0, "work": 2, "block": 5, "n_steps": 7}
 
 
 class Driver:
@@ -53,23 +45,15 @@ class Driver:
         text.label("step")
         self._step()
         leave(self)
-        body = text.function(f"i64 @{symbol}(ptr %words)")
-        body = "\n".join([*self.kinks.functions(), body])
-        heads = [line for name, line in text.declarations.items() if name not in declared]
-        return "\n".join([*heads, body])
+        return listing(text, symbol, declared, self.kinks.functions())
 
     # -- parts
 
     def _begin(self):
         """Read the record and the rows, and make room."""
         text, n = self.text, self.n
-        for name, at in WORDS.items():
-            kind = "i64" if name == "n_steps" else "ptr"
-            text.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
-            text.put(f"%{name} = load {kind}, ptr %at_{name}")
-        self.field = {name: text.load(text.at("%state", AT[name])) for name in (
-            "t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first",
-        )}  # fmt: skip
+        read_words(text, WORDS)
+        self.field = fields(text)
         self.rows = text.slot("double", (self.order + 1) * self.row)
         names = ("y", "low", "low_old", "probe", "probe_low", "rtol", "atol", "weights")
         self.room = {name: text.slot("double", self.row) for name in names}
@@ -159,23 +143,8 @@ class Driver:
         x = text.div(pace.signed, scale)
         step.end(x, self.room["y"], self.room["low"])
         proof.emit(self, step, pace, x, scale, cut[0] if cut else None)
-        for name, value in (("t_old", t), ("t", pace.t), ("h", pace.h)):
-            text.store(value, var[name])
-        count = text.new(f"load i64, ptr {self.taken}")
-        count = text.new(f"add i64 {count}, 1")
-        text.put(f"store i64 {count}, ptr {self.taken}")
-        past = text.mul(self.field["direction"], text.sub(pace.t, self.field["t_stop"]))
-        past = text.new(f"fcmp oge double {past}, {ZERO}")
-        enough = text.new(f"icmp sge i64 {count}, %n_steps")
-        stop = text.new(f"or i1 {text.new(f'or i1 {past}, {enough}')}, {pace.ends}")
-        text.put(f"%status = select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}")
-        text.put(f"br i1 {stop}, label %done, label %step")
+        step_taken(self, t, pace)
 
     def asked(self, t, state="y"):
         """Whether the function raises at a state; the derivative goes to `out`."""
-        text = self.text
-        function = text.new("load ptr, ptr %block")
-        call = f"call i32 {function}(ptr null, ptr null, double {t}"
-        text.new(f"{call}, ptr {self.room[state]}, i64 {self.n}, ptr %block, ptr {self.out})")
-        at = text.new(f"getelementptr i64, ptr %block, i64 {RAISED_WORD}")
-        return text.new(f"icmp ne i64 {text.new(f'load i64, ptr {at}')}, 0")
+        return asked(self.text, t, self.room[state], self.n, self.out)

@@ -3,12 +3,11 @@
 ``int64 kernel(int64 *words)`` has the words of ``loop(state, lanes, work, block, n_steps)``.
 """
 
-from fastdyn.kernels.ensemble import lanes as rows_of
+from fastdyn.kernels.state import lane_fields
 from fastdyn.kernels.state.record import (
     ATOL,
     FINISHED,
     RTOL,
-    STATE,
     STEP_TOO_SMALL,
     Y_OLD,
     K,
@@ -17,6 +16,7 @@ from fastdyn.kernels.state.record import (
 from fastdyn.kernels.state.series import LOW, SCALE
 
 from .accuracy import ALLOWANCE
+from .frame import AT, HALF, RETRY, counted, listing, read_words
 from .pace import LEAST, Clock, chosen, longest, unit_of
 from .places import Places
 from .rows import Rows
@@ -24,10 +24,8 @@ from .step import TERMS, end, length, powers_of, weight
 from .text import ONE, ZERO, Text, hexadecimal
 from .vanish import excess, some_must_not
 
-AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
-WORDS = {"state": 0, "fields": 2, "work": 5, "block": 8, "n_steps": 10}
-RETRY = 0.125  # of a step at whose end the function raises
-HALF = 0.5  # of one on which the argument of a root may touch zero
+WORDS = {"state": (0, "ptr"), "fields": (2, "ptr"), "work": (5, "ptr"), "block": (8, "ptr"),
+         "n_steps": (10, "i64")}  # fmt: skip
 READ = ("T", "T_END", "T_STOP", "H", "LIVE", "LIMIT", "ACCEPTED", "TRIES")
 INFINITE = hexadecimal(float("inf"))
 
@@ -61,9 +59,7 @@ class LaneDriver:
         text.label("step")
         self._step()
         self._leave()
-        body = text.function(f"i64 @{symbol}(ptr %words)")
-        heads = [line for name, line in text.declarations.items() if name not in declared]
-        return "\n".join([*heads, body])
+        return listing(text, symbol, declared)
 
     # -- memory
 
@@ -72,14 +68,11 @@ class LaneDriver:
         return self.text.at("%work", (row * self.n + i) * self.width)
 
     def _field(self, name):
-        return self.text.at("%fields", getattr(rows_of, name) * self.width)
+        return self.text.at("%fields", getattr(lane_fields, name) * self.width)
 
     def _begin(self):
         text = self.text
-        for name, at in WORDS.items():
-            kind = "i64" if name == "n_steps" else "ptr"
-            text.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
-            text.put(f"%{name} = load {kind}, ptr %at_{name}")
+        read_words(text, WORDS)
         self.space = text.slot("double", self.places.size)
         self.new = text.slot(text.kind, self.n)
         self.rest = text.slot(text.kind, self.n)
@@ -206,10 +199,8 @@ class LaneDriver:
         text, width = self.text, self.width
         status = text.select(text.compare("oeq", t, self.field["T_END"]), _number(FINISHED), ZERO)
         status = text.select(failed, _number(STEP_TOO_SMALL), status)
-        self.status = text.select(wanted, status, _number(rows_of.NOTHING))
-        count = text.new(f"load i64, ptr {self.taken}")
-        count = text.new(f"add i64 {count}, 1")
-        text.put(f"store i64 {count}, ptr {self.taken}")
+        self.status = text.select(wanted, status, _number(lane_fields.NOTHING))
+        count = counted(text, self.taken)
         enough = text.new(f"icmp sge i64 {count}, %n_steps")
         bits = text.new(f"bitcast {text.truth} {wanted} to i{width}")
         some = text.new(f"icmp ne i{width} {bits}, 0")

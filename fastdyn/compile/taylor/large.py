@@ -4,14 +4,24 @@ The kernel has the form of `driver.py`; its numbers are in memory of its own, th
 order of their vectors.
 """
 
-from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.kernels.state import record
-from fastdyn.kernels.state.record import FINISHED, RAISED, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
+from fastdyn.kernels.state.record import FINISHED, RAISED, STEP_TOO_SMALL, Y_OLD, Y
 from fastdyn.kernels.state.series import LOW, SCALE
 
 from .accuracy import ALLOWANCE
-from .driver import WORDS
-from .leave import AT
+from .frame import (
+    AT,
+    HALF,
+    RETRY,
+    WORDS,
+    add,
+    asked,
+    fields,
+    listing,
+    raised_word,
+    read_words,
+    step_taken,
+)
 from .memory import Memory
 from .pace import LEAST, Clock, chosen, longest, unit_of
 from .places import Places
@@ -20,9 +30,6 @@ from .step import TERMS, end, length, powers_of, weight
 from .text import ONE, ZERO, Text, hexadecimal
 from .vanish import excess, some_must_not
 
-RETRY = 0.125  # of a step at whose end the function raises
-HALF = 0.5  # of one on which the argument of a root may touch zero
-FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first")
 ROWS = {"y": Y, "low": LOW, "rtol": record.RTOL, "atol": record.ATOL}
 
 
@@ -55,19 +62,14 @@ class LargeDriver:
         text.label("step")
         self._step()
         self._leave()
-        body = text.function(f"i64 @{symbol}(ptr %words)")
-        heads = [line for name, line in text.declarations.items() if name not in declared]
-        return "\n".join([*heads, body])
+        return listing(text, symbol, declared)
 
     # -- memory
 
     def _begin(self):
         text = self.text
-        for name, at in WORDS.items():
-            kind = "i64" if name == "n_steps" else "ptr"
-            text.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
-            text.put(f"%{name} = load {kind}, ptr %at_{name}")
-        self.field = {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
+        read_words(text, WORDS)
+        self.field = fields(text)
         f = self.field
         ahead = text.mul(f["direction"], text.sub(f["t"], f["t_end"]))
         text.put(f"br i1 {text.compare('oge', ahead, ZERO)}, label %over, label %first")
@@ -163,7 +165,7 @@ class LargeDriver:
         """Take a shorter step if the function raises at the end of this one."""
         raised = self._raised("new", pace.t)
         self._shorter(raised, pace, RETRY, "raises")
-        self.text.put(f"store i64 0, ptr {self._raised_word()}")
+        self.text.put(f"store i64 0, ptr {raised_word(self.text)}")
         self.text.put("br label %step")
         self.text.label("raises_not")
 
@@ -188,35 +190,18 @@ class LargeDriver:
         text.put("br label %step")
         text.label("rooted_not")
 
-    def _raised_word(self):
-        return self.text.new(f"getelementptr i64, ptr %block, i64 {RAISED_WORD}")
-
     def _raised(self, name, t):
         """Whether the function raises at a time and the state in an array."""
-        text = self.text
         self.memory.write(name, Y)
-        y, out = (text.at("%work", row * self.n) for row in (Y, record.STAGE))
-        function = text.new("load ptr, ptr %block")
-        given = f"ptr null, ptr null, double {t}, ptr {y}, i64 {self.n}, ptr %block, ptr {out}"
-        text.new(f"call i32 {function}({given})")
-        return text.new(f"icmp ne i64 {text.new(f'load i64, ptr {self._raised_word()}')}, 0")
+        y, out = (self.text.at("%work", row * self.n) for row in (Y, record.STAGE))
+        return asked(self.text, t, y, self.n, out)
 
     def _accept(self, t, pace):
-        text, wide, var, f = self.text, self.wide, self.var, self.field
+        wide = self.wide
         with self.memory.each_vector() as (_, here):
             for source, target in (("new", "y"), ("rest", "low")):
                 wide.store(wide.load(here[source]), here[target])
-        for name, value in (("t_old", t), ("t", pace.t), ("h", pace.h)):
-            text.store(value, var[name])
-        count = text.new(f"load i64, ptr {self.taken}")
-        count = text.new(f"add i64 {count}, 1")
-        text.put(f"store i64 {count}, ptr {self.taken}")
-        past = text.mul(f["direction"], text.sub(pace.t, f["t_stop"]))
-        past = text.compare("oge", past, ZERO)
-        enough = text.new(f"icmp sge i64 {count}, %n_steps")
-        stop = text.new(f"or i1 {text.new(f'or i1 {past}, {enough}')}, {pace.ends}")
-        text.put(f"%status = select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}")
-        text.put(f"br i1 {stop}, label %done, label %step")
+        step_taken(self, t, pace)
 
     # -- the end
 
@@ -239,9 +224,6 @@ class LargeDriver:
         text.store(text.load(var["scale"]), text.at("%work", SCALE * self.n))
         for name in ("t", "t_old", "h"):
             text.store(text.load(var[name]), text.at("%state", AT[name]))
-        at = text.at("%state", AT["n_accepted"])
-        before = text.new(f"load i64, ptr {at}")
-        taken = text.new(f"load i64, ptr {self.taken}")
-        text.put(f"store i64 {text.new(f'add i64 {before}, {taken}')}, ptr {at}")
+        add(text, "n_accepted", self.taken)
         self.memory.release()
         text.put(f"ret i64 {text.new(f'load i64, ptr {result}')}")

@@ -1,9 +1,9 @@
 """How a kernel ends: the record and the rows left complete."""
 
-from fastdyn.kernels.state.record import FINISHED, RAISED, STATE, STEP_TOO_SMALL, Y_OLD, K, Y
+from fastdyn.kernels.state.record import FINISHED, RAISED, STEP_TOO_SMALL, Y_OLD, K, Y
 from fastdyn.kernels.state.series import HIGHEST, LOW, SCALE
 
-AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
+from .frame import AT, add
 
 
 def leave(driver):
@@ -31,9 +31,7 @@ def _copy(driver):
     for i in range(n):
         text.store(text.load(text.at(driver.rows, i)), text.at("%work", Y_OLD * n + i))
     rest = text.at("%work", (K + driver.order + 1) * n)
-    size = 8 * n * (HIGHEST - driver.order)
-    text.declarations["llvm.memset.p0.i64"] = "declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)"
-    text.put(f"call void @llvm.memset.p0.i64(ptr {rest}, i8 0, i64 {size}, i1 false)")
+    text.clear(rest, n * (HIGHEST - driver.order))
     text.put("br label %copy")
     text.label("copy")
     text.put("%copied = phi i64 [0, %done], [%copied_next, %copy]")
@@ -58,7 +56,5 @@ def _write(driver):
     for name in ("t", "t_old", "h"):
         text.store(text.load(driver.var[name]), text.at("%state", AT[name]))
     for name, place in (("n_accepted", driver.taken), ("n_rejected", driver.refused)):
-        at = text.at("%state", AT[name])
-        before, more = (text.new(f"load i64, ptr {p}") for p in (at, place))
-        text.put(f"store i64 {text.new(f'add i64 {before}, {more}')}, ptr {at}")
+        add(text, name, place)
     text.put("ret i64 %result")

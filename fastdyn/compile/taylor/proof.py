@@ -4,8 +4,7 @@ A series knows the function about one point.  A saturated tanh, a pulse, a power
 look constant from afar; the function itself tells.
 """
 
-from fastdyn.kernels.calls.block import RAISED_WORD
-
+from .frame import counted, raised_word
 from .step import powers_of, sum_of
 from .text import ONE, ZERO, hexadecimal
 
@@ -52,7 +51,7 @@ def _within(driver, step, pace, x, scale):
     step.end(text.mul(x, hexadecimal(WITHIN)), room["probe"], room["probe_low"])
     t = text.fma(pace.signed, hexadecimal(WITHIN), text.load(driver.var["t"]))
     raised = driver.asked(t, "probe")
-    word = text.new(f"getelementptr i64, ptr %block, i64 {RAISED_WORD}")
+    word = raised_word(text)
     text.put(f"store i64 0, ptr {word}")
     off = text.compare("uge", excess(driver, x, WITHIN, scale), ONE)
     text.put(f"br i1 {text.truths('or', off, raised)}, label %doubtful, label %seen")
@@ -79,8 +78,7 @@ def emit(driver, step, pace, x, scale, cut):
         text.store(text.load(text.at(driver.rows, i)), text.at(driver.room["y"], i))
         text.store(text.load(text.at(driver.room["low_old"], i)), text.at(driver.room["low"], i))
     text.store(text.mul(pace.h, hexadecimal(SHORTER)), var["cap"])
-    count = text.new(f"load i64, ptr {driver.refused}")
-    text.put(f"store i64 {text.new(f'add i64 {count}, 1')}, ptr {driver.refused}")
+    counted(text, driver.refused)
     text.put("br label %step")
     text.label("proved")
     text.store(INFINITE, var["cap"])
