@@ -46,7 +46,9 @@ assert len(r.t_events[0]) == 2
 """,
     "Radau": "r = fastdyn.solve_ivp(oscillator, method='Radau', **given)",
     "BDF": "r = fastdyn.solve_ivp(oscillator, method='BDF', **given)",
-    "mass": "r = fastdyn.solve_ivp(oscillator, method='Rodas5P', mass=np.diag([1.0, 2.0]), **given)",
+    "mass": """
+r = fastdyn.solve_ivp(oscillator, method="Rodas5P", mass=np.diag([1.0, 2.0]), **given)
+""",
     "a method that is chosen": "r = fastdyn.solve_ivp(oscillator, method='auto', **given)",
     "sensitivity": """
 given.pop("compile")

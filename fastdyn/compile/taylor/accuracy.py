@@ -1,5 +1,7 @@
 """Which order, and how long steps are: measured on the problems of bench/problems."""
 
+import math
+
 import numpy as np
 
 # Time at equal error, the mean over the problems, over that of the best order for each of them:
@@ -13,6 +15,10 @@ ORDERS = ((1e-5, 13), (1e-8, 17), (0.0, 25))  # above these tolerances
 ALLOWANCE = {13: 2.0, 17: 6.0, 25: 6.0}
 # Where only rounding is to be left, truncation is kept below it: it has the same sign each step.
 ROUND_OFF, BELOW = 1e-15, 1.0 / 64.0
+# There a step is shortened by up to this share, at most by that of no other step.  Else the steps
+# of a periodic orbit lock in with it (67 phases at e = 0.4 of Kepler's), and the same roundings
+# return with each period and add up.
+DITHER, GOLDEN = 1.0 / 32.0, (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def order_for(rtol, atol, y0):

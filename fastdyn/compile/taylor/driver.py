@@ -4,11 +4,11 @@ The words are those of ``advance(state, work, block, n_steps)``; see `kernels/st
 """
 
 from fastdyn.kernels.state.record import ATOL, RTOL, Y
-from fastdyn.kernels.state.series import LOW
+from fastdyn.kernels.state.series import HIGHEST, LOW
 
 from . import proof
-from .accuracy import ALLOWANCE, BELOW, ROUND_OFF
-from .frame import WORDS, asked, fields, listing, read_words, step_taken
+from .accuracy import ALLOWANCE, BELOW, DITHER, GOLDEN, ROUND_OFF
+from .frame import AT, WORDS, asked, fields, listing, read_words, step_taken
 from .kinks import Kinks
 from .leave import leave
 from .online import Online
@@ -60,18 +60,21 @@ class Driver:
         for i in range((self.order + 1) * self.row if n < self.row else 0):
             if i % self.row >= n:
                 text.store(ZERO, text.at(self.rows, i))
+        finest: list = []
         for name, row in (("y", Y), ("low", LOW), ("rtol", RTOL), ("atol", ATOL)):
             for i in range(self.row):
                 value = text.load(text.at("%work", row * n + i)) if i < n else ZERO
                 if name == "rtol" and i < n:
-                    finest = text.compare("olt", value, hexadecimal(ROUND_OFF))
-                    value = text.select(finest, text.mul(value, hexadecimal(BELOW)), value)
+                    finest.append(text.compare("olt", value, hexadecimal(ROUND_OFF)))
+                if name in ("rtol", "atol") and i < n:
+                    value = text.select(finest[i], text.mul(value, hexadecimal(BELOW)), value)
                 text.store(value, text.at(self.room[name], i))
         self.var = {name: text.slot("double") for name in ("t", "t_old", "h", "scale", "cap")}
         for name in ("t", "t_old", "h"):
             text.store(self.field[name], self.var[name])
         text.store(ONE, self.var["scale"])
         self.tolerance = text.add(*[text.load(text.at(self.room[n], 0)) for n in ("rtol", "atol")])
+        self.dither = text.select(finest[0], hexadecimal(-DITHER), ZERO)
         self.taken, self.out = text.slot("i64"), text.slot("double", self.row)
         self.refused, self.allowance = text.slot("i64"), ALLOWANCE[self.order]
         for place in (self.taken, self.refused):
@@ -117,6 +120,8 @@ class Driver:
         step = Step(text, n, self.order, self.rows, self.row)
         step.weights(self.room["y"], self.room["rtol"], self.room["atol"], self.room["weights"])
         x, size = step.length(self.room["weights"], ALLOWANCE[self.order], self.tolerance)
+        if self.order == HIGHEST:
+            x = self._dithered(x)
         wild, shorter, short = wildness(text, t, size, scale)
         text.put(f"br i1 {wild}, label %wild, label %fine")
         text.label("wild")
@@ -144,6 +149,15 @@ class Driver:
         step.end(x, self.room["y"], self.room["low"])
         proof.emit(self, step, pace, x, scale, cut[0] if cut else None)
         step_taken(self, t, pace)
+
+    def _dithered(self, x):
+        """A length that differs from step to step, where only rounding is to be left."""
+        text = self.text
+        before = text.new(f"load i64, ptr {text.at('%state', AT['n_accepted'])}")
+        count = text.new(f"add i64 {before}, {text.new(f'load i64, ptr {self.taken}')}")
+        turns = text.mul(text.new(f"sitofp i64 {count} to double"), hexadecimal(GOLDEN))
+        share = text.sub(turns, text.intrinsic("floor", turns))
+        return text.fma(text.mul(self.dither, share), x, x)
 
     def asked(self, t, state="y"):
         """Whether the function raises at a state; the derivative goes to `out`."""

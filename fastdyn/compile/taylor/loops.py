@@ -1,7 +1,5 @@
 """The orders of a series in loops, one for each number of registers that the lanes take."""
 
-from .order import Order
-
 
 class Loops:
     """Emits the orders from 2 on of an `Online`."""
@@ -23,10 +21,6 @@ class Loops:
 
     def emit(self):
         text, one = self.text, self.series
-        tables = (
-            text.table("numbers", range(one.last + 3)),
-            text.table("inverses", [1 / max(k, 1) for k in range(one.last + one.width + 3)]),
-        )
         rooms = self._rooms()
         room = text.slot("i64")
         text.put(f"store i64 2, ptr {room}")
@@ -39,7 +33,7 @@ class Loops:
             text.label(name)
             k = text.new(f"load i64, ptr {room}")
             self._restore(rooms, here)
-            one.add_order(Order(text, k, here, grows, one.width, tables))
+            one.add_order(one.order(k, here, grows))
             later = text.new(f"add i64 {k}, 1")
             one.store(later)
             self._keep(rooms, here)

@@ -15,6 +15,8 @@ The loop over k stays a loop, in phases by the number of registers that the lane
 
 from typing import Any
 
+from fastdyn.kernels.state.series import HIGHEST
+
 from .loops import Loops
 from .order import Order
 from .recurrences import Choice, Integral, Power, Quotient, Root, Sum, leaves
@@ -87,9 +89,18 @@ class Online:
         }  # fmt: skip
         self.leaf = self._first(zeroth)
         self.store(1)
-        self.add_order(Order(text, 1, min(1, self.registers), True, self.width, None))
+        self.add_order(self.order(1, min(1, self.registers), True))
         self.store(2)
         Loops(self).emit()
+
+    def order(self, k, here, grows):
+        """An `Order` of this series."""
+        tables = [
+            self.text.table(name, [of(k) for k in range(self.last + self.width + 3)])
+            for name, of in (("numbers", float), ("inverses", lambda k: 1.0 / max(k, 1)))
+        ]
+        finest = self.last + 1 >= HIGHEST
+        return Order(self.text, k, here, grows, self.width, tables, finest)
 
     def _first(self, zeroth):
         """The coefficients of order 1 of the states, by their numbers."""

@@ -1,6 +1,6 @@
 """What the coefficients of one order need to know of it."""
 
-from .text import ONE, hexadecimal
+from .text import ONE
 
 
 class Order:
@@ -8,25 +8,23 @@ class Order:
 
     `first` is the order 1; `grows` tells whether its coefficients take a new lane.  `next` and
     `after` are 1 / (k + 1) and 1 / (k + 1)(k + 2), or where it is `exact` what to divide by: the
-    rounding of a reciprocal has the same sign in each step, and adds up.
+    rounding of a reciprocal has the same sign in each step, and adds up, which is seen in low
+    orders where truncation is no more.
     """
 
-    def __init__(self, text, k, here, grows, width, tables):
+    def __init__(self, text, k, here, grows, width, tables, finest):
         self.k, self.here, self.grows, self.first = k, here, grows, k == 1
         self.text, self.width, self.last_lane = text, width, (here - 1) * width
-        if self.first:
-            self.number, self.inverse, self.exact = ONE, ONE, True
-            self.next, self.after = hexadecimal(2.0), hexadecimal(6.0)
-            return
-        numbers, self.inverses = tables
-        later = text.new(f"add i64 {k}, 1")
-        latest = text.new(f"add i64 {k}, 2")
-        self.number = text.load(text.at(numbers, k))
-        self.inverse = text.load(text.at(self.inverses, k))
-        self.exact = grows and here == 1
-        table = numbers if self.exact else self.inverses
+        self.numbers, self.inverses = tables
+        self.exact = finest and grows
+        later, latest = (text.new(f"add i64 {k}, {ahead}") for ahead in (1, 2))
+        self.number, self.inverse = (text.load(text.at(table, k)) for table in tables)
+        table = self.numbers if self.exact else self.inverses
         self.next, after = (text.load(text.at(table, i)) for i in (later, latest))
         self.after = text.mul(self.next, after)
+        if self.first:
+            self.number = self.inverse = ONE
+            return
         if grows:
             kind = f"<{width} x i64>"
             one = text.new(f"insertelement {kind} poison, i64 {k}, i64 0")

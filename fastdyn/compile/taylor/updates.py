@@ -95,8 +95,9 @@ class Updates:
         """Adds (e k - i) / (k + i) c[i] a[k] / a0 and (e i - k) / (k + i) a[i] c[k] / a0."""
         key, (inverse, _) = step.node.key, self.online.kept[step.node.key]
         of_c, of_a = self._weighted(step.exponent)
-        self._add(key, self._splat(step.a, inverse), self._times(of_c, before["c", key]))
-        self._add(key, self._splat(step.node), self._times(of_a, after["c / c0", step.a.key]))
+        c, a = before["c", key], after["c / c0", step.a.key]
+        self._add(key, self._splat(step.a, inverse), self._weigh(c, of_c))
+        self._add(key, self._splat(step.node), self._weigh(a, of_a))
 
     # -- vectors
 
@@ -161,12 +162,15 @@ class Updates:
             for a, b in zip(before, after, strict=True)
         ]
 
-    def _times(self, weights, registers):
-        kind = f"<{self.width} x double>"
-        return [
-            x and self.text.new(f"fmul {kind} {w}, {x}")
-            for w, x in zip(weights, registers, strict=False)
-        ]
+    def _weigh(self, registers, weights):
+        """Registers times weights, and divided by something where it is given."""
+        kind, found = f"<{self.width} x double>", []
+        for x, (weight, divisor) in zip(registers, weights, strict=False):
+            if x is not None:
+                x = self.text.new(f"fmul {kind} {weight}, {x}")
+                x = x if divisor is None else self.text.new(f"fdiv {kind} {x}, {divisor}")
+            found.append(x)
+        return found
 
     def _add(self, key, factor, registers):
         """Add factor * registers to a sum."""
@@ -178,7 +182,7 @@ class Updates:
                 sums[r] = self.text.vector_fma(factor, x, sums[r], self.width)
 
     def _weighted(self, exponent):
-        """The weights of `_power`, register by register."""
+        """The weights of `_power`, register by register, and what to divide by."""
         if exponent not in self._weights:
             self._weights[exponent] = list(
                 zip(*[self._weights_of(exponent, r) for r in range(self.order.here)], strict=True)
@@ -187,23 +191,16 @@ class Updates:
 
     def _weights_of(self, exponent, r):
         text, order, width = self.text, self.order, self.width
-        lanes = range(r * width + 1, (r + 1) * width + 1)
-        kind = f"<{width} x double>"
-        if order.first:
-            rows = (
-                [(exponent - i) / (1 + i) for i in lanes],
-                [(exponent * i - 1) / (1 + i) for i in lanes],
-            )
-            return ["<" + ", ".join(f"double {hexadecimal(x)}" for x in row) + ">" for row in rows]
+        kind, lanes = f"<{width} x double>", range(r * width + 1, (r + 1) * width + 1)
         i, e_i = (
             "<" + ", ".join(f"double {hexadecimal(f * j)}" for j in lanes) + ">"
             for f in (1.0, exponent)
         )
         k = text.splat(order.number, width)
         e_k = text.splat(text.mul(hexadecimal(exponent), order.number), width)
+        weights = [text.new(f"fsub {kind} {a}, {b}") for a, b in ((e_k, i), (e_i, k))]
         place = text.new(f"add i64 {order.k}, {r * width + 1}")
-        inverses = text.load(text.at(order.inverses, place), kind)
-        return [
-            text.new(f"fmul {kind} {text.new(f'fsub {kind} {a}, {b}')}, {inverses}")
-            for a, b in ((e_k, i), (e_i, k))
-        ]
+        below = text.load(text.at(order.numbers if order.exact else order.inverses, place), kind)
+        if order.exact:
+            return [(weight, below) for weight in weights]
+        return [(text.new(f"fmul {kind} {weight}, {below}"), None) for weight in weights]
