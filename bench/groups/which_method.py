@@ -47,11 +47,12 @@ def _shown(name):
 
 
 def _heyoka(problem):
-    """Nothing if it is not installed."""
+    """With its fastest option; nothing if it is not installed."""
     try:
-        return importlib.import_module("bench.rivals.heyoka").solvers(problem)
+        made = importlib.import_module("bench.rivals.heyoka").solvers(problem)
     except ImportError:
         return {}
+    return {"heyoka": made["heyoka, fast_math"]}
 
 
 def _stiff(given):

@@ -48,12 +48,12 @@ def fun(t, y):
 def solvers(problem):
     """Each embedded pair, prepared as the rivals are, and RK45 through the plain call.
 
-    The right-hand side is in plain Python, that of many components compiled.
+    The right-hand side is in plain Python, that of many components compiled, but for Taylor.
     """
-    if problem.into is not None:
-        problem = problem._replace(fun=compiled(problem))
-    made = {f"fastdyn {name}": functools.partial(_prepared, problem, name) for name in PAIRS}
-    return made | {"fastdyn RK45 by solve_ivp": functools.partial(_plain, problem, "RK45")}
+    fast = problem if problem.into is None else problem._replace(fun=compiled(problem))
+    made = {f"fastdyn {name}": functools.partial(_prepared, fast, name) for name in PAIRS}
+    made["fastdyn Taylor"] = functools.partial(_prepared, problem, "Taylor")
+    return made | {"fastdyn RK45 by solve_ivp": functools.partial(_plain, fast, "RK45")}
 
 
 def stiff(given, names=STIFF):

@@ -17,6 +17,7 @@ def solve(made=[]):
     made[0].state[:] = [1.0, 0.0]
     made[0].propagate_until(5.0)
 """
+MODES = {"heyoka": {}, "heyoka, fast_math": {"fast_math": True}}  # the second may reorder sums
 WITHOUT_DISK = "import heyoka as hy; hy.llvm_state.set_diskcache_enabled(False)"
 FIRST_CALL = {
     "heyoka": ("import heyoka as hy", FIRST),
@@ -25,8 +26,11 @@ FIRST_CALL = {
 
 
 def solvers(problem):
-    """The adaptive integrator with default options, for systems given by formulas."""
-    return {"heyoka": functools.partial(_prepare, problem)} if problem.terms else {}
+    """The adaptive integrator, for systems given by formulas: by default, and in any order."""
+    return {
+        name: functools.partial(_prepare, problem, options)
+        for name, options in MODES.items() if problem.terms
+    }  # fmt: skip
 
 
 def integrator(problem, **options):
@@ -37,8 +41,8 @@ def integrator(problem, **options):
     return hy.taylor_adaptive(system, [float(value) for value in problem.y0], **options)
 
 
-def _prepare(problem, tol, times=None):
-    run = integrator(problem, tol=tol)
+def _prepare(problem, options, tol, times=None):
+    run = integrator(problem, tol=tol, **options)
     y0, (begin, end) = np.array(problem.y0, dtype=float), problem.t_span
 
     def solve():
@@ -54,6 +58,11 @@ def _prepare(problem, tol, times=None):
 
 def trajectories(many):
     """The batch integrator, as many trajectories at once as the processor has lanes."""
+    return {name.replace("heyoka", "heyoka batch"): _batches(many, options)
+            for name, options in MODES.items()}  # fmt: skip
+
+
+def _batches(many, options):
     n, m = many.y0.shape[1], many.parameters.shape[1]
     terms = _satellite if many.terms is equations.satellite else many.terms(hy)
     y = hy.make_vars(*(f"y{i}" for i in range(n)))
@@ -61,7 +70,7 @@ def trajectories(many):
     width = hy.recommended_simd_size()
     batch = hy.taylor_adaptive_batch(
         list(zip(y, rates, strict=True)), np.zeros((n, width)), tol=MANY_RTOL,
-        pars=np.zeros((m, width)),
+        pars=np.zeros((m, width)), **options,
     )  # fmt: skip
 
     def run():
@@ -74,7 +83,7 @@ def trajectories(many):
             out[i : i + width] = batch.state.T
         return out
 
-    return {"heyoka batch": run}
+    return run
 
 
 def _satellite(t, w, GM):

@@ -31,6 +31,7 @@ def text(traced, symbol, order, kinds, width):
         raise NotSmooth(f"a function of more than {MAX_STEPS} formulas, in vectors,")
     module, raises = ir.Module(), raising is not graph.false
     _invariants(module, traced, plan, kinds, width)
+    _slopes(module, traced, kinds, width)
     functions(module, plan, width)
     if raises:
         _raises(module, traced, kinds, width)
@@ -84,9 +85,24 @@ def _invariants(module, traced, plan, kinds, width):
     block, out = function.args
     nothing = ir.Constant(kind, ir.Undefined)
     builder, emitter = _emitter(function, traced, kinds, kind, nothing, None, block)
-    for i, value in enumerate(emitter.nodes(list(plan.invariants.values()))):
-        at = builder.gep(out, [INDEX(i * width)])
-        stored: Any = builder.store(value, builder.bitcast(at, kind.as_pointer()))
+    _stored(builder, emitter.nodes(list(plan.invariants.values())), out)
+
+
+def _slopes(module, traced, kinds, width):
+    """``fastdyn_slopes(t, y, block, out)``: the function itself."""
+    kind = ir.VectorType(REAL, width)
+    places = [REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()]
+    form = ir.FunctionType(ir.VoidType(), [kind, *places])
+    function = ir.Function(module, form, "fastdyn_slopes")
+    builder, emitter = _emitter(function, traced, kinds, kind, *function.args[:3])
+    _stored(builder, emitter.nodes(traced.stored), function.args[3])
+
+
+def _stored(builder, values, out):
+    """Store vectors one behind the other, and return."""
+    for i, value in enumerate(values):
+        at = builder.gep(out, [INDEX(i * value.type.count)])
+        stored: Any = builder.store(value, builder.bitcast(at, value.type.as_pointer()))
         stored.align = 8
     builder.ret_void()
 

@@ -76,7 +76,7 @@ class Driver:
         self.tolerance = text.add(*[text.load(text.at(self.room[n], 0)) for n in ("rtol", "atol")])
         self.dither = text.select(finest[0], hexadecimal(-DITHER), ZERO)
         self.taken, self.out = text.slot("i64"), text.slot("double", self.row)
-        self.refused, self.allowance = text.slot("i64"), ALLOWANCE[self.order]
+        self.refused = text.slot("i64")
         for place in (self.taken, self.refused):
             text.put(f"store i64 0, ptr {place}")
         text.store(proof.INFINITE, self.var["cap"])

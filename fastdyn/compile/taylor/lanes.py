@@ -19,6 +19,8 @@ from .accuracy import ALLOWANCE
 from .frame import AT, HALF, RETRY, counted, listing, read_words
 from .pace import LEAST, Clock, chosen, longest, unit_of
 from .places import Places
+from .proof import SHORTER
+from .proof_in_vectors import unproved
 from .rows import Rows
 from .step import TERMS, end, length, powers_of, weight
 from .text import ONE, ZERO, Text, hexadecimal
@@ -77,6 +79,7 @@ class LaneDriver:
         self.new = text.slot(text.kind, self.n)
         self.rest = text.slot(text.kind, self.n)
         self.weights = text.slot(text.kind, self.n)
+        self.probe, self.slopes = text.slot(text.kind, self.n), text.slot(text.kind, self.n)
         text.put(f"call void @fastdyn_invariants(ptr %block, ptr {self.space})")
         names = ("direction", "h_max", "t_start", "h_first")
         self.common = {
@@ -133,12 +136,16 @@ class LaneDriver:
 
     def _ends(self, x):
         """Put the states at x at `new`, what is rounded off at `rest`."""
+        for i, (value, rest) in enumerate(self.states_at(x)):
+            self.text.store(value, self.text.at(self.new, i * self.width))
+            self.text.store(rest, self.text.at(self.rest, i * self.width))
+
+    def states_at(self, x):
+        """Each state at x, and what is rounded off."""
         text, powers = self.text, powers_of(self.text, x, self.order)
         for i, place in enumerate(self.state_rows):
             terms = [text.load(text.at(place, k * self.width)) for k in range(self.order + 1)]
-            value, rest = end(text, terms, powers, text.load(self._row(LOW, i)))
-            text.store(value, text.at(self.new, i * self.width))
-            text.store(rest, text.at(self.rest, i * self.width))
+            yield end(text, terms, powers, text.load(self._row(LOW, i)))
 
     def _accept(self, t, pace):
         """Take the step in the lanes where it is good; leave if one needs the scheduler."""
@@ -188,6 +195,7 @@ class LaneDriver:
             yield text.compare("uge", beyond, ZERO), HALF
         if self.raises:
             yield self._raised(pace), RETRY
+        yield unproved(self, pace), SHORTER
 
     def _raised(self, pace):
         """Whether the function raises at the end of a step."""

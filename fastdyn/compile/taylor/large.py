@@ -25,6 +25,8 @@ from .frame import (
 from .memory import Memory
 from .pace import LEAST, Clock, chosen, longest, unit_of
 from .places import Places
+from .proof import SHORTER, WITHIN
+from .proof_in_vectors import off
 from .rows import Rows
 from .step import TERMS, end, length, powers_of, weight
 from .text import ONE, ZERO, Text, hexadecimal
@@ -80,9 +82,7 @@ class LargeDriver:
         self.memory.make_room()
         self.memory.read_factors()
         for name, row in ROWS.items():
-            with self.memory.each_lane() as (lane, i):
-                value = text.load(self.memory.in_work(row, i))
-                text.store(value, text.at(self.memory.array[name], lane))
+            self.memory.read(row, name)
         self.var = {name: text.slot("double") for name in ("t", "t_old", "h", "scale")}
         for name in ("t", "t_old", "h"):
             text.store(f[name], self.var[name])
@@ -121,8 +121,7 @@ class LargeDriver:
         if some_must_not(self.rows):
             self._keep_from_roots(pace, x)
         self._end(x)
-        if self.raises:
-            self._ask(pace)
+        self._prove(t, pace, x)
         self._accept(t, pace)
 
     def _length(self):
@@ -134,16 +133,17 @@ class LargeDriver:
         with self.memory.each_vector() as (row, here):
             y, r, a = (wide.load(here[name]) for name in ("y", "rtol", "atol"))
             w = weight(wide, y, wide.load(wide.at(row, self.width)), r, a)
+            wide.store(w, here["weights"])
             for k, place in largest.items():
                 c = wide.intrinsic("fabs", wide.load(wide.at(row, k * self.width)))
                 c = wide.mul(c, w)
                 wide.store(wide.larger(wide.load(place), c), place)
                 wide.store(wide.add(c, wide.load(total)), total)
-        norms = {k: self._across(wide.load(p), self.text.larger) for k, p in largest.items()}
+        norms = {k: self.across(wide.load(p), self.text.larger) for k, p in largest.items()}
         x = length(self.text, norms, ALLOWANCE[self.order], self.tolerance)
-        return x, self._across(wide.load(total), self.text.add)
+        return x, self.across(wide.load(total), self.text.add)
 
-    def _across(self, vector, join):
+    def across(self, vector, join):
         """One number from those of all lanes."""
         text, kind = self.text, self.wide.kind
         each = [text.new(f"extractelement {kind} {vector}, i64 {i}") for i in range(self.width)]
@@ -152,25 +152,32 @@ class LargeDriver:
         return each[0]
 
     def _end(self, x):
-        """Put the state at x at `new`, what is rounded off at `rest`."""
+        """Put the state at x at `new`, what is rounded off at `rest`, that within at `probe`."""
         wide = self.wide
-        powers = powers_of(wide, wide.splat(x, self.width), self.order)
+        powers, nearer = (
+            powers_of(wide, wide.splat(at, self.width), self.order)
+            for at in (x, self.text.mul(x, hexadecimal(WITHIN)))
+        )
         with self.memory.each_vector() as (row, here):
             terms = [wide.load(wide.at(row, k * self.width)) for k in range(self.order + 1)]
-            value, rest = end(wide, terms, powers, wide.load(here["low"]))
+            low = wide.load(here["low"])
+            value, rest = end(wide, terms, powers, low)
             wide.store(value, here["new"])
             wide.store(rest, here["rest"])
+            wide.store(end(wide, terms, nearer, low)[0], here["probe"])
 
-    def _ask(self, pace):
-        """Take a shorter step if the function raises at the end of this one."""
-        raised = self._raised("new", pace.t)
-        self._shorter(raised, pace, RETRY, "raises")
-        self.text.put(f"store i64 0, ptr {raised_word(self.text)}")
-        self.text.put("br label %step")
-        self.text.label("raises_not")
+    def _prove(self, t, pace, x):
+        """Take a shorter step if the function raises on this one, or has another slope."""
+        text = self.text
+        between = text.fma(pace.signed, hexadecimal(WITHIN), t)
+        for name, at, share in (("probe", between, WITHIN), ("new", pace.t, 1.0)):
+            raised = self._raised(name, at)
+            text.put(f"store i64 0, ptr {raised_word(text)}")
+            self._shorter(raised, pace, RETRY, f"raises_{name}")
+            self._shorter(off(self, x, share), pace, SHORTER, f"off_{name}")
 
     def _shorter(self, refused, pace, share, name):
-        """Where a step is refused, choose a shorter one; behind it, the label where it is begun."""
+        """Where a step is refused, go back to take a shorter one."""
         text = self.text
         text.put(f"br i1 {refused}, label %{name}, label %{name}_not")
         text.label(name)
@@ -179,16 +186,14 @@ class LargeDriver:
         text.store(ONE, self.tries)
         least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", pace.t))
         short = text.compare("ule", shorter, least)
-        text.put(f"br i1 {short}, label %lost, label %{name}_again")
-        text.label(f"{name}_again")
+        text.put(f"br i1 {short}, label %lost, label %step")
+        text.label(f"{name}_not")
 
     def _keep_from_roots(self, pace, x):
         """Take a shorter step if the argument of a root may touch zero on this one."""
         text, wide = self.text, self.wide
-        beyond = self._across(excess(self.rows, wide.splat(x, self.width)), text.larger)
+        beyond = self.across(excess(self.rows, wide.splat(x, self.width)), text.larger)
         self._shorter(text.compare("uge", beyond, ZERO), pace, HALF, "rooted")
-        text.put("br label %step")
-        text.label("rooted_not")
 
     def _raised(self, name, t):
         """Whether the function raises at a time and the state in an array."""

@@ -7,7 +7,7 @@ from fastdyn.kernels.state.record import Y_OLD, K
 from fastdyn.kernels.state.series import HIGHEST
 
 ON_STACK = 2**13  # numbers
-ARRAYS = ("y", "low", "rtol", "atol", "new", "rest")
+ARRAYS = ("y", "low", "rtol", "atol", "weights", "new", "rest", "probe", "slope")
 
 
 class Memory:
@@ -113,6 +113,12 @@ class Memory:
         with text.each(self._n) as i:
             value = text.load(text.at(self.array[name], text.index(lanes, i)))
             text.store(value, self.in_work(row, i))
+
+    def read(self, row, name):
+        """Put a row of `work` into an array."""
+        with self.each_lane() as (lane, i):
+            value = self._text.load(self.in_work(row, i))
+            self._text.store(value, self._text.at(self.array[name], lane))
 
     def write_series(self):
         """Put all coefficients into the rows of `work`."""

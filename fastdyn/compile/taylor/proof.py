@@ -4,6 +4,7 @@ A series knows the function about one point.  A saturated tanh, a pulse, a power
 look constant from afar; the function itself tells.
 """
 
+from .accuracy import ALLOWANCE
 from .frame import counted, raised_word
 from .step import powers_of, sum_of
 from .text import ONE, ZERO, hexadecimal
@@ -14,24 +15,37 @@ SHORTER = 0.25  # of a step that is not believed
 INFINITE = hexadecimal(float("inf"))
 
 
-def excess(driver, x, share, scale):
-    """How far the slope is off at a share of a step; NaN if the function is no number.
+def slope_off(text, coefficients, powers, given, weight):
+    """How far a slope is off that of the series, in units of the tolerance; NaN if it is none.
 
-    In units of what is believed; `driver.out` is the derivative there, x the length in units of
-    `scale`.
+    `coefficients` are those from order 1 on, `given` is the slope in the unit of the series.
+    """
+    first, *rest = coefficients
+    terms = [text.mul(c, hexadecimal(k)) for k, c in enumerate(rest, 2)]
+    slope = sum_of(text, terms, powers, first)
+    return text.mul(text.intrinsic("fabs", text.sub(given, slope)), weight)
+
+
+def believed(text, off, x, order):
+    """What is off, over a length of x, in units of what is believed."""
+    off = text.mul(text.intrinsic("fabs", x), off)
+    return text.mul(off, hexadecimal(1.0 / (DOUBT * order * ALLOWANCE[order])))
+
+
+def _excess(driver, x, share, scale):
+    """How far the slope is off at a share of a step, in units of what is believed.
+
+    `driver.out` is the derivative there, x the length in units of `scale`.
     """
     text, wide = driver.text, driver.text.of(4 if driver.n <= 4 else 8)
     at = wide.splat(text.mul(x, hexadecimal(share)), wide.lanes)
     powers, found = powers_of(wide, at, driver.order - 1), []
     for first in range(0, driver.row, wide.lanes):
-        terms = []
-        for k in range(1, driver.order + 1):
-            c = wide.load(wide.at(driver.rows, k * driver.row + first))
-            terms.append(c if k == 1 else wide.mul(c, hexadecimal(float(k))))
-        slope = sum_of(wide, terms[1:], powers, terms[0])
+        orders = range(1, driver.order + 1)
+        terms = [wide.load(wide.at(driver.rows, k * driver.row + first)) for k in orders]
         given = wide.mul(wide.load(wide.at(driver.out, first)), wide.splat(scale, wide.lanes))
-        far = wide.intrinsic("fabs", wide.sub(given, slope))
-        far = wide.mul(far, wide.load(wide.at(driver.room["weights"], first)))
+        weight = wide.load(wide.at(driver.room["weights"], first))
+        far = slope_off(wide, terms, powers, given, weight)
         found += [
             text.new(f"extractelement {wide.kind} {far}, i64 {i}")
             for i in range(min(wide.lanes, driver.n - first))
@@ -39,8 +53,7 @@ def excess(driver, x, share, scale):
     total = found[0]
     for each in found[1:]:
         total = text.add(total, each)
-    total = text.mul(text.intrinsic("fabs", x), total)
-    return text.mul(total, hexadecimal(1.0 / (DOUBT * driver.order * driver.allowance)))
+    return believed(text, total, x, driver.order)
 
 
 def _within(driver, step, pace, x, scale):
@@ -53,7 +66,7 @@ def _within(driver, step, pace, x, scale):
     raised = driver.asked(t, "probe")
     word = raised_word(text)
     text.put(f"store i64 0, ptr {word}")
-    off = text.compare("uge", excess(driver, x, WITHIN, scale), ONE)
+    off = text.compare("uge", _excess(driver, x, WITHIN, scale), ONE)
     text.put(f"br i1 {text.truths('or', off, raised)}, label %doubtful, label %seen")
     text.label("seen")
 
@@ -68,7 +81,7 @@ def emit(driver, step, pace, x, scale, cut):
     raised = driver.asked(pace.t)
     text.put(f"br i1 {raised}, label %lost, label %answered")
     text.label("answered")
-    off = excess(driver, x, 1.0, scale)
+    off = _excess(driver, x, 1.0, scale)
     doubtful = text.compare("uge", off, ONE)
     if cut is not None:
         doubtful = text.truths("and", doubtful, text.truths("xor", cut, "true"))

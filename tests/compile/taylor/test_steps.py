@@ -138,17 +138,32 @@ def test_refusals_say_what_to_do():
         solve_ivp(lambda t, y: [np.floor(y[0])], (0, 1), [1.0], "Taylor")
 
 
-@pytest.mark.parametrize("steep", [1e-2, 1e-3])
-def test_a_transition_that_no_series_sees_from_afar(steep):
-    """tanh(v / steep) is 1 to rounding where a step begins; its end tells."""
+def rubbing(steep, n=1):
+    """Oscillators with dry friction, nearly."""
 
     def fun(t, y):
-        return [y[1], -y[0] - 0.1 * np.tanh(y[1] / steep)]
+        x, v = y[:n], y[n:]
+        return np.concatenate([v, -x - 0.1 * np.tanh(v / steep)])
 
-    options = {"rtol": 1e-10, "atol": 1e-12}
-    run = solve_ivp(fun, (0.0, 8.0), [1.0, 0.3], "Taylor", **options)
-    same = solve_ivp(fun, (0.0, 8.0), [1.0, 0.3], "DOP853", rtol=1e-13, atol=1e-14)
-    assert run.n_rejected > 0 and np.abs(run.y[:, -1] - same.y[:, -1]).max() < 1e-8
+    return fun
+
+
+@pytest.mark.parametrize("steep", [1e-2, 1e-3])
+@pytest.mark.parametrize("how", ["alone", "among many", "in lanes"])
+def test_a_transition_that_no_series_sees_from_afar(how, steep):
+    """tanh(v / steep) is 1 to rounding where a step begins; the function there tells."""
+    start, span, options = [1.0, 0.3], (0.0, 8.0), {"rtol": 1e-10, "atol": 1e-12}
+    same = solve_ivp(rubbing(steep), span, start, "DOP853", rtol=1e-13, atol=1e-14)
+    if how == "in lanes":
+        run = fastdyn.solve_ensemble(rubbing(steep), span, [start] * 9, method="Taylor", **options)
+        assert run.width > 1
+        found = run.y_end
+    else:
+        n = 1 if how == "alone" else 40
+        run = solve_ivp(rubbing(steep, n), span, np.repeat(start, n), "Taylor", **options)
+        assert run.n_rejected > 0 or n > 1
+        found = run.y[:, -1].reshape(2, n).T
+    assert np.abs(found - same.y[:, -1]).max() < 1e-8
 
 
 @pytest.mark.parametrize(
