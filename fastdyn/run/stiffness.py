@@ -10,6 +10,7 @@ import warnings
 import numpy as np
 
 from fastdyn.compile.diagnostics import levels_inside
+from fastdyn.compile.taylor.accuracy import order_for
 from fastdyn.kernels.state.record import Y_OLD, Y
 
 from .check_jacobian import evaluated
@@ -19,6 +20,7 @@ LIMITS = {  # where |R(-z)| first exceeds 1
     "RK23": 2.51, "RK45": 3.30, "DOP853": 6.39, "Tsit5": 3.50, "Vern7": 4.64, "Vern9": 4.47,
     "ode23": 2.51, "ode45": 3.30,
 }  # fmt: skip
+OF_SERIES = {13: 6.21, 17: 7.70, 25: 10.69}  # the same, by the order: R is a part of exp's series
 MANY = 2000  # steps: below, nothing is lost
 MOST = 4  # solves of a function that are looked at
 NEAR, SLOW = 0.6, 0.02  # of the limit; of the largest component, what a step changes
@@ -33,8 +35,7 @@ class StiffnessWarning(UserWarning):
 
 def notice(problem, run):
     """Warn if stability, and not accuracy, has chosen the steps at the end of a run."""
-    n_steps, limit = counters(run.memory)[0], LIMITS.get(problem.method.name)
-    bound = run.bounds[0]
+    n_steps, limit, bound = counters(run.memory)[0], _limit(problem), run.bounds[0]
     if n_steps < MANY or limit is None or bound.function is None or bound.pair:
         return
     place = bound.function.address
@@ -59,6 +60,13 @@ def notice(problem, run):
         StiffnessWarning,
         stacklevel=levels_inside(),
     )
+
+
+def _limit(problem):
+    """Where stability ends on the real axis; None if that is not known."""
+    if problem.method.series:
+        return OF_SERIES[order_for(problem.rtol, problem.atol, problem.y0)]
+    return LIMITS.get(problem.method.name)
 
 
 def _damped_eigenvalue(bound, t, y):

@@ -1,11 +1,14 @@
 """Explicit methods notice that stability holds them back."""
 
+import math
 import warnings
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import fastdyn
+from fastdyn.compile.taylor import accuracy
 from fastdyn.kernels.methods import METHODS
 from fastdyn.run import stiffness
 
@@ -25,6 +28,19 @@ def test_limits_are_those_of_the_tables(name):
     assert max(map(growth, inside)) <= 1.0 < growth(stiffness.LIMITS[name] + 0.02)
 
 
+@pytest.mark.parametrize("order", stiffness.OF_SERIES)
+def test_limits_of_series(order):
+    """R(z) is the first terms of the exponential series, in whole numbers of hundredths."""
+
+    def growth(hundredths):
+        z = Fraction(-hundredths, 100)
+        return abs(sum(z**k / math.factorial(k) for k in range(order + 1)))
+
+    end = round(100 * stiffness.OF_SERIES[order])
+    assert order in accuracy.ALLOWANCE and len(stiffness.OF_SERIES) == len(accuracy.ALLOWANCE)
+    assert max(map(growth, range(1, end))) <= 1 < growth(end)
+
+
 def decay(t, y, rate):
     return [-rate * (y[0] - np.cos(t)) - np.sin(t)]
 
@@ -40,7 +56,7 @@ def nothing_was_asked(monkeypatch):
     monkeypatch.setattr(stiffness, "_asked", {})
 
 
-@pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Vern7"])
+@pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Vern7", "Taylor"])
 def test_stiff_problems_are_named_once(method):
     given = (decay, (0, 20), [1.0], method)
     with pytest.warns(fastdyn.StiffnessWarning, match=rf"{method} took .* -1e\+03 of .*'BDF' or"):
@@ -63,4 +79,6 @@ def test_others_are_not():
             fastdyn.solve_ivp(lambda t, y: [y[1], -y[0]], (0, 5000), [1.0, 0.0], rtol=rtol)
             fastdyn.solve_ivp(lorenz, (0, 500), [1.0, 1.0, 1.0], rtol=rtol)
             fastdyn.solve_ivp(decay, (0, 9000), [1.0], args=(1.0,), rtol=rtol)
+            fastdyn.solve_ivp(lorenz, (0, 500), [1.0, 1.0, 1.0], "Taylor", rtol=rtol)
+            fastdyn.solve_ivp(decay, (0, 9000), [1.0], "Taylor", args=(1.0,), rtol=rtol)
         fastdyn.solve_ivp(decay, (0, 20), [1.0], "BDF", args=(1e3,))
