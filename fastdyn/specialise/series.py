@@ -13,7 +13,10 @@ def series_kernel(problem, bound, order=None):
     """The code of the kernel; NoSeries, with the method to take instead, if there is none."""
     p, function = problem, bound.function
     if function is None or function.series is None:
-        reason = why(p.fun, p.args, p.mode, len(p.y0)) or "it could not be traced"
+        reason = why(p.fun, p.args, p.mode, len(p.y0))
+        if reason is None:
+            p.fun(p.t0, p.y0.copy(), *p.args)  # which may raise
+            reason = "it could not be traced"
         raise NoSeries(
             f"Taylor needs the formulas of `fun`: {reason}. "
             "Take Vern9, which needs its values only."

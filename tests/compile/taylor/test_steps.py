@@ -132,6 +132,8 @@ def test_refusals_say_what_to_do():
         count[0] += 1
         return [-y[0]]
 
+    with pytest.raises(NameError, match="unheard_of"):
+        solve_ivp(lambda t, y: [unheard_of], (0, 1), [1.0], "Taylor")  # noqa: F821
     with pytest.raises(ValueError, match=r"Taylor needs the formulas.*Vern9"):
         solve_ivp(counted, (0, 1), [1.0], "Taylor")
     with pytest.raises(ValueError, match=r"rounding to a whole number.*Vern9"):
