@@ -6,7 +6,7 @@ from .. import rivals
 from ..problems import WORK, error, reference
 from ..report.work_precision import at_tolerance
 
-TOLERANCES = [10.0**-k for k in range(3, 14)]
+TOLERANCES = [10.0**-k for k in range(3, 16)]
 
 
 def rows(quick):

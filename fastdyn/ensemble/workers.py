@@ -70,7 +70,9 @@ class Worker:
         self.record = self._record(p, vector, results, at_events, at_folds, folds)
         task = arguments.Task(
             self._addresses(p, vector), results.queue, self.record, state,
-            OUTPUT_RECORD(0, results.extrema, 0, 0, 0, 0, 0, 0, bool(p.on_event), p.t0),
+            OUTPUT_RECORD(
+                0, results.extrema, 0, 0, 0, 0, 0, 0, bool(p.on_event), p.method.series, p.t0
+            ),
             members.words, members.y0,
         )  # fmt: skip
         rows = N_FIELDS + n_events * at_events + len(folds) * at_folds

@@ -86,7 +86,8 @@ def fill(image, problem, n_extra):
     STATE_WORDS.pack_into(image, 0, *first_state(p, n_extra))
     OUTPUT_WORDS.pack_into(
         image, STATE_WORDS.size,
-        every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, bool(p.on_event), p.t0,
+        every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, bool(p.on_event),
+        p.method.series, p.t0,
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ OUTPUT = np.dtype(
         ("i_eval", "i8"),  # next entry of t_eval
         ("i_segment", "i8"),  # present row of segments
         ("jumps", "i8"),  # whether events change the state: a step may store a second point
+        ("ends", "i8"),  # whether a time of t_eval that ends a step takes its state as it is
         ("t_last", "f8"),  # last time stored
     ]
 )

@@ -108,7 +108,8 @@ def _sample(kernels, solve, output, events, scratch, status):
     t = time_reached(s, o, output.segments, over)
     reached = over or t == s.t  # the state at t is in row Y
     d = output.d[o.n_dense]
-    ready = o.dense != 0 or _is_due(s, o, output.t_eval, t) or not reached
+    due = _is_due(s, o, output.t_eval, t) and not _ends(o, output.t_eval, t)
+    ready = o.dense != 0 or due or not reached
     if ready:
         interpolate(kernels, solve, d)
     if o.dense != 0:
@@ -139,7 +140,10 @@ def _sample(kernels, solve, output, events, scratch, status):
     while _is_due(s, o, output.t_eval, t):
         t_out, y_out = output.t_eval[o.i_eval], output.y[o.i_eval]
         output.t[o.i_eval] = t_out
-        polynomial(d, (t_out - t_old) / h, y_out)
+        if reached and _ends(o, output.t_eval, t):
+            copy_row(solve.work[Y], y_out)
+        else:
+            polynomial(d, (t_out - t_old) / h, y_out)
         if events is not None:
             if not project_row(kernels.project, t_out, y_out, scratch[1]):
                 return RAISED
@@ -165,6 +169,12 @@ def _undo(solve, o):
 @njit(**INTERNAL)
 def _is_due(s, o, t_eval, t):
     return o.i_eval < len(t_eval) and s.direction * (t_eval[o.i_eval] - t) <= 0.0
+
+
+@njit(**INTERNAL)
+def _ends(o, t_eval, t):
+    """Whether the next time of the output is the end of a step, and needs no interpolant."""
+    return o.ends != 0 and t_eval[o.i_eval] == t
 
 
 @njit(**INTERNAL)
