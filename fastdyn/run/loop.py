@@ -52,6 +52,8 @@ def stops(callback, solver):
 class Run(LaidOut):
     """A solve: the loop over chunks of steps, from its beginning to its end."""
 
+    between_chunks: Any = None  # a function of nothing
+
     def solve(self, y0):
         """From an initial state to the end; the status."""
         first = int(CHUNK_SECONDS / self.cost)
@@ -102,6 +104,8 @@ class Run(LaidOut):
                 if status == RUNNING:
                     chunk = next_chunk(n_steps, spent)
                     tier.promote()
+                    if self.between_chunks is not None:
+                        self.between_chunks()
                 if bar is not None:
                     bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
                 if file is not None and (file.due() or status not in GOES_ON):

@@ -23,7 +23,7 @@ from .check_jacobian import check_jacobian
 from .loop import Run
 from .mass import with_mass
 from .outcome import result_of
-from .stiffness import notice
+from .stiffness import notice, watch
 
 MAX_IDLE = 64
 
@@ -109,6 +109,7 @@ def solve_problem(problem):
 
     def solve():
         run = _taken(place, problem, functions) or run_of(problem)
+        watch(problem, run)
         result = result_of(problem, run.solve(problem.y0), run)
         notice(problem, run)
         if place is not None:

@@ -5,6 +5,8 @@ a method whose stability ends at -z on the real axis are held back by stability 
 size of an eigenvalue of the Jacobian, while the solution hardly moves in a step.
 """
 
+import contextlib
+import contextvars
 import warnings
 
 import numpy as np
@@ -27,38 +29,74 @@ NEAR, SLOW = 0.6, 0.02  # of the limit; of the largest component, what a step ch
 ITERATIONS, SIZE = 40, 1e-6  # of the power method; of its displacements
 
 _asked: dict = {}
+_gives_up = contextvars.ContextVar("gives up", default=False)
 
 
 class StiffnessWarning(UserWarning):
     """A problem is stiff, and an explicit method slow for it."""
 
 
+class Stiff(Exception):
+    """A run has been given up, because the problem is stiff."""
+
+
+@contextlib.contextmanager
+def given_up():
+    """Within, runs of explicit methods raise `Stiff` between two chunks where stability holds."""
+    token = _gives_up.set(True)
+    try:
+        yield
+    finally:
+        _gives_up.reset(token)
+
+
+def watch(problem, run):
+    """Let a run be given up, if that is asked for."""
+    run.between_chunks = (lambda: _give_up(problem, run)) if _gives_up.get() else None
+
+
+def _give_up(problem, run):
+    found = _held_back(problem, run)
+    if found is not None:
+        raise Stiff(found)
+
+
 def notice(problem, run):
     """Warn if stability, and not accuracy, has chosen the steps at the end of a run."""
-    n_steps, limit, bound = counters(run.memory)[0], _limit(problem), run.bounds[0]
-    if n_steps < MANY or limit is None or bound.function is None or bound.pair:
+    function = run.bounds[0].function
+    if function is None or counters(run.memory)[0] < MANY:
         return
-    place = bound.function.address
+    place = function.address
     _asked[place] = _asked.get(place, 0) + 1
     if _asked[place] > MOST:
         return
+    found = _held_back(problem, run)
+    if found is not None:
+        _asked[place] = MOST
+        warnings.warn(
+            f"{found} Take method='BDF' or 'Radau'.", StiffnessWarning, stacklevel=levels_inside()
+        )
+
+
+def _held_back(problem, run):
+    """What is to be said of a run whose last step stability has chosen; None of others."""
+    n_steps, limit, bound = counters(run.memory)[0], _limit(problem), run.bounds[0]
+    if n_steps < MANY or limit is None or bound.function is None or bound.pair:
+        return None
     state, work = run.view("solve.state")[0], run.view("solve.work")
     t = float(state["t"])
     y, h = work[Y].copy(), abs(t - float(state["t_old"]))
     h = max(h, float(state["h"]))  # the last step may have been cut short
     moved = np.abs(y - work[Y_OLD]).max() / max(np.abs(y).max(), 1e-300)
     if not (np.isfinite(y).all() and moved < SLOW):
-        return
+        return None
     size = _damped_eigenvalue(bound, t, y)
     if h * size < NEAR * limit:
-        return
-    _asked[place] = MOST
-    warnings.warn(
+        return None
+    return (
         f"{problem.method.name} took {n_steps} steps, and at t = {t:.6g} they are as "
         f"long as stability allows ({h:.2g}, with an eigenvalue of -{size:.2g} of the Jacobian), "
-        f"not as accuracy asks: the problem is stiff. Take method='BDF' or 'Radau'.",
-        StiffnessWarning,
-        stacklevel=levels_inside(),
+        "not as accuracy asks: the problem is stiff."
     )
 
 

@@ -1,14 +1,19 @@
-"""method="auto": Taylor where it applies and pays, else a pair that suits the tolerance."""
+"""method="auto": Taylor where it pays, else a pair by tolerance; Radau if that is held back."""
 
 import numpy as np
 
+from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
 LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
+IMPLICIT = "Radau"
+ONCE = ("callback", "checkpoint", "on_event")  # what a run that is given up has done already
 
 
 def solve_automatically(solve, given):
     """Solve by the method that suits the problem.
+
+    A run that stability holds back, which is asked every 0.05 s, begins anew by Radau.
 
     Parameters
     ----------
@@ -22,11 +27,23 @@ def solve_automatically(solve, given):
     OdeResult
         With two more fields: the name of the `method`, and the `reason`, a sentence.
     """
+    complex_state = np.iscomplexobj(given["y0"])
+    if complex_state or any(given.get(name) is not None for name in ONCE):
+        return _explicit(solve, given, complex_state)
+    try:
+        with given_up():
+            return _explicit(solve, given, complex_state)
+    except Stiff as found:
+        return _named(solve(method=IMPLICIT, **given), IMPLICIT, str(found))
+
+
+def _explicit(solve, given, complex_state):
+    """By Taylor or a pair."""
     rtol = float(np.min(given.get("rtol", 1e-3)))
     if rtol > LOOSE:
         return _named(solve(method="Tsit5", **given), "Tsit5", f"rtol is above {LOOSE:g}.")
     name = "Vern7" if rtol > TIGHT else "Vern9"
-    if np.iscomplexobj(given["y0"]):
+    if complex_state:
         return _named(solve(method=name, **given), name, "The state is complex.")
     try:
         result = solve(method="Taylor", **given)

@@ -49,7 +49,7 @@ def solve_ivp(
         can be traced, and by SciPy otherwise.
     method : str or OdeSolver
         ====================================  ==================================================
-        "auto"                                one of "Taylor", "Tsit5", "Vern7", "Vern9"
+        "auto"                                "Taylor", "Tsit5", "Vern7", "Vern9" or "Radau"
         "RK45"                                Dormand-Prince 5(4), adaptive; the default
         "RK23", "DOP853"                      Bogacki-Shampine 3(2), Dormand-Prince 8(5,3)
         "Tsit5", "Vern7", "Vern9"             pairs of Tsitouras (5) and Verner (7 and 9)

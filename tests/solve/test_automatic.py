@@ -48,3 +48,31 @@ def test_where_taylor_fails_another_method_is_tried():
 def test_complex_states():
     run = solve_ivp(lambda t, y: 1j * y, (0, 1), [1.0 + 0j], "auto", rtol=1e-8, atol=1e-8)
     assert run.method == "Vern7" and abs(run.y[0, -1] - np.exp(1j)) < 1e-6
+
+
+def robertson(t, y):
+    a, b, c = y
+    return [-0.04 * a + 1e4 * b * c, 0.04 * a - 1e4 * b * c - 3e7 * b * b, 3e7 * b * b]
+
+
+def cut(t, y):
+    """As stiff, for Tsit5 and Vern9: it has no series."""
+    return [-1e6 * (y[0] - np.cos(t)) + 0.0 * np.floor(t)]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("fun", "y0"), [(robertson, [1.0, 0.0, 0.0]), (cut, [1.0])])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_a_stiff_problem_begins_anew(rtol, fun, y0):
+    """By an explicit method it would take a second to a minute."""
+    t = np.linspace(0.0, 1e4 if fun is robertson else 100.0, 7)
+    run = solve_ivp(fun, t[[0, -1]], y0, "auto", t_eval=t, rtol=rtol, atol=1e-9)
+    same = solve_ivp(fun, t[[0, -1]], y0, "Radau", t_eval=t, rtol=rtol, atol=1e-9)
+    assert run.method == "Radau" and "the problem is stiff" in run.reason
+    assert np.array_equal(run.y, same.y) and run.nfev == same.nfev
+
+
+def test_others_are_not_given_up_for_it():
+    """Half a second of an oscillator."""
+    run = solve_ivp(pendulum, (0, 2e5), [1.0, 0.0], "auto", rtol=1e-6, t_eval=[2e5])
+    assert run.method == "Taylor" and run.n_accepted > 400_000
