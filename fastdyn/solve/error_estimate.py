@@ -26,7 +26,7 @@ def with_error_estimate(solve, given):
     share = _tightened(given["method"], second)
     result = solve(**given)
     t, t0 = np.asarray(result.t), float(given["t_span"][0])
-    y = np.asarray(result.y).reshape(len(given["y0"]), -1)
+    y = np.asarray(result.y).reshape(len(given["y0"]), len(t))
     better = y
     if len(t) and t[-1] != t0:
         other = solve(**{**second, "t_span": (t0, float(t[-1])), "t_eval": t})

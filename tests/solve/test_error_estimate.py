@@ -81,6 +81,11 @@ def test_without_time_there_is_no_error():
     assert "error_estimate" not in solve_ivp(oscillator, (0, 1), [1.0, 0.0], args=(4.0,))
 
 
+def test_a_state_without_components_has_no_error():
+    r = solve_ivp(lambda t, y: -y, (0, 1), [], error_estimate=True)
+    assert r.error_estimate.shape == r.y.shape == (0, len(r.t))
+
+
 def test_what_has_none_is_refused():
     given = {"args": (4.0,), "error_estimate": True}
     with pytest.raises(ValueError, match="`rtol` of at least 1e-12"):
