@@ -6,6 +6,7 @@ import scipy.integrate
 import scipy.sparse
 
 import fastdyn
+from bench.problems.stiff import STIFF
 from fastdyn import solve_ivp
 from support.stiff import (
     PROBLEMS,
@@ -56,6 +57,25 @@ def test_dense_output_is_scipys(method, name):
     assert (np.abs(ours.sol(ours.t) - ours.y) <= 2 * EPS * size).all()
     at = solved(solve_ivp, p, method, t_eval=ours.t[2:9])
     assert np.array_equal(at.y, ours.sol(at.t))
+
+
+@pytest.mark.parametrize(
+    "name, method",
+    [
+        *(("pollution", method) for method in (*METHODS, "Rodas5P")),
+        *(("E5", method) for method in METHODS),
+    ],
+)
+def test_published_ends_are_reached(name, method):
+    """A step adds rtol at most, relative to the state then, and the problem amplifies none of it,
+    except that a rounding of y2 in E5 stays in y2 - y3 - y4, absolute, while y2 decays."""
+    (stiff,) = [s for s in STIFF if s.problem.name == name]
+    p, rtol, end = stiff.problem, 1e-7, np.array(stiff.end)
+    run = solve_ivp(p.fun, p.t_span, p.y0, method, rtol=rtol, atol=rtol * stiff.floor)
+    kept = EPS * run.y[1].max() / end[1] if name == "E5" else 0.0
+    size = np.maximum(np.abs(end), stiff.floor)
+    assert run.status == 0
+    assert (np.abs(run.y[:, -1] - end) / size).max() < len(run.t) * (rtol + kept)
 
 
 @pytest.mark.parametrize("method", METHODS)
