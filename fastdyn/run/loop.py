@@ -13,6 +13,7 @@ from fastdyn.kernels.state.record import (
     RUNNING,
     STATE,
     STEP_LIMIT,
+    STEP_TOO_SMALL,
     STOPPED,
 )
 
@@ -21,6 +22,8 @@ from .resume import checkpoint_of, from_arrays, to_arrays
 
 CHUNK_SECONDS = 0.05  # a chunk: then Ctrl-C, the progress bar and the tier have their turn
 GOES_ON = (RUNNING, FULL)
+# A run stands if steps are shorter than this share of all before, and more of them ahead than that.
+STANDS, FEWEST, MOST_AHEAD = 1e-5, 1000, 1e9
 
 
 def counters(state):
@@ -38,6 +41,19 @@ def announce(bounds):
 def next_chunk(n_steps, spent):
     """How many steps to take in the next chunk, when n_steps took so many seconds."""
     return max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
+
+
+def _stands(problem, state, n_before, t_before):
+    """Whether steps have become so short that the end is out of reach.
+
+    A series does not reach a singularity, but to and fro about it, or about a line on which the
+    state slides, it may go for ever.
+    """
+    n_steps = state["n_accepted"] - n_before
+    step = abs(state["t"] - t_before) / max(n_steps, 1)
+    usual = abs(state["t"] - problem.t0) / state["n_accepted"]
+    far = abs(problem.tf - state["t"]) > MOST_AHEAD * step
+    return n_steps > FEWEST and step < STANDS * usual and far
 
 
 def stops(callback, solver):
@@ -92,7 +108,7 @@ class Run(LaidOut):
                 if status == FULL:
                     self.output.make_room()
                     self.lay_output()
-                done = int(state["n_accepted"][0])
+                done, reached = int(state["n_accepted"][0]), float(state["t"][0])
                 left = p.max_steps - done
                 if left <= 0:
                     return STEP_LIMIT
@@ -102,6 +118,8 @@ class Run(LaidOut):
                 spent = perf_counter() - began
                 tier.record_time(spent)
                 if status == RUNNING:
+                    if p.method.series and _stands(p, state[0], done, reached):
+                        return STEP_TOO_SMALL
                     chunk = next_chunk(n_steps, spent)
                     tier.promote()
                     if self.between_chunks is not None:

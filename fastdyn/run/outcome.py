@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.kernels.state.record import (
+    ATOL,
     BAD_JACOBIAN,
     BAD_JUMP,
     EVENT,
@@ -87,13 +88,17 @@ def _why(s, work, problem, t):
         return f"At {t}, `max_step={problem.h_max:g}` is no step."
     if not np.isfinite(s["error"]):
         return f"`fun` returns nan or inf just after {t}."
-    rate = work[K + problem.method.fsal_stage]
-    growth = np.abs(work[Y]).max() / max(np.abs(problem.y0).max(), 1e-300)
+    slope = ""
+    if not problem.method.series:
+        rate = np.abs(work[K + problem.method.fsal_stage]).max()
+        slope = f" (largest derivative {rate:.1e})"
+    absolute = np.max(work[ATOL] / work[RTOL])  # the size from which on errors are relative
+    growth = np.abs(work[Y]).max() / max(np.abs(problem.y0).max(), absolute, 1e-300)
     if growth > BLOWN_UP:
         return f"The solution blows up at {t}: it has grown {growth:.1e}-fold."
     return (
         f"At {t} no step is short enough for the tolerance: the solution has a singularity or a "
-        f"jump there (largest derivative {np.abs(rate).max():.1e}), or "
+        f"jump there{slope}, or "
         f"rtol = {work[RTOL].max():.1e} is too loose to have kept it away from one."
     )
 

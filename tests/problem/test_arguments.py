@@ -146,11 +146,17 @@ def test_nan_at_the_start_is_a_failure_that_says_so(method):
     assert "nan or inf at the start, t = 0" in r.message
 
 
+def to_one(t, y):
+    return [1.0 if y[0] < 1.0 else -1.0]
+
+
 def test_failures_say_why_and_where():
     r = fastdyn.solve_ivp(late_nan, (0, 1), [0.0])
     assert r.status == -1 and "returns nan or inf just after t = 0.5" in r.message
     r = fastdyn.solve_ivp(square, (0, 2), [1.0], rtol=1e-8)
     assert r.status == -1 and f"blows up at t = {r.t[-1]:.10g}" in r.message
+    r = fastdyn.solve_ivp(to_one, (0, 3), [0.0], "Radau", rtol=1e-12, atol=1e-17)
+    assert r.status == -1 and "a jump there" in r.message and "grown" not in r.message
     assert abs(r.t[-1] - 1) < 1e-8 * r.n_accepted
     r = fastdyn.solve_ivp(square, (0, 2), [1.0], "RK4", step=0.01)
     assert r.status == -1 and f"not finite after t = {r.t[-1]:.10g}" in r.message

@@ -186,3 +186,17 @@ def test_series_with_long_gaps(fun, end, exact):
 def test_a_start_without_a_series_ends_with_a_sentence(fun):
     run = solve_ivp(fun, (0.0, 1.0), [0.0], "Taylor")
     assert run.status == -1 and "Required step size" in run.message
+
+
+@pytest.mark.parametrize(
+    ("fun", "y0", "end"),
+    [
+        (lambda t, y: [-1 / y[0]], [1.0], "0.5000"),
+        (lambda t, y: [-np.sign(y[0] - 0.3) - 0.5, -100 * (y[1] - y[0])], [1.0, 0.0], "0.4666"),
+    ],
+)
+def test_to_and_fro_about_a_singularity_ends(fun, y0, end):
+    """The state comes to y = 0, or y = 0.3, and both sides drive it back there."""
+    run = solve_ivp(fun, (0.0, 2.0), y0, "Taylor", rtol=1e-6, atol=1e-8, t_eval=[2.0])
+    assert run.status == -1 and f"At t = {end}" in run.message
+    assert "a singularity or a jump" in run.message
