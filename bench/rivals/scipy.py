@@ -80,8 +80,15 @@ def _ivp(problem, method, jitted, tol, times=None):
 
 def _odeint(problem, jitted, tol, times=None):
     fun, times = jitted(), problem.t_span if times is None else times
-    given = {"tfirst": True, "rtol": tol, "atol": tol, "mxstep": MAX_STEPS}
-    return lambda: odeint(fun, problem.y0, times, **given)[-1]
+    given = {"tfirst": True, "rtol": tol, "atol": tol, "mxstep": MAX_STEPS, "full_output": True}
+
+    def run():
+        y, told = odeint(fun, problem.y0, times, **given)
+        return (
+            y[-1] if told["message"] == "Integration successful." else np.full(y[-1].shape, np.nan)
+        )
+
+    return run
 
 
 def _hairer(problem, jitted, tol, times=None):

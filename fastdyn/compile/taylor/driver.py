@@ -65,7 +65,7 @@ class Driver:
             for i in range(self.row):
                 value = text.load(text.at("%work", row * n + i)) if i < n else ZERO
                 if name == "rtol" and i < n:
-                    finest.append(text.compare("olt", value, hexadecimal(ROUND_OFF)))
+                    finest.append(text.compare("ole", value, hexadecimal(ROUND_OFF)))
                 if name in ("rtol", "atol") and i < n:
                     value = text.select(finest[i], text.mul(value, hexadecimal(BELOW)), value)
                 text.store(value, text.at(self.room[name], i))
