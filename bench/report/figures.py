@@ -20,6 +20,7 @@ COLOURS = {
 MARKERS = {
     "RK45": "o", "Dopri5": "o", "DOP853": "s", "Dopri8": "s", "Tsit5": "^", "Vern7": "D",
     "Vern8": "P", "Vern9": "X", "LSODA": "v", "odeint": "<", "Adams": "v", "IAS15": "*", "BS": "h",
+    "Taylor": "p", "fast_math": "d",
 }  # fmt: skip
 PLAIN = ("SciPy RK45", "SciPy DOP853", "SciPy LSODA", "fastdyn RK45 by solve_ivp")  # dotted
 
