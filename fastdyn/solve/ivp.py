@@ -160,8 +160,7 @@ def solve_ivp(
 
     "Taylor" needs a function that can be traced, of a real state, and raises ValueError for what
     has no series: tables, splines, rounding, remainders.  Steps end at kinks and jumps.  A smooth
-    but steep transition, tanh(v / 0.01), may be stepped over: give `max_step`.  It does not warn
-    of stiffness.
+    but steep transition, tanh(v / 0.01), may be stepped over: give `max_step`.
 
     "Radau" and "BDF" take SciPy's accepted steps, as far as rounding allows.  A sparse `jac`, large
     full Jacobians and complex states under "BDF" are left to SciPy.

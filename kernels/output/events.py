@@ -99,6 +99,13 @@ def ends_run(e):
 
 
 @njit(**INTERNAL)
+def never_ends(e, t):
+    """Whether an event that changes the state has done so just before t."""
+    just = e.jump != 0 and abs(t - e.t_jump) <= APART * resolution(t)
+    return just and (e.begins != TOUCHES or e.repeats == MOST_REPEATS)
+
+
+@njit(**INTERNAL)
 def resolution(t):
     """How exactly a root near t is known."""
     return TOLERANCE + TOLERANCE * abs(t)
@@ -158,9 +165,8 @@ def coincide(events, cut, d, t_old, h, direction, scratch):
                 continue
             e.root = t
         e.noise += APART * abs(e.g_new)
-        if e.jump != 0 and abs(t - e.t_jump) <= APART * resolution(t):
-            if e.begins != TOUCHES or e.repeats == MOST_REPEATS:
-                return ENDLESS
+        if never_ends(e, t):
+            return ENDLESS
         if final < 0 and ends_run(e):
             final = i
     return cut if final < 0 else final

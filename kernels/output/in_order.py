@@ -11,14 +11,13 @@ from .events import (
     APART,
     ENDLESS,
     FAILED,
-    MOST_REPEATS,
     NONE,
     PENDING,
     ROUNDING,
     SIGN,
-    TOUCHES,
     ends_run,
     evaluate_all,
+    never_ends,
     resolution,
 )
 
@@ -75,9 +74,8 @@ def meet(events, first, n, end, d, s, scratch):
         e = table[i]
         if not e.active:
             continue
-        if e.jump != 0 and abs(t - e.t_jump) <= near:
-            if e.begins != TOUCHES or e.repeats == MOST_REPEATS:
-                return ENDLESS
+        if never_ends(e, t):
+            return ENDLESS
         if final < 0 and ends_run(e):
             final = i
     return cut if final < 0 else final

@@ -8,7 +8,7 @@ from fastdyn.kernels.state.series import HIGHEST, LOW
 
 from . import proof
 from .accuracy import ALLOWANCE, BELOW, DITHER, GOLDEN, ROUND_OFF
-from .frame import AT, WORDS, asked, fields, listing, read_words, step_taken
+from .frame import AT, WORDS, Kernel, asked, fields, read_words, step_taken
 from .kinks import Kinks
 from .leave import leave
 from .online import Online
@@ -17,7 +17,7 @@ from .step import Step
 from .text import ONE, ZERO, Text, hexadecimal
 
 
-class Driver:
+class Driver(Kernel):
     """Emits the kernel of a plan.
 
     Parameters
@@ -36,16 +36,6 @@ class Driver:
         lanes = 4 if self.n <= 4 else 8
         self.row = -(-self.n // lanes) * lanes
         self.kinks = Kinks(plan, self.text, order - 1)
-
-    def __call__(self, symbol, declared):
-        """LLVM's text: the kernel, which calls ``fastdyn_invariants(block, out)``."""
-        text = self.text
-        self._begin()
-        text.put("br label %step")
-        text.label("step")
-        self._step()
-        leave(self)
-        return listing(text, symbol, declared, self.kinks.functions())
 
     # -- parts
 
@@ -158,6 +148,12 @@ class Driver:
         turns = text.mul(text.new(f"sitofp i64 {count} to double"), hexadecimal(GOLDEN))
         share = text.sub(turns, text.intrinsic("floor", turns))
         return text.fma(text.mul(self.dither, share), x, x)
+
+    def _leave(self):
+        leave(self)
+
+    def _functions(self):
+        return self.kinks.functions()
 
     def asked(self, t, state="y"):
         """Whether the function raises at a state; the derivative goes to `out`."""

@@ -1,5 +1,7 @@
 """What the kernels have in common around the series: words, the record, the count of steps."""
 
+from typing import Any
+
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.kernels.state.record import FINISHED, RUNNING, STATE
 
@@ -10,6 +12,31 @@ FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max",
 WORDS = {"state": (0, "ptr"), "work": (2, "ptr"), "block": (5, "ptr"), "n_steps": (7, "i64")}
 RETRY = 0.125  # of a step at whose end the function raises
 HALF = 0.5  # of one on which the argument of a root may touch zero
+
+
+class Kernel:
+    """What is written between `_begin`, which reads, and `_leave`: step after step.
+
+    A subclass has `text` and these, and `_step`, whose label is %step.
+    """
+
+    text: Any
+    _begin: Any
+    _step: Any
+    _leave: Any
+
+    def __call__(self, symbol, declared):
+        """LLVM's text: the kernel, which calls ``fastdyn_invariants(block, out)``."""
+        self._begin()
+        self.text.put("br label %step")
+        self.text.label("step")
+        self._step()
+        self._leave()
+        return listing(self.text, symbol, declared, self._functions())
+
+    def _functions(self) -> list[str]:
+        """The texts of functions that the kernel calls."""
+        return []
 
 
 def read_words(text, words):

@@ -16,7 +16,7 @@ from fastdyn.kernels.state.record import (
 from fastdyn.kernels.state.series import LOW, SCALE
 
 from .accuracy import ALLOWANCE
-from .frame import AT, HALF, RETRY, counted, listing, read_words
+from .frame import AT, HALF, RETRY, Kernel, counted, read_words
 from .pace import LEAST, Clock, chosen, longest, unit_of
 from .places import Places
 from .proof import SHORTER
@@ -32,7 +32,7 @@ READ = ("T", "T_END", "T_STOP", "H", "LIVE", "LIMIT", "ACCEPTED", "TRIES")
 INFINITE = hexadecimal(float("inf"))
 
 
-class LaneDriver:
+class LaneDriver(Kernel):
     """Emits the kernel of a plan on vectors.
 
     Parameters
@@ -52,16 +52,6 @@ class LaneDriver:
         self.plan, self.order, self.width, self.raises = plan, order, width, raises
         self.text, self.n = Text(fused, width), len(plan.states)
         self.places = Places(plan, order, width, together)
-
-    def __call__(self, symbol, declared):
-        """LLVM's text: the kernel, which calls ``fastdyn_invariants(block, out)``."""
-        text = self.text
-        self._begin()
-        text.put("br label %step")
-        text.label("step")
-        self._step()
-        self._leave()
-        return listing(text, symbol, declared)
 
     # -- memory
 

@@ -14,10 +14,10 @@ from .frame import (
     HALF,
     RETRY,
     WORDS,
+    Kernel,
     add,
     asked,
     fields,
-    listing,
     raised_word,
     read_words,
     step_taken,
@@ -35,7 +35,7 @@ from .vanish import excess, some_must_not
 ROWS = {"y": Y, "low": LOW, "rtol": record.RTOL, "atol": record.ATOL}
 
 
-class LargeDriver:
+class LargeDriver(Kernel):
     """Emits the kernel of a plan.
 
     Parameters
@@ -55,16 +55,6 @@ class LargeDriver:
         self.wide = self.text.of(width)
         self.places = Places(plan, order, width, together)
         self.memory = Memory(self.text, plan, self.places, order, width)
-
-    def __call__(self, symbol, declared):
-        """LLVM's text: the kernel, which calls ``fastdyn_invariants(block, out)``."""
-        text = self.text
-        self._begin()
-        text.put("br label %step")
-        text.label("step")
-        self._step()
-        self._leave()
-        return listing(text, symbol, declared)
 
     # -- memory
 
