@@ -19,17 +19,18 @@ def widened(mass, lower, upper):
 
 
 @njit(**INTERNAL)
-def add_mass(mass, factor, a, n):
-    """Add a multiple of M to a matrix that is stored by columns."""
+def add_mass(mass, factor, a, ld, n):
+    """Add a multiple of M to a matrix as `factorise.py` stores it."""
     if mass == 0:
         for j in range(n):
-            a[j, j] += factor
+            a[j * ld + j] += factor
         return
     words = words_at(mass)
     count = words[N]
     numbers = numbers_at(mass + 8 * (PLACES + count))
     for e in range(count):
-        a[words[PLACES + e] // n, words[PLACES + e] % n] += factor * numbers[e]
+        j, i = divmod(words[PLACES + e], n)
+        a[j * ld + i] += factor * numbers[e]
 
 
 @njit(**INTERNAL)

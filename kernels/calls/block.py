@@ -2,18 +2,24 @@
 
 ``block`` is an int64 array that carries what belongs to one solve: the address of the function,
 whether it raised, and when; where the state is kept when it raised; of a derivative, the address of
-the block of its Jacobian, or 0 if there is none, and that of its mass matrix (`algebra/mass.py`),
-or 0; then its parameters.
+the block of its Jacobian, or 0 if there is none, that of its mass matrix (`algebra/mass.py`), or
+0, and that of the matrices of an implicit method (`algebra/matrices.py`), or 0; then its
+parameters.
 
 A Jacobian of the user is called as any function, and fills n x n numbers, row by row.  The block
-of a constant one names no function: its numbers take the place of parameters.  The function of an
-exact one takes the block of the derivative, and gives the entries that are not zero everywhere:
-N_ENTRIES, with their places, column by column, in the place of parameters.  For a method that wants
-it, the time derivative follows the entries.
+of a constant one names no function: its numbers take the place of parameters.
+
+A Jacobian may also be known by its entries that are not zero everywhere: N_ENTRIES, column by
+column, whose places in the matrix come first behind the words.  They are given by the function of
+an exact one, which takes the block of the derivative, and, for a method that wants it, lets the
+time derivative follow the entries; or by a function of the user (OWN); or by differences in GROUPS
+of columns, also where an exact entry is not finite; or they are numbers behind the places.
 """
 
-ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, FIRST = 0, 1, 2, 3, 4, 5, 6
-N_ENTRIES = JACOBIAN  # of the block of a Jacobian; 0 if it is full
+ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, FIRST = range(8)
+
+# Of the block of a Jacobian; N_ENTRIES is 0 if it is full.
+N_ENTRIES, GROUPS, OWN = JACOBIAN, MASS, MATRICES
 
 # Of a pair, q' = velocity(t, p) and p' = force(t, q): the addresses of the blocks of both.
 VELOCITY, FORCE = FIRST, FIRST + 1

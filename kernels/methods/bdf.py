@@ -12,17 +12,17 @@ from functools import partial
 
 import numpy as np
 
-from ..algebra.factorise import factorise, solve
+from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
 from ..calls.block import RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import copy_row
 from ..stepping import first_step, implicit
+from ..stepping.differences import evaluate_row
 from ..stepping.implicit import MAX_FACTOR, MIN_FACTOR, SAFETY, newton_tolerance, scaled_squares
 from ..stepping.jacobian import (
     clear_matrix,
     evaluate_jacobian,
-    evaluate_row,
     is_constant,
     takes_slope,
 )
@@ -32,22 +32,16 @@ from .method import Method
 MAX_ITERATIONS = 4
 
 # Rows: the derivative, what the formula is made of, the predicted state, its change, of one
-# iteration and of all, factors of differences and a row for them, pivots.
-SLOPE, PSI, PREDICTED, CHANGE, RISE, FACTOR, PIVOTS = (K + i for i in (1, 10, 11, 12, 13, 14, 16))
-N_ROWS = 17
+# iteration and of all, factors of differences and two rows for them, pivots.
+SLOPE, PSI, PREDICTED, CHANGE, RISE, FACTOR, PIVOTS = (K + i for i in (1, 10, 11, 12, 13, 14, 17))
+N_ROWS = 18
 J = K + N_ROWS  # the Jacobian; behind it the factors of I - c J
 
 
 @njit(**INTERNAL)
-def _factorise(s, work, c):
-    n, lower, upper = work.shape[1], s.lower, s.upper
-    jacobian, factors = work[J : J + n], work[J + n : J + 2 * n]
-    for j in range(n):
-        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
-            factors[j, i] = -c * jacobian[j, i]
-        factors[j, j] += 1.0
-    factorise(factors, work[PIVOTS], n, lower, upper)
-    s.n_factorised += 1
+def _factorise(s, work, block, c):
+    factors = J + matrix_rows(block, work.shape[1])
+    factorise_sum(s, work, block, J, factors, PIVOTS, -c, 1.0)
     s.factorised = 1
 
 
@@ -81,7 +75,7 @@ def _iterate(rhs, s, t, work, block, c, tolerance):
                 return False, k + 1
         for i in range(n):
             work[CHANGE, i] = c * work[CHANGE, i] - work[PSI, i] - work[RISE, i]
-        solve(work[J + n : J + 2 * n], work[PIVOTS], work[CHANGE], n, s.lower, s.upper)
+        solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, CHANGE)
         size = np.sqrt(scaled_squares(work, CHANGE, PREDICTED) / n)
         rate = size / before if k > 0 else 0.0
         if rate >= 1.0 or (
@@ -110,7 +104,7 @@ def _solve_formula(rhs, s, t, work, block, h, tolerance):
     c = h / ALPHA[order]
     while True:
         if s.factorised == 0:
-            _factorise(s, work, c)
+            _factorise(s, work, block, c)
         converged, n_iterations = _iterate(rhs, s, t, work, block, c, tolerance)
         status = RAISED if block[RAISED_WORD] != 0 else RUNNING
         if status == RUNNING and not converged and s.current == 0:
@@ -181,7 +175,7 @@ def _begin(rhs, state, work, block):
         for j in range(2, MAX_ORDER + 3):
             work[D + j, i] = 0.0
     s.h_old = s.h
-    clear_matrix(work, J)
+    clear_matrix(work, block, J)
     return _renew_jacobian(rhs, s, s.t, work, block, Y)
 
 

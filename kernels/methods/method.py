@@ -104,9 +104,9 @@ class Facts(NamedTuple):
     series: bool = False
     takes_mass: bool = False
 
-    def rows(self, n):
-        """Rows that the method keeps in the work array, for a state of n."""
-        return self.n_rows + self.n_matrices * n
+    def rows(self, n_matrix):
+        """Rows that the method keeps in the work array, where a matrix takes so many."""
+        return self.n_rows + self.n_matrices * n_matrix
 
     @property
     def code(self):

@@ -17,8 +17,9 @@ from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F as DENSE
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..stepping import first_step, implicit
+from ..stepping.differences import evaluate_row
 from ..stepping.implicit import MAX_FACTOR, MIN_FACTOR, SAFETY, newton_tolerance, scaled_squares
-from ..stepping.jacobian import clear_matrix, evaluate_row, is_constant
+from ..stepping.jacobian import clear_matrix, is_constant
 from .method import Method
 from .radau_stages import (
     CORRECTION,
@@ -40,10 +41,10 @@ E = ((-13 - 7 * ROOT) / 3, (-13 + 7 * ROOT) / 3, -1 / 3)
 
 
 @njit(**INTERNAL)
-def _error(s, work):
+def _error(s, work, block):
     """The norm of the error whose right-hand side is in the row ERROR, of the state Y + Z[2]."""
     n = work.shape[1]
-    solve_real(s, work, ERROR)
+    solve_real(s, work, block, ERROR)
     for i in range(n):
         work[STAGE, i] = max(abs(work[Y, i]), abs(work[Y, i] + work[Z + 2, i]))
     return np.sqrt(scaled_squares(work, ERROR, STAGE) / n)
@@ -57,7 +58,7 @@ def _estimate(rhs, s, work, block, h, rejected):
         rise = work[Z, i] * E[0] + work[Z + 1, i] * E[1] + work[Z + 2, i] * E[2]
         work[CORRECTION, i] = rise / h
         work[ERROR, i] = work[SLOPE, i] + work[CORRECTION, i]
-    error = _error(s, work)
+    error = _error(s, work, block)
     if rejected and error > 1.0:
         for i in range(n):
             work[STAGE, i] = work[Y, i] + work[ERROR, i]
@@ -65,7 +66,7 @@ def _estimate(rhs, s, work, block, h, rejected):
         evaluate_row(rhs, s.t, work, STAGE, ERROR, block)
         for i in range(n):
             work[ERROR, i] += work[CORRECTION, i]
-        error = _error(s, work)
+        error = _error(s, work, block)
     return error
 
 
@@ -113,7 +114,7 @@ def step(rhs, state, work, block, h_min):
     s, status, tolerance = state[0], RUNNING, newton_tolerance(work)
     if s.order == 0:
         s.order, s.n_equal, s.h_old = 5, 0, 0.0
-        clear_matrix(work, J)
+        clear_matrix(work, block, J)
         status = renew_jacobian(rhs, s, work, block)
     size, h_old, rejected = s.h, s.h_old, False
     if size > s.h_max or size < h_min:

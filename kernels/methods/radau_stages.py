@@ -7,12 +7,14 @@ Differential-Algebraic Problems", second edition, section IV.8.
 
 import numpy as np
 
-from ..algebra.factorise import factorise, factorise_complex, solve, solve_complex
+from ..algebra.complex_matrices import factorise_complex_sum, solve_complex_sum
+from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
 from ..calls.block import RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
+from ..stepping.differences import evaluate_row
 from ..stepping.implicit import scaled_squares
-from ..stepping.jacobian import evaluate_jacobian, evaluate_row, is_constant
+from ..stepping.jacobian import evaluate_jacobian, is_constant
 
 ROOT = 6**0.5
 C = ((4 - ROOT) / 10, (4 + ROOT) / 10, 1.0)
@@ -43,11 +45,11 @@ MAX_ITERATIONS = 6
 
 # Rows: the derivative at the start of a step, the polynomial of the last step, stages, their
 # transforms, derivatives or changes, the error and what is added to it, factors of differences and
-# a row for them, pivots.
+# two rows for them, pivots.
 SLOPE, Q, Z, W, D, ERROR, CORRECTION, FACTOR, PIVOTS = (
-    K + i for i in (1, 2, 5, 8, 11, 14, 15, 16, 18)
+    K + i for i in (1, 2, 5, 8, 11, 14, 15, 16, 19)
 )
-N_ROWS = 20
+N_ROWS = 21
 J = K + N_ROWS  # the Jacobian; behind it the factors of the real and of the complex system
 
 
@@ -60,33 +62,30 @@ def _transform(m, work, given, found):
             work[found + r, i] = m[r, 0] * a + m[r, 1] * b + m[r, 2] * c
 
 
+@njit(**INLINED)
+def _complex_at(work, block):
+    """The first row of the factors of the complex system, behind those of the real one."""
+    return J + 2 * matrix_rows(block, work.shape[1])
+
+
 @njit(**INTERNAL)
-def _factorise(s, work, h):
+def _factorise(s, work, block, h):
     """Factorise both systems for a step of this size."""
-    n, lower, upper = work.shape[1], s.lower, s.upper
-    jacobian, real = work[J : J + n], work[J + n : J + 2 * n]
-    re, im = work[J + 2 * n : J + 3 * n], work[J + 3 * n : J + 4 * n]
-    for j in range(n):
-        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
-            real[j, i] = re[j, i] = -jacobian[j, i]
-            im[j, i] = 0.0
-        real[j, j] += REAL / h
-        re[j, j] += ALPHA / h
-        im[j, j] = BETA / h
-    factorise(real, work[PIVOTS], n, lower, upper)
-    factorise_complex(re, im, work[PIVOTS + 1], n, lower, upper)
-    s.n_factorised += 2
+    real = J + matrix_rows(block, work.shape[1])
+    factorise_sum(s, work, block, J, real, PIVOTS, -1.0, REAL / h)
+    given = PIVOTS + 1, -1.0, ALPHA / h, BETA / h
+    factorise_complex_sum(s, work, block, J, _complex_at(work, block), *given)
     s.factorised = 1
 
 
 @njit(**INTERNAL)
-def solve_real(s, work, row):
-    n = work.shape[1]
-    solve(work[J + n : J + 2 * n], work[PIVOTS], work[row], n, s.lower, s.upper)
+def solve_real(s, work, block, row):
+    real = J + matrix_rows(block, work.shape[1])
+    solve_sum(s, work, block, J, real, PIVOTS, row)
 
 
 @njit(**INTERNAL)
-def _newton_change(s, work, h):
+def _newton_change(s, work, block, h):
     """Derivatives of the stages in the rows D become the change of W."""
     n = work.shape[1]
     real, alpha, beta = REAL / h, ALPHA / h, BETA / h
@@ -96,9 +95,9 @@ def _newton_change(s, work, h):
         work[D, i] -= real * work[W, i]
         work[D + 1, i] -= alpha * u - beta * v
         work[D + 2, i] -= alpha * v + beta * u
-    solve_real(s, work, D)
-    re, im = work[J + 2 * n : J + 3 * n], work[J + 3 * n : J + 4 * n]
-    solve_complex(re, im, work[PIVOTS + 1], work[D + 1], work[D + 2], n, s.lower, s.upper)
+    solve_real(s, work, block, D)
+    given = PIVOTS + 1, D + 1, ERROR
+    solve_complex_sum(s, work, block, J, _complex_at(work, block), *given)
 
 
 @njit(**INLINED)
@@ -125,7 +124,7 @@ def _iterate(rhs, s, work, block, h, tolerance):
     for k in range(MAX_ITERATIONS):
         if not _stages(rhs, s, work, block, h):
             return False, k + 1, rate
-        _newton_change(s, work, h)
+        _newton_change(s, work, block, h)
         total = 0.0
         for r in range(3):
             total += scaled_squares(work, D + r, Y)
@@ -175,7 +174,7 @@ def solve_stages(rhs, s, work, block, h, tolerance):
     """
     while True:
         if s.factorised == 0:
-            _factorise(s, work, h)
+            _factorise(s, work, block, h)
         _predict(s, work, h)
         converged, n_iterations, rate = _iterate(rhs, s, work, block, h, tolerance)
         status = RAISED if block[RAISED_WORD] != 0 else RUNNING

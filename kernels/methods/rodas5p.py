@@ -7,10 +7,8 @@ M / (h gamma) - df/dy, factorised once, and iterates nothing.  See `rodas5p_tabl
 
 from functools import partial
 
-import numpy as np
-
-from ..algebra.factorise import factorise, solve
-from ..algebra.mass import add_mass, add_product
+from ..algebra.mass import add_product
+from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
 from ..calls.block import MASS
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F
@@ -18,7 +16,7 @@ from ..state.elementwise import combine, weigh
 from ..state.record import ATOL, RAISED, RTOL, RUNNING, SINGULAR, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import copy_row, slot
 from ..stepping import first_step, implicit
-from ..stepping.jacobian import evaluate_row
+from ..stepping.differences import evaluate_row
 from ..stepping.step_size import SCIPY, rms
 from .method import Method
 from .rodas5p_derivatives import N_ROWS, PIVOTS, SLOPE, SUM, TIME, J, U, derive
@@ -31,18 +29,8 @@ MOST_SINGULAR = 4  # matrices in a row, of steps ten times shorter
 @njit(**INTERNAL)
 def _factorise(s, work, block, h):
     """Factorise the matrix for a step of this size; whether it is regular."""
-    n, lower, upper = work.shape[1], s.lower, s.upper
-    jacobian, factors = work[J : J + n], work[J + n : J + 2 * n]
-    for j in range(n):
-        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
-            factors[j, i] = -jacobian[j, i]
-    add_mass(block[MASS], 1.0 / (h * GAMMA), factors, n)
-    factorise(factors, work[PIVOTS], n, lower, upper)
-    s.n_factorised += 1
-    for j in range(n):
-        if not np.isfinite(factors[j, j]):
-            return False
-    return True
+    factors = J + matrix_rows(block, work.shape[1])
+    return factorise_sum(s, work, block, J, factors, PIVOTS, -1.0, 1.0 / (h * GAMMA))
 
 
 @njit(**INTERNAL)
@@ -55,7 +43,7 @@ def _solve_stage(s, work, block, i, slope):
             row[k] += slope * work[TIME, k]
     if i > 0:
         add_product(block[MASS], work[SUM], row)
-    solve(work[J + n : J + 2 * n], work[PIVOTS], row, n, s.lower, s.upper)
+    solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, U + i)
 
 
 @njit(**INLINED)

@@ -6,24 +6,18 @@ The rows of the work array have their names here.
 import numpy as np
 
 from ..algebra.mass import widened
-from ..calls.block import JACOBIAN, MASS, N_ENTRIES
+from ..calls.block import ADDRESS, JACOBIAN, MASS, N_ENTRIES, OWN
 from ..calls.user_function import words_at
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import ATOL, RAISED, RUNNING, K, Y
-from ..state.rows import numbers_of
-from ..stepping.jacobian import (
-    FIRST_FACTOR,
-    clear_matrix,
-    evaluate_jacobian,
-    evaluate_row,
-    is_constant,
-)
+from ..stepping.differences import FIRST_FACTOR, evaluate_row
+from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant
 from ..vector.scalar_or_vector import spacing
 
 # Rows: the derivative at the start of a step, stages, the time derivative, the combination of
-# stages that M multiplies, factors of differences and a row for them, pivots.
-SLOPE, U, TIME, SUM, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 14))
-N_ROWS = 15
+# stages that M multiplies, factors of differences and two rows for them, pivots.
+SLOPE, U, TIME, SUM, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 15))
+N_ROWS = 16
 J = K + N_ROWS  # the Jacobian; the factors of the matrix; room for entries of an exact Jacobian
 
 
@@ -66,12 +60,19 @@ def _first_factors(work):
             work[FACTOR, j] *= max(1.0, 1e-3 * largest / scale)
 
 
+@njit(**INLINED)
+def _is_exact(given):
+    """Whether the function of a Jacobian gives the time derivative, too."""
+    words = words_at(given)
+    return given != 0 and words[N_ENTRIES] > 0 and words[ADDRESS] != 0 and words[OWN] == 0
+
+
 @njit(**INTERNAL)
 def derive(rhs, s, work, block):
     """The Jacobian and the time derivative at the present state; RUNNING or a failure."""
     n, given = work.shape[1], block[JACOBIAN]
     if s.order == 0:
-        clear_matrix(work, J)
+        clear_matrix(work, block, J)
         _first_factors(work)
     if s.order == 0 or not is_constant(block):
         s.n_jacobians += not is_constant(block)
@@ -81,8 +82,8 @@ def derive(rhs, s, work, block):
         s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
     s.order = 5
     finite = False
-    if given != 0 and words_at(given)[N_ENTRIES] > 0:
-        behind = numbers_of(work)[(J + n) * n + words_at(given)[N_ENTRIES] :]
+    if _is_exact(given):
+        behind = entries_at(work, block, J)[words_at(given)[N_ENTRIES] :]
         finite = True
         for i in range(n):
             work[TIME, i] = behind[i]

@@ -5,25 +5,27 @@ import numpy as np
 import pytest
 
 from fastdyn.kernels.algebra import factorise as kernels
+from fastdyn.kernels.algebra import factorise_complex as complex_kernels
 
 EPS = np.finfo(float).eps
 
 
 @numba.njit
 def by_kernels(a, b, pivots, lower, upper):
-    kernels.factorise(a, pivots, len(b), lower, upper)
-    kernels.solve(a, pivots, b, len(b), lower, upper)
+    kernels.factorise(a.reshape(-1), len(b), pivots, len(b), lower, upper)
+    kernels.solve(a.reshape(-1), len(b), pivots, b, len(b), lower, upper)
 
 
 @numba.njit
 def by_complex_kernels(re, im, b, c, pivots, lower, upper):
-    kernels.factorise_complex(re, im, pivots, len(b), lower, upper)
-    kernels.solve_complex(re, im, pivots, b, c, len(b), lower, upper)
+    re, im, n = re.reshape(-1), im.reshape(-1), len(b)
+    complex_kernels.factorise_complex(re, im, n, pivots, n, lower, upper)
+    complex_kernels.solve_complex(re, im, n, pivots, b, c, n, lower, upper)
 
 
 @numba.njit
 def bandwidths(a):
-    return kernels.bandwidths(a, len(a))
+    return kernels.bandwidths(a.reshape(-1), len(a))
 
 
 def banded(rng, n, lower, upper):

@@ -1,0 +1,113 @@
+"""The matrices of an implicit method: where they lie in the work array, and who factorises them.
+
+All are a J + b M, of the Jacobian J and the mass matrix M, or I where there is none.  Each takes
+ROWS rows of the work array.  The block's word MATRICES is 0 for n rows, by columns, and our own
+elimination, or names words: one of the kinds below, the place of elements, and four routines.
+
+An OUTSIDE solver keeps the factors itself.  Rows of J hold its elements one after the other, in
+the order of the solver, and those of the factors a and b, from which it can find them again; its
+routines get the addresses of both.
+"""
+
+import numpy as np
+
+from ..calls.block import MASS, MATRICES
+from ..calls.user_function import words_at
+from ..jit_options import INTERNAL, njit
+from ..state.rows import numbers_of
+from . import lapack
+from .factorise import factorise, solve
+from .lapack import call_routine
+from .mass import add_mass
+
+KIND, ROWS, LD, BASE, LOWER, UPPER, REAL, COMPLEX = 0, 1, 2, 3, 4, 5, 6, 8  # words; two of routines
+OWN, FULL, BAND, OUTSIDE = 0, 1, 2, 3  # elimination here, LAPACK's of either, another solver's
+NARROW = 8  # a full matrix is a band if it is so many times narrower on each side
+
+
+@njit(**INTERNAL)
+def matrix_rows(block, n):
+    """Rows of the work array that a matrix takes."""
+    return n if block[MATRICES] == 0 else words_at(block[MATRICES])[ROWS]
+
+
+@njit(**INTERNAL)
+def leading(block, n):
+    """The distance between columns, and the first element's place."""
+    if block[MATRICES] == 0:
+        return n, 0
+    words = words_at(block[MATRICES])
+    return words[LD], words[BASE]
+
+
+@njit(**INTERNAL)
+def matrix_at(work, block, first):
+    """The numbers of the matrix whose rows begin with `first`, from its element (0, 0) on."""
+    n = work.shape[1]
+    _, base = leading(block, n)
+    return numbers_of(work)[first * n + base : (first + matrix_rows(block, n)) * n]
+
+
+@njit(**INTERNAL)
+def kind_of(s, block, n):
+    """Who factorises."""
+    if block[MATRICES] == 0:
+        return OWN
+    kind = words_at(block[MATRICES])[KIND]
+    if kind == FULL and max(s.lower, s.upper) * NARROW < n:
+        return OWN
+    return kind
+
+
+@njit(**INTERNAL)
+def put_sum(s, work, block, first, to, a, b):
+    """Put a J + b M, of the J that lies at `first`, at `to`; the numbers of both."""
+    n, lower, upper = work.shape[1], s.lower, s.upper
+    ld, _ = leading(block, n)
+    jacobian, sum_ = matrix_at(work, block, first), matrix_at(work, block, to)
+    for j in range(n):
+        for i in range(j * ld + max(0, j - lower - upper), j * ld + min(n, j + 1 + lower)):
+            sum_[i] = a * jacobian[i]
+    add_mass(block[MASS], b, sum_, ld, n)
+    return sum_
+
+
+@njit(**INTERNAL)
+def factorise_sum(s, work, block, first, to, pivots, a, b):
+    """Factorise a J + b M, of the J that lies at `first`, at `to`; whether it is regular."""
+    n = work.shape[1]
+    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
+    s.n_factorised += 1
+    if kind == OUTSIDE:
+        work[to, 0], work[to, 1], work[to, 2] = a, b, 0.0
+        return call_routine(words[REAL], (work[first], work[to])) == 0
+    sum_, ld = put_sum(s, work, block, first, to, a, b), leading(block, n)[0]
+    if kind == OWN:
+        factorise(sum_, ld, work[pivots], n, s.lower, s.upper)
+        for j in range(n):
+            if not np.isfinite(sum_[j * ld + j]):
+                return False
+        return True
+    if kind == FULL:
+        return lapack.factorise_full(words[REAL], sum_, n, work[pivots])
+    stored = numbers_of(work)[to * n :]
+    return lapack.factorise_band(words[REAL], stored, n, s.lower, s.upper, work[pivots])
+
+
+@njit(**INTERNAL)
+def solve_sum(s, work, block, first, to, pivots, row):
+    """Put the solution in the place of a right-hand side, a row."""
+    n = work.shape[1]
+    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
+    if kind == OWN:
+        ld = leading(block, n)[0]
+        solve(matrix_at(work, block, to), ld, work[pivots], work[row], n, s.lower, s.upper)
+    elif kind == FULL:
+        stored = matrix_at(work, block, to)
+        lapack.solve_full(words[REAL + 1], stored, n, work[pivots], work[row])
+    elif kind == BAND:
+        stored = numbers_of(work)[to * n :]
+        given = work[pivots], work[row]
+        lapack.solve_band(words[REAL + 1], stored, n, s.lower, s.upper, *given)
+    else:
+        call_routine(words[REAL + 1], (work[first], work[to], work[row]))

@@ -1,0 +1,167 @@
+"""Jacobians by forward differences, as SciPy's `num_jac`: a column, or a group of them, at a time.
+
+The step is a factor of |y_j|, learned from one Jacobian to the next, such that the difference
+stands out from the rounding of what is subtracted: D. E. Salane, "Adaptive routines for forming
+Jacobians numerically", Sandia report SAND86-1319 (1986).  Columns that have no row in common are
+found together: A. Curtis, M. Powell and J. Reid, J. Inst. Maths. Applics. 13 (1974).
+"""
+
+import numpy as np
+
+from ..calls.block import FIRST, GROUPS, N_ENTRIES, RAISED_WORD
+from ..calls.user_function import words_at
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.record import ATOL, STAGE
+from ..state.rows import copy_row, slot
+
+EPS = float(np.finfo(float).eps)
+REJECT, SMALL, BIG = EPS**0.875, EPS**0.75, EPS**0.25  # of differences, beside what is subtracted
+FIRST_FACTOR, LEAST_FACTOR = EPS**0.5, 1e3 * EPS
+
+
+@njit(**INTERNAL)
+def evaluate_row(rhs, t, work, given, found, block):
+    """Evaluate the derivative at the state in one row into another; False if it raised."""
+    rhs(t, slot(None, work, given), block, slot(None, work, found))
+    return block[RAISED_WORD] == 0
+
+
+@njit(**INTERNAL)
+def _increment(work, y, f, factor, j, times):
+    """How far component j is moved, a multiple of its factor; the factor grows if that is 0."""
+    here = work[y, j]
+    scale = max(work[ATOL, j], abs(here))
+    if scale == 0.0:
+        scale = 1.0
+    if not work[f, j] >= 0.0:
+        scale = -scale
+    if work[factor, j] == 0.0:
+        work[factor, j] = FIRST_FACTOR
+    h = (here + times * work[factor, j] * scale) - here
+    while h == 0.0:
+        work[factor, j] *= 10.0
+        h = (here + times * work[factor, j] * scale) - here
+    return h
+
+
+@njit(**INTERNAL)
+def _learn(work, factor, j, change, size):
+    """The factor of component j for the next Jacobian."""
+    if change < SMALL * size:
+        work[factor, j] *= 10.0
+    if change > BIG * size:
+        work[factor, j] *= 0.1
+    work[factor, j] = max(work[factor, j], LEAST_FACTOR)
+
+
+@njit(**INTERNAL)
+def column_difference(rhs, t, work, y, f, block, factor, column, j):
+    """Column j of the Jacobian; False if the function raised.
+
+    `y` and `f` are the rows of the state and of its derivative, `factor` that of the factors,
+    behind which one is free.
+    """
+    found, h = factor + 1, _increment(work, y, f, factor, j, 1.0)
+    copy_row(work[y], work[STAGE])
+    work[STAGE, j] = work[y, j] + h
+    if not evaluate_row(rhs, t, work, STAGE, found, block):
+        return False
+    change, size = _largest_change(work[found], work[f])
+    for i in range(len(column)):
+        column[i] = work[found, i] - work[f, i]
+    if change < REJECT * size:
+        longer = _increment(work, y, f, factor, j, 10.0)
+        work[STAGE, j] = work[y, j] + longer
+        if not evaluate_row(rhs, t, work, STAGE, found, block):
+            return False
+        new_change, new_size = _largest_change(work[found], work[f])
+        if change * new_size < new_change * size:
+            work[factor, j] *= 10.0
+            h, change, size = longer, new_change, new_size
+            for i in range(len(column)):
+                column[i] = work[found, i] - work[f, i]
+    for i in range(len(column)):
+        column[i] /= h
+    _learn(work, factor, j, change, size)
+    return True
+
+
+@njit(**INTERNAL)
+def _largest_change(new, old):
+    """The largest |new - old| of a component, and the larger of both sizes there."""
+    where = 0
+    change = abs(new[0] - old[0])
+    for i in range(1, len(new)):
+        if abs(new[i] - old[i]) > change:
+            change, where = abs(new[i] - old[i]), i
+    return change, max(abs(new[where]), abs(old[where]))
+
+
+@njit(**INTERNAL)
+def differences_in_groups(rhs, t, work, y, f, block, given, factor, entries):
+    """The entries of the Jacobian whose places the block at `given` has; False if it raised.
+
+    Behind the places are, in words, the rows of the entries, where each column begins among them,
+    and the group of each column.  Two rows behind the factors are free.
+    """
+    n, words = work.shape[1], words_at(given)
+    groups = FIRST + 2 * words[N_ENTRIES] + n + 1
+    for g in range(words[GROUPS]):
+        copy_row(work[y], work[STAGE])
+        for j in range(n):
+            if words[groups + j] == g:
+                work[STAGE, j] += _increment(work, y, f, factor, j, 1.0)
+        if not evaluate_row(rhs, t, work, STAGE, factor + 1, block):
+            return False
+        again = False
+        copy_row(work[y], work[STAGE])
+        for j in range(n):
+            if words[groups + j] == g:
+                change, size = _largest_entry(work, f, factor + 1, words, j)
+                if change < REJECT * size:
+                    again = True
+                    work[STAGE, j] += _increment(work, y, f, factor, j, 10.0)
+        if again and not evaluate_row(rhs, t, work, STAGE, factor + 2, block):
+            return False
+        for j in range(n):
+            if words[groups + j] == g:
+                _put_column(work, y, f, factor, words, j, entries)
+    return True
+
+
+@njit(**INTERNAL)
+def _put_column(work, y, f, factor, words, j, entries):
+    """The entries of a column by the better of two differences."""
+    rows, begins = _column(words)
+    found, h = factor + 1, _increment(work, y, f, factor, j, 1.0)
+    change, size = _largest_entry(work, f, found, words, j)
+    if change < REJECT * size:
+        new_change, new_size = _largest_entry(work, f, found + 1, words, j)
+        if change * new_size < new_change * size:
+            h, found = _increment(work, y, f, factor, j, 10.0), found + 1
+            change, size = new_change, new_size
+            work[factor, j] *= 10.0
+    for e in range(words[begins + j], words[begins + j + 1]):
+        i = words[rows + e]
+        entries[e] = (work[found, i] - work[f, i]) / h
+    _learn(work, factor, j, change, size)
+
+
+@njit(**INLINED)
+def _column(words):
+    """Where the rows of entries are among the words, and where columns begin."""
+    rows = FIRST + words[N_ENTRIES]
+    return rows, rows + words[N_ENTRIES]
+
+
+@njit(**INTERNAL)
+def _largest_entry(work, f, found, words, j):
+    """`_largest_change` of the entries of column j."""
+    rows, begins = _column(words)
+    change = size = 0.0
+    for e in range(words[begins + j], words[begins + j + 1]):
+        i = words[rows + e]
+        moved = abs(work[found, i] - work[f, i])
+        if moved > change or size == 0.0:
+            change, size = moved, max(abs(work[found, i]), abs(work[f, i]))
+    return change, size
