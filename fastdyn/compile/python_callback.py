@@ -16,7 +16,7 @@ import numpy as np
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 from fastdyn.kernels.calls.block import RAISED_WORD
 
-from .diagnostics import LeftToSciPy, WritesToState
+from .diagnostics import WritesToState
 from .parameters import COMPLEX_MODES, EVENT_MODES, MOMENT_MODES
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -32,6 +32,7 @@ SIGNATURE = ctypes.CFUNCTYPE(  # Numba's calling convention: status, result and 
 )
 
 
+SPARSE = "`jac` is sparse here and now, and was not before, or is not taken: return arrays."
 NAMES = {"velocity": "velocity", "force": "force", "jump": "on_event"}  # fun, otherwise
 
 
@@ -48,13 +49,15 @@ class Callback:
     n : int
     announce : callable, optional
         Called once the function has given a value: one that is wrong says so itself.
+    n_out : int, optional
+        Numbers that it gives, where the mode does not say.
     """
 
-    def __init__(self, fun, mode, n, announce=None):
+    def __init__(self, fun, mode, n, announce=None, n_out=None):
         self.exception, self.inside, self.pending, self.writes = None, False, None, True
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._announcement = announce
-        self._n_out = {"event": 1, "matrix": n * n}.get(mode, n)
+        self._n_out = n_out or {"event": 1, "matrix": n * n}.get(mode, n)
         self._function = SIGNATURE(self._call)
         self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
 
@@ -145,6 +148,8 @@ def evaluate(fun, mode, t, y):
         return value.view(float)
     if mode == "matrix":
         return matrix(fun(t, y), n).reshape(-1)
+    if mode == "entries":
+        return fun(t, y)
     if mode in MOMENT_MODES:
         moments = mode.split()
         own = y[: n // (1 + len(moments))]
@@ -160,12 +165,9 @@ def evaluate(fun, mode, t, y):
 
 
 def matrix(value, n):
-    """A Jacobian as an array of (n, n) floats, ValueError if it is not one.
-
-    Raises LeftToSciPy for a sparse matrix.
-    """
+    """A Jacobian as an array of (n, n) floats, ValueError if it is not one."""
     if hasattr(value, "tocsc"):
-        raise LeftToSciPy
+        raise ValueError(SPARSE)
     array = np.asarray(value, dtype=float)
     if array.shape != (n, n):
         raise ValueError(

@@ -15,7 +15,7 @@ from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE
 from fastdyn.problem.events import between_steps
-from fastdyn.run.begin import begin, event_table, jacobian_of
+from fastdyn.run.begin import begin, event_table, full_jacobian
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.output import OUTPUT_RECORD
 from fastdyn.specialise.scalar import (
@@ -104,7 +104,7 @@ class Worker:
             address = bound.block.ctypes.data
             places += [(address + 8 * at, column, 0) for at, column in offsets]
         others = self.bounds[1 : len(self.bounds) - len(folds)]
-        self._jacobian = jacobian_of(p, self.bounds[0], others)
+        self._jacobian = full_jacobian(p, self.bounds[0], others)
         return places
 
     def _addresses(self, p, vector):

@@ -3,38 +3,36 @@
 import numpy as np
 
 from fastdyn.compile.python_callback import matrix
+from fastdyn.compile.sparse_jacobian import is_sparse, pattern_of
 
-MAX_DENSE = 2000  # 128 MB for Radau
-SPARSE = "`jac` is sparse: give an array, `jac.toarray()`; its band is found from its entries."
 DIFFERENCES = "2-point"  # as `scipy.optimize.minimize` calls them
 
 
-def is_sparse(jac, sparsity, n):
-    """Whether SciPy has to work with sparse matrices, as far as is known before `jac` is called.
+def given(options, n):
+    """What `jac` and `jac_sparsity` say.
 
-    What `sparsity` says of a small matrix an exact one says, too, if there is one.
-    """
-    if sparsity is None or callable(jac):
-        return hasattr(jac, "tocsc")
-    return jac is not None or n > MAX_DENSE
-
-
-def given(jac, n):
-    """`jac` as a function, an array of (n, n) floats, or None; and whether by differences.
+    Returns
+    -------
+    tuple
+        A function, an array of (n, n) floats, a sparse matrix, or None; whether by differences;
+        the Entries that may not be zero, or None.
 
     Raises
     ------
     ValueError
     """
+    jac, sparsity = options.get("jac"), options.get("jac_sparsity")
+    entries = None if sparsity is None else pattern_of(sparsity, n, "jac_sparsity")
     if isinstance(jac, str):
         if jac != DIFFERENCES:
             raise ValueError(
                 f"`jac={jac!r}` is unknown; give a function of (t, y), a matrix, None, or "
                 f"{DIFFERENCES!r} for differences."
             )
-        return None, True
+        return None, True, entries
     if jac is None or callable(jac):
-        return jac, False
-    if hasattr(jac, "tocsc"):
-        raise ValueError(SPARSE)
-    return matrix(np.array(jac, dtype=float), n), False
+        return jac, False, entries
+    if is_sparse(jac):
+        pattern_of(jac, n)
+        return jac.tocsc().astype(float), False, entries
+    return matrix(np.array(jac, dtype=float), n), False, entries

@@ -25,7 +25,6 @@ COMMON = {"project", "on_event"} | RUNNING
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
 FIXED = {"step"} | COMMON
 OF_JACOBIANS = {"jac", "jac_sparsity"}
-SCIPYS = {"rtol", "atol", "max_step", "first_step"} | OF_JACOBIANS
 OF_ONE_SOLVE = ("sensitivity", "error_estimate", "mass")  # of solve_ivp alone
 DEFAULTS = (math.inf, False, "raise", "auto", None, None)  # max_steps, progress, ... as in Problem
 COMPILE = ("auto", "shared", "inlined")
@@ -59,8 +58,8 @@ class Problem(NamedTuple):
     callback: Any
     jac: Any = None
     differences: bool = False
+    sparsity: Any = None
     mass: Any = None
-    for_scipy: bool = False
 
 
 def time_span(t_span):
@@ -181,15 +180,10 @@ def _running_options(options):
     )
 
 
-def of_scipy(options):
-    """Whether SciPy's implicit methods take all options."""
-    return SCIPYS.issuperset(options)
-
-
 def _own_options(method):
     """Options of an adaptive method that not all have."""
     if method.takes_mass:
-        return {"jac", "mass"}
+        return {*OF_JACOBIANS, "mass"}
     return OF_JACOBIANS if method.n_matrices else set()
 
 
@@ -243,6 +237,6 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, on_event, extra_arguments(args), mode, rtol, atol, h_max, h,
         step_options.segments_of_span(options.get("breakpoints"), t0, tf), project, *running,
-        *jacobian.given(options.get("jac") if method.n_matrices else None, len(y0)),
+        *jacobian.given(options if method.n_matrices else {}, len(y0)),
         mass.given(options, method, mode, len(y0)),
     )  # fmt: skip

@@ -5,18 +5,17 @@ from typing import Any
 import numpy as np
 
 from fastdyn.code_store.call import address_of
-from fastdyn.compile.diagnostics import LeftToSciPy
 from fastdyn.compile.jacobian_block import exact_block
-from fastdyn.kernels.calls.block import FIRST, JACOBIAN, N_ENTRIES
+from fastdyn.compile.sparse_jacobian import ENTRIES
+from fastdyn.kernels.calls.block import JACOBIAN
 from fastdyn.kernels.output.arguments import EVENTS
 from fastdyn.kernels.state.record import ATOL, RTOL, K, Y
 from fastdyn.specialise.scalar import all_roots_kernel
 from fastdyn.specialise.series import series_of_events
 
-from . import memory, output
+from . import output
 from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
 
-LARGE, NARROW = 300, 8  # components; their share that a band has on one side
 NONE_YET = (0.0, *[0] * 8)  # of what implicit methods count and keep
 
 
@@ -37,27 +36,25 @@ def begin(problem) -> Any:
 
 
 def jacobian_of(problem, bound, others):
-    """The block of the Jacobian, which the block of the equations names from now on, or None.
+    """The block of the Jacobian, or None for differences.
 
-    The user's is the last of `others`; that of a traced function is exact.
+    The user's is the last of `others`; that of a traced function is exact.  It is taken in place of
+    a function that returns sparse matrices, which only Python can call.
     """
     p, block = problem, None
-    if p.jac is not None:
-        block = others[-1].block
-    elif p.method.n_matrices and not p.differences:
+    given = others[-1] if p.jac is not None else None
+    if given is not None and given.mode != ENTRIES:
+        return given.block
+    if p.method.n_matrices and not p.differences:
         block = exact_block(bound.function, len(p.y0), p.method.takes_mass)
-    if p.for_scipy and not _is_eliminated_fast(block, len(p.y0)):
-        raise LeftToSciPy
+    return given.block if block is None and given is not None else block
+
+
+def full_jacobian(problem, bound, others):
+    """`jacobian_of`, of full matrices; the block of the equations names it from now on."""
+    block = jacobian_of(problem, bound, others)
     bound.block[JACOBIAN] = 0 if block is None else address_of(block)
     return block
-
-
-def _is_eliminated_fast(block, n):
-    """Whether a Jacobian is exact, and small or of a narrow band; LAPACK is faster for others."""
-    if block is None or block[N_ENTRIES] == 0:
-        return False
-    columns, rows = np.divmod(block[FIRST:], n)
-    return n <= LARGE or np.abs(rows - columns).max() <= n // NARROW
 
 
 def event_table(problem, others, order=None) -> Any:
@@ -99,11 +96,11 @@ def fill_tolerances(image, plan, problem):
     numbers[work + ATOL * n : work + (ATOL + 1) * n] = p.atol
 
 
-def plan_of(problem, pair, n_points=None):
-    """The layout of the memory of a problem; `n_points` where each step is stored."""
+def shape_of(problem, pair, n_points=None):
+    """What the memory of a problem depends on; `n_points` where each step is stored."""
     p, m = problem, len(problem.events or ())
     n_points = (n_points or output.PIECE) if p.t_eval is None else len(p.t_eval)
-    return memory.plan(
+    return (
         p.method.name, pair, len(p.y0), m, n_points,
         output.PIECE if p.dense_output else 1, output.PIECE if m else 0,
     )  # fmt: skip

@@ -17,9 +17,10 @@ from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel, watch_pl
 from fastdyn.specialise.shared_or_inlined import Tier
 
 from . import output
-from .begin import event_table, fill, fill_tolerances, jacobian_of, plan_of
+from .begin import event_table, fill, fill_tolerances, jacobian_of, shape_of
 from .mass import mass_of
-from .memory import MEMORY, Y0, lay
+from .matrices import matrices_of
+from .memory import MEMORY, Y0, lay, plan
 
 MOST_PIECES = 16  # that the output of a solve gets at once, if an earlier one needed them
 
@@ -67,21 +68,25 @@ class LaidOut:
         self.bounds, self._own = [*bound.pair, bound, *others], bound
         self._others, self._n_extra = others, n_extra
         last = len(others) - (problem.jac is not None)
-        self._jacobian = jacobian_of(problem, bound, others)
+        self._matrices = matrices_of(problem, bound, jacobian_of(problem, bound, others))
         self._mass = mass_of(problem, bound)
         self._projection = others[last - 1] if problem.project is not None else None
         self.memory: Any = None
         self.grown: Any = None
         self._asked = self._tolerances = self._limits = None
-        plan = plan_of(problem, bool(bound.pair))
+        plan = self._plan(problem)
         self._image = np.zeros(plan.head, np.int64)
         self._advance, self._n_steps = plan.at["kernels.advance"], plan.at["n_steps"]
         self._lay_out(plan)
-        self._callbacks = [b.callback for b in self.bounds if b.callback is not None]
+        called = *(b.callback for b in self.bounds), self._matrices.solver
+        self._callbacks = [c for c in called if c is not None]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = [math.inf if b.function is None else b.function.seconds for b in self.bounds]
         self._seconds = self.evaluations * sum(seconds)
         self.take(problem)
+
+    def _plan(self, problem, n_points=None):
+        return plan(*shape_of(problem, bool(self._own.pair), n_points), self._matrices.rows)
 
     def _lay_out(self, plan):
         """Lay the arguments out in words, for a memory of this plan."""
@@ -145,7 +150,7 @@ class LaidOut:
     def _make_room(self):
         """Let the first piece of the output hold what the last solve stored, within limits."""
         wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)
-        self._lay_out(plan_of(self.problem, bool(self._own.pair), max(wanted, output.PIECE)))
+        self._lay_out(self._plan(self.problem, max(wanted, output.PIECE)))
         self._lay_times()
         self.grown = None
 
@@ -192,6 +197,9 @@ class LaidOut:
     def check(self, status):
         """Raise what a function of the user raised."""
         if status == RAISED:
+            solver = self._matrices.solver
+            if solver is not None and solver.exception is not None:
+                raise solver.exception
             raise_kept(self.bounds)
         if status == FAILED:
             raise MemoryError("a kernel had no memory left")

@@ -36,6 +36,8 @@ class Plan:
     n_events : int
     n_points, n_polynomials, n_occurrences : int
         Room for the output, and for the events that the last step may have besides.
+    matrix_rows : int
+        Rows of the work array that a matrix takes.
 
     Attributes
     ----------
@@ -56,7 +58,9 @@ class Plan:
         ``kernel(address of the words)``, the status; the same for the words of a Launch.
     """
 
-    def __init__(self, name, pair, n, n_events, n_points, n_polynomials, n_occurrences):
+    def __init__(
+        self, name, pair, n, n_events, n_points, n_polynomials, n_occurrences, matrix_rows
+    ):
         method, self.n, self.n_events, self.room = BY_NAME[name], n, n_events, n_points
         self.at_once = n_events * method.events_at_once
         n_occurrences += self.at_once
@@ -68,7 +72,7 @@ class Plan:
             "solve.state": (STATE, (1,)),
             "output.record": (OUTPUT, (1,)),
             "events.table": (EVENTS, (n_events,)),
-            "solve.work": (FLOAT, (K + method.rows(n), n)),
+            "solve.work": (FLOAT, (K + method.rows(matrix_rows), n)),
             "scratch": (FLOAT, (2, n)),
             "output.t": (FLOAT, (n_points,)),
             "output.y": (FLOAT, (n_points, n)),

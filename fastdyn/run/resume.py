@@ -37,7 +37,14 @@ def description(problem, functions):
         "breakpoints": hashlib.sha256(p.segments.tobytes()).hexdigest(),
         FUNCTIONS: functions,
         **({} if p.mass is None else {"mass": p.mass.tolist()}),
+        **({} if not (p.differences or p.sparsity) else {"Jacobian": _of_jacobian(p)}),
     }
+
+
+def _of_jacobian(problem):
+    """How the Jacobian is found by differences."""
+    pattern = b"" if problem.sparsity is None else np.concatenate(problem.sparsity).tobytes()
+    return [problem.differences, hashlib.sha256(pattern).hexdigest()]
 
 
 def to_arrays(status, run):

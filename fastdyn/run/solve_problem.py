@@ -10,6 +10,13 @@ from fastdyn.compile.parameters import may_write
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.rebind import rebind
 from fastdyn.compile.side_effects import CHANGED, depends
+from fastdyn.compile.sparse_jacobian import (
+    WiderPattern,
+    bind_sparse_function,
+    bind_sparse_matrix,
+    is_sparse,
+    pattern_of,
+)
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
     Pair,
@@ -18,7 +25,7 @@ from fastdyn.problem.second_order_and_pairs import (
 )
 from fastdyn.problem.validate import IMPLICIT, SHARED_METHODS
 
-from .begin import plan_of
+from .begin import shape_of
 from .check_jacobian import check_jacobian
 from .loop import Run
 from .mass import with_mass
@@ -84,10 +91,7 @@ def bind_functions(problem):
     others = between_steps(p)
     bound = bind_equations(p)
     near = Near(p.t0, p.tf, p.y0)
-    bounds = [
-        bind(fun, p.args, mode, n, near) if callable(fun) else bind_matrix(fun)
-        for fun, mode in others
-    ]
+    bounds = [_bind(p, fun, mode, near) for fun, mode in others]
     equations = list(p.fun) if isinstance(p.fun, Pair) else [getattr(p.fun, "fun", p.fun)]
     watching = [] if p.callback is None else [p.callback.function]
     if watching or (others and any(b.function is None for b in (bound, *bounds))):
@@ -102,8 +106,29 @@ def bind_functions(problem):
     return bound, bounds
 
 
+def _bind(problem, fun, mode, near):
+    """A function that is called between steps, or a Jacobian, as a Bound."""
+    p, n = problem, len(problem.y0)
+    if not callable(fun):
+        return bind_sparse_matrix(fun) if is_sparse(fun) else bind_matrix(fun)
+    bound = bind(fun, p.args, mode, n, near)
+    if mode == "matrix" and bound.function is None:
+        found = fun(p.t0, p.y0.copy(), *p.args)
+        if is_sparse(found):
+            return bind_sparse_function(fun, p.args, n, p.sparsity or pattern_of(found, n))
+    return bound
+
+
 def solve_problem(problem):
     """Solve; a run that served the same code before is used once more."""
+    while True:
+        try:
+            return _solved(problem)
+        except WiderPattern as wider:
+            problem = problem._replace(sparsity=wider.entries)
+
+
+def _solved(problem):
     functions = _functions(problem)
     place = _place(problem, functions)
 
@@ -128,11 +153,12 @@ def _place(problem, functions):
         or p.checkpoint is not None
         or p.callback is not None
         or p.jac is not None
+        or p.sparsity is not None
         or p.mass is not None
         or len(p.segments)
     ):
         return None
-    place: list = [plan_of(p, False), p.differences]
+    place: list = [shape_of(p, False), p.differences]
     if p.on_event:
         place += [jump is None for jump in p.on_event]
     for function in functions:

@@ -5,11 +5,9 @@ from typing import Any
 
 from fastdyn.compile.diagnostics import LeftToSciPy, WritesToState
 from fastdyn.problem import validate
-from fastdyn.problem.jacobian import SPARSE, is_sparse
 from fastdyn.problem.mass import refuse, refuse_sensitivity
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.sensitivities import check_method
-from fastdyn.run.begin import LARGE
 from fastdyn.run.solve_problem import solve_problem
 
 from .automatic import solve_automatically
@@ -88,10 +86,13 @@ def solve_ivp(
         by "Taylor".
     max_step, first_step : float
         Longest step, and the first one, of adaptive methods.
-    jac : callable or array_like, shape (n, n), or "2-point"
+    jac : callable or array_like or sparse matrix, shape (n, n), or "2-point"
         The Jacobian of `fun`, for "Radau", "BDF" and "Rodas5P": ``jac(t, y, *args)``, or a matrix.
         Without, it is exact where `fun` can be traced, and by differences otherwise, or if
-        "2-point".
+        "2-point".  Functions that return sparse matrices run in Python.
+    jac_sparsity : array_like or sparse matrix, shape (n, n)
+        Where the Jacobian has elements, for differences with fewer evaluations and for sparse
+        elimination.  Not needed where it is exact.
     mass : array_like, shape (n, n)
         For "Rodas5P": the matrix M of M y' = fun(t, y).  If it is singular, some equations are
         algebraic: a DAE of index 1, whose `y0` must fulfil them.
@@ -162,8 +163,8 @@ def solve_ivp(
     has no series: tables, splines, rounding, remainders.  Steps end at kinks and jumps.  A smooth
     but steep transition, tanh(v / 0.01), may be stepped over: give `max_step`.
 
-    "Radau" and "BDF" take SciPy's accepted steps, as far as rounding allows.  A sparse `jac`, large
-    full Jacobians and complex states under "BDF" are left to SciPy.
+    "Radau" and "BDF" take SciPy's accepted steps, as far as rounding allows.  Complex states under
+    "BDF" are left to SciPy.
 
     Sensitivities are the solution of the variational equations S' = df/dy S + df/dp, with exact
     derivatives of `fun`, which must be one that can be traced, in one system with y: n (1 + m)
@@ -205,9 +206,6 @@ def solve_ivp(
         check_method(ours, method, y0, options)
     refuse(options, ours, y0)
     problem = None
-    if ours is not None and ours.name in validate.IMPLICIT:
-        sparse = is_sparse(options.get("jac"), options.get("jac_sparsity"), len(y0))
-        ours = None if sparse else ours
     if ours is not None and y0.size and t0 != tf:
         if y0.dtype.kind != "c":
             problem = validate.problem(
@@ -223,14 +221,10 @@ def solve_ivp(
     if problem is not None:
         if sensitivity is not None:
             return solve_with_sensitivities(problem, sensitivity)
-        if problem.method.name in validate.IMPLICIT and validate.of_scipy(options):
-            large = len(y0) > LARGE or options.get("jac_sparsity") is not None
-            problem = problem._replace(for_scipy=large)
         try:
             return solve_problem(problem)
         except (LeftToSciPy, WritesToState):
-            if problem.method.takes_mass:
-                raise ValueError(SPARSE) from None
+            pass  # SciPy does what it asks for
     return by_scipy(
         fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
     )

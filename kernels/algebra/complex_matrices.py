@@ -11,7 +11,28 @@ from ..state.rows import numbers_of
 from . import lapack
 from .factorise_complex import factorise_complex, solve_complex
 from .lapack import call_routine
-from .matrices import COMPLEX, FULL, OUTSIDE, OWN, kind_of, leading, matrix_at, matrix_rows, put_sum
+from .matrices import (
+    BAND,
+    COMPLEX,
+    FULL,
+    KIND,
+    OUTSIDE,
+    OWN,
+    kind_of,
+    leading,
+    matrix_at,
+    matrix_rows,
+    new_number,
+    put_sum,
+)
+
+
+@njit(**INTERNAL)
+def _kind(s, block, n):
+    """Who factorises a complex matrix: LAPACK in each band."""
+    if block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == BAND:
+        return BAND
+    return kind_of(s, block, n)
 
 
 @njit(**INTERNAL)
@@ -55,7 +76,7 @@ def _put_pairs(s, work, block, first, to, a, b, c):
 def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
     """Factorise a J + (b + i c) I, of the J that lies at `first`, at `to`."""
     n = work.shape[1]
-    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
+    kind, words = _kind(s, block, n), words_at(block[MATRICES])
     s.n_factorised += 1
     if kind == OWN:
         re, im = _put_parts(s, work, block, first, to, a, b, c)
@@ -80,7 +101,7 @@ def solve_complex_sum(s, work, block, first, to, pivots, row, free):
     The rows `free` and the next may be written to.
     """
     n = work.shape[1]
-    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
+    kind, words = _kind(s, block, n), words_at(block[MATRICES])
     b, c = work[row], work[row + 1]
     if kind == OWN:
         re, im = _parts(work, block, to)
@@ -92,10 +113,12 @@ def solve_complex_sum(s, work, block, first, to, pivots, row, free):
         return
     pairs, stored = numbers_of(work)[free * n : (free + 2) * n], numbers_of(work)[to * n :]
     for i in range(n):
-        pairs[2 * i], pairs[2 * i + 1] = b[i], c[i]
+        place = 2 * new_number(block, i)
+        pairs[place], pairs[place + 1] = b[i], c[i]
     if kind == FULL:
         lapack.solve_full(words[COMPLEX + 1], stored, n, work[pivots], pairs)
     else:
         lapack.solve_band(words[COMPLEX + 1], stored, n, s.lower, s.upper, work[pivots], pairs)
     for i in range(n):
-        b[i], c[i] = pairs[2 * i], pairs[2 * i + 1]
+        place = 2 * new_number(block, i)
+        b[i], c[i] = pairs[place], pairs[place + 1]

@@ -21,9 +21,20 @@ def _reciprocal(re, im):
 
 
 @njit(**INTERNAL)
-def _subtract(b, c, re, im, x, y):
-    """b + i c minus (x + i y) (re + i im)."""
-    for i in range(len(b)):
+def _subtract(b, c, at, re, im, begin, end, x, y):
+    """b + i c, from `at` on, minus (x + i y) times the numbers from `begin` to `end`."""
+    if end - begin > LONG:
+        _subtract_rows(b[at:], c[at:], re[begin:end], im[begin:end], x, y)
+        return
+    for i in range(end - begin):
+        u, v = re[begin + i], im[begin + i]
+        b[at + i] -= x * u - y * v
+        c[at + i] -= x * v + y * u
+
+
+@njit(**INTERNAL)
+def _subtract_rows(b, c, re, im, x, y):
+    for i in range(len(re)):
         u, v = re[i], im[i]
         b[i] -= x * u - y * v
         c[i] -= x * v + y * u
@@ -47,40 +58,26 @@ def factorise_complex(re, im, ld, pivots, n, lower, upper):
                 im[a], im[b] = im[b], im[a]
         x, y = _reciprocal(re[diagonal + k], im[diagonal + k])
         re[diagonal + k], im[diagonal + k] = x, y
-        for i in range(diagonal + k + 1, diagonal + end):
+        begin, end = diagonal + k + 1, diagonal + end
+        for i in range(begin, end):
             u, v = re[i], im[i]
             re[i], im[i] = u * x - v * y, u * y + v * x
-        for j in range(k + 1, last):
-            column = j * ld
-            x, y = re[column + k], im[column + k]
+        for at in range((k + 1) * ld + k, last * ld + k, ld):
+            x, y = re[at], im[at]
             if x != 0.0 or y != 0.0:
-                b, c = re[column:], im[column:]
-                _subtract_column(b, c, re[diagonal:], im[diagonal:], x, y, k + 1, end)
-
-
-@njit(**INTERNAL)
-def _subtract_column(b, c, re, im, x, y, first, end):
-    """b + i c minus (x + i y) times a column, in the rows from `first` to `end`."""
-    if end - first > LONG:
-        _subtract(b[first:end], c[first:end], re[first:end], im[first:end], x, y)
-    else:
-        for i in range(first, end):
-            u, v = re[i], im[i]
-            b[i] -= x * u - y * v
-            c[i] -= x * v + y * u
+                _subtract(re, im, at + 1, re, im, begin, end, x, y)
 
 
 @njit(**INTERNAL)
 def solve_complex(re, im, ld, pivots, b, c, n, lower, upper):
     """`solve` for a right-hand side b + i c."""
     for k in range(n):
-        p = int(pivots[k])
+        p, end = int(pivots[k]), min(n, k + 1 + lower)
         b[k], b[p] = b[p], b[k]
         c[k], c[p] = c[p], c[k]
-        end = min(n, k + 1 + lower)
-        _subtract_column(b, c, re[k * ld :], im[k * ld :], b[k], c[k], k + 1, end)
+        _subtract(b, c, k + 1, re, im, k * ld + k + 1, k * ld + end, b[k], c[k])
     for k in range(n - 1, -1, -1):
-        u, v = re[k * ld + k], im[k * ld + k]
+        column, first = k * ld, max(0, k - lower - upper)
+        u, v = re[column + k], im[column + k]
         b[k], c[k] = b[k] * u - c[k] * v, b[k] * v + c[k] * u
-        first = max(0, k - lower - upper)
-        _subtract_column(b, c, re[k * ld :], im[k * ld :], b[k], c[k], first, k)
+        _subtract(b, c, first, re, im, column + first, column + k, b[k], c[k])

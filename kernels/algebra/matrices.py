@@ -2,7 +2,8 @@
 
 All are a J + b M, of the Jacobian J and the mass matrix M, or I where there is none.  Each takes
 ROWS rows of the work array.  The block's word MATRICES is 0 for n rows, by columns, and our own
-elimination, or names words: one of the kinds below, the place of elements, and four routines.
+elimination, or names words: one of the kinds below, where elements lie, the bandwidths, four
+routines, and the new number of each component if they are in another order (ORDERED).
 
 An OUTSIDE solver keeps the factors itself.  Rows of J hold its elements one after the other, in
 the order of the solver, and those of the factors a and b, from which it can find them again; its
@@ -20,9 +21,10 @@ from .factorise import factorise, solve
 from .lapack import call_routine
 from .mass import add_mass
 
-KIND, ROWS, LD, BASE, LOWER, UPPER, REAL, COMPLEX = 0, 1, 2, 3, 4, 5, 6, 8  # words; two of routines
+KIND, ROWS, LD, BASE, LOWER, UPPER, REAL, COMPLEX, ORDERED, ORDER = (*range(7), 8, 10, 11)  # words
 OWN, FULL, BAND, OUTSIDE = 0, 1, 2, 3  # elimination here, LAPACK's of either, another solver's
 NARROW = 8  # a full matrix is a band if it is so many times narrower on each side
+FEW = 4  # diagonals below, with which our elimination of a band is faster than LAPACK's
 
 
 @njit(**INTERNAL)
@@ -50,11 +52,11 @@ def matrix_at(work, block, first):
 
 @njit(**INTERNAL)
 def kind_of(s, block, n):
-    """Who factorises."""
+    """Who factorises a real matrix."""
     if block[MATRICES] == 0:
         return OWN
     kind = words_at(block[MATRICES])[KIND]
-    if kind == FULL and max(s.lower, s.upper) * NARROW < n:
+    if (kind == BAND and s.lower <= FEW) or (kind == FULL and max(s.lower, s.upper) * NARROW < n):
         return OWN
     return kind
 
@@ -95,19 +97,39 @@ def factorise_sum(s, work, block, first, to, pivots, a, b):
 
 
 @njit(**INTERNAL)
-def solve_sum(s, work, block, first, to, pivots, row):
-    """Put the solution in the place of a right-hand side, a row."""
+def new_number(block, i):
+    """The row and the column in which component i is."""
+    words = words_at(block[MATRICES])
+    return words[ORDER + i] if block[MATRICES] != 0 and words[ORDERED] != 0 else i
+
+
+@njit(**INTERNAL)
+def solve_sum(s, work, block, first, to, pivots, row, free):
+    """Put the solution in the place of a right-hand side, a row; `free` may be written to."""
+    n, words = work.shape[1], words_at(block[MATRICES])
+    ordered = block[MATRICES] != 0 and words[ORDERED] != 0
+    if not ordered:
+        _solve(s, work, block, first, to, pivots, work[row])
+        return
+    for i in range(n):
+        work[free, words[ORDER + i]] = work[row, i]
+    _solve(s, work, block, first, to, pivots, work[free])
+    for i in range(n):
+        work[row, i] = work[free, words[ORDER + i]]
+
+
+@njit(**INTERNAL)
+def _solve(s, work, block, first, to, pivots, b):
     n = work.shape[1]
     kind, words = kind_of(s, block, n), words_at(block[MATRICES])
     if kind == OWN:
         ld = leading(block, n)[0]
-        solve(matrix_at(work, block, to), ld, work[pivots], work[row], n, s.lower, s.upper)
+        solve(matrix_at(work, block, to), ld, work[pivots], b, n, s.lower, s.upper)
     elif kind == FULL:
         stored = matrix_at(work, block, to)
-        lapack.solve_full(words[REAL + 1], stored, n, work[pivots], work[row])
+        lapack.solve_full(words[REAL + 1], stored, n, work[pivots], b)
     elif kind == BAND:
         stored = numbers_of(work)[to * n :]
-        given = work[pivots], work[row]
-        lapack.solve_band(words[REAL + 1], stored, n, s.lower, s.upper, *given)
+        lapack.solve_band(words[REAL + 1], stored, n, s.lower, s.upper, work[pivots], b)
     else:
-        call_routine(words[REAL + 1], (work[first], work[to], work[row]))
+        call_routine(words[REAL + 1], (work[first], work[to], b))

@@ -75,7 +75,7 @@ def _iterate(rhs, s, t, work, block, c, tolerance):
                 return False, k + 1
         for i in range(n):
             work[CHANGE, i] = c * work[CHANGE, i] - work[PSI, i] - work[RISE, i]
-        solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, CHANGE)
+        solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, CHANGE, FACTOR + 1)
         size = np.sqrt(scaled_squares(work, CHANGE, PREDICTED) / n)
         rate = size / before if k > 0 else 0.0
         if rate >= 1.0 or (

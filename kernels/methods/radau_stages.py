@@ -81,7 +81,7 @@ def _factorise(s, work, block, h):
 @njit(**INTERNAL)
 def solve_real(s, work, block, row):
     real = J + matrix_rows(block, work.shape[1])
-    solve_sum(s, work, block, J, real, PIVOTS, row)
+    solve_sum(s, work, block, J, real, PIVOTS, row, FACTOR + 1)
 
 
 @njit(**INTERNAL)

@@ -19,7 +19,7 @@ from ..stepping import first_step, implicit
 from ..stepping.differences import evaluate_row
 from ..stepping.step_size import SCIPY, rms
 from .method import Method
-from .rodas5p_derivatives import N_ROWS, PIVOTS, SLOPE, SUM, TIME, J, U, derive
+from .rodas5p_derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, J, U, derive
 from .rodas5p_table import DENSE, GAMMA, SLOPES, TIMES, A, C
 
 N_STAGES = 8
@@ -43,7 +43,7 @@ def _solve_stage(s, work, block, i, slope):
             row[k] += slope * work[TIME, k]
     if i > 0:
         add_product(block[MASS], work[SUM], row)
-    solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, U + i)
+    solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, U + i, FACTOR + 1)
 
 
 @njit(**INLINED)

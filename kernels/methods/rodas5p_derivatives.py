@@ -6,12 +6,12 @@ The rows of the work array have their names here.
 import numpy as np
 
 from ..algebra.mass import widened
-from ..calls.block import ADDRESS, JACOBIAN, MASS, N_ENTRIES, OWN
+from ..calls.block import JACOBIAN, MASS, N_ENTRIES
 from ..calls.user_function import words_at
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import ATOL, RAISED, RUNNING, K, Y
 from ..stepping.differences import FIRST_FACTOR, evaluate_row
-from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant
+from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant, is_exact
 from ..vector.scalar_or_vector import spacing
 
 # Rows: the derivative at the start of a step, stages, the time derivative, the combination of
@@ -60,13 +60,6 @@ def _first_factors(work):
             work[FACTOR, j] *= max(1.0, 1e-3 * largest / scale)
 
 
-@njit(**INLINED)
-def _is_exact(given):
-    """Whether the function of a Jacobian gives the time derivative, too."""
-    words = words_at(given)
-    return given != 0 and words[N_ENTRIES] > 0 and words[ADDRESS] != 0 and words[OWN] == 0
-
-
 @njit(**INTERNAL)
 def derive(rhs, s, work, block):
     """The Jacobian and the time derivative at the present state; RUNNING or a failure."""
@@ -82,7 +75,7 @@ def derive(rhs, s, work, block):
         s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
     s.order = 5
     finite = False
-    if _is_exact(given):
+    if is_exact(given):
         behind = entries_at(work, block, J)[words_at(given)[N_ENTRIES] :]
         finite = True
         for i in range(n):

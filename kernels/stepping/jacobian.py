@@ -7,7 +7,17 @@ block; see `calls/block.py`.
 import numpy as np
 
 from ..algebra.factorise import bandwidths
-from ..algebra.matrices import KIND, LOWER, OUTSIDE, UPPER, leading, matrix_at, matrix_rows
+from ..algebra.matrices import (
+    BAND,
+    FULL,
+    KIND,
+    LOWER,
+    OUTSIDE,
+    UPPER,
+    leading,
+    matrix_at,
+    matrix_rows,
+)
 from ..calls.block import ADDRESS, FIRST, GROUPS, JACOBIAN, MATRICES, N_ENTRIES, OWN
 from ..calls.user_function import (
     address_of,
@@ -48,6 +58,13 @@ def is_constant(block):
         return False
     words = words_at(block[JACOBIAN])
     return words[ADDRESS] == 0 and words[GROUPS] == 0
+
+
+@njit(**INTERNAL)
+def is_exact(given):
+    """Whether the block at an address is that of an exact Jacobian."""
+    words = words_at(given)
+    return given != 0 and words[N_ENTRIES] > 0 and words[ADDRESS] != 0 and words[OWN] == 0
 
 
 @njit(**INTERNAL)
@@ -118,10 +135,10 @@ def _put_entries(rhs, s, t, work, y, f, block, given, factor, first):
         status = RUNNING if _are_finite(entries, words[N_ENTRIES]) else BAD_JACOBIAN
     if status != RUNNING:
         return status
-    if block[MATRICES] == 0:
+    if block[MATRICES] == 0 or words_at(block[MATRICES])[KIND] == FULL:
         s.lower, s.upper = _spread(given, entries, matrix_at(work, block, first), n)
         return RUNNING
-    if words_at(block[MATRICES])[KIND] != OUTSIDE:
+    if words_at(block[MATRICES])[KIND] == BAND:
         _spread(given, entries, matrix_at(work, block, first), n)
     s.lower, s.upper = words_at(block[MATRICES])[LOWER], words_at(block[MATRICES])[UPPER]
     return RUNNING

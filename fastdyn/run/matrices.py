@@ -1,0 +1,155 @@
+"""How an implicit method keeps its Jacobian and its matrices: the choice, and its words.
+
+See `kernels/algebra/matrices.py` for the words, `kernels/calls/block.py` for those of Jacobians.
+"""
+
+import ctypes
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.code_store.call import address_of
+from fastdyn.compile.jacobian_block import entries_block, entries_of, is_exact, with_groups
+from fastdyn.kernels.algebra.matrices import BAND, FULL, ORDER, OUTSIDE
+from fastdyn.kernels.calls.block import FIRST, JACOBIAN, MATRICES
+
+from .check_jacobian import check_sparsity
+from .sparse_solver import SparseSolver
+
+SMALL = 24  # components to which our elimination is as fast as LAPACK's
+WIDE = 160  # bandwidths, from which a sparse solver may be faster than one for bands
+SPARSE = 0.1  # the share of elements of a sparse matrix
+GAIN = 2  # of an order of the components: how many times narrower the band must be
+NONE = np.empty(0, np.int64)
+
+_capsule_name = ctypes.PYFUNCTYPE(ctypes.c_char_p, ctypes.py_object)(
+    ("PyCapsule_GetName", ctypes.pythonapi)
+)
+_capsule_pointer = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
+    ("PyCapsule_GetPointer", ctypes.pythonapi)
+)
+
+
+class Matrices(NamedTuple):
+    """What a solve keeps alive: blocks, words; the `rows` of a matrix; a SparseSolver or None."""
+
+    jacobian: Any
+    words: Any
+    rows: int
+    solver: Any
+
+
+class Layout(NamedTuple):
+    """Where elements lie: kind, rows of the work array, distance of columns, bandwidths, order."""
+
+    kind: int
+    rows: int
+    ld: int
+    lower: int
+    upper: int
+    order: np.ndarray  # the new number of each component, or nothing
+
+    def places(self, entries):
+        """The place of each entry."""
+        rows, columns = entries.rows, entries.columns
+        if len(self.order):
+            rows, columns = self.order[rows], self.order[columns]
+        return columns * self.ld + rows
+
+    def words(self, routines):
+        """The words for kernels."""
+        base = self.lower + self.upper if self.kind == BAND else 0
+        head = [self.kind, self.rows, self.ld, base, self.lower, self.upper, *routines]
+        words = np.array([*head, len(self.order) > 0, *self.order], np.int64)
+        assert len(words) == ORDER + len(self.order)
+        return words
+
+
+def matrices_of(problem, bound, block):
+    """The Matrices of a problem, whose Jacobian has a block or None; the block of the equations
+    names them from now on.
+    """
+    p, n = problem, len(problem.y0)
+    jacobian, entries = block, entries_of(block, n)
+    if p.sparsity is not None and p.jac is None:
+        check_sparsity(p, bound, entries)
+    if jacobian is None and p.sparsity is not None:
+        entries = p.sparsity
+        jacobian = with_groups(entries_block(entries, n), entries, n)
+    layout, words, solver = _layout(n, entries, p.mass), None, None
+    if layout is not None:
+        if layout.kind == OUTSIDE:
+            solver = SparseSolver(n, entries, p.mass, bound.block)
+            routines = solver.addresses()
+        else:
+            routines = _lapack("gb" if layout.kind == BAND else "ge")
+        words = layout.words(routines)
+    if layout is not None and jacobian is not None and entries is not None:
+        if layout.kind != FULL and is_exact(jacobian):
+            jacobian = with_groups(jacobian, entries, n)
+        places = layout.places(entries)
+        jacobian[FIRST : FIRST + len(places)] = places
+    bound.block[JACOBIAN] = 0 if jacobian is None else address_of(jacobian)
+    bound.block[MATRICES] = 0 if words is None else address_of(words)
+    return Matrices(jacobian, words, n if layout is None else layout.rows, solver)
+
+
+def _layout(n, entries, mass):
+    """The Layout of matrices with these entries, or None if any may be there; None for our own
+    elimination of a full matrix.
+    """
+    if n <= SMALL:
+        return None
+    full = Layout(FULL, n, n, 0, 0, NONE)
+    if entries is None:
+        return full
+    band = _band(n, entries, mass)
+    if band.lower + band.upper < min(WIDE, n // GAIN):
+        return band
+    if len(entries.rows) < SPARSE * n * n:
+        return Layout(OUTSIDE, -(-(len(entries.rows) + n) // n), 0, 0, 0, NONE)
+    return full
+
+
+def _band(n, entries, mass):
+    """The Layout of a band, of components in another order if that makes it narrower."""
+    lower, upper = _bandwidths(entries.rows, entries.columns)
+    order = NONE
+    if mass is not None:
+        rows, columns = np.nonzero(mass)
+        more = _bandwidths(rows, columns)
+        lower, upper = max(lower, more[0]), max(upper, more[1])
+    elif lower + upper > SMALL:
+        found = _order(n, entries)
+        narrower = _bandwidths(found[entries.rows], found[entries.columns])
+        if GAIN * sum(narrower) <= lower + upper:
+            (lower, upper), order = narrower, found
+    ld = 2 * lower + upper
+    return Layout(BAND, ld + 1, ld, lower, upper, order)
+
+
+def _bandwidths(rows, columns):
+    far = rows - columns
+    return max(0, int(far.max(initial=0))), max(0, int(-far.min(initial=0)))
+
+
+def _order(n, entries):
+    """The new number of each component by the reverse of Cuthill and McKee's ordering."""
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    ones, at = np.ones(len(entries.rows)), (entries.rows, entries.columns)
+    pattern: Any = csr_matrix((ones, at), (n, n))
+    found = reverse_cuthill_mckee(csr_matrix(pattern + pattern.T), symmetric_mode=True)
+    order = np.empty(n, np.int64)
+    order[found] = np.arange(n)
+    return order
+
+
+def _lapack(kind):
+    """The addresses of LAPACK's routines for full matrices, "ge", or bands, "gb"."""
+    import scipy.linalg.cython_lapack as cython_lapack
+
+    capsules = cython_lapack.__pyx_capi__
+    found = [capsules[f"{z}{kind}{does}"] for z in "dz" for does in ("trf", "trs")]
+    return [_capsule_pointer(c, _capsule_name(c)) for c in found]

@@ -1,0 +1,113 @@
+"""SciPy's SuperLU as a kernel calls it, for sparse matrices that are no band."""
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from fastdyn.kernels.calls.block import RAISED_WORD
+
+POINTER, DOUBLES = ctypes.c_void_p, ctypes.POINTER(ctypes.c_double)
+FACTORISE, SOLVE, SOLVE_COMPLEX = (ctypes.CFUNCTYPE(None, *[POINTER] * k) for k in (3, 4, 5))
+N_FACTORS = 3  # numbers a, b and c of a J + (b + i c) M
+ALIKE = 0.5  # the share of elements whose mirror image is one, too, from which orderings use it
+
+
+class SparseSolver:
+    """Factors of a J + (b + i c) M, and solutions.
+
+    The kernel asks for both with the entries of J and the numbers a, b, c, so that the factors can
+    be made again where they are no more: in another process that resumes a run.
+
+    Parameters
+    ----------
+    n : int
+    entries : Entries
+        Of J.
+    mass : ndarray, shape (n, n), or None for I
+    block : array
+        Of the derivative, to be marked where something was raised; `exception` is what it was.
+    """
+
+    inside = False  # as of a `Callback`: no function of the user runs here
+
+    def __init__(self, n, entries, mass, block):
+        self._n, self._block, self.exception, self.pending = n, block, None, None
+        own = entries.columns * n + entries.rows
+        diagonal = np.arange(n) * (n + 1)
+        if mass is None:
+            m_places, self._mass = diagonal, np.ones(n)
+        else:
+            m_columns, m_rows = np.nonzero(mass.T)
+            m_places, self._mass = m_columns * n + m_rows, mass[m_rows, m_columns]
+        places = np.unique(np.r_[own, m_places, diagonal])
+        self._indices = (places % n).astype(np.int32)
+        self._indptr = np.searchsorted(places, n * np.arange(n + 1)).astype(np.int32)
+        self._of_jacobian = np.searchsorted(places, own)
+        self._of_mass = np.searchsorted(places, m_places)
+        self._count = len(own)
+        mirrored = places % n * n + places // n
+        alike = np.isin(places, mirrored).mean() > ALIKE
+        self._ordering = "MMD_AT_PLUS_A" if alike else "COLAMD"
+        self._kept: dict = {}
+        self._routines = (
+            FACTORISE(self._factorise), SOLVE(self._solve),
+            FACTORISE(self._factorise), SOLVE_COMPLEX(self._solve_complex),
+        )  # fmt: skip
+
+    def addresses(self):
+        """Of the four routines, as `kernels/algebra/matrices.py` has them."""
+        return [ctypes.cast(routine, POINTER).value for routine in self._routines]
+
+    def _numbers(self, address, count) -> Any:
+        return np.ctypeslib.as_array(
+            ctypes.cast(address, ctypes.POINTER(ctypes.c_double)), (count,)
+        )
+
+    def _factors(self, jacobian, given, anew=False):
+        """The factors for the numbers at `given`; None of a singular matrix."""
+        a, b, c = self._numbers(given, N_FACTORS)
+        found = self._kept.get(given)
+        if anew or found is None or found[0] != (a, b, c):
+            found = self._kept[given] = (a, b, c), self._made(jacobian, a, b, c)
+        return found[1]
+
+    def _made(self, jacobian, a, b, c):
+        from scipy.sparse import csc_matrix
+        from scipy.sparse.linalg import splu
+
+        data = np.zeros(len(self._indices), complex if c else float)
+        data[self._of_jacobian] = a * self._numbers(jacobian, self._count)
+        data[self._of_mass] += (b + 1j * c if c else b) * self._mass
+        matrix = csc_matrix((data, self._indices, self._indptr), (self._n, self._n))
+        try:
+            return splu(matrix, permc_spec=self._ordering)
+        except RuntimeError:
+            return None
+
+    def _factorise(self, jacobian, given, info):
+        found = self._guarded(lambda: self._factors(jacobian, given, anew=True))
+        ctypes.cast(info, ctypes.POINTER(ctypes.c_int32))[0] = found is None
+
+    def _solve(self, jacobian, given, b, info):
+        row = self._numbers(b, self._n)
+        factors = self._guarded(lambda: self._factors(jacobian, given))
+        row[:] = np.nan if factors is None else factors.solve(row)
+
+    def _solve_complex(self, jacobian, given, b, c, info):
+        re, im = self._numbers(b, self._n), self._numbers(c, self._n)
+        factors = self._guarded(lambda: self._factors(jacobian, given))
+        x: Any = np.full(self._n, np.nan) if factors is None else factors.solve(re + 1j * im)
+        re[:], im[:] = x.real, x.imag
+
+    def _guarded(self, action):
+        """Its result; None where it raises, which is kept until the kernel returns."""
+        try:
+            if self.exception is not None:
+                return None
+            if self.pending is not None:
+                self.pending()
+            return action()
+        except BaseException as error:
+            self.exception, self._block[RAISED_WORD] = error, 1
+            return None
