@@ -16,7 +16,7 @@ from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..state.rows import numbers_of
 from . import lapack
-from .factorise import factorise, solve
+from .factorise import add_matrix_product, factorise, solve
 from .lapack import call_routine
 from .mass import add_mass
 
@@ -111,3 +111,11 @@ def solve_sum(s, work, block, first, to, pivots, row):
         lapack.solve_band(words[REAL + 1], stored, n, s.lower, s.upper, *given)
     else:
         call_routine(words[REAL + 1], (work[first], work[to], work[row]))
+
+
+@njit(**INTERNAL)
+def add_jacobian_product(s, work, block, first, given, out):
+    """Add J times one row to another, of the J that lies at `first`; not of OUTSIDE ones."""
+    n = work.shape[1]
+    ld, jacobian = leading(block, n)[0], matrix_at(work, block, first)
+    add_matrix_product(jacobian, ld, work[given], work[out], n, s.lower, s.upper)

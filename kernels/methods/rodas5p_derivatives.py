@@ -15,9 +15,10 @@ from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_
 from ..vector.scalar_or_vector import spacing
 
 # Rows: the derivative at the start of a step, stages, the time derivative, the combination of
-# stages that M multiplies, factors of differences and two rows for them, pivots.
-SLOPE, U, TIME, SUM, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 15))
-N_ROWS = 16
+# stages that M multiplies, that of derivatives for the end, factors of differences and two rows
+# for them, pivots.
+SLOPE, U, TIME, SUM, TOTAL, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 13, 16))
+N_ROWS = 17
 J = K + N_ROWS  # the Jacobian; the factors of the matrix; room for entries of an exact Jacobian
 
 
