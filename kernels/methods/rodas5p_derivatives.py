@@ -62,6 +62,17 @@ def _first_factors(work):
 
 
 @njit(**INLINED)
+def _keep_factors(work):
+    """Let no step of differences be shorter than the first.
+
+    SciPy shortens those whose change is large beside the derivative.  That of an algebraic equation
+    is zero, that of others is small near their equilibrium: what is left is rounding.
+    """
+    for j in range(work.shape[1]):
+        work[FACTOR, j] = max(work[FACTOR, j], FIRST_FACTOR)
+
+
+@njit(**INLINED)
 def _is_exact(given):
     """Whether the function of a Jacobian gives the time derivative, too."""
     words = words_at(given)
@@ -80,6 +91,7 @@ def derive(rhs, s, work, block):
         status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
         if status != RUNNING:
             return status
+        _keep_factors(work)
         s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
     s.order = 5
     finite = False

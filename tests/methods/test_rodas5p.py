@@ -194,13 +194,23 @@ def without(t, y):
     [(with_a_loop, None, 1e-6), (without, "2-point", 1e-6), (without, [[-50, 0], [1, -1]], 1e-10)],
 )
 def test_differences_do_for_derivatives(fun, jac, tol):
-    """Those by time at tight tolerances, too; those by y, 1e-8 of them off, are only for loose."""
+    """Those by time and by y, which are 1e-8 of them off."""
     given = (0, 5), [0.0, 1.0], "Rodas5P", None
     exact = solve_ivp(without, *given, rtol=tol, atol=tol)
     other = solve_ivp(fun, *given, rtol=tol, atol=tol, jac=jac)
     assert abs(other.n_accepted - exact.n_accepted) <= 1
     assert np.abs(other.y[:, -1] - exact.y[:, -1]).max() < 0.01 * tol
     assert other.nfev > exact.nfev
+
+
+def test_differences_near_an_equilibrium():
+    """Robertson's derivatives become small beside their terms; differences do not with them."""
+    p = PROBLEMS["Robertson"]
+    given = {"rtol": 1e-9, "atol": 1e-13}
+    exact, other = (
+        solve_ivp(p.fun, p.t_span, p.y0, "Rodas5P", **given, jac=jac) for jac in (None, "2-point")
+    )
+    assert other.status == 0 and other.n_accepted < 1.2 * exact.n_accepted
 
 
 def test_a_jacobian_is_taken_and_a_sparse_one_refused():
