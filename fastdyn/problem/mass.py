@@ -64,4 +64,22 @@ def given(options, method, mode, n):
 
 def is_singular(matrix):
     """Whether there are algebraic equations."""
-    return np.linalg.matrix_rank(matrix) < len(matrix)
+    return np.linalg.matrix_rank(equilibrated(matrix)[0]) < len(matrix)
+
+
+def equilibrated(matrix):
+    """The matrix in units in which rows and columns are of size 1, but for zeros, and the factors.
+
+    Returns
+    -------
+    scaled : ndarray, shape (n, n)
+        ``rows[:, None] * matrix * columns``.
+    rows, columns : ndarray, shape (n,)
+    """
+    rows = _reciprocals(np.abs(matrix).max(axis=1))
+    columns = _reciprocals((rows[:, None] * np.abs(matrix)).max(axis=0))
+    return rows[:, None] * matrix * columns, rows, columns
+
+
+def _reciprocals(sizes):
+    return 1.0 / np.where(sizes > 0.0, sizes, 1.0)

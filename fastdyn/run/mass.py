@@ -5,6 +5,7 @@ import numpy as np
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.kernels.calls.block import MASS, PLACES
+from fastdyn.problem.mass import equilibrated
 
 from .check_jacobian import evaluated
 
@@ -51,7 +52,8 @@ def with_mass(problem, bound):
     if p.h > 0.0:
         return p
     scale = p.atol + p.rtol * np.abs(p.y0)
-    rate = np.linalg.lstsq(p.mass, f, rcond=None)[0]
+    mass, rows, columns = equilibrated(p.mass)
+    rate = columns * np.linalg.lstsq(mass, rows * f, rcond=None)[0]
     size, slope = (np.sqrt(np.mean((x / scale) ** 2)) for x in (p.y0, rate))
     h = 1e-6 if min(size, slope) < 1e-5 else 0.01 * size / slope
     return p._replace(h=float(min(h, abs(p.tf - p.t0), p.h_max)))
@@ -60,9 +62,10 @@ def with_mass(problem, bound):
 def _check_start(problem, fun, f):
     """Raise ValueError where the start leaves the algebraic equations unfulfilled."""
     p = problem
-    left, sizes, right = np.linalg.svd(p.mass)
+    mass, rows, columns = equilibrated(p.mass)
+    left, sizes, right = np.linalg.svd(mass)
     rank = int(np.sum(sizes > len(f) * np.finfo(float).eps * sizes[0])) if sizes[0] else 0
-    left, right = left[:, rank:].T, right[rank:].T
+    left, right = left[:, rank:].T * rows, columns[:, None] * right[rank:].T
     if not left.size:
         return
 

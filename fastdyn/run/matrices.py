@@ -152,4 +152,5 @@ def _lapack(kind):
 
     capsules = cython_lapack.__pyx_capi__
     found = [capsules[f"{z}{kind}{does}"] for z in "dz" for does in ("trf", "trs")]
-    return [_capsule_pointer(c, _capsule_name(c)) for c in found]
+    no_product = 0  # which is made here
+    return [*(_capsule_pointer(c, _capsule_name(c)) for c in found), no_product]

@@ -45,18 +45,18 @@ class SparseSolver:
         self._indptr = np.searchsorted(places, n * np.arange(n + 1)).astype(np.int32)
         self._of_jacobian = np.searchsorted(places, own)
         self._of_mass = np.searchsorted(places, m_places)
-        self._count = len(own)
+        self._count, self._entries = len(own), entries
         mirrored = places % n * n + places // n
         alike = np.isin(places, mirrored).mean() > ALIKE
         self._ordering = "MMD_AT_PLUS_A" if alike else "COLAMD"
         self._kept: dict = {}
         self._routines = (
-            FACTORISE(self._factorise), SOLVE(self._solve),
-            FACTORISE(self._factorise), SOLVE_COMPLEX(self._solve_complex),
+            FACTORISE(self._factorise), SOLVE(self._solve), FACTORISE(self._factorise),
+            SOLVE_COMPLEX(self._solve_complex), SOLVE(self._add_product),
         )  # fmt: skip
 
     def addresses(self):
-        """Of the four routines, as `kernels/algebra/matrices.py` has them."""
+        """Of the routines, as `kernels/algebra/matrices.py` has them."""
         return [ctypes.cast(routine, POINTER).value for routine in self._routines]
 
     def _numbers(self, address, count) -> Any:
@@ -99,6 +99,13 @@ class SparseSolver:
         factors = self._guarded(lambda: self._factors(jacobian, given))
         x: Any = np.full(self._n, np.nan) if factors is None else factors.solve(re + 1j * im)
         re[:], im[:] = x.real, x.imag
+
+    def _add_product(self, jacobian, given, out, info):
+        """out + J given."""
+        rows, columns = self._entries
+        x, total = self._numbers(given, self._n), self._numbers(out, self._n)
+        numbers = self._numbers(jacobian, self._count)
+        total += np.bincount(rows, numbers * x[columns], self._n)
 
     def _guarded(self, action):
         """Its result; None where it raises, which is kept until the kernel returns."""

@@ -34,6 +34,19 @@ def _subtract(y, x, factor):
 
 
 @njit(**INTERNAL)
+def add_matrix_product(a, ld, x, out, n, lower, upper):
+    """out += A x, of a matrix that is not factorised."""
+    short = lower + upper < LONG
+    for j in range(n):
+        first, end, x_j = max(0, j - upper), min(n, j + 1 + lower), x[j]
+        if short:
+            for i in range(first, end):
+                out[i] += a[j * ld + i] * x_j
+        else:
+            _subtract(out[first:end], a[j * ld + first : j * ld + end], -x_j)
+
+
+@njit(**INTERNAL)
 def factorise(a, ld, pivots, n, lower, upper):
     """Put L and U, with the reciprocals of its diagonal, in the place of a matrix."""
     for k in range(n):

@@ -2,8 +2,8 @@
 
 All are a J + b M, of the Jacobian J and the mass matrix M, or I where there is none.  Each takes
 ROWS rows of the work array.  The block's word MATRICES is 0 for n rows, by columns, and our own
-elimination, or names words: one of the kinds below, where elements lie, the bandwidths, four
-routines, and the new number of each component if they are in another order (ORDERED).
+elimination, or names words: one of the kinds below, where elements lie, the bandwidths, routines,
+and the new number of each component if they are in another order (ORDERED).
 
 An OUTSIDE solver keeps the factors itself.  Rows of J hold its elements one after the other, in
 the order of the solver, and those of the factors a and b, from which it can find them again; its
@@ -17,11 +17,12 @@ from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..state.rows import numbers_of
 from . import lapack
-from .factorise import factorise, solve
+from .factorise import add_matrix_product, factorise, solve
 from .lapack import call_routine
 from .mass import add_mass
 
-KIND, ROWS, LD, BASE, LOWER, UPPER, REAL, COMPLEX, ORDERED, ORDER = (*range(7), 8, 10, 11)  # words
+KIND, ROWS, LD, BASE, LOWER, UPPER, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)  # words
+ORDERED, ORDER = 11, 12
 OWN, FULL, BAND, OUTSIDE = 0, 1, 2, 3  # elimination here, LAPACK's of either, another solver's
 NARROW = 8  # a full matrix is a band if it is so many times narrower on each side
 FEW = 4  # diagonals below, with which our elimination of a band is faster than LAPACK's
@@ -97,18 +98,22 @@ def factorise_sum(s, work, block, first, to, pivots, a, b):
 
 
 @njit(**INTERNAL)
+def is_ordered(block):
+    """Whether the components are in another order in matrices."""
+    return block[MATRICES] != 0 and words_at(block[MATRICES])[ORDERED] != 0
+
+
+@njit(**INTERNAL)
 def new_number(block, i):
     """The row and the column in which component i is."""
-    words = words_at(block[MATRICES])
-    return words[ORDER + i] if block[MATRICES] != 0 and words[ORDERED] != 0 else i
+    return words_at(block[MATRICES])[ORDER + i] if is_ordered(block) else i
 
 
 @njit(**INTERNAL)
 def solve_sum(s, work, block, first, to, pivots, row, free):
     """Put the solution in the place of a right-hand side, a row; `free` may be written to."""
     n, words = work.shape[1], words_at(block[MATRICES])
-    ordered = block[MATRICES] != 0 and words[ORDERED] != 0
-    if not ordered:
+    if not is_ordered(block):
         _solve(s, work, block, first, to, pivots, work[row])
         return
     for i in range(n):
@@ -133,3 +138,25 @@ def _solve(s, work, block, first, to, pivots, b):
         lapack.solve_band(words[REAL + 1], stored, n, s.lower, s.upper, work[pivots], b)
     else:
         call_routine(words[REAL + 1], (work[first], work[to], b))
+
+
+@njit(**INTERNAL)
+def add_jacobian_product(s, work, block, first, given, out, free):
+    """Add J times one row to another, of the J that lies at `first`.
+
+    The rows `free` and the next may be written to.
+    """
+    n, words = work.shape[1], words_at(block[MATRICES])
+    if kind_of(s, block, n) == OUTSIDE:
+        call_routine(words[PRODUCT], (work[first], work[given], work[out]))
+        return
+    ld, jacobian = leading(block, n)[0], matrix_at(work, block, first)
+    if not is_ordered(block):
+        add_matrix_product(jacobian, ld, work[given], work[out], n, s.lower, s.upper)
+        return
+    for i in range(n):
+        work[free, new_number(block, i)] = work[given, i]
+        work[free + 1, new_number(block, i)] = work[out, i]
+    add_matrix_product(jacobian, ld, work[free], work[free + 1], n, s.lower, s.upper)
+    for i in range(n):
+        work[out, i] = work[free + 1, new_number(block, i)]

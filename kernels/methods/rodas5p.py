@@ -8,7 +8,14 @@ M / (h gamma) - df/dy, factorised once, and iterates nothing.  See `rodas5p_tabl
 from functools import partial
 
 from ..algebra.mass import add_product
-from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
+from ..algebra.matrices import (
+    OUTSIDE,
+    add_jacobian_product,
+    factorise_sum,
+    kind_of,
+    matrix_rows,
+    solve_sum,
+)
 from ..calls.block import MASS
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F
@@ -19,11 +26,12 @@ from ..stepping import first_step, implicit
 from ..stepping.differences import evaluate_row
 from ..stepping.step_size import SCIPY, rms
 from .method import Method
-from .rodas5p_derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, J, U, derive
-from .rodas5p_table import DENSE, GAMMA, SLOPES, TIMES, A, C
+from .rodas5p_derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, TOTAL, J, U, derive
+from .rodas5p_table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
 
 N_STAGES = 8
 MOST_SINGULAR = 4  # matrices in a row, of steps ten times shorter
+FIRST = END.floats[0]
 
 
 @njit(**INTERNAL)
@@ -34,16 +42,36 @@ def _factorise(s, work, block, h):
 
 
 @njit(**INTERNAL)
-def _solve_stage(s, work, block, i, slope):
-    """From the derivative in the row of stage i and the combination in SUM to the stage."""
-    n = work.shape[1]
-    row = work[U + i]
-    if slope != 0.0:
-        for k in range(n):
-            row[k] += slope * work[TIME, k]
+def _solve_stage(s, work, block, i, slope, b):
+    """From the derivative in the row of stage i and the combination in SUM to the stage.
+
+    The share b of the derivative, with that by the time, is added to TOTAL.
+    """
+    n, row, total = work.shape[1], work[U + i], work[TOTAL]
+    for k in range(n):
+        row[k] += slope * work[TIME, k]
+        total[k] = b * row[k] + (total[k] if i > 0 else 0.0)
     if i > 0:
         add_product(block[MASS], work[SUM], row)
     solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, U + i, FACTOR + 1)
+
+
+@njit(**INTERNAL)
+def _solve_last_stage(s, work, block, h):
+    """From the derivative in its row and the combination in SUM to the last stage.
+
+    Its equation is not that of a stage but, the same without rounding, that of the end:
+    M (y_1 - y_0) = sum(b_i h (f_i + J U_i)).  Where l M y is constant for an l, nothing ever damps
+    what rounding leaves in it, eps h |J U_i| in each elimination; here only that of the last stage,
+    which is small, and of one product with J are left.
+    """
+    n, row, total = work.shape[1], work[U + N_STAGES - 1], work[TOTAL]
+    add_jacobian_product(s, work, block, J, SUM, TOTAL, FACTOR + 1)
+    for k in range(n):
+        row[k] += total[k]
+        work[SUM, k] = (work[Y, k] - work[STAGE, k]) / (h * GAMMA)
+    add_product(block[MASS], work[SUM], row)
+    solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, U + N_STAGES - 1, FACTOR + 1)
 
 
 @njit(**INLINED)
@@ -64,7 +92,7 @@ def _stages_and(before, i):
 @njit(**INLINED)
 def _first_stage(rhs, s, work, block, h):
     copy_row(work[SLOPE], work[U])
-    _solve_stage(s, work, block, 0, h * GAMMA)
+    _solve_stage(s, work, block, 0, h * GAMMA, FIRST)
     return True
 
 
@@ -87,7 +115,8 @@ def _state_of_stage(known, i):
 def _and_stage(before, known, i):
     """The function that finds the stages before i, and i; False if a function raised."""
     state = _state_of_stage(known, i)
-    c, time, slope = C[i - 1], TIMES.floats[i - 1], SLOPES.floats[i]
+    last, time, slope = i == N_STAGES - 1, TIMES.floats[i - 1], SLOPES.floats[i]
+    c, b = C[i - 1], 0.0 if last else END.floats[i]
 
     @njit(**INLINED)
     def next_stage(rhs, s, work, block, h):
@@ -97,8 +126,12 @@ def _and_stage(before, known, i):
         s.n_extra += 1
         if not evaluate_row(rhs, s.t + time * h, work, STAGE, U + i, block):
             return False
-        weigh(slot(None, work, SUM), 1.0 / h, c, known(work))
-        _solve_stage(s, work, block, i, h * slope)
+        if last and kind_of(s, block, work.shape[1]) != OUTSIDE:
+            weigh(slot(None, work, SUM), 1.0, END, known(work))
+            _solve_last_stage(s, work, block, h)
+        else:
+            weigh(slot(None, work, SUM), 1.0 / h, c, known(work))
+            _solve_stage(s, work, block, i, h * slope, b)
         return True
 
     return next_stage

@@ -15,9 +15,10 @@ from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_
 from ..vector.scalar_or_vector import spacing
 
 # Rows: the derivative at the start of a step, stages, the time derivative, the combination of
-# stages that M multiplies, factors of differences and two rows for them, pivots.
-SLOPE, U, TIME, SUM, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 15))
-N_ROWS = 16
+# stages that M multiplies, that of derivatives for the end, factors of differences and two rows
+# for them, pivots.
+SLOPE, U, TIME, SUM, TOTAL, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 13, 16))
+N_ROWS = 17
 J = K + N_ROWS  # the Jacobian; the factors of the matrix; room for entries of an exact Jacobian
 
 
@@ -60,6 +61,17 @@ def _first_factors(work):
             work[FACTOR, j] *= max(1.0, 1e-3 * largest / scale)
 
 
+@njit(**INLINED)
+def _keep_factors(work):
+    """Let no step of differences be shorter than the first.
+
+    SciPy shortens those whose change is large beside the derivative.  That of an algebraic equation
+    is zero, that of others is small near their equilibrium: what is left is rounding.
+    """
+    for j in range(work.shape[1]):
+        work[FACTOR, j] = max(work[FACTOR, j], FIRST_FACTOR)
+
+
 @njit(**INTERNAL)
 def derive(rhs, s, work, block):
     """The Jacobian and the time derivative at the present state; RUNNING or a failure."""
@@ -72,6 +84,7 @@ def derive(rhs, s, work, block):
         status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
         if status != RUNNING:
             return status
+        _keep_factors(work)
         s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
     s.order = 5
     finite = False

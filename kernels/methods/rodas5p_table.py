@@ -6,6 +6,8 @@ C = 1 / gamma - 1 / Gamma, as E. Hairer and G. Wanner, "Solving Ordinary Differe
 section IV.7, have them: of that form are the numbers in the author's package, which are these.
 """
 
+from fractions import Fraction
+
 from .tableau import Row, rows
 
 GAMMA = 0.21193756319429014
@@ -42,6 +44,21 @@ SLOPES = Row(  # of the time derivative; 0 from stage 6 on
     2.325825639765069 0 0 0
     """
 )
+
+
+def _end():
+    """The b_i of y_1 = y_0 + sum(b_i k_i) over gamma, from the weights m of the stages in y_1.
+
+    b (1 / gamma - C) = m; the last is 1.
+    """
+    m, found = [*A[-1].exact, 1, 1, 1], []
+    for j in reversed(range(8)):
+        later = zip(reversed(found), C[j:], strict=True)
+        found.append(m[j] + Fraction(GAMMA) * sum(x * row.exact[j] for x, row in later))
+    return Row.of(map(float, reversed(found[1:])))
+
+
+END = _end()
 DENSE = rows(
     """
     25.948786856663858 -2.5579724845846235 10.433815404888879 -2.3679251022685204

@@ -24,6 +24,11 @@ def by_complex_kernels(re, im, b, c, pivots, lower, upper):
 
 
 @numba.njit
+def add_product(a, x, out, lower, upper):
+    kernels.add_matrix_product(a.reshape(-1), len(x), x, out, len(x), lower, upper)
+
+
+@numba.njit
 def bandwidths(a):
     return kernels.bandwidths(a.reshape(-1), len(a))
 
@@ -56,6 +61,16 @@ def test_solutions_solve(n, lower, upper):
         x = b.copy()
         by_kernels(by_columns(a, lower, upper), x, np.empty(n), lower, upper)
         assert error(a, x, b) < 1.0
+
+
+@pytest.mark.parametrize(("n", "lower", "upper"), BANDS)
+def test_products_are_added(n, lower, upper):
+    """Rounding: an eps a term and one for the sum."""
+    rng = np.random.default_rng(n + lower)
+    a, x, b = banded(rng, n, lower, upper), *rng.standard_normal((2, n))
+    out, size = b.copy(), np.abs(a) @ np.abs(x) + np.abs(b)
+    add_product(by_columns(a, lower, upper), x, out, lower, upper)
+    assert (np.abs(out - (a @ x + b)) <= (n + 2) * EPS * size).all()
 
 
 @pytest.mark.parametrize(("n", "lower", "upper"), BANDS)

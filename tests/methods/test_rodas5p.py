@@ -5,8 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from bench.problems.stiff import STIFF
 from fastdyn import METHODS, solve_ivp
-from fastdyn.kernels.methods.rodas5p_table import DENSE, GAMMA, SLOPES, TIMES, A, C
+from fastdyn.kernels.methods.rodas5p_table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
 from support.stiff import PROBLEMS, robertson, robertson_jacobian, solved
 
 EPS = np.finfo(float).eps
@@ -86,6 +87,7 @@ def test_order_conditions_hold():
 def test_times_and_slopes_are_sums_of_rows():
     assert np.abs(ALPHAS.sum(1)[1:] - TIMES.floats).max() < SIZE
     assert np.abs(GAMMAS.sum(1) - SLOPES.floats).max() < SIZE
+    assert np.abs((M @ GAMMAS / GAMMA)[:-1] - END.floats).max() < SIZE
 
 
 def test_it_is_l_stable():
@@ -122,6 +124,34 @@ def test_order_on_a_stiff_problem(jac):
         assert len(run.t) == 2 / h + 1
         errors.append(np.abs(run.y[0] - np.sin(run.t + 1.0)).max())
     assert slope(steps, errors) > 2.9 and errors[0] < 1e-2 * steps[0] ** 3 / 1e6
+
+
+def test_order_whatever_the_stiffness():
+    """The largest error over lambda goes with h^4: between h^5 and, beyond h lambda = 1,
+    h^3 / lambda."""
+    steps = 2.0 ** -np.arange(1, 7)
+    errors = np.zeros(len(steps))
+    for rate in np.geomspace(1.0, 1e8, 17):
+        for i, h in enumerate(steps):
+            run = at_fixed_steps(
+                h, lambda t, y, rate: -rate * (y - np.sin(t + 1.0)) + np.cos(t + 1.0), (0, 2),
+                [np.sin(1.0)], args=(rate,),
+            )  # fmt: skip
+            errors[i] = max(errors[i], np.abs(run.y[0] - np.sin(run.t + 1.0)).max())
+    assert abs(slope(steps, errors) - 4) < 0.5
+
+
+@pytest.mark.parametrize("tol", [1e-4, 1e-6])
+def test_a_linear_invariant_outlives_stiffness(tol):
+    """E5's y1 - y2 - y3, in which nothing damps an error and 1e-20 is all of the end.
+
+    Eliminations leave some eps h |J| of the increments in it, eps 1e8 1e-13 where it counts: 1e-20
+    without the equation of the end.
+    """
+    p = next(s.problem for s in STIFF if s.problem.name == "E5")
+    run = solve_ivp(p.fun, p.t_span, p.y0, "Rodas5P", rtol=tol, atol=tol * 1e-22)
+    y = run.y[:, -1]
+    assert run.status == 0 and abs(y[1] - y[2] - y[3]) < 0.05 * (y[1] + y[2])
 
 
 def semi_explicit(t, y):
@@ -164,13 +194,23 @@ def without(t, y):
     [(with_a_loop, None, 1e-6), (without, "2-point", 1e-6), (without, [[-50, 0], [1, -1]], 1e-10)],
 )
 def test_differences_do_for_derivatives(fun, jac, tol):
-    """Those by time at tight tolerances, too; those by y, 1e-8 of them off, are only for loose."""
+    """Those by time and by y, which are 1e-8 of them off."""
     given = (0, 5), [0.0, 1.0], "Rodas5P", None
     exact = solve_ivp(without, *given, rtol=tol, atol=tol)
     other = solve_ivp(fun, *given, rtol=tol, atol=tol, jac=jac)
     assert abs(other.n_accepted - exact.n_accepted) <= 1
     assert np.abs(other.y[:, -1] - exact.y[:, -1]).max() < 0.01 * tol
     assert other.nfev > exact.nfev
+
+
+def test_differences_near_an_equilibrium():
+    """Robertson's derivatives become small beside their terms; differences do not with them."""
+    p = PROBLEMS["Robertson"]
+    given = {"rtol": 1e-9, "atol": 1e-13}
+    exact, other = (
+        solve_ivp(p.fun, p.t_span, p.y0, "Rodas5P", **given, jac=jac) for jac in (None, "2-point")
+    )
+    assert other.status == 0 and other.n_accepted < 1.2 * exact.n_accepted
 
 
 def test_a_jacobian_is_taken_a_sparse_one_too():

@@ -35,6 +35,27 @@ def test_robertson_as_ode_and_as_dae(jac):
     assert np.abs(dae.y.sum(0) - 1.0).max() < 10 * given["rtol"]
 
 
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7])
+def test_differences_do_for_many_algebraic_equations(rtol):
+    """They are right to some sqrt(eps), and the steps those of the exact Jacobian but for the first
+    ones: at a state of zeros there is no size to take differences by."""
+    n, rng = 39, np.random.default_rng(0)
+    matrix = np.eye(n) + 0.1 * rng.standard_normal((n, n))
+    given, shares = rng.standard_normal((2, n))
+
+    def fun(t, y):
+        d = np.empty(n + 1)
+        d[0] = np.cos(2.0 * t) - y[0] + (shares * y[1:]).sum() / 10.0
+        d[1:] = matrix @ y[1:] + 0.1 * y[1:] ** 3 - given * y[0]
+        return d
+
+    args = fun, (0, 10), np.zeros(n + 1), "Rodas5P"
+    options = {"mass": np.diag([1.0] + n * [0.0]), "rtol": rtol, "atol": 1e-3 * rtol}
+    exact, other = (solve_ivp(*args, **options, jac=jac) for jac in (None, "2-point"))
+    assert other.status == 0 and abs(other.n_accepted / exact.n_accepted - 1.0) < 0.02
+    assert np.abs(other.y[:, -1] - exact.y[:, -1]).max() < rtol
+
+
 def pendulum(t, z):
     """Of length 1, in x and y, with the constraint differentiated twice."""
     x, y, u, v, tension = z
@@ -87,6 +108,44 @@ def test_a_full_regular_matrix():
     assert run.y[:, -1] == pytest.approx(exact.y[:, -1], rel=1e-7)
     same = solve_ivp(solved_for_slopes, *given, "Rodas5P", **TIGHT)
     assert abs(same.n_accepted - run.n_accepted) <= 5
+
+
+@pytest.mark.parametrize("sizes", [[1e-12, 1.0, 1e12], [1e12, 1e-12, 1.0]])
+def test_units_do_not_make_a_matrix_singular(sizes):
+    """Equations and components in any units; the same steps but for rounding in other pivots."""
+    rows, columns = np.array(sizes), 1.0 / np.sqrt(sizes)
+    events = {"events": lambda t, y: y[0] + 1e30, "on_event": lambda t, y: y}  # of regular ones
+    mass, matrix = (rows[:, None] * a / columns for a in (FULL, STIFF))
+    driven, start = rows * np.array([0.0, 0.0, 1.0]), np.array([1.0, 2.0, 3.0])
+    given = {"rtol": 1e-6, "atol": 1e-9}
+    plain = solve_ivp(
+        lambda t, y: STIFF @ y + np.array([0.0, 0.0, 1.0]), (0, 5), start, "Rodas5P", mass=FULL,
+        first_step=1e-3, **given,
+    )  # fmt: skip
+    run = solve_ivp(
+        lambda t, y: matrix @ y + driven, (0, 5), columns * start, "Rodas5P", mass=mass,
+        first_step=1e-3, rtol=1e-6, atol=1e-9 * columns, **events,
+    )  # fmt: skip
+    assert run.n_accepted == plain.n_accepted
+    assert run.y[:, -1] / columns == pytest.approx(plain.y[:, -1], rel=1e-9)
+
+
+def test_an_algebraic_equation_is_found_in_any_units():
+    """Robertson's, with components and equations in units 1e12 apart."""
+    rows, columns = np.array([1e-12, 1e12, 1.0]), np.array([1e6, 1e-6, 1.0])
+
+    def fun(t, y):
+        return rows * np.array(robertson_dae(t, y / columns))
+
+    mass = rows[:, None] * ROBERTSON_MASS / columns
+    start, given = np.array([1.0, 0.0, 0.0]), {"rtol": 1e-6, "mass": mass}
+    run = solve_ivp(fun, (0, 40), columns * start, "Rodas5P", atol=1e-10 * columns, **given)
+    plain = solve_ivp(
+        robertson_dae, (0, 40), start, "Rodas5P", mass=ROBERTSON_MASS, rtol=1e-6, atol=1e-10
+    )
+    assert run.y[:, -1] / columns == pytest.approx(plain.y[:, -1], rel=1e-5)
+    with pytest.raises(ValueError, match="component 2 is off by"):
+        solve_ivp(fun, (0, 40), columns * [1.0, 0.0, 0.5], "Rodas5P", atol=1e-10 * columns, **given)
 
 
 def test_a_wider_band_than_the_jacobian():
