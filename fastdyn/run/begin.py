@@ -16,7 +16,7 @@ from fastdyn.specialise.series import series_of_events
 from . import output
 from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
 
-NONE_YET = (0.0, *[0] * 8)  # of what implicit methods count and keep
+NONE_YET = (0.0, *[0] * 9)  # of what implicit methods count and keep
 
 
 def first_state(problem, n_extra=0):

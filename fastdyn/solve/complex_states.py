@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fastdyn.compile.sparse_jacobian import pattern_of
 from fastdyn.kernels.methods import COMPLEX
 from fastdyn.problem import validate
 
@@ -28,7 +29,22 @@ def on_pairs(fun, t0, tf, y0, method, *, t_eval, dense_output, events, args, opt
     for name in ("rtol", "atol"):
         if np.shape(options.get(name, 0.0)) == y0.shape:
             options[name] = np.repeat(options[name], 2)
+    if method.n_matrices:
+        _check_jacobian(options, t0, y0, validate.extra_arguments(args))
     return validate.problem(
         fun, t0, tf, pairs, on_complex_states, t_eval, dense_output, events, args, "complex",
         options,
     )  # fmt: skip
+
+
+def _check_jacobian(options, t0, y0, args):
+    """Leave out a Jacobian and its pattern, once their shape is known to be right.
+
+    A function of complex numbers that compiles has an exact one, by real and by imaginary parts.
+    """
+    jac, sparsity = options.pop("jac", None), options.pop("jac_sparsity", None)
+    if callable(jac):
+        jac = jac(t0, y0.copy(), *args)
+    for name, matrix in (("jac", jac), ("jac_sparsity", sparsity)):
+        if matrix is not None and not isinstance(matrix, str):
+            pattern_of(matrix, len(y0), name)

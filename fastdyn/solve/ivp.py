@@ -43,8 +43,8 @@ def solve_ivp(
     t_span : pair of float
         Start and end; the end may lie before the start.
     y0 : array_like, shape (n,)
-        Initial state; a complex one is solved in compiled code by the Runge-Kutta methods, if `fun`
-        can be traced, and by SciPy otherwise.
+        Initial state; a complex one is solved in compiled code by the Runge-Kutta methods, "Radau"
+        and "BDF", if `fun` can be traced, and by SciPy otherwise.
     method : str or OdeSolver
         ====================================  ==================================================
         "auto"                                "Taylor", "Tsit5", "Vern7", "Vern9" or "Radau"
@@ -163,8 +163,7 @@ def solve_ivp(
     has no series: tables, splines, rounding, remainders.  Steps end at kinks and jumps.  A smooth
     but steep transition, tanh(v / 0.01), may be stepped over: give `max_step`.
 
-    "Radau" and "BDF" take SciPy's accepted steps, as far as rounding allows.  Complex states under
-    "BDF" are left to SciPy.
+    "Radau" and "BDF" take SciPy's accepted steps, as far as rounding allows.
 
     Sensitivities are the solution of the variational equations S' = df/dy S + df/dp, with exact
     derivatives of `fun`, which must be one that can be traced, in one system with y: n (1 + m)

@@ -54,8 +54,8 @@ def _dense_rows(name, pair=False):
 
 
 def _shared(name, pair=False):
-    method, apart = BY_NAME[name], splits(name, pair)
-    key = f"{'split' if apart else 'advance'} {name}"
+    method, apart = BY_NAME[BY_NAME[name].loop or name], splits(name, pair)
+    key = f"{'split' if apart else 'advance'} {method.name}"
     return key, lambda made: made.shared(method, apart)
 
 

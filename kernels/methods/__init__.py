@@ -62,10 +62,13 @@ FACTS = (
 METHODS = MappingProxyType({m.name: m for m in FACTS})  # read-only
 COMPLEX = {  # for complex states, by the names of those for real ones
     name: METHODS[name]._replace(
-        name=f"{name} on complex states",
-        file="on_complex_states",
-        start="hairer_of_pairs" if METHODS[name].error_order else "plain",
+        name=f"{name} on complex states", file="on_complex_states", start=start, loop=loop
     )
-    for name in ("DOP853", "RK23", "RK45", "Tsit5", "Vern7", "Vern9", "RK4")
+    for name, start, loop in (
+        *((name, "hairer_of_pairs", "") for name in ("DOP853", "RK23", "RK45")),
+        *((name, "hairer_of_pairs", "") for name in ("Tsit5", "Vern7", "Vern9")),
+        ("RK4", "plain", ""),
+        *((name, "implicit_of_pairs", name) for name in ("Radau", "BDF")),
+    )
 }
 BY_NAME = ChainMap(dict(METHODS), {m.name: m for m in COMPLEX.values()})

@@ -19,7 +19,14 @@ from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import copy_row
 from ..stepping import first_step, implicit
 from ..stepping.differences import evaluate_row
-from ..stepping.implicit import MAX_FACTOR, MIN_FACTOR, SAFETY, newton_tolerance, scaled_squares
+from ..stepping.implicit import (
+    MAX_FACTOR,
+    MIN_FACTOR,
+    SAFETY,
+    n_components,
+    newton_tolerance,
+    scaled_squares,
+)
 from ..stepping.jacobian import (
     clear_matrix,
     evaluate_jacobian,
@@ -76,7 +83,7 @@ def _iterate(rhs, s, t, work, block, c, tolerance):
         for i in range(n):
             work[CHANGE, i] = c * work[CHANGE, i] - work[PSI, i] - work[RISE, i]
         solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, CHANGE, FACTOR + 1)
-        size = np.sqrt(scaled_squares(work, CHANGE, PREDICTED) / n)
+        size = np.sqrt(scaled_squares(s, work, CHANGE, PREDICTED) / n_components(s, work))
         rate = size / before if k > 0 else 0.0
         if rate >= 1.0 or (
             k > 0 and rate ** (MAX_ITERATIONS - k) / (1.0 - rate) * size > tolerance
@@ -115,9 +122,9 @@ def _solve_formula(rhs, s, t, work, block, h, tolerance):
 
 
 @njit(**INLINED)
-def _norm(work, row, order):
+def _norm(s, work, row, order):
     """The norm of the error of a formula of this order, from a difference of order + 1."""
-    return abs(ERROR[order]) * np.sqrt(scaled_squares(work, row, Y) / work.shape[1])
+    return abs(ERROR[order]) * np.sqrt(scaled_squares(s, work, row, Y) / n_components(s, work))
 
 
 @njit(**INTERNAL)
@@ -125,11 +132,11 @@ def _next_order(s, work, error, safety):
     """Choose order and size of the steps to come, after order + 1 equal ones."""
     order, best, chosen = s.order, error ** (-1.0 / (s.order + 1)), s.order
     if order > 1:
-        lower = _norm(work, D + order, order - 1) ** (-1.0 / order)
+        lower = _norm(s, work, D + order, order - 1) ** (-1.0 / order)
         if lower >= best:
             best, chosen = lower, order - 1
     if order < MAX_ORDER:
-        higher = _norm(work, D + order + 2, order + 1) ** (-1.0 / (order + 2))
+        higher = _norm(s, work, D + order + 2, order + 1) ** (-1.0 / (order + 2))
         if higher > best:
             best, chosen = higher, order + 1
     s.order = chosen
@@ -209,7 +216,8 @@ def step(rhs, state, work, block, h_min):
             s.n_rejected += 1
             continue
         safety = SAFETY * (2 * MAX_ITERATIONS + 1) / (2 * MAX_ITERATIONS + n_iterations)
-        error = abs(ERROR[s.order]) * np.sqrt(scaled_squares(work, RISE, STAGE) / work.shape[1])
+        squares = scaled_squares(s, work, RISE, STAGE)
+        error = abs(ERROR[s.order]) * np.sqrt(squares / n_components(s, work))
         if not error > 1.0:
             _go_on(s, work, t_new, h, error, safety)
             return RUNNING

@@ -1,4 +1,4 @@
-"""Runge-Kutta methods on complex states, which are stored as pairs of real numbers.
+"""Methods on complex states, which are stored as pairs of real numbers.
 
 Steps and interpolants are those of the real numbers.  The error of a component is measured as a
 complex number, as SciPy does.
@@ -11,7 +11,7 @@ import numpy as np
 from ..jit_options import INTERNAL, njit
 from ..state.record import ATOL, RTOL, Y
 from ..stepping import adaptive
-from ..stepping.first_step import make_hairer, plain
+from ..stepping.first_step import forget, make_hairer, plain
 from ..stepping.step_size import SCIPY, larger
 from .explicit import make_estimate, make_step
 
@@ -49,18 +49,27 @@ def _scaled_rms_of_pairs(values, work):
 hairer_of_pairs = make_hairer("hairer_of_pairs", _scaled_rms_of_pairs)
 
 
+@njit(**INTERNAL)
+def implicit_of_pairs(state, work, block, order, fsal_stage):
+    """`hairer_of_pairs`, for a method that factorises matrices."""
+    forget(state[0], 1)
+    return hairer_of_pairs(state, work, block, order, fsal_stage)
+
+
 def on_complex_states(method, table, estimate=None):
     """A method for complex states.
 
     Parameters
     ----------
     method : Method
-    table : Table
-        Its coefficients.
+    table : Table or None
+        Its coefficients; None of one whose loop tells real states from complex ones.
     estimate : function, optional
         ``estimate(u, h, k, y, y_new, rtol, atol)`` where it is not that of one error.
     """
     name = NAME.format(method.name)
+    if method.n_matrices:
+        return method._replace(name=name, start=implicit_of_pairs)
     if not method.error_order:
         return method._replace(name=name, lane_kernel=None, start=plain)
     step = make_step(table, estimate or make_estimate(*table.errors, rms_of_pairs))

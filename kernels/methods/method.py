@@ -81,7 +81,7 @@ class Facts(NamedTuple):
     `file` is where its Method is defined.  `start` and `dense_rows` name what several methods may
     have in common.  `separable` says whether it is made for H = T(p) + V(q), too; `series` whether
     its loop is made for each function, from its trace; `takes_mass` whether it solves M y' = f,
-    with the time derivative of f.
+    with the time derivative of f; `loop` names the method whose loop it takes, if another's.
     """
 
     name: str
@@ -103,6 +103,7 @@ class Facts(NamedTuple):
     n_matrices: int = 0
     series: bool = False
     takes_mass: bool = False
+    loop: str = ""
 
     def rows(self, n_matrix):
         """Rows that the method keeps in the work array, where a matrix takes so many."""

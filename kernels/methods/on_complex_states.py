@@ -1,6 +1,6 @@
-"""The Runge-Kutta methods on complex states."""
+"""The methods on complex states."""
 
-from . import dop853, rk4, rk23, rk45, tsit5, vern7, vern9
+from . import bdf, dop853, radau, rk4, rk23, rk45, tsit5, vern7, vern9
 from .complex_states import on_complex_states, sum_of_squares_of_pairs
 
 FILES = ((rk23.RK23, rk23), (rk45.RK45, rk45), (tsit5.TSIT5, tsit5), (rk4.RK4, rk4),
@@ -10,4 +10,5 @@ ON_COMPLEX_STATES = (
         dop853.DOP853, dop853.TABLE, dop853.make_both_estimates(sum_of_squares_of_pairs, 2)
     ),
     *[on_complex_states(method, file.TABLE) for method, file in FILES],
+    *[on_complex_states(method, None) for method in (bdf.BDF, radau.RADAU)],
 )

@@ -18,7 +18,14 @@ from ..output.dense_output import F as DENSE
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..stepping import first_step, implicit
 from ..stepping.differences import evaluate_row
-from ..stepping.implicit import MAX_FACTOR, MIN_FACTOR, SAFETY, newton_tolerance, scaled_squares
+from ..stepping.implicit import (
+    MAX_FACTOR,
+    MIN_FACTOR,
+    SAFETY,
+    n_components,
+    newton_tolerance,
+    scaled_squares,
+)
 from ..stepping.jacobian import clear_matrix, is_constant
 from .method import Method
 from .radau_stages import (
@@ -45,9 +52,15 @@ def _error(s, work, block):
     """The norm of the error whose right-hand side is in the row ERROR, of the state Y + Z[2]."""
     n = work.shape[1]
     solve_real(s, work, block, ERROR)
-    for i in range(n):
-        work[STAGE, i] = max(abs(work[Y, i]), abs(work[Y, i] + work[Z + 2, i]))
-    return np.sqrt(scaled_squares(work, ERROR, STAGE) / n)
+    if s.pairs:
+        for i in range(0, n, 2):
+            re, im = work[Y, i] + work[Z + 2, i], work[Y, i + 1] + work[Z + 2, i + 1]
+            work[STAGE, i] = max(np.hypot(work[Y, i], work[Y, i + 1]), np.hypot(re, im))
+            work[STAGE, i + 1] = 0.0
+    else:
+        for i in range(n):
+            work[STAGE, i] = max(abs(work[Y, i]), abs(work[Y, i] + work[Z + 2, i]))
+    return np.sqrt(scaled_squares(s, work, ERROR, STAGE) / n_components(s, work))
 
 
 @njit(**INTERNAL)

@@ -13,7 +13,7 @@ from ..calls.block import RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
 from ..stepping.differences import evaluate_row
-from ..stepping.implicit import scaled_squares
+from ..stepping.implicit import n_components, scaled_squares
 from ..stepping.jacobian import evaluate_jacobian, is_constant
 
 ROOT = 6**0.5
@@ -127,8 +127,8 @@ def _iterate(rhs, s, work, block, h, tolerance):
         _newton_change(s, work, block, h)
         total = 0.0
         for r in range(3):
-            total += scaled_squares(work, D + r, Y)
-        size = np.sqrt(total / (3 * work.shape[1]))
+            total += scaled_squares(s, work, D + r, Y)
+        size = np.sqrt(total / (3 * n_components(s, work)))
         if k > 0:
             rate = size / before
             left = rate ** (MAX_ITERATIONS - k) / (1.0 - rate) * size

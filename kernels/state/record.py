@@ -33,6 +33,7 @@ STATE = np.dtype(
         ("current", "i8"),  # whether the Jacobian is of the present state
         ("lower", "i8"),  # diagonals of the Jacobian below the main one, and above
         ("upper", "i8"),
+        ("pairs", "i8"),  # whether two components are a complex number
         ("n_jacobians", "i8"),
         ("n_factorised", "i8"),
     ]

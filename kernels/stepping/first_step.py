@@ -93,11 +93,16 @@ hairer = make_hairer("hairer", _scaled_rms)
 
 
 @njit(**INTERNAL)
-def implicit(state, work, block, order, fsal_stage):
-    """`hairer`, for a method that begins without a Jacobian and without a past."""
-    s = state[0]
+def forget(s, pairs):
+    """Let a method begin without a Jacobian and without a past."""
     s.order = s.n_equal = s.factorised = s.current = 0
-    s.h_old = 0.0
+    s.h_old, s.pairs = 0.0, pairs
+
+
+@njit(**INTERNAL)
+def implicit(state, work, block, order, fsal_stage):
+    """`hairer`, for a method that factorises matrices."""
+    forget(state[0], 0)
     return hairer(state, work, block, order, fsal_stage)
 
 

@@ -49,10 +49,25 @@ def newton_tolerance(work):
 
 
 @njit(**INLINED)
-def scaled_squares(work, row, sizes):
-    """Sum of the squares of a row over its tolerance, atol + rtol |sizes|."""
+def scaled_squares(s, work, row, sizes):
+    """Sum of |x|^2 of a row over its tolerance, atol + rtol |sizes|, of its complex numbers if
+    components are pairs.
+    """
     total = 0.0
+    if s.pairs:
+        for i in range(0, work.shape[1], 2):
+            size = np.hypot(work[sizes, i], work[sizes, i + 1])
+            scale = work[ATOL, i] + size * work[RTOL, i]
+            re, im = work[row, i] / scale, work[row, i + 1] / scale
+            total += re * re + im * im
+        return total
     for i in range(work.shape[1]):
         x = work[row, i] / (work[ATOL, i] + abs(work[sizes, i]) * work[RTOL, i])
         total += x * x
     return total
+
+
+@njit(**INLINED)
+def n_components(s, work):
+    """Real or complex ones."""
+    return work.shape[1] // 2 if s.pairs else work.shape[1]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.sparse
 from scipy.integrate import solve_ivp as reference
 
 import fastdyn
@@ -66,6 +67,52 @@ def test_events_and_dense_output():
         np.testing.assert_allclose(mine, other, rtol=1e-7)
     for mine, other in zip(found.y_events, expected.y_events, strict=True):
         np.testing.assert_allclose(mine, other, rtol=1e-6, atol=1e-8)
+
+
+def stiff(t, z):
+    """A component that is pulled to exp(it), one that turns, one between."""
+    on = np.exp(1j * t)
+    return [-1000 * (z[0] - on) + 1j * on, 3j * z[1] - 0.1 * z[1], -50 * (z[2] - z[0] * z[1])]
+
+
+def stiff_jacobian(t, z):
+    return np.array([[-1000, 0, 0], [0, 3j - 0.1, 0], [50 * z[1], 50 * z[0], -50]])
+
+
+def sparse_jacobian(t, z):
+    return scipy.sparse.csc_matrix(stiff_jacobian(t, z))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("jac", [None, "2-point", stiff_jacobian, sparse_jacobian])
+@pytest.mark.parametrize("tol", [1e-3, 1e-5])
+def test_bdf_takes_the_steps_of_scipy(jac, tol):
+    """Newton's iterations differ by the error of SciPy's differences, far below the tolerance."""
+    given, options = (stiff, (0, 3), START, "BDF"), {"rtol": tol, "atol": 1e-2 * tol}
+    found = fastdyn.solve_ivp(*given, **options, jac=jac)
+    expected = reference(*given, **options)
+    assert (found.status, found.nfev, found.nlu, len(found.t)) == (
+        expected.status, expected.nfev, expected.nlu, len(expected.t),
+    )  # fmt: skip
+    assert np.abs(found.y - expected.y).max() < tol
+
+
+@pytest.mark.parametrize("method", ["BDF", "Radau"])
+def test_implicit_methods_solve_what_has_no_complex_derivative(method):
+    """|z|: the Jacobian is by real and imaginary parts."""
+
+    def fun(t, z):
+        return [-1e3 * (abs(z[0]) - 2) * z[0] + 1j * z[0]]
+
+    # |z| = r solves r' = -1e3 (r - 2) r, and the phase is t
+    found = fastdyn.solve_ivp(fun, (0, 5), [1 + 0j], method, rtol=1e-8, atol=1e-8)
+    assert abs(found.y[0, -1] - 2 * np.exp(5j)) < 1e-6
+
+
+def test_the_shapes_of_jacobians_are_looked_at():
+    for name in ("jac", "jac_sparsity"):
+        with pytest.raises(ValueError, match=rf"`{name}` is expected to have shape \(3, 3\)"):
+            fastdyn.solve_ivp(stiff, (0, 1), START, "BDF", **{name: np.eye(4)})
 
 
 @pytest.mark.parametrize("method", ["Tsit5", "Vern7", "Vern9", "RK4"])
