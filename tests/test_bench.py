@@ -5,7 +5,11 @@ import pytest
 
 import fastdyn
 from bench import rivals
-from bench.problems import WORK, error, reference
+from bench.groups.stiff import relative_to
+from bench.problems import WORK, compiled, error, reference
+from bench.problems.reaction_diffusion import brusselator_square
+from bench.problems.stiff import STIFF, brusselator
+from bench.problems.stiff_physics import PHYSICS
 from bench.report.equal_error import at_error
 from bench.report.which_method import front
 
@@ -44,3 +48,44 @@ def test_a_line_of_the_figure():
     """What another point beats in both error and time is not drawn."""
     points = [(1e-5, 5.0), (1e-4, 10.0), (1e-2, 1.0), (1e-3, 5.0)]
     assert front(points) == [(1e-2, 1.0), (1e-5, 5.0)]
+
+
+@pytest.mark.parametrize("given", PHYSICS, ids=lambda given: given.problem.name)
+def test_end_states_of_stiff_problems(given):
+    """Within a thousand tolerances; the oscillation of Schrödinger's equation is not damped."""
+    p, options = given.problem, {"rtol": 1e-8, "atol": 1e-8 * given.floor}
+    method = "DOP853" if np.iscomplexobj(p.y0) else "Radau"
+    if given.mass is not None:
+        method, options["mass"] = "Rodas5P", given.mass
+    fun = compiled(p) if p.into else p.fun
+    run = fastdyn.solve_ivp(fun, p.t_span, p.y0, method, **options)
+    assert relative_to(np.array(given.end), given.floor)(run.y[:, -1]) < 1e-5
+
+
+@pytest.mark.parametrize(
+    "given",
+    [*PHYSICS[:3], brusselator(8), brusselator_square(4), STIFF[0]],
+    ids=lambda given: given.problem.name,
+)
+def test_bands_and_jacobians_of_stiff_problems(given):
+    """Beside central differences, right to eps^(2/3) of the scales here but for stray terms."""
+    p, rng = given.problem, np.random.default_rng(0)
+    fun = compiled(p)
+    y = np.array(p.y0) + 0.1 * rng.random(len(p.y0))
+    n, dy = len(y), np.diag(1e-5 * np.ones(len(y)))
+    found = np.array([(fun(0.1, y + d) - fun(0.1, y - d)) / 2e-5 for d in dy]).T
+    i, j = np.nonzero(found)
+    if given.band is not None:
+        assert ((i - j).max(), (j - i).max()) == given.band
+    if given.jacobian is not None:
+        exact = np.zeros((n, n))
+        given.jacobian(0.1, y, exact)
+        assert np.abs(found - exact).max() < 1e-7 * np.abs(exact).max()
+
+
+def test_rivals_for_stiff_problems():
+    """Each comes within a thousand tolerances of Robertson's end, as an ODE and as a DAE."""
+    for given in (STIFF[0], PHYSICS[-1]):
+        far = relative_to(np.array(given.end), given.floor)
+        for name, prepare in rivals.stiff(given).items():
+            assert far(prepare(1e-6)()) < 1e-3, name

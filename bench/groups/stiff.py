@@ -1,4 +1,4 @@
-"""Stiff problems: achieved error against time, over tolerances."""
+"""Stiff problems and a DAE: achieved error against time, over tolerances."""
 
 import functools
 
@@ -8,16 +8,19 @@ import fastdyn
 
 from .. import rivals
 from ..problems import compiled
+from ..problems.reaction_diffusion import LINES
 from ..problems.stiff import STIFF
+from ..problems.stiff_physics import PHYSICS
 from ..report.work_precision import LIMIT, at_tolerance
 
+PROBLEMS = (*STIFF, *PHYSICS, *LINES)
 TOLERANCES = [10.0**-k for k in range(2, 12)]
 
 
 @functools.cache
 def _end(name):
     """The end state: published, or that of Radau at rtol 1e-12."""
-    (stiff,) = [s for s in STIFF if s.problem.name == name]
+    (stiff,) = [s for s in PROBLEMS if s.problem.name == name]
     if stiff.end is not None:
         return np.array(stiff.end)
     p = stiff.problem
@@ -28,7 +31,7 @@ def _end(name):
 def rows(quick):
     """One row a problem, solver and tolerance; rtol = tol, atol = tol times the problem's floor."""
     turns = (5, 0.1) if quick else (30, 0.5)
-    for stiff in STIFF[:1] if quick else STIFF:
+    for stiff in (STIFF[0], PHYSICS[-1]) if quick else PROBLEMS:
         p = stiff.problem
         far = relative_to(_end(p.name), stiff.floor)
         made = rivals.stiff(stiff)

@@ -67,7 +67,7 @@ def compiled(problem):
 
     @njit
     def fun(t, y):
-        d = np.empty(y.size)
+        d = np.empty_like(y)
         into(t, y, d)
         return d
 

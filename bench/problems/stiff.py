@@ -6,7 +6,8 @@ end state of release 2.4 is as far from it.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -40,16 +41,41 @@ END = {
 
 
 class Stiff(NamedTuple):
-    """A Problem, the least size of a component that counts, and the end, None if not published."""
+    """A stiff Problem.
+
+    Attributes
+    ----------
+    problem : Problem
+    floor : float or ndarray
+        The least size of a component that counts, of all or of each.
+    end : array_like or None
+        The end state, None if Radau at rtol 1e-12 is to find it.
+    band : tuple of int, optional
+        Diagonals of the Jacobian below and above the main one.
+    jacobian : callable, optional
+        ``jacobian(t, y, j)``, the Jacobian's nonzero elements written into j.
+    mass : ndarray, optional
+        M of M y' = f(t, y).
+    """
 
     problem: Problem
     floor: float
-    end: list | None
+    end: Any
+    band: tuple | None = None
+    jacobian: Callable | None = None
+    mass: Any = None
 
 
 def robertson(t, y):
     a, b, c = y
     return [-0.04 * a + 1e4 * b * c, 0.04 * a - 1e4 * b * c - 3e7 * b * b, 3e7 * b * b]
+
+
+def robertson_jacobian(t, y, j):
+    _, b, c = y
+    j[0, 0], j[0, 1], j[0, 2] = -0.04, 1e4 * c, 1e4 * b
+    j[1, 0], j[1, 1], j[1, 2] = 0.04, -1e4 * c - 6e7 * b, -1e4 * b
+    j[2, 1] = 6e7 * b
 
 
 def van_der_pol(t, y):
@@ -173,6 +199,17 @@ def brusselator_into(t, y, d):
         d[2 * i + 1] = 3.0 * u - u * u * v + rate * (left - 2.0 * v + right)
 
 
+def brusselator_jacobian(t, y, j):
+    n = len(y) // 2
+    rate = (n + 1) ** 2 / 50.0
+    for i in range(0, 2 * n, 2):
+        u, v = y[i], y[i + 1]
+        j[i, i], j[i, i + 1] = 2.0 * u * v - 4.0 - 2.0 * rate, u * u
+        j[i + 1, i], j[i + 1, i + 1] = 3.0 - 2.0 * u * v, -u * u - 2.0 * rate
+    for i in range(2 * n - 2):
+        j[i, i + 2] = j[i + 2, i] = rate
+
+
 def brusselator(n):
     """n components."""
 
@@ -184,16 +221,17 @@ def brusselator(n):
     y0, x = np.full(n, 3.0), np.arange(1, n // 2 + 1) / (n // 2 + 1)
     y0[::2] = 1.0 + np.sin(2.0 * np.pi * x)
     name = f"Brusselator, n = {n}"
-    return Stiff(Problem(name, fun, (0.0, 10.0), y0, (), into=brusselator_into), 1.0, None)
+    problem = Problem(name, fun, (0.0, 10.0), y0, (), into=brusselator_into)
+    return Stiff(problem, 1.0, None, band=(2, 2), jacobian=brusselator_jacobian)
 
 
-def _published(name, fun, t_end, y0, floor):
-    return Stiff(Problem(name, fun, (0.0, t_end), y0, ()), floor, END[name])
+def _published(name, fun, t_end, y0, floor, jacobian=None):
+    return Stiff(Problem(name, fun, (0.0, t_end), y0, ()), floor, END[name], jacobian=jacobian)
 
 
 POLLUTED = [0, 0.2, 0, 0.04, 0, 0, 0.1, 0.3, 0.01, 0, 0, 0, 0, 0, 0, 0, 0.007, 0, 0, 0]
 STIFF = (
-    _published("Robertson", robertson, 1e11, [1.0, 0.0, 0.0], 1e-10),
+    _published("Robertson", robertson, 1e11, [1.0, 0.0, 0.0], 1e-10, robertson_jacobian),
     _published("van der Pol", van_der_pol, 2.0, [2.0, 0.0], 1e-2),
     _published("HIRES", hires, 321.8122, [1.0, 0, 0, 0, 0, 0, 0, 0.0057], 1e-4),
     _published("OREGO", orego, 360.0, [1.0, 2.0, 3.0], 1e-2),

@@ -40,6 +40,35 @@ def solvers(problem):
     }
 
 
+def stiff(given):
+    """Kvaerno5 with the controller that its documentation names for stiff problems.
+
+    Only for what jax can trace: equations in arithmetic, which are those for everybody.
+    """
+    p = given.problem
+    if given.mass is not None or p.into is not None or np.iscomplexobj(p.y0):
+        return {}
+    term = diffrax.ODETerm(lambda t, y, _: jnp.stack(p.fun(t, y)))
+    y0 = jnp.array(p.y0, dtype=float)
+    try:
+        jax.eval_shape(term.vector_field, 0.0, y0, None)
+    except (TypeError, jax.errors.ConcretizationTypeError):
+        return {}
+
+    @jax.jit
+    def solve(y0, rtol, atol):
+        control = diffrax.PIDController(rtol=rtol, atol=atol, pcoeff=0.3, icoeff=0.4)
+        return diffrax.diffeqsolve(
+            term, diffrax.Kvaerno5(), *p.t_span, None, y0, max_steps=MAX_STEPS, throw=False,
+            stepsize_controller=control, saveat=diffrax.SaveAt(t1=True),
+        ).ys  # fmt: skip
+
+    def prepare(tol):
+        return lambda: np.asarray(solve(y0, tol, tol * given.floor).block_until_ready())[-1]
+
+    return {"diffrax Kvaerno5": prepare}
+
+
 def _jitted(problem, name):
     begin, end = problem.t_span
     rates = (problem.arrays or problem.terms)(jnp)

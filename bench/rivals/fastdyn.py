@@ -5,7 +5,7 @@ import functools
 import numpy as np
 
 import fastdyn
-from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods import COMPLEX, METHODS
 
 from ..problems import compiled
 from . import MANY_ATOL, MANY_RTOL
@@ -57,9 +57,15 @@ def solvers(problem):
 
 
 def stiff(given, names=STIFF):
-    """Radau, BDF and Rodas5P, unless others are named."""
+    """Radau, BDF and Rodas5P, unless others are named; where the state is complex, those for it."""
     p = given.problem
     fun = p.fun if p.into is None else compiled(p)
+    by_solve_ivp = ["Rodas5P"] if given.mass is not None else []
+    if np.iscomplexobj(p.y0):
+        by_solve_ivp = [name for name in ("DOP853", *names) if name in COMPLEX]
+    if by_solve_ivp:  # `prepare` takes neither
+        made = functools.partial(_plain_stiff, fun, given)
+        return {f"fastdyn {n} by solve_ivp": functools.partial(made, n) for n in by_solve_ivp}
     return {f"fastdyn {name}": functools.partial(_stiff, fun, given, name) for name in names}
 
 
@@ -69,6 +75,15 @@ def _stiff(fun, given, method, tol):
         fun, p.t_span, p.y0, method, t_eval=p.t_span[1:], rtol=tol, atol=tol * given.floor
     )
     return lambda: end_of(solve())
+
+
+def _plain_stiff(fun, given, method, tol):
+    p, options = given.problem, {"rtol": tol, "atol": tol * given.floor}
+    if given.mass is not None:
+        options["mass"] = given.mass
+    return lambda: end_of(
+        fastdyn.solve_ivp(fun, p.t_span, p.y0, method, t_eval=p.t_span[1:], **options)
+    )
 
 
 def _given(problem, method, tol, times):

@@ -27,30 +27,39 @@ def solve():
 
 def solvers(problem):
     """Both its methods."""
-
-    @functools.cache
-    def rates():
-        into, n = in_place(problem), len(problem.y0)
-
-        @cfunc(lsoda_sig)
-        def fun(t, y, d, p):
-            into(t, carray(y, n), carray(d, n))
-
-        return fun
-
+    rates = functools.cache(lambda: _compiled(problem))
     return {
         "numbalsoda LSODA": functools.partial(_prepare, problem, rates, lsoda),
         "numbalsoda DOP853": functools.partial(_prepare, problem, rates, dop853),
     }
 
 
-def _prepare(problem, rates, solve, tol, times=None):
+def stiff(given):
+    """LSODA, whose Jacobian is full and by differences."""
+    p, rates = given.problem, functools.cache(lambda: _compiled(given.problem))
+    if given.mass is not None or np.iscomplexobj(p.y0):
+        return {}
+    return {"numbalsoda LSODA": lambda tol: _prepare(p, rates, lsoda, tol, atol=tol * given.floor)}
+
+
+def _compiled(problem):
+    into, n = in_place(problem), len(problem.y0)
+
+    @cfunc(lsoda_sig)
+    def fun(t, y, d, p):
+        into(t, carray(y, n), carray(d, n))
+
+    return fun
+
+
+def _prepare(problem, rates, solve, tol, times=None, atol=None):
     fun, none = rates(), np.zeros(1)
     y0 = np.array(problem.y0, dtype=float)
     times = np.array(problem.t_span if times is None else times)
+    atol = tol if atol is None else atol
 
     def run():
-        y, good = solve(fun.address, y0, times, none, tol, tol, MAX_STEPS)
+        y, good = solve(fun.address, y0, times, none, tol, atol, MAX_STEPS)
         return y[-1] if good else np.nan
 
     return run

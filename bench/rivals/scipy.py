@@ -3,6 +3,7 @@
 import functools
 
 import numpy as np
+import scipy.sparse
 from scipy.integrate import ode, odeint, solve_ivp
 
 from ..problems import compiled
@@ -37,16 +38,25 @@ def end_of(result):
 
 
 def stiff(given):
-    """Radau, BDF and LSODA on a compiled right-hand side."""
+    """Radau, BDF and LSODA on a compiled right-hand side, told of the band; BDF if complex."""
     p, jitted = given.problem, functools.cache(lambda: compiled(given.problem))
+    if given.mass is not None:
+        return {}
+    n, (lower, upper) = len(p.y0), given.band or (0, 0)
 
     def prepare(method, tol):
         fun, options = jitted(), {"rtol": tol, "atol": tol * given.floor}
+        if given.band and method == "LSODA":
+            options |= {"lband": lower, "uband": upper}
+        elif given.band:
+            shape = {"shape": (n, n), "format": "csc"}
+            bands = np.ones((lower + upper + 1, n))
+            options["jac_sparsity"] = scipy.sparse.diags(bands, range(-lower, upper + 1), **shape)
         return lambda: end_of(
             solve_ivp(fun, p.t_span, p.y0, method, t_eval=p.t_span[1:], **options)
         )
 
-    names = ("Radau", "BDF", "LSODA")
+    names = ("BDF",) if np.iscomplexobj(p.y0) else ("Radau", "BDF", "LSODA")
     return {f"SciPy {name}, njit": functools.partial(prepare, name) for name in names}
 
 

@@ -1,13 +1,16 @@
-"""CVODE of SUNDIALS, Adams' methods for problems that are not stiff, by scikit-sundae."""
+"""CVODE and IDA of SUNDIALS, Adams' methods for problems that are not stiff, by scikit-sundae."""
 
 import functools
 
 import numpy as np
+from numba import njit
 from sksundae.cvode import CVODE
+from sksundae.ida import IDA
 
 from ..problems import in_place
 from . import MAX_STEPS
 
+DENSE_JACOBIAN = 200  # an exact one is handed over as n by n numbers, banded or not
 DENSE = 100  # up to so many components Newton's matrix is a matrix
 
 FIRST_CALL = {
@@ -26,22 +29,75 @@ def solve():
 
 
 def stiff(given):
-    """CVODE's BDF; the Jacobian by differences, banded for problems by the method of lines."""
+    """CVODE's BDF, the Jacobian by differences or exact, banded where it is; IDA for DAEs."""
     p, into = given.problem, functools.cache(lambda: in_place(given.problem))
-    line = {} if p.into is None else {"linsolver": "band", "lband": 2, "uband": 2}
+    if np.iscomplexobj(p.y0):
+        return {}
+    if given.mass is not None:
+        return {"IDA, njit": functools.partial(_ida, given, into)}
+    band = {}
+    if given.band:
+        band = {"linsolver": "band", "lband": given.band[0], "uband": given.band[1]}
+    made = {"CVODE BDF, njit": functools.partial(_bdf, given, into, band)}
+    if given.jacobian is not None and len(p.y0) <= DENSE_JACOBIAN:
+        jacobian = functools.cache(lambda: _with_ignored_slope(given.jacobian))
+        name = "CVODE BDF, njit, exact Jacobian"
+        made[name] = lambda tol: _bdf(given, into, band | {"jacfn": jacobian()}, tol)
+    return made
 
-    def prepare(tol):
-        y0 = np.array(p.y0, dtype=float)
-        options = {"rtol": tol, "atol": tol * given.floor, "max_num_steps": MAX_STEPS, **line}
-        solver = CVODE(into(), method="BDF", **options)
 
-        def run():
-            solver.init_step(p.t_span[0], y0)
-            return solver.step(p.t_span[1], tstop=p.t_span[1]).y
+def _with_ignored_slope(jacobian):
+    """As CVODE calls it."""
+    inner = njit(jacobian)
 
-        return run
+    @njit
+    def jacfn(t, y, d, j):
+        inner(t, y, j)
 
-    return {"CVODE BDF, njit": prepare}
+    return jacfn
+
+
+def _bdf(given, into, more, tol):
+    p, y0 = given.problem, np.array(given.problem.y0, dtype=float)
+    options = {"rtol": tol, "atol": tol * given.floor, "max_num_steps": MAX_STEPS, **more}
+    solver = CVODE(into(), method="BDF", **options)
+
+    def run():
+        solver.init_step(p.t_span[0], y0)
+        return _end_of(solver.step(p.t_span[1], tstop=p.t_span[1]))
+
+    return run
+
+
+def _end_of(result):
+    return result.y if result.success else np.nan
+
+
+def _ida(given, into, tol):
+    """M y' - f = 0; the algebraic variables are those whose column of M is zero."""
+    p, y0, mass, rates = given.problem, np.array(given.problem.y0), given.mass, into()
+    start = np.empty_like(y0)
+    rates(p.t_span[0], y0, start)
+    slopes = np.linalg.lstsq(mass, start, rcond=None)[0]
+
+    @njit
+    def residual(t, y, slope, out):
+        rates(t, y, out)
+        for i in range(len(y)):
+            out[i] = -out[i]
+            for j in range(len(y)):
+                out[i] += mass[i, j] * slope[j]
+
+    solver = IDA(
+        residual, rtol=tol, atol=tol * given.floor, max_num_steps=MAX_STEPS,
+        algebraic_idx=np.flatnonzero(~mass.any(axis=0)).tolist(),
+    )  # fmt: skip
+
+    def run():
+        solver.init_step(p.t_span[0], y0, slopes)
+        return _end_of(solver.step(p.t_span[1], tstop=p.t_span[1]))
+
+    return run
 
 
 def solvers(problem):
