@@ -27,7 +27,10 @@ def is_sparse(matrix):
 
 
 def pattern_of(matrix, n, name="jac"):
-    """The Entries of a sparse matrix, or of an array; ValueError if its shape is not (n, n)."""
+    """The Entries of a sparse matrix, or of an array; of zeros, one.
+
+    Raises ValueError if its shape is not (n, n).
+    """
     if not is_sparse(matrix):
         matrix = np.asarray(matrix)
     if matrix.shape != (n, n):
@@ -36,8 +39,9 @@ def pattern_of(matrix, n, name="jac"):
         )
     if not is_sparse(matrix):
         columns, rows = np.nonzero(matrix.T)
-        return Entries(rows, columns)
-    return in_order(*_coordinates(matrix)[:2], n)
+    else:
+        rows, columns, _ = _coordinates(matrix)
+    return in_order(rows, columns, n) if len(rows) else Entries(*np.zeros((2, 1), np.int64))
 
 
 def _coordinates(matrix):

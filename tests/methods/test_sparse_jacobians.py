@@ -195,3 +195,11 @@ def test_ctrl_c_between_solutions(monkeypatch):
     monkeypatch.setattr(matrices.SparseSolver, "_made", made)
     with pytest.raises(KeyboardInterrupt):
         solved(solve_ivp, network, "BDF")
+
+
+def test_a_jacobian_without_entries():
+    n = 40
+    for options in ({"jac": scipy.sparse.csc_matrix((n, n))}, {"jac_sparsity": np.zeros((n, n))}):
+        run = solve_ivp(lambda t, y: eval("0 * y + t", {"t": t, "y": y}), (0, 1), np.ones(n), "BDF",
+                        rtol=1e-8, **options)  # fmt: skip
+        assert np.abs(run.y[:, -1] - 1.5).max() < 1e-4  # atol is 1e-6 a step
