@@ -13,6 +13,7 @@ from fastdyn.compile.diagnostics import Uncompilable, explain
 from fastdyn.compile.taylor.rewrite import NotSmooth
 from fastdyn.compile.vector_form import vector_form
 from fastdyn.kernels.ensemble import events_and_folds
+from fastdyn.kernels.ensemble.lanes import Derivatives
 from fastdyn.kernels.jit_options import INLINED, njit
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.state.lane_fields import N_FIELDS
@@ -81,6 +82,11 @@ def _with_another(before, one, function, row):
     return together
 
 
+def _derivatives(jacobian, build):
+    function = right_hand_side(build())
+    return Derivatives(function, jacobian.rows, jacobian.columns, not jacobian.autonomous)
+
+
 _kernels: dict = {}
 
 
@@ -126,6 +132,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         vector_form(function, args, varying, how, length, near, width())
         for function, how, length in functions
     ]
+    derived = forms[0].jacobian(METHODS[name].takes_mass) if method.n_matrices else None
     keys = [form.key for form in forms]
     key = f"lanes {name} {n} {width()} {extrema} {len(events)} {keys}"
     sizes = [form.n_words for form in forms]
@@ -138,8 +145,10 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
             row = N_FIELDS + len(events)
             watched = _in_turn(events_and_folds.crossed, numbers[: len(events)], N_FIELDS)
             accumulated = _in_turn(_accumulate, numbers[len(events) :], row)
-            watching = extrema or None, watched, accumulated
-            kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *watching)
+            given = [extrema or None, watched, accumulated]
+            if derived is not None:
+                given.append(_derivatives(*derived))
+            kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
             return kernel, ADVANCE_VECTORS
 
         try:

@@ -6,6 +6,8 @@ a lane has reached the time at which it is to stop, or cannot go on; `serve` the
 are done another trajectory.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ..jit_options import INLINED, INTERNAL, njit
@@ -14,6 +16,8 @@ from ..state.elementwise import apply
 from ..state.lane_fields import (
     ACCEPTED,
     ERROR,
+    EVALUATIONS,
+    LEFT,
     LIMIT,
     LIVE,
     NOTHING,
@@ -31,6 +35,19 @@ from ..state.reduce import add, reduce_components
 from ..state.rows import fetch, keep, keep_vector, numbers_of, vector_at
 from ..stepping.fixed import LANDED, add_size
 from ..vector.scalar_or_vector import any_lane, select
+
+
+class Derivatives(NamedTuple):
+    """Of a right-hand side on vectors.
+
+    ``function(t, y, block, out)`` gives the entries of the Jacobian in these places, and behind
+    them df/dt, n vectors, which `timed` says may differ from zero.
+    """
+
+    function: Any
+    rows: Any
+    columns: Any
+    timed: bool
 
 
 @njit(**INLINED)
@@ -56,7 +73,9 @@ def leave(form, lanes, row, value):
     keep_vector(form, numbers_of(lanes), row * lanes.shape[1], value)
 
 
-def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, accumulated):
+def adaptive(
+    step, control, exponent, fsal_stage, rhs, form, extrema, watched, accumulated, counted=None
+):
     """The loop of a method with adaptive steps around `rhs`, on vectors.
 
     Parameters
@@ -72,6 +91,10 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
     accumulated : None or function
         ``accumulated(form, t, y, on, block, lanes)`` takes the state into the folds, in the lanes
         that go on; the others are left to the scheduler.
+    counted : None or (int, int)
+        Of a method that counts its evaluations itself: those of a step, and those after it if it is
+        accepted.  Its step gives a negative error in lanes that it leaves to the kernel of one
+        trajectory.
 
     Returns
     -------
@@ -79,8 +102,8 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
         ``loop(state, lanes, work, block, n_steps)`` tries at most `n_steps` steps in each lane and
         returns their number.  `state` is a STATE record of what all lanes have in common; `lanes`,
         (N_FIELDS, width), and `work`, (rows, n * width), have what belongs to each.  Row STATUS
-        tells which lanes need the scheduler: FINISHED, RUNNING (T_STOP or LIMIT was reached) or
-        STEP_TOO_SMALL.
+        tells which lanes need the scheduler: FINISHED, RUNNING (T_STOP or LIMIT was reached),
+        STEP_TOO_SMALL or LEFT.
     """
 
     @njit(**INTERNAL)
@@ -99,6 +122,7 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
         y, k_last = fetch(form, work, Y), fetch(form, work, K + fsal_stage)
         if extrema is not None:
             tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
+        accepted_before, rejected_before = accepted, rejected
         taken = 0
         while True:
             taken += 1
@@ -108,18 +132,27 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
             size = t_new - t
             y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
             stuck = wanted < h_min  # h_max is below the spacing of t
-            ok = (error < 1.0) & ~stuck
+            not_tried = stuck
+            if counted is not None:
+                left = (error < 0.0) & ~stuck
+                not_tried = stuck | left
+            ok = (error < 1.0) & ~not_tried
             size = abs(size)
             longer = control.grow(size, error, exponent, tries)
             shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
             shorter = control.shrink(size, error, exponent, tries, h_min)
-            h = select(ok, select(shortened, wanted, longer), shorter)
+            next_size = select(ok, select(shortened, wanted, longer), shorter)
+            if counted is not None:
+                next_size = select(left, h, next_size)
+            h = next_size
             accepted = accepted + select(ok, 1.0, 0.0)
-            rejected = rejected + select(ok | stuck, 0.0, 1.0)
+            rejected = rejected + select(ok | not_tried, 0.0, 1.0)
             tries = select(ok, 0.0, tries + 1.0)
             stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
             failed = stuck | (~ok & (h == 0.0))
             hand_back = live & (stopped | failed)
+            if counted is not None:
+                hand_back = hand_back | (live & left)
             if extrema is not None:
                 hand_back = hand_back | (
                     live & ok & turning(t_new - t, y, y_new, k_last, k[fsal_stage], tops, lows)
@@ -135,6 +168,12 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
                 break
             k_last = k_new
         status = select(failed, float(STEP_TOO_SMALL), select(t == t_end, float(FINISHED), 0.0))
+        if counted is not None:
+            status = select(left, float(LEFT), status)
+            tried, after = counted
+            more, others = accepted - accepted_before, rejected - rejected_before
+            evaluations = field(form, lanes, EVALUATIONS) + tried * (more + others) + after * more
+            leave(form, lanes, EVALUATIONS, evaluations)
         leave(form, lanes, STATUS, select(hand_back, status, float(NOTHING)))
         leave(form, lanes, T, t)
         leave(form, lanes, T_OLD, t_old)

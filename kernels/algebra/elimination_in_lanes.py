@@ -1,0 +1,230 @@
+"""Small linear systems with a matrix in each lane of a vector: factors P A = L U, and solutions.
+
+Pivots are those of `factorise.py`, each lane has its own: rows are exchanged by selection, and
+where no lane exchanges any, that is jumped over.  Which elements may differ from zero is known when
+code is made, so that it is straight-line code for these alone.  It is written for LLVM, as loops
+over elements that are known one by one.
+"""
+
+from typing import NamedTuple
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.elementwise import data_of, load
+from ..vector.instructions import FUSE, constant, intrinsic_of
+
+
+class Structure(NamedTuple):
+    """Where the factors of a matrix may have elements, whatever the pivots.
+
+    `below[k]` has the rows below the diagonal with an element in column k of L, `right[k]` the
+    columns with one in row k of U, `places` where each element is stored.
+    """
+
+    below: tuple
+    right: tuple
+    places: dict
+
+    @property
+    def n_operations(self):
+        """Products of a factorisation, and of a solution."""
+        pairs = list(zip(self.below, self.right, strict=True))
+        return (
+            sum(len(below) * (1 + len(right)) for below, right in pairs),
+            sum(len(below) + len(right) + 1 for below, right in pairs),
+        )
+
+
+def structure(rows, columns, n):
+    """The Structure of matrices with a diagonal and elements in these places.
+
+    All rows that may become row k get the elements of each other: A. George and E. Ng, "Symbolic
+    factorization for sparse Gaussian elimination with partial pivoting", SIAM J. Sci. Stat.
+    Comput. 8 (1987) 877-898.
+    """
+    known = [{i} for i in range(n)]
+    for i, j in zip(rows, columns, strict=True):
+        known[i].add(int(j))
+    below, right = [], []
+    for k in range(n):
+        candidates = [i for i in range(k, n) if k in known[i]]
+        together = {j for i in candidates for j in known[i] if j >= k}
+        for i in candidates:
+            known[i] |= together
+        below.append(tuple(candidates[1:]))
+        right.append(tuple(sorted(together - {k})))
+    elements = [(i, j) for i, row in enumerate(known) for j in sorted(row)]
+    return Structure(tuple(below), tuple(right), {e: at for at, e in enumerate(elements)})
+
+
+class _Elements:
+    """The stored elements of a matrix, and behind them the pivot of each column."""
+
+    def __init__(self, context, builder, form, array, found):
+        self.builder, self.found = builder, found
+        self.kind = context.get_value_type(form)
+        self._data = data_of(context, builder, array[0], array[1])
+
+    def _pointer(self, at):
+        place = cgutils.gep(self.builder, self._data, at * self.kind.count)
+        return self.builder.bitcast(place, self.kind.as_pointer())
+
+    def _at(self, place):
+        known = self.found.places
+        return known[place] if isinstance(place, tuple) else len(known) + place
+
+    def __contains__(self, place):
+        return place in self.found.places
+
+    def __getitem__(self, place):
+        """The element (i, j), or the pivot of column k."""
+        return load(self.builder, self._pointer(self._at(place)))
+
+    def __setitem__(self, place, value):
+        self.builder.store(value, self._pointer(self._at(place))).align = 8
+
+
+def _less_product(builder, a, b, c):
+    """a - b c."""
+    return builder.fsub(a, builder.fmul(b, c, flags=FUSE), flags=FUSE)
+
+
+def _any(builder, mask):
+    bits = builder.bitcast(mask, ir.IntType(mask.type.count))
+    return builder.icmp_unsigned("!=", bits, bits.type(0))
+
+
+def _pivot(builder, a, k, below):
+    """Note the row with the largest element of column k; whether any lane has to exchange."""
+    size = intrinsic_of(builder, "fabs", a.kind, 1)
+    largest, pivot = builder.call(size, [a[k, k]]), constant(a.kind, k)
+    for i in below:
+        other = builder.call(size, [a[i, k]])
+        larger = builder.fcmp_ordered(">", other, largest)
+        largest = builder.select(larger, other, largest)
+        pivot = builder.select(larger, constant(a.kind, i), pivot)
+    a[k] = pivot
+    return _any(builder, builder.fcmp_ordered("!=", pivot, constant(a.kind, k)))
+
+
+def _exchanged(builder, pivot, upper, lower):
+    """`upper`, and the values of the rows `lower`, {row: value}, exchanged with that of the pivot."""
+    new = upper
+    for i, value in lower.items():
+        chosen = builder.fcmp_ordered("==", pivot, constant(pivot.type, i))
+        new = builder.select(chosen, value, new)
+        lower[i] = builder.select(chosen, upper, value)
+    return new
+
+
+def _fill(builder, a, entries, places, diagonal):
+    """The matrix with `diagonal` on its diagonal, less the entries in these places."""
+    given = dict(zip(places, entries, strict=True))
+    zero = constant(a.kind, 0.0)
+    for i, j in a.found.places:
+        value = diagonal if i == j else zero
+        if (i, j) in given:
+            value = builder.fsub(value, given[i, j])
+        a[i, j] = value
+
+
+def _factorise(builder, a):
+    """Put L and U, with the reciprocals of its diagonal, in the place of a matrix."""
+    exchanged = ir.Constant(ir.IntType(1), 0)
+    one = constant(a.kind, 1.0)
+    for k, (below, right) in enumerate(zip(a.found.below, a.found.right, strict=True)):
+        if below:
+            here = _pivot(builder, a, k, below)
+            with builder.if_then(here):
+                for j in (k, *right):
+                    column = {i: a[i, j] for i in below}
+                    a[k, j] = _exchanged(builder, a[k], a[k, j], column)
+                    for i, value in column.items():
+                        a[i, j] = value
+            exchanged = builder.or_(exchanged, here)
+        a[k, k] = builder.fdiv(one, a[k, k])
+        for i in below:
+            a[i, k] = builder.fmul(a[i, k], a[k, k])
+            for j in right:
+                a[i, j] = _less_product(builder, a[i, j], a[i, k], a[k, j])
+    return exchanged
+
+
+def _forward(builder, a, b, exchanging):
+    """L x = P b, in the place of b."""
+    for k, below in enumerate(a.found.below):
+        if exchanging and below:
+            rows = {i: b[i] for i in below}
+            b[k] = _exchanged(builder, a[k], b[k], rows)
+            for i, value in rows.items():
+                b[i] = value
+        for i in below:
+            b[i] = _less_product(builder, b[i], a[i, k], b[k])
+
+
+def _backward(builder, a, b):
+    """U x = b, in the place of b."""
+    for k in reversed(range(len(b))):
+        for j in a.found.right[k]:
+            b[k] = _less_product(builder, b[k], a[k, j], b[j])
+        b[k] = builder.fmul(b[k], a[k, k])
+
+
+def make_elimination(rows, columns, n):
+    """The functions for matrices ``diagonal * identity - J``, J with entries in these places.
+
+    Returns
+    -------
+    room : int
+        Rows of vectors that factors take.
+    factorise : function
+        ``factorise(factors, entries, diagonal)`` fills the array; whether any lane has exchanged
+        rows.  The matrix of a singular system has a zero on the diagonal of U: solutions are
+        infinite or NaN.
+    solve : function
+        ``solve(factors, exchanged, b)`` gives x, with A x = b.
+    """
+    found, places = structure(rows, columns, n), [*zip(map(int, rows), map(int, columns))]
+
+    @intrinsic
+    def factorise(typingctx, factors, entries, diagonal):
+        def codegen(context, builder, signature, args):
+            array, given, scale = args
+            a = _Elements(context, builder, diagonal, (factors, array), found)
+            values = [builder.extract_value(given, i) for i in range(len(places))]
+            _fill(builder, a, values, places, scale)
+            return _factorise(builder, a)
+
+        return types.boolean(factors, entries, diagonal), codegen
+
+    def half(work):
+        @intrinsic
+        def solved(typingctx, factors, b):
+            def codegen(context, builder, signature, args):
+                a = _Elements(context, builder, b.dtype, (factors, args[0]), found)
+                values = [builder.extract_value(args[1], i) for i in range(n)]
+                work(builder, a, values)
+                return context.make_tuple(builder, b, values)
+
+            return b(factors, b), codegen
+
+        return solved
+
+    plain = half(lambda builder, a, b: _forward(builder, a, b, False))
+    exchanging = half(lambda builder, a, b: _forward(builder, a, b, True))
+    backward = half(_backward)
+
+    @njit(**INTERNAL)
+    def solve(factors, exchanged, b):
+        z = exchanging(factors, b) if exchanged else plain(factors, b)
+        return backward(factors, z)
+
+    @njit(**INLINED)
+    def factorised(factors, entries, diagonal):
+        return factorise(factors, entries, diagonal)
+
+    return len(found.places) + n, factorised, solve

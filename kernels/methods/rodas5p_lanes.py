@@ -1,0 +1,125 @@
+"""The steps of Rodas5P with a trajectory in each lane of a vector, for y' = f(t, y).
+
+The Jacobian and the derivative by the time are exact.  Where a number of a step is not finite, in
+a lane whose matrix is singular, say, that lane is left to the step of `rodas5p.py`.
+"""
+
+import numpy as np
+
+from ..algebra.elimination_in_lanes import make_elimination
+from ..ensemble import lanes
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.elementwise import apply, combine, weigh
+from ..state.rows import rows_on_stack
+from ..stepping.step_size import SCIPY, rms
+from ..vector.scalar_or_vector import select
+from .rodas5p_table import GAMMA, SLOPES, TIMES, A, C
+
+N_STAGES = 8
+TRIED, ACCEPTED = 7, 1  # evaluations: of a step, and after it
+
+
+@njit(**INTERNAL)
+def _add(a, b):
+    return (a + b,)
+
+
+@njit(**INTERNAL)
+def _add_multiple(factor, a, b):
+    return (a + factor * b,)
+
+
+@njit(**INLINED)
+def _sum(a, b):
+    return apply(_add, (None,), (), (a, b))[0]
+
+
+def _make_with_time(slope, timed):
+    """``f + h slope df/dt``, of a derivative f and df/dt."""
+
+    @njit(**INLINED)
+    def with_time(f, h, by_time):
+        return apply(_add_multiple, (None,), (h * slope,), (f, by_time))[0]
+
+    @njit(**INLINED)
+    def without(f, h, by_time):
+        return f
+
+    return with_time if timed and slope != 0.0 else without
+
+
+def _make_first_stage(solve, timed):
+    with_time = _make_with_time(GAMMA, timed)
+
+    @njit(**INLINED)
+    def stages(rhs, t, y, h, k1, block, by_time, factors, exchanged):
+        return (solve(factors, exchanged, with_time(k1, h, by_time)),), y
+
+    return stages
+
+
+def _make_state(i):
+    """``state(y, before, u)``: that of stage i, from that of the stage before, and the stages."""
+    row = A[min(i, len(A)) - 1]
+
+    @njit(**INLINED)
+    def combined(y, before, u):
+        return combine(None, y, 1.0, row, u)
+
+    @njit(**INLINED)
+    def gone_on(y, before, u):
+        return _sum(before, u[i - 1])
+
+    return combined if i <= len(A) else gone_on
+
+
+def _and_stage(before, i, solve, timed):
+    """The function that finds the stages before i, and i; and the state of stage i."""
+    state, with_time = _make_state(i), _make_with_time(SLOPES.floats[i], timed)
+    c, time = C[i - 1], TIMES.floats[i - 1]
+
+    @njit(**INLINED)
+    def stages(rhs, t, y, h, k1, block, by_time, factors, exchanged):
+        u, last = before(rhs, t, y, h, k1, block, by_time, factors, exchanged)
+        now = state(y, last, u)
+        f = with_time(rhs(t + time * h, now, block, None), h, by_time)
+        right = _sum(f, weigh(None, 1.0 / h, c, u))
+        return (*u, solve(factors, exchanged, right)), now
+
+    return stages
+
+
+def _make_stages(solve, timed):
+    """``stages(rhs, t, y, h, k1, block, by_time, factors, exchanged)``: all, and the last state."""
+    stages = _make_first_stage(solve, timed)
+    for i in range(1, N_STAGES):
+        stages = _and_stage(stages, i, solve, timed)
+    return stages
+
+
+def _make_step(derivatives, form):
+    """The step, as `lanes.adaptive` takes it; a negative error where a number is not finite."""
+    n, width, n_entries = len(form.value), form.value.dtype.width, len(derivatives.rows)
+    room, factorise, solve = make_elimination(derivatives.rows, derivatives.columns, n)
+    stages, derive = _make_stages(solve, derivatives.timed), derivatives.function
+
+    @njit(**INLINED)
+    def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
+        found, factors = derive(t, y, block, None), rows_on_stack(room, width)
+        exchanged = factorise(factors, found[:n_entries], 1.0 / (h * GAMMA))
+        by_time = found[n_entries:]
+        u, last = stages(rhs, t, y, h, k1, block, by_time, factors, exchanged)
+        y_new = _sum(last, u[-1])
+        error = rms(u[-1], y, y_new, rtol, atol)
+        slope = rhs(t + h, y_new, block, None)
+        return y_new, (slope, *u), select(error < np.inf, error, -1.0)
+
+    return step
+
+
+def kernel(rhs, form, extrema, watched, accumulated, derivatives):
+    """The loop of `lanes.adaptive` around `rhs` and its `lanes.Derivatives`."""
+    step, counted = _make_step(derivatives, form), (TRIED, ACCEPTED)
+    return lanes.adaptive(
+        step, SCIPY, -0.2, 0, rhs, form, extrema, watched, accumulated, counted
+    )
