@@ -10,9 +10,11 @@ from ..algebra.elimination_in_lanes import make_elimination
 from ..ensemble import lanes
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.elementwise import apply, combine, weigh
+from ..state.record import K
 from ..state.rows import rows_on_stack
 from ..stepping.step_size import SCIPY, rms
 from ..vector.scalar_or_vector import select
+from .rodas5p_derivatives import SLOPE
 from .rodas5p_table import GAMMA, SLOPES, TIMES, A, C
 
 N_STAGES = 8
@@ -112,7 +114,7 @@ def _make_step(derivatives, form):
         y_new = _sum(last, u[-1])
         error = rms(u[-1], y, y_new, rtol, atol)
         slope = rhs(t + h, y_new, block, None)
-        return y_new, (slope, *u), select(error < np.inf, error, -1.0)
+        return y_new, (k1, slope, *u), select(error < np.inf, error, -1.0)
 
     return step
 
@@ -121,5 +123,5 @@ def kernel(rhs, form, extrema, watched, accumulated, derivatives):
     """The loop of `lanes.adaptive` around `rhs` and its `lanes.Derivatives`."""
     step, counted = _make_step(derivatives, form), (TRIED, ACCEPTED)
     return lanes.adaptive(
-        step, SCIPY, -0.2, 0, rhs, form, extrema, watched, accumulated, counted
+        step, SCIPY, -0.2, SLOPE - K, rhs, form, extrema, watched, accumulated, counted
     )
