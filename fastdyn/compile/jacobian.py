@@ -25,8 +25,8 @@ class Jacobian(NamedTuple):
     """What `out` gets: entries by columns, rows ascending; then df/dt, n numbers, if asked for.
 
     `build` makes the dispatcher of its pointer form, `build_vector` that of its form on vectors,
-    as those of a `Function` do; `size` is the length of `out`.  `autonomous` says that df/dt is zero,
-    if it was asked for.
+    as those of a `Function` do; `size` is the length of `out`.  `autonomous` says that df/dt is
+    zero, if it was asked for.
     """
 
     key: str

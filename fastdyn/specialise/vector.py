@@ -12,6 +12,7 @@ from fastdyn import code_store
 from fastdyn.compile.diagnostics import Uncompilable, explain
 from fastdyn.compile.taylor.rewrite import NotSmooth
 from fastdyn.compile.vector_form import vector_form
+from fastdyn.kernels.algebra.elimination_in_lanes import MOST_PRODUCTS, structure
 from fastdyn.kernels.ensemble import events_and_folds
 from fastdyn.kernels.ensemble.lanes import Derivatives
 from fastdyn.kernels.jit_options import INLINED, njit
@@ -82,6 +83,12 @@ def _with_another(before, one, function, row):
     return together
 
 
+def _check_elimination(jacobian, n):
+    places = zip(jacobian.rows, jacobian.columns, strict=True)
+    if structure(places, n).n_products > MOST_PRODUCTS:
+        raise Uncompilable(f"{n} equations so coupled take more code than pays")
+
+
 def _derivatives(jacobian, build):
     function = right_hand_side(build())
     return Derivatives(function, jacobian.rows, jacobian.columns, not jacobian.autonomous)
@@ -132,7 +139,10 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         vector_form(function, args, varying, how, length, near, width())
         for function, how, length in functions
     ]
-    derived = forms[0].jacobian(METHODS[name].takes_mass) if method.n_matrices else None
+    derived = None
+    if method.n_matrices:
+        derived = forms[0].jacobian(METHODS[name].takes_mass)
+        _check_elimination(derived[0], n)
     keys = [form.key for form in forms]
     key = f"lanes {name} {n} {width()} {extrema} {len(events)} {keys}"
     sizes = [form.n_words for form in forms]

@@ -2,8 +2,7 @@
 
 Pivots are those of `factorise.py`, each lane has its own: rows are exchanged by selection, and
 where no lane exchanges any, that is jumped over.  Which elements may differ from zero is known when
-code is made, so that it is straight-line code for these alone.  It is written for LLVM, as loops
-over elements that are known one by one.
+code is made, so that it is straight-line code for these alone, written for LLVM.
 """
 
 from typing import NamedTuple
@@ -16,6 +15,8 @@ from numba.extending import intrinsic
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.elementwise import data_of, load
 from ..vector.instructions import FUSE, constant, intrinsic_of
+
+MOST_PRODUCTS = 1360  # of a factorisation in straight-line code: a full matrix of 16 rows
 
 
 class Structure(NamedTuple):
@@ -30,25 +31,22 @@ class Structure(NamedTuple):
     places: dict
 
     @property
-    def n_operations(self):
-        """Products of a factorisation, and of a solution."""
-        pairs = list(zip(self.below, self.right, strict=True))
-        return (
-            sum(len(below) * (1 + len(right)) for below, right in pairs),
-            sum(len(below) + len(right) + 1 for below, right in pairs),
-        )
+    def n_products(self):
+        """Products of a factorisation."""
+        pairs = zip(self.below, self.right, strict=True)
+        return sum(len(below) * (1 + len(right)) for below, right in pairs)
 
 
-def structure(rows, columns, n):
-    """The Structure of matrices with a diagonal and elements in these places.
+def structure(places, n):
+    """The Structure of matrices with a diagonal and elements in these places, (row, column).
 
     All rows that may become row k get the elements of each other: A. George and E. Ng, "Symbolic
     factorization for sparse Gaussian elimination with partial pivoting", SIAM J. Sci. Stat.
     Comput. 8 (1987) 877-898.
     """
     known = [{i} for i in range(n)]
-    for i, j in zip(rows, columns, strict=True):
-        known[i].add(int(j))
+    for i, j in places:
+        known[i].add(j)
     below, right = [], []
     for k in range(n):
         candidates = [i for i in range(k, n) if k in known[i]]
@@ -76,9 +74,6 @@ class _Elements:
     def _at(self, place):
         known = self.found.places
         return known[place] if isinstance(place, tuple) else len(known) + place
-
-    def __contains__(self, place):
-        return place in self.found.places
 
     def __getitem__(self, place):
         """The element (i, j), or the pivot of column k."""
@@ -112,7 +107,7 @@ def _pivot(builder, a, k, below):
 
 
 def _exchanged(builder, pivot, upper, lower):
-    """`upper`, and the values of the rows `lower`, {row: value}, exchanged with that of the pivot."""
+    """`upper` after its exchange with that of `lower`, {row: value}, which the pivot names."""
     new = upper
     for i, value in lower.items():
         chosen = builder.fcmp_ordered("==", pivot, constant(pivot.type, i))
@@ -121,14 +116,13 @@ def _exchanged(builder, pivot, upper, lower):
     return new
 
 
-def _fill(builder, a, entries, places, diagonal):
-    """The matrix with `diagonal` on its diagonal, less the entries in these places."""
-    given = dict(zip(places, entries, strict=True))
+def _fill(builder, a, entries, diagonal):
+    """The matrix with `diagonal` on its diagonal, less the entries, {(row, column): value}."""
     zero = constant(a.kind, 0.0)
     for i, j in a.found.places:
         value = diagonal if i == j else zero
-        if (i, j) in given:
-            value = builder.fsub(value, given[i, j])
+        if (i, j) in entries:
+            value = builder.fsub(value, entries[i, j])
         a[i, j] = value
 
 
@@ -174,7 +168,7 @@ def _backward(builder, a, b):
         b[k] = builder.fmul(b[k], a[k, k])
 
 
-def make_elimination(rows, columns, n):
+def make_elimination(rows, columns, form):
     """The functions for matrices ``diagonal * identity - J``, J with entries in these places.
 
     Returns
@@ -188,25 +182,37 @@ def make_elimination(rows, columns, n):
     solve : function
         ``solve(factors, exchanged, b)`` gives x, with A x = b.
     """
-    found, places = structure(rows, columns, n), [*zip(map(int, rows), map(int, columns))]
+    places = [*zip(map(int, rows), map(int, columns), strict=True)]
+    n, found = len(form.value), structure(places, len(form.value))
+    return len(found.places) + n, _make_factorise(found, places), _make_solve(found)
 
+
+def _make_factorise(found, places):
     @intrinsic
     def factorise(typingctx, factors, entries, diagonal):
         def codegen(context, builder, signature, args):
             array, given, scale = args
             a = _Elements(context, builder, diagonal, (factors, array), found)
             values = [builder.extract_value(given, i) for i in range(len(places))]
-            _fill(builder, a, values, places, scale)
+            _fill(builder, a, dict(zip(places, values, strict=True)), scale)
             return _factorise(builder, a)
 
         return types.boolean(factors, entries, diagonal), codegen
 
+    @njit(**INLINED)
+    def called(factors, entries, diagonal):
+        return factorise(factors, entries, diagonal)
+
+    return called
+
+
+def _make_solve(found):
     def half(work):
         @intrinsic
         def solved(typingctx, factors, b):
             def codegen(context, builder, signature, args):
                 a = _Elements(context, builder, b.dtype, (factors, args[0]), found)
-                values = [builder.extract_value(args[1], i) for i in range(n)]
+                values = [builder.extract_value(args[1], i) for i in range(len(b))]
                 work(builder, a, values)
                 return context.make_tuple(builder, b, values)
 
@@ -223,8 +229,4 @@ def make_elimination(rows, columns, n):
         z = exchanging(factors, b) if exchanged else plain(factors, b)
         return backward(factors, z)
 
-    @njit(**INLINED)
-    def factorised(factors, entries, diagonal):
-        return factorise(factors, entries, diagonal)
-
-    return len(found.places) + n, factorised, solve
+    return solve

@@ -101,8 +101,8 @@ def _make_stages(solve, timed):
 
 def _make_step(derivatives, form):
     """The step, as `lanes.adaptive` takes it; a negative error where a number is not finite."""
-    n, width, n_entries = len(form.value), form.value.dtype.width, len(derivatives.rows)
-    room, factorise, solve = make_elimination(derivatives.rows, derivatives.columns, n)
+    width, n_entries = form.value.dtype.width, len(derivatives.rows)
+    room, factorise, solve = make_elimination(derivatives.rows, derivatives.columns, form)
     stages, derive = _make_stages(solve, derivatives.timed), derivatives.function
 
     @njit(**INLINED)
