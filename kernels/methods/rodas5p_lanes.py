@@ -11,6 +11,7 @@ from ..ensemble import lanes
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.elementwise import apply, combine, weigh
 from ..state.record import K
+from ..state.reduce import add, reduce_components
 from ..state.rows import rows_on_stack
 from ..stepping.step_size import SCIPY, rms
 from ..vector.scalar_or_vector import select
@@ -29,6 +30,12 @@ def _add(a, b):
 @njit(**INTERNAL)
 def _add_multiple(factor, a, b):
     return (a + factor * b,)
+
+
+@njit(**INTERNAL)
+def _add_zero_times(total, x):
+    """The total, or NaN if x is not finite."""
+    return total + 0.0 * x
 
 
 @njit(**INLINED)
@@ -112,7 +119,9 @@ def _make_step(derivatives, form):
         by_time = found[n_entries:]
         u, last = stages(rhs, t, y, h, k1, block, by_time, factors, exchanged)
         y_new = _sum(last, u[-1])
-        error = rms(u[-1], y, y_new, rtol, atol)
+        # an infinite entry of the Jacobian would make stages zero, and so the error
+        doubt = reduce_components(_add_zero_times, add, 0.0, (found,))
+        error = rms(u[-1], y, y_new, rtol, atol) + doubt
         slope = rhs(t + h, y_new, block, None)
         return y_new, (k1, slope, *u), select(error < np.inf, error, -1.0)
 
