@@ -187,6 +187,29 @@ def make_elimination(rows, columns, form):
     return len(found.places) + n, _make_factorise(found, places), _make_solve(found)
 
 
+def make_product(rows, columns):
+    """``multiply(entries, x, total)`` gives J x + total, of a J with entries in these places."""
+
+    @intrinsic
+    def product(typingctx, entries, x, total):
+        def codegen(context, builder, signature, args):
+            given, factors, sums = (
+                [builder.extract_value(value, i) for i in range(len(kind))]
+                for kind, value in zip(signature.args, args, strict=True)
+            )
+            for e, i, j in zip(given, rows, columns, strict=True):
+                sums[i] = builder.fadd(sums[i], builder.fmul(e, factors[j], flags=FUSE), flags=FUSE)
+            return context.make_tuple(builder, total, sums)
+
+        return total(entries, x, total), codegen
+
+    @njit(**INLINED)
+    def multiply(entries, x, total):
+        return product(entries, x, total)
+
+    return multiply
+
+
 def _make_factorise(found, places):
     @intrinsic
     def factorise(typingctx, factors, entries, diagonal):

@@ -137,7 +137,7 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
         kernel, status, budget = task.addresses[ALREADY], int(lanes.fields[STATUS, lane]), 1
         if status == LEFT:
             kernel, status = task.addresses[SCALAR], RUNNING
-            s.order = 0  # it finds no matrix of the step before
+            s.order = 0  # the matrix there may be of another trajectory
         elif status <= FINISHED:
             s.n_accepted -= 1
     if w.extrema or len(folds) > 0:
