@@ -49,7 +49,7 @@ def vector_form(fun, args, varying, mode, n, near, width):
 def _jacobian(function, kinds, time):
     """The `compile.jacobian.Jacobian` of a function, and what builds it on vectors."""
     try:
-        found = jacobian(function, time)
+        found: Any = jacobian(function, time)
     except Untraceable as reason:
         raise Uncompilable(str(reason)) from None
     return found, functools.partial(found.build_vector, kinds)

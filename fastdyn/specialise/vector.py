@@ -12,11 +12,11 @@ from fastdyn import code_store
 from fastdyn.compile.diagnostics import Uncompilable, explain
 from fastdyn.compile.taylor.rewrite import NotSmooth
 from fastdyn.compile.vector_form import vector_form
-from fastdyn.kernels.algebra.elimination_in_lanes import MOST_PRODUCTS, structure
+from fastdyn.kernels.algebra.elimination_structure import MOST_PRODUCTS, structure
 from fastdyn.kernels.ensemble import events_and_folds
-from fastdyn.kernels.ensemble.lanes import Derivatives
 from fastdyn.kernels.jit_options import INLINED, njit
 from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.method import Derivatives
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.layout import Form
 

@@ -6,8 +6,6 @@ a lane has reached the time at which it is to stop, or cannot go on; `serve` the
 are done another trajectory.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
 from ..jit_options import INLINED, INTERNAL, njit
@@ -37,19 +35,6 @@ from ..stepping.fixed import LANDED, add_size
 from ..vector.scalar_or_vector import any_lane, select
 
 
-class Derivatives(NamedTuple):
-    """Of a right-hand side on vectors.
-
-    ``function(t, y, block, out)`` gives the entries of the Jacobian in these places, and behind
-    them df/dt, n vectors, which `timed` says may differ from zero.
-    """
-
-    function: Any
-    rows: Any
-    columns: Any
-    timed: bool
-
-
 @njit(**INLINED)
 def _chosen(mask, a, b):
     return (select(mask, a, b),)
@@ -71,6 +56,16 @@ def field(form, lanes, row):
 def leave(form, lanes, row, value):
     """Store a vector in row `row` of `lanes`."""
     keep_vector(form, numbers_of(lanes), row * lanes.shape[1], value)
+
+
+@njit(**INLINED)
+def add_evaluations(form, lanes, counted, accepted, rejected):
+    """Count the evaluations of the steps since ACCEPTED and REJECTED were stored."""
+    of_step, behind = counted
+    more = accepted - field(form, lanes, ACCEPTED)
+    others = rejected - field(form, lanes, REJECTED)
+    total = field(form, lanes, EVALUATIONS) + of_step * (more + others) + behind * more
+    leave(form, lanes, EVALUATIONS, total)
 
 
 def adaptive(
@@ -122,7 +117,6 @@ def adaptive(
         y, k_last = fetch(form, work, Y), fetch(form, work, K + fsal_stage)
         if extrema is not None:
             tops, lows = fetch(form, work, len(work) - 2), fetch(form, work, len(work) - 1)
-        accepted_before, rejected_before = accepted, rejected
         taken = 0
         while True:
             taken += 1
@@ -141,18 +135,14 @@ def adaptive(
             longer = control.grow(size, error, exponent, tries)
             shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
             shorter = control.shrink(size, error, exponent, tries, h_min)
-            next_size = select(ok, select(shortened, wanted, longer), shorter)
-            if counted is not None:
-                next_size = select(left, h, next_size)
-            h = next_size
+            again = select(not_tried, h, shorter)
+            h = select(ok, select(shortened, wanted, longer), again)
             accepted = accepted + select(ok, 1.0, 0.0)
             rejected = rejected + select(ok | not_tried, 0.0, 1.0)
             tries = select(ok, 0.0, tries + 1.0)
             stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
             failed = stuck | (~ok & (h == 0.0))
-            hand_back = live & (stopped | failed)
-            if counted is not None:
-                hand_back = hand_back | (live & left)
+            hand_back = live & (stopped | failed | not_tried)
             if extrema is not None:
                 hand_back = hand_back | (
                     live & ok & turning(t_new - t, y, y_new, k_last, k[fsal_stage], tops, lows)
@@ -170,10 +160,7 @@ def adaptive(
         status = select(failed, float(STEP_TOO_SMALL), select(t == t_end, float(FINISHED), 0.0))
         if counted is not None:
             status = select(left, float(LEFT), status)
-            tried, after = counted
-            more, others = accepted - accepted_before, rejected - rejected_before
-            evaluations = field(form, lanes, EVALUATIONS) + tried * (more + others) + after * more
-            leave(form, lanes, EVALUATIONS, evaluations)
+            add_evaluations(form, lanes, counted, accepted, rejected)
         leave(form, lanes, STATUS, select(hand_back, status, float(NOTHING)))
         leave(form, lanes, T, t)
         leave(form, lanes, T_OLD, t_old)

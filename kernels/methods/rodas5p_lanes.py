@@ -162,7 +162,7 @@ def _make_step(derivatives, form):
 
 
 def kernel(rhs, form, extrema, watched, accumulated, derivatives):
-    """The loop of `lanes.adaptive` around `rhs` and its `lanes.Derivatives`."""
+    """The loop of `lanes.adaptive` around `rhs` and its `method.Derivatives`."""
     step, counted = _make_step(derivatives, form), (TRIED, ACCEPTED)
     return lanes.adaptive(
         step, SCIPY, -0.2, SLOPE - K, rhs, form, extrema, watched, accumulated, counted

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from fastdyn.kernels.algebra.elimination_in_lanes import make_elimination, structure
+from fastdyn.kernels.algebra.elimination_in_lanes import make_elimination
+from fastdyn.kernels.algebra.elimination_structure import structure
 from fastdyn.kernels.ensemble.lanes import field
 from fastdyn.kernels.state.layout import Form
 from fastdyn.kernels.state.rows import fetch, keep, rows_on_stack
