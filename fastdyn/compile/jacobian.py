@@ -13,6 +13,7 @@ import numpy as np
 from fastdyn import code_store
 from fastdyn.trace.derivatives import jacobian as derivatives
 from fastdyn.trace.derivatives import time_derivative
+from fastdyn.trace.graph import is_zero
 
 from .traced import Traced
 
@@ -24,7 +25,8 @@ class Jacobian(NamedTuple):
     """What `out` gets: entries by columns, rows ascending; then df/dt, n numbers, if asked for.
 
     `build` makes the dispatcher of its pointer form, `build_vector` that of its form on vectors,
-    as those of a `Function` do; `size` is the length of `out`.
+    as those of a `Function` do; `size` is the length of `out`.  `autonomous` says that df/dt is
+    zero, if it was asked for.
     """
 
     key: str
@@ -32,6 +34,7 @@ class Jacobian(NamedTuple):
     rows: np.ndarray
     columns: np.ndarray
     time: bool
+    autonomous: bool
     size: int
     build: Any
     build_vector: Any
@@ -58,13 +61,13 @@ def jacobian(function, time=False):
 def _compiled(traced, time):
     graph, n = traced.trace.graph, len(traced.stored)
     rows, columns, nodes = derivatives(graph, traced.stored, traced.n)
-    if time:
-        nodes = nodes + time_derivative(graph, traced.stored)
+    by_time = time_derivative(graph, traced.stored) if time else []
+    nodes = nodes + by_time
     trace = traced.trace._replace(outputs=nodes, raising=graph.false, error="")
     found = Traced(trace, f"jacobian of {n}", traced.n)
     key = found.key()
     code = code_store.assembled(key, found.text)
     return Jacobian(
-        key, code.address, rows, columns, time, len(nodes),
+        key, code.address, rows, columns, time, all(map(is_zero, by_time)), len(nodes),
         functools.cache(found.dispatcher), found.build_vector, (code, found),
     )  # fmt: skip

@@ -4,17 +4,19 @@ import functools
 from typing import Any, NamedTuple
 
 from fastdyn.code_store.numba_settings import DISABLED
+from fastdyn.trace.refusal import Untraceable
 
 from .by_tracing import traced_function, why
 from .diagnostics import Uncompilable
+from .jacobian import jacobian
 from .parameters import n_words
 
 
 class VectorForm(NamedTuple):
     """What a kernel on vectors needs of a function.
 
-    `parameters` are (type, value) each; ``build()`` gives the function on vectors, and
-    ``series(order)`` its kernel of the Taylor method on them.
+    `parameters` are (type, value) each; ``build()`` gives the function on vectors,
+    ``series(order)`` its kernel of the Taylor method on them, and ``jacobian(time)`` its Jacobian.
     """
 
     key: str
@@ -22,6 +24,7 @@ class VectorForm(NamedTuple):
     n_words: int
     build: Any
     series: Any
+    jacobian: Any
 
 
 def vector_form(fun, args, varying, mode, n, near, width):
@@ -39,4 +42,14 @@ def vector_form(fun, args, varying, mode, n, near, width):
     build = functools.partial(function.build_vector, kinds)
     series = functools.partial(function.traced.lane_series, kinds=kinds, width=width)
     n_all = sum(map(n_words, kinds))
-    return VectorForm(f"{function.key} {kinds}", parameters, n_all, build, series)
+    derive = functools.partial(_jacobian, function, kinds)
+    return VectorForm(f"{function.key} {kinds}", parameters, n_all, build, series, derive)
+
+
+def _jacobian(function, kinds, time):
+    """The `compile.jacobian.Jacobian` of a function, and what builds it on vectors."""
+    try:
+        found: Any = jacobian(function, time)
+    except Untraceable as reason:
+        raise Uncompilable(str(reason)) from None
+    return found, functools.partial(found.build_vector, kinds)

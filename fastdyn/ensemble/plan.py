@@ -98,6 +98,8 @@ def _vector_kernel(problem, members, wanted):
     from fastdyn.specialise.vector import kernel, series_kernel
 
     p = problem
+    if p.method.n_matrices and (p.jac is not None or p.differences):
+        raise Uncompilable("a Jacobian that is given, or by differences, is for one at a time")
     varying = tuple(j in members.varying for j in range(len(members.first)))
     given = (
         p.fun, members.first, varying, p.mode, members.n, members.near(p, members.n),

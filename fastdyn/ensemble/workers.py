@@ -11,9 +11,10 @@ from fastdyn.compile.function import IN_PLACE
 from fastdyn.compile.taylor.accuracy import order_of_many
 from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.ensemble import arguments, scheduler
+from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
 from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.lane_fields import N_FIELDS
-from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE
+from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
 from fastdyn.problem.events import between_steps
 from fastdyn.run.begin import begin, event_table, full_jacobian
 from fastdyn.run.loop import next_chunk
@@ -116,9 +117,10 @@ class Worker:
             if function is not None and function.mode != IN_PLACE and inlines(name, n):
                 advance = inlined_kernel(name, function, n)
             advance = advance or shared_kernel(name)
+        scalar = shared_kernel(name) if p.method.n_matrices else advance
         kernels = (
             advance, start_kernel(name), watch_kernel(), dense_rows_kernel(name), already_kernel(),
-            events_kernel(),
+            events_kernel(), scalar,
         )  # fmt: skip
         blocks = [bound.block.ctypes.data for bound in self.bounds]
         return np.array([*(kernel.address for kernel in kernels), *blocks], np.int64)
@@ -143,7 +145,8 @@ class Worker:
         if vector:
             places = members.places(vector, block)
         events = event_table(p, self.bounds[1:], order_of_many(p.rtol, p.atol))
-        many = np.zeros((len(work) + 2, n * width))
+        rows_of_lanes = K + p.method.n_rows + N_EXTREMA
+        many = np.zeros((rows_of_lanes, n * width))
         for row in (RTOL, ATOL):
             many[row] = np.repeat(work[row], width)
         return arguments.Lanes(

@@ -12,9 +12,11 @@ from fastdyn import code_store
 from fastdyn.compile.diagnostics import Uncompilable, explain
 from fastdyn.compile.taylor.rewrite import NotSmooth
 from fastdyn.compile.vector_form import vector_form
+from fastdyn.kernels.algebra.elimination_structure import MOST_PRODUCTS, structure
 from fastdyn.kernels.ensemble import events_and_folds
 from fastdyn.kernels.jit_options import INLINED, njit
 from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.method import Derivatives
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.layout import Form
 
@@ -81,6 +83,17 @@ def _with_another(before, one, function, row):
     return together
 
 
+def _check_elimination(jacobian, n):
+    places = zip(jacobian.rows, jacobian.columns, strict=True)
+    if structure(places, n).n_products > MOST_PRODUCTS:
+        raise Uncompilable(f"{n} equations so coupled take more code than pays")
+
+
+def _derivatives(jacobian, build):
+    function = right_hand_side(build())
+    return Derivatives(function, jacobian.rows, jacobian.columns, not jacobian.autonomous)
+
+
 _kernels: dict = {}
 
 
@@ -126,6 +139,10 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         vector_form(function, args, varying, how, length, near, width())
         for function, how, length in functions
     ]
+    derived = None
+    if method.n_matrices:
+        derived = forms[0].jacobian(METHODS[name].takes_mass)
+        _check_elimination(derived[0], n)
     keys = [form.key for form in forms]
     key = f"lanes {name} {n} {width()} {extrema} {len(events)} {keys}"
     sizes = [form.n_words for form in forms]
@@ -138,8 +155,10 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
             row = N_FIELDS + len(events)
             watched = _in_turn(events_and_folds.crossed, numbers[: len(events)], N_FIELDS)
             accumulated = _in_turn(_accumulate, numbers[len(events) :], row)
-            watching = extrema or None, watched, accumulated
-            kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *watching)
+            given = [extrema or None, watched, accumulated]
+            if derived is not None:
+                given.append(_derivatives(*derived))
+            kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
             return kernel, ADVANCE_VECTORS
 
         try:

@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 # In `addresses`; from BLOCKS on, the blocks of one trajectory's functions.
-ADVANCE, START, WATCH, DENSE_ROWS, ALREADY, OPEN, BLOCKS = range(7)
+# SCALAR steps a trajectory that its lane has left to it.
+ADVANCE, START, WATCH, DENSE_ROWS, ALREADY, OPEN, SCALAR, BLOCKS = range(8)
 
 
 NEXT, COUNT = range(2)  # in `queue`

@@ -8,6 +8,7 @@ from ..output.extrema import MAX, MIN
 from ..state.lane_fields import (
     ACCEPTED,
     ERROR,
+    EVALUATIONS,
     LIMIT,
     LIVE,
     N_FIELDS,
@@ -20,6 +21,8 @@ from ..state.lane_fields import (
     T,
 )
 from ..state.record import Y_OLD, K, Y
+
+N_EXTREMA = 2  # rows behind those of the method: the largest and smallest values so far
 
 
 @njit(**INTERNAL)
@@ -55,9 +58,10 @@ def to_lane(w, lanes, single, folded, lane, stop):
     fields[T_END, lane], fields[T_STOP, lane], fields[LIMIT, lane] = s.t_end, stop, w.max_steps
     fields[ACCEPTED, lane], fields[REJECTED, lane] = s.n_accepted, s.n_rejected
     fields[TRIES, lane], fields[LIVE, lane] = 0.0, 1.0
+    fields[EVALUATIONS, lane] = s.n_extra
     for j in range(work.shape[1]):
         lanes.work[Y, j * width + lane] = work[Y, j]
-        for row in range(K, work.shape[0]):
+        for row in range(K, len(lanes.work) - N_EXTREMA):
             lanes.work[row, j * width + lane] = work[row, j]
 
 
@@ -72,12 +76,13 @@ def from_lane(w, lanes, single, folded, lane):
     s.t, s.t_old, s.h = fields[T, lane], fields[T_OLD, lane], fields[H, lane]
     s.error = fields[ERROR, lane]
     s.n_accepted, s.n_rejected = int(fields[ACCEPTED, lane]), int(fields[REJECTED, lane])
+    s.n_extra = int(fields[EVALUATIONS, lane])
     for j in range(work.shape[1]):
         work[Y, j], work[Y_OLD, j] = (
             lanes.work[Y, j * width + lane],
             lanes.work[Y_OLD, j * width + lane],
         )
-        for row in range(K, work.shape[0]):
+        for row in range(K, len(lanes.work) - N_EXTREMA):
             work[row, j] = lanes.work[row, j * width + lane]
 
 

@@ -14,6 +14,8 @@ from ..state.elementwise import apply
 from ..state.lane_fields import (
     ACCEPTED,
     ERROR,
+    EVALUATIONS,
+    LEFT,
     LIMIT,
     LIVE,
     NOTHING,
@@ -56,7 +58,19 @@ def leave(form, lanes, row, value):
     keep_vector(form, numbers_of(lanes), row * lanes.shape[1], value)
 
 
-def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, accumulated):
+@njit(**INLINED)
+def add_evaluations(form, lanes, counted, accepted, rejected):
+    """Count the evaluations of the steps since ACCEPTED and REJECTED were stored."""
+    of_step, behind = counted
+    more = accepted - field(form, lanes, ACCEPTED)
+    others = rejected - field(form, lanes, REJECTED)
+    total = field(form, lanes, EVALUATIONS) + of_step * (more + others) + behind * more
+    leave(form, lanes, EVALUATIONS, total)
+
+
+def adaptive(
+    step, control, exponent, fsal_stage, rhs, form, extrema, watched, accumulated, counted=None
+):
     """The loop of a method with adaptive steps around `rhs`, on vectors.
 
     Parameters
@@ -72,6 +86,10 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
     accumulated : None or function
         ``accumulated(form, t, y, on, block, lanes)`` takes the state into the folds, in the lanes
         that go on; the others are left to the scheduler.
+    counted : None or (int, int)
+        Of a method that counts its evaluations itself: those of a step, and those after it if it is
+        accepted.  Its step gives a negative error in lanes that it leaves to the kernel of one
+        trajectory.
 
     Returns
     -------
@@ -79,8 +97,8 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
         ``loop(state, lanes, work, block, n_steps)`` tries at most `n_steps` steps in each lane and
         returns their number.  `state` is a STATE record of what all lanes have in common; `lanes`,
         (N_FIELDS, width), and `work`, (rows, n * width), have what belongs to each.  Row STATUS
-        tells which lanes need the scheduler: FINISHED, RUNNING (T_STOP or LIMIT was reached) or
-        STEP_TOO_SMALL.
+        tells which lanes need the scheduler: FINISHED, RUNNING (T_STOP or LIMIT was reached),
+        STEP_TOO_SMALL or LEFT.
     """
 
     @njit(**INTERNAL)
@@ -108,18 +126,23 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
             size = t_new - t
             y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
             stuck = wanted < h_min  # h_max is below the spacing of t
-            ok = (error < 1.0) & ~stuck
+            not_tried = stuck
+            if counted is not None:
+                left = (error < 0.0) & ~stuck
+                not_tried = stuck | left
+            ok = (error < 1.0) & ~not_tried
             size = abs(size)
             longer = control.grow(size, error, exponent, tries)
             shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
             shorter = control.shrink(size, error, exponent, tries, h_min)
-            h = select(ok, select(shortened, wanted, longer), shorter)
+            again = select(not_tried, h, shorter)
+            h = select(ok, select(shortened, wanted, longer), again)
             accepted = accepted + select(ok, 1.0, 0.0)
-            rejected = rejected + select(ok | stuck, 0.0, 1.0)
+            rejected = rejected + select(ok | not_tried, 0.0, 1.0)
             tries = select(ok, 0.0, tries + 1.0)
             stopped = ok & ((direction * (t_new - t_stop) >= 0.0) | (accepted >= limit))
             failed = stuck | (~ok & (h == 0.0))
-            hand_back = live & (stopped | failed)
+            hand_back = live & (stopped | failed | not_tried)
             if extrema is not None:
                 hand_back = hand_back | (
                     live & ok & turning(t_new - t, y, y_new, k_last, k[fsal_stage], tops, lows)
@@ -135,6 +158,9 @@ def adaptive(step, control, exponent, fsal_stage, rhs, form, extrema, watched, a
                 break
             k_last = k_new
         status = select(failed, float(STEP_TOO_SMALL), select(t == t_end, float(FINISHED), 0.0))
+        if counted is not None:
+            status = select(left, float(LEFT), status)
+            add_evaluations(form, lanes, counted, accepted, rejected)
         leave(form, lanes, STATUS, select(hand_back, status, float(NOTHING)))
         leave(form, lanes, T, t)
         leave(form, lanes, T_OLD, t_old)

@@ -18,10 +18,22 @@ from ..jit_options import INTERNAL, njit
 from ..output.arguments import Events, Kernels, Output
 from ..output.dense_output import polynomial
 from ..output.extrema import note_state, note_step
-from ..state.lane_fields import LIVE, NOTHING, STATUS
+from ..state.lane_fields import LEFT, LIVE, NOTHING, STATUS
 from ..state.record import EVENT, FINISHED, FULL, RAISED, RUNNING, STEP_LIMIT, Y_OLD, K, Solve, Y
 from ..state.rows import copy_row, slot
-from .arguments import ADVANCE, ALREADY, BLOCKS, COUNT, DENSE_ROWS, IDLE, NEXT, OPEN, START, WATCH
+from .arguments import (
+    ADVANCE,
+    ALREADY,
+    BLOCKS,
+    COUNT,
+    DENSE_ROWS,
+    IDLE,
+    NEXT,
+    OPEN,
+    SCALAR,
+    START,
+    WATCH,
+)
 from .collect import accumulate, keep_events, stop_at_event
 from .lane_transfer import from_lane, next_stop, raise_bar, set_parameters, to_lane
 
@@ -123,7 +135,10 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
         from_lane(w, lanes, single, results.folded[member], lane)
         set_parameters(single.places, task.values, member, 0)
         kernel, status, budget = task.addresses[ALREADY], int(lanes.fields[STATUS, lane]), 1
-        if status <= FINISHED:
+        if status == LEFT:
+            kernel, status = task.addresses[SCALAR], RUNNING
+            s.order = 0  # the matrix there may be of another trajectory
+        elif status <= FINISHED:
             s.n_accepted -= 1
     if w.extrema or len(folds) > 0:
         budget = 1  # and `watch` leaves the interpolant in d for the extrema

@@ -75,6 +75,19 @@ class Method(NamedTuple):
     tableau: dict | None = None
 
 
+class Derivatives(NamedTuple):
+    """Of a right-hand side on vectors, for the `lane_kernel` of a method that factorises.
+
+    ``function(t, y, block, out)`` gives the entries of the Jacobian in these places, and behind
+    them df/dt, n vectors, which `timed` says may differ from zero.
+    """
+
+    function: Any
+    rows: Any
+    columns: Any
+    timed: bool
+
+
 class Facts(NamedTuple):
     """What a solve needs to know of a method whose kernels are compiled; see `Method`.
 

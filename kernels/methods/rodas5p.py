@@ -25,6 +25,7 @@ from ..state.rows import copy_row, slot
 from ..stepping import first_step, implicit
 from ..stepping.differences import evaluate_row
 from ..stepping.step_size import SCIPY, rms
+from . import rodas5p_lanes
 from .method import Method
 from .rodas5p_derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, TOTAL, J, U, derive
 from .rodas5p_table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
@@ -221,5 +222,6 @@ RODAS5P = Method(
     n_dense=4,
     dense_rows=dense_rows,
     dense_order=4,
+    lane_kernel=rodas5p_lanes.kernel,
     cost=10,
 )

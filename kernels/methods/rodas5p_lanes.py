@@ -1,0 +1,169 @@
+"""The steps of Rodas5P with a trajectory in each lane of a vector, for y' = f(t, y).
+
+The Jacobian and the derivative by the time are exact.  Where a number of a step is not finite, in
+a lane whose matrix is singular, say, that lane is left to the step of `rodas5p.py`.
+"""
+
+import numpy as np
+
+from ..algebra.elimination_in_lanes import make_elimination, make_product
+from ..ensemble import lanes
+from ..jit_options import INLINED, INTERNAL, njit
+from ..state.elementwise import apply, combine, weigh
+from ..state.record import K
+from ..state.reduce import add, reduce_components
+from ..state.rows import rows_on_stack
+from ..stepping.step_size import SCIPY, rms
+from ..vector.scalar_or_vector import select
+from .rodas5p_derivatives import SLOPE
+from .rodas5p_table import END, GAMMA, SLOPES, TIMES, A, C
+
+N_STAGES = 8
+TRIED, ACCEPTED = 7, 1  # evaluations: of a step, and after it
+
+
+@njit(**INTERNAL)
+def _add(a, b):
+    return (a + b,)
+
+
+@njit(**INTERNAL)
+def _product(a, b):
+    return (a * b,)
+
+
+@njit(**INTERNAL)
+def _moved(factor, old, new):
+    return (factor * (old - new),)
+
+
+@njit(**INTERNAL)
+def _add_multiple(factor, a, b):
+    return (a + factor * b,)
+
+
+@njit(**INTERNAL)
+def _add_zero_times(total, x):
+    """The total, or NaN if x is not finite."""
+    return total + 0.0 * x
+
+
+@njit(**INLINED)
+def _sum(a, b):
+    return apply(_add, (None,), (), (a, b))[0]
+
+
+def _make_with_time(slope, timed):
+    """``f + h slope df/dt``, of a derivative f and df/dt."""
+
+    @njit(**INLINED)
+    def with_time(f, h, by_time):
+        return apply(_add_multiple, (None,), (h * slope,), (f, by_time))[0]
+
+    @njit(**INLINED)
+    def without(f, h, by_time):
+        return f
+
+    return with_time if timed and slope != 0.0 else without
+
+
+def _make_first_stage(solve, timed):
+    with_time, b = _make_with_time(GAMMA, timed), END.floats[0]
+
+    @njit(**INLINED)
+    def stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged):
+        right = with_time(k1, h, by_time)
+        return (solve(factors, exchanged, right),), y, apply(_product, (None,), (b,), (right,))[0]
+
+    return stages
+
+
+def _make_state(i):
+    """``state(y, before, u)``: that of stage i, from that of the stage before, and the stages."""
+    row = A[min(i, len(A)) - 1]
+
+    @njit(**INLINED)
+    def combined(y, before, u):
+        return combine(None, y, 1.0, row, u)
+
+    @njit(**INLINED)
+    def gone_on(y, before, u):
+        return _sum(before, u[i - 1])
+
+    return combined if i <= len(A) else gone_on
+
+
+def _and_stage(before, i, solve, timed):
+    """The function that finds the stages before i, and i.
+
+    It gives the stages, the state of stage i, and the sum of b_j (f_j + h slope_j df/dt).
+    """
+    state, with_time = _make_state(i), _make_with_time(SLOPES.floats[i], timed)
+    c, time, b = C[i - 1], TIMES.floats[i - 1], END.floats[i]
+
+    @njit(**INLINED)
+    def stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged):
+        u, last, total = before(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged)
+        now = state(y, last, u)
+        f = with_time(rhs(t + time * h, now, block, None), h, by_time)
+        right = _sum(f, weigh(None, 1.0 / h, c, u))
+        total = apply(_add_multiple, (None,), (b,), (total, f))[0]
+        return (*u, solve(factors, exchanged, right)), now, total
+
+    return stages
+
+
+def _and_last_stage(before, solve, multiply):
+    """The same with the last stage, by the equation of the end: see `rodas5p.py`."""
+    state, time = _make_state(N_STAGES - 1), TIMES.floats[-1]
+
+    @njit(**INLINED)
+    def stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged):
+        u, last, total = before(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged)
+        now = state(y, last, u)
+        f = rhs(t + time * h, now, block, None)
+        total = multiply(jacobian, weigh(None, 1.0, END, u), total)
+        moved = apply(_moved, (None,), (1.0 / (h * GAMMA),), (y, now))[0]
+        return (*u, solve(factors, exchanged, _sum(_sum(f, total), moved))), now
+
+    return stages
+
+
+def _make_stages(solve, multiply, timed):
+    """All stages: they, and the state of the last."""
+    stages = _make_first_stage(solve, timed)
+    for i in range(1, N_STAGES - 1):
+        stages = _and_stage(stages, i, solve, timed)
+    return _and_last_stage(stages, solve, multiply)
+
+
+def _make_step(derivatives, form):
+    """The step, as `lanes.adaptive` takes it; a negative error where a number is not finite."""
+    width, n_entries = form.value.dtype.width, len(derivatives.rows)
+    places = derivatives.rows, derivatives.columns
+    room, factorise, solve = make_elimination(*places, form)
+    stages = _make_stages(solve, make_product(*places), derivatives.timed)
+    derive = derivatives.function
+
+    @njit(**INLINED)
+    def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
+        found, factors = derive(t, y, block, None), rows_on_stack(room, width)
+        jacobian, by_time = found[:n_entries], found[n_entries:]
+        exchanged = factorise(factors, jacobian, 1.0 / (h * GAMMA))
+        u, last = stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged)
+        y_new = _sum(last, u[-1])
+        # an infinite entry of the Jacobian would make stages zero, and so the error
+        doubt = reduce_components(_add_zero_times, add, 0.0, (found,))
+        error = rms(u[-1], y, y_new, rtol, atol) + doubt
+        slope = rhs(t + h, y_new, block, None)
+        return y_new, (k1, slope, *u), select(error < np.inf, error, -1.0)
+
+    return step
+
+
+def kernel(rhs, form, extrema, watched, accumulated, derivatives):
+    """The loop of `lanes.adaptive` around `rhs` and its `method.Derivatives`."""
+    step, counted = _make_step(derivatives, form), (TRIED, ACCEPTED)
+    return lanes.adaptive(
+        step, SCIPY, -0.2, SLOPE - K, rhs, form, extrema, watched, accumulated, counted
+    )
