@@ -94,9 +94,8 @@ def moving_picture(text):
 def method(text):
     """The name of a method."""
     from fastdyn.kernels.methods import METHODS
-    from fastdyn.problem.validate import SCIPY_METHODS
 
-    known = [*METHODS, *SCIPY_METHODS]
+    known = list(METHODS)
     if text in known:
         return text
     lower = {name.lower(): name for name in known}

@@ -13,11 +13,10 @@ import numpy as np
 
 from fastdyn.kernels.methods import METHODS
 
-from . import jacobian, mass, step_options
+from . import jacobian, lsoda, mass, step_options
 from .events import acting, endless, event_list
 
-SCIPY_METHODS = ("LSODA",)
-IMPLICIT = ("Radau", "BDF")
+IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy's, too
 MATLAB_METHODS = ("ode45", "ode23")  # under MATLAB's control of the step
 RUNNING = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint", "callback"}
@@ -60,6 +59,8 @@ class Problem(NamedTuple):
     differences: bool = False
     sparsity: Any = None
     mass: Any = None
+    h_least: float = 0.0
+    band: tuple = lsoda.NO_BAND
 
 
 def time_span(t_span):
@@ -110,8 +111,6 @@ def method_named(method):
     if isinstance(method, str):
         if method in METHODS:
             return METHODS[method]
-        if method in SCIPY_METHODS:
-            return None
     elif inspect.isclass(method):
         import scipy.integrate
         from scipy.integrate import OdeSolver
@@ -120,9 +119,9 @@ def method_named(method):
             return METHODS[method.__name__]
         if issubclass(method, OdeSolver):
             return None
-    names = ", ".join([*METHODS, *SCIPY_METHODS])
     raise ValueError(
-        f"`method={method!r}` is unknown: `method` must be one of {names} or OdeSolver class."
+        f"`method={method!r}` is unknown: `method` must be one of {', '.join(METHODS)} or "
+        "OdeSolver class."
     )
 
 
@@ -184,6 +183,8 @@ def _own_options(method):
     """Options of an adaptive method that not all have."""
     if method.takes_mass:
         return {*OF_JACOBIANS, "mass"}
+    if method.name == lsoda.NAME:
+        return lsoda.OPTIONS
     return OF_JACOBIANS if method.n_matrices else set()
 
 
@@ -233,10 +234,13 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
     if method.name in MATLAB_METHODS and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
+    args = extra_arguments(args)
+    of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)
     return Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
-        events, on_event, extra_arguments(args), mode, rtol, atol, h_max, h,
+        events, on_event, args, mode, rtol, atol, h_max, h,
         step_options.segments_of_span(options.get("breakpoints"), t0, tf), project, *running,
-        *jacobian.given(options if method.n_matrices else {}, len(y0)),
+        *jacobian.given(of_jacobian, len(y0)),
         mass.given(options, method, mode, len(y0)),
+        h_least=h_least, band=band,
     )  # fmt: skip

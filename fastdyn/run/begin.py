@@ -17,6 +17,7 @@ from . import output
 from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
 
 NONE_YET = (0.0, *[0] * 9)  # of what implicit methods count and keep
+NONE_OF_LSODA = (0.0,) * 8 + (0,) * 6
 
 
 def first_state(problem, n_extra=0):
@@ -24,7 +25,10 @@ def first_state(problem, n_extra=0):
     p = problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
     t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, p.tf)
-    return t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra, *NONE_YET
+    return (
+        t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra, *NONE_YET,
+        p.h_least, *p.band, *NONE_OF_LSODA,
+    )  # fmt: skip
 
 
 def begin(problem) -> Any:

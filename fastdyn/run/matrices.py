@@ -12,6 +12,7 @@ from fastdyn.code_store.call import address_of
 from fastdyn.compile.jacobian_block import entries_block, entries_of, is_exact, with_groups
 from fastdyn.kernels.algebra.matrices import BAND, FULL, ORDER, OUTSIDE
 from fastdyn.kernels.calls.block import FIRST, JACOBIAN, MATRICES
+from fastdyn.problem.lsoda import NAME as LSODA
 
 from .check_jacobian import check_sparsity
 from .sparse_solver import SparseSolver
@@ -76,7 +77,8 @@ def matrices_of(problem, bound, block):
     if jacobian is None and p.sparsity is not None:
         entries = p.sparsity
         jacobian = with_groups(entries_block(entries, n), entries, n)
-    layout, words, solver = _layout(n, entries, p.mass), None, None
+    of_lsoda = p.method.name == LSODA  # which takes the norm of a full matrix, or its band
+    layout, words, solver = _layout(n, None if of_lsoda else entries, p.mass), None, None
     if layout is not None:
         if layout.kind == OUTSIDE:
             solver = SparseSolver(n, entries, p.mass, bound.block)

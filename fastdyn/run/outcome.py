@@ -11,8 +11,10 @@ from fastdyn.kernels.state.record import (
     BAD_JACOBIAN,
     BAD_JUMP,
     EVENT,
+    FAILED_AGAIN,
     FINISHED,
     INTERRUPTED,
+    NO_TOLERANCE,
     NON_FINITE,
     NOT_CONVERGED,
     RTOL,
@@ -32,6 +34,7 @@ from .result import OdeResult
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
 TERMINATED = "A termination event occurred."
+OF_LSODA = "Unexpected istate in LSODA."
 TOO_SMALL = "Required step size is less than spacing between numbers."
 SENTENCES = {
     ZENO: "An event occurs infinitely often at {t}: either ever faster up to there (Zeno), or "
@@ -44,6 +47,8 @@ SENTENCES = {
     "beside it.",
     NOT_CONVERGED: "The equations of the implicit step from {t} do not converge: reduce `step`, or "
     "take Radau or BDF if the problem is stiff.",
+    NO_TOLERANCE: f"{OF_LSODA} A component of the state is 0 at {{t}}, and so is its `atol`: no "
+    "error is small enough there; give that component a positive `atol`.",
     NON_FINITE: "The state is not finite after {t}: the solution blows up there, or the steps are "
     "too long for it; reduce `step`.",
 }
@@ -64,6 +69,8 @@ def outcome(status, state, work, problem):
         return 1, f"`callback` stopped the integration at {t}."
     if status == STEP_TOO_SMALL:
         return -1, f"{TOO_SMALL} {_why(s, work, problem, t)}"
+    if status == FAILED_AGAIN:
+        return -1, f"{OF_LSODA} {_why(s, work, problem, t)}"
     if status == BAD_JUMP:
         (bad,) = np.nonzero(~np.isfinite(work[Y]))
         return -1, f"`on_event` returned nan or inf at {t} (component {bad[0]})."
@@ -86,6 +93,8 @@ def _why(s, work, problem, t):
     """Why an adaptive run came to a stop."""
     if problem.h_max < 16 * np.spacing(abs(float(s["t"]))):
         return f"At {t}, `max_step={problem.h_max:g}` is no step."
+    if problem.h_least > 0.0 and s["h"] <= 1.1 * problem.h_least:
+        return f"At {t}, `min_step={problem.h_least:g}` is too long for the tolerance."
     if not np.isfinite(s["error"]):
         return f"`fun` returns nan or inf just after {t}."
     slope = ""

@@ -38,6 +38,7 @@ def description(problem, functions):
         FUNCTIONS: functions,
         **({} if p.mass is None else {"mass": p.mass.tolist()}),
         **({} if not (p.differences or p.sparsity) else {"Jacobian": _of_jacobian(p)}),
+        **({"LSODA": [p.h_least, *p.band]} if p.method.name == "LSODA" else {}),
     }
 
 

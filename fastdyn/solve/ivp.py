@@ -31,8 +31,8 @@ def solve_ivp(
 ):
     """Solve y' = fun(t, y) from y(t0) = y0, with compiled code.
 
-    Steps, results and messages of "RK23", "RK45", "DOP853", "Radau" and "BDF" are those of
-    `scipy.integrate.solve_ivp`.
+    Steps, results and messages of "RK23", "RK45", "DOP853", "Radau", "BDF" and "LSODA" are those
+    of `scipy.integrate.solve_ivp`.
 
     Parameters
     ----------
@@ -65,7 +65,8 @@ def solve_ivp(
         "EnergyConserving4"                   field), constant steps
         "Radau", "BDF"                        implicit, adaptive, for stiff problems
         "Rodas5P"                             linearly implicit, adaptive, for stiff problems
-        "LSODA", OdeSolver                    SciPy's, on the compiled derivative
+        "LSODA"                               Adams' formulas and BDF in turn, adaptive
+        OdeSolver                             SciPy's, on the compiled derivative
         ====================================  ==================================================
     t_eval : array_like, optional
         Times of output, within `t_span`, in its direction; the steps unless given.
@@ -87,12 +88,15 @@ def solve_ivp(
     max_step, first_step : float
         Longest step, and the first one, of adaptive methods.
     jac : callable or array_like or sparse matrix, shape (n, n), or "2-point"
-        The Jacobian of `fun`, for "Radau", "BDF" and "Rodas5P": ``jac(t, y, *args)``, or a matrix.
+        The Jacobian of `fun`, for implicit methods: ``jac(t, y, *args)``, or a matrix.
         Without, it is exact where `fun` can be traced, and by differences otherwise, or if
         "2-point".  Functions that return sparse matrices run in Python.
     jac_sparsity : array_like or sparse matrix, shape (n, n)
         Where the Jacobian has elements, for differences with fewer evaluations and for sparse
         elimination.  Not needed where it is exact.
+    lband, uband, min_step
+        For "LSODA", as in SciPy: diagonals of the Jacobian, those that `jac` returns, if it is a
+        function; the shortest step.
     mass : array_like, shape (n, n)
         For "Rodas5P": the matrix M of M y' = fun(t, y).  If it is singular, some equations are
         algebraic: a DAE of index 1, whose `y0` must fulfil them.
@@ -163,7 +167,7 @@ def solve_ivp(
     has no series: tables, splines, rounding, remainders.  Steps end at kinks and jumps.  A smooth
     but steep transition, tanh(v / 0.01), may be stepped over: give `max_step`.
 
-    "Radau" and "BDF" take SciPy's accepted steps, as far as rounding allows.
+    "Radau", "BDF" and "LSODA" take SciPy's accepted steps, as far as rounding allows.
 
     Sensitivities are the solution of the variational equations S' = df/dy S + df/dp, with exact
     derivatives of `fun`, which must be one that can be traced, in one system with y: n (1 + m)

@@ -19,7 +19,7 @@ from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
 
 REFUSED = ("breakpoints", "project", "checkpoint", "on_event")
-KNOWN = (*validate.SCIPY_METHODS, *validate.SHARED_METHODS)
+KNOWN = validate.SHARED_METHODS
 OWN_OPTIONS = validate.COMMON | {"step", *REFUSED}
 
 

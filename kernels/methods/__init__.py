@@ -24,6 +24,8 @@ FACTS = (
     Facts("Radau", "radau", 5, 3, 0, 21, 1, 3, 3, "implicit", "Radau", cost=20, n_matrices=4),
     Facts("BDF", "bdf", 5, 1, 0, 18, 1, 5, 5, "implicit", "BDF", projects=False, cost=8,
           n_matrices=2),
+    Facts("LSODA", "lsoda", 12, 1, 0, 24, 1, 12, 12, "lsoda", "LSODA", projects=False, cost=4,
+          n_matrices=2),
     Facts("Rodas5P", "rodas5p", 5, 4, 0, 17, 1, 4, 4, "implicit", "Rodas5P", cost=10,
           n_matrices=3, takes_mass=True),
     Facts("Taylor", "taylor", 25, 25, 1, 28, 1, 25, 25, "taylor", "Taylor", h_max_share=1.0,

@@ -36,6 +36,25 @@ STATE = np.dtype(
         ("pairs", "i8"),  # whether two components are a complex number
         ("n_jacobians", "i8"),
         ("n_factorised", "i8"),
+        # Of LSODA, as the user gave them:
+        ("h_least", "f8"),  # shortest step
+        ("lband", "i8"),  # diagonals of the Jacobian below the main one, and above; -1 for all
+        ("uband", "i8"),
+        # What it keeps from step to step:
+        ("rescale", "f8"),  # factor of the size by which the Nordsieck array waits to be changed
+        ("growth", "f8"),  # most that the size may grow by
+        ("l0", "f8"),  # first coefficient of the formula
+        ("drift", "f8"),  # h l0 over what it was in the factors
+        ("rate", "f8"),  # of convergence
+        ("lipschitz", "f8"),  # estimate of the Lipschitz constant, and that since it was last used
+        ("lipschitz_now", "f8"),
+        ("jacobian_norm", "f8"),
+        ("stiff", "i8"),  # whether the next step is BDF's, and whether the last one was
+        ("was_stiff", "i8"),
+        ("limited", "i8"),  # whether stability bounds the step of Adams' formula
+        ("wait", "i8"),  # steps until order and size are looked at, and until the family is
+        ("wait_family", "i8"),
+        ("age", "i8"),  # steps that the factors have served
     ]
 )
 
@@ -65,6 +84,8 @@ BAD_JUMP = 9  # the state after an event is not finite
 ZENO = 10  # an event occurs infinitely often in a finite time
 BAD_JACOBIAN = 11  # it is not finite
 SINGULAR = 12  # the matrix of a linearly implicit step, however short
+FAILED_AGAIN = 13  # a step of LSODA, ten times or at its shortest
+NO_TOLERANCE = 14  # atol and a component of the state are zero
 
 # What the loops above the steps add.
 STEP_LIMIT, INTERRUPTED, STOPPED = 100, 101, 102

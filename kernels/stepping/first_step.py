@@ -14,6 +14,8 @@ from ..state.elementwise import halves
 from ..state.record import ATOL, NON_FINITE, RAISED, RTOL, RUNNING, STAGE, K, Y
 from ..state.rows import slot
 
+EPS = float(np.finfo(float).eps)
+
 
 @njit(**INTERNAL)
 def plain(state, work, block, order, fsal_stage):
@@ -121,4 +123,35 @@ def matlab(state, work, block, order, fsal_stage):
         steepest = max(steepest, abs(work[K + fsal_stage, i]) / max(abs(work[Y, i]), floor))
     steepest /= 0.8 * rtol ** (1.0 / (order + 1.0))
     s.h = 1.0 / steepest if h * steepest > 1.0 else h
+    return status
+
+
+@njit(**INTERNAL)
+def lsoda(state, work, block, order, fsal_stage):
+    """The first step of LSODA, from the slope and the times; no evaluation.
+
+    K. Radhakrishnan and A. C. Hindmarsh, "Description and use of LSODE", NASA RP-1327 (1993),
+    section 2.8, with the largest component for the norm.
+    """
+    s = state[0]
+    s.order = 0
+    status = plain(state, work, block, order, fsal_stage)
+    if status != RUNNING:
+        return status
+    span = abs(s.t_end - s.t)
+    if s.h <= 0.0:
+        rtol, steepest = 0.0, 0.0
+        for i in range(work.shape[1]):
+            rtol = max(rtol, work[RTOL, i])
+            tolerance = work[RTOL, i] * abs(work[Y, i]) + work[ATOL, i]
+            steepest = max(steepest, abs(work[K + fsal_stage, i]) * (1.0 / tolerance))
+        rtol = min(max(rtol, 100.0 * EPS), 0.001)
+        late = max(abs(s.t), abs(s.t_end))
+        s.h = 1.0 / np.sqrt(1.0 / (rtol * late * late) + rtol * steepest * steepest)
+    s.h = min(s.h, span)
+    if s.h == 0.0:  # what is squared is out of range
+        s.h = span
+    if s.h == np.inf:  # nothing moves, and there is no end
+        s.h = 1.0
+    s.h = min(s.h, s.h_max)
     return status

@@ -46,6 +46,7 @@ assert len(r.t_events[0]) == 2
 """,
     "Radau": "r = fastdyn.solve_ivp(oscillator, method='Radau', **given)",
     "BDF": "r = fastdyn.solve_ivp(oscillator, method='BDF', **given)",
+    "LSODA": "r = fastdyn.solve_ivp(oscillator, method='LSODA', **given)",
     "mass": """
 r = fastdyn.solve_ivp(oscillator, method="Rodas5P", mass=np.diag([1.0, 2.0]), **given)
 """,

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn.drift.growth import BOUNDED, LINEAR, UNDECIDED, WALK, WORSE, growth
@@ -145,7 +146,7 @@ def test_functions_of_the_user_and_looks_now_and_then():
         (lambda: fastdyn.energy_drift(ORBIT, periods=1, t_end=1), ValueError, "one of"),
         (lambda: fastdyn.energy_drift(ORBIT, periods=1), ValueError, "`step`"),
         (lambda: fastdyn.energy_drift(ORBIT, n_steps=5), ValueError, "give `step` too"),
-        (lambda: fastdyn.energy_drift(ORBIT, "LSODA", t_end=1.0), ValueError, "SciPy's"),
+        (lambda: fastdyn.energy_drift(ORBIT, OdeSolver, t_end=1.0), ValueError, "SciPy's"),
         (lambda: fastdyn.energy_drift(len, y0=[1.0], t_end=1.0), ValueError, "no `invariants`"),
         (lambda: fastdyn.energy_drift(len, t_end=1.0), TypeError, "`y0`"),
         (lambda: fastdyn.energy_drift(ORBIT, step=1, t_end=9, every=0), ValueError, "`every`"),

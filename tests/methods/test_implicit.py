@@ -1,4 +1,4 @@
-"""Radau and BDF: SciPy's steps, its counts, its dense output."""
+"""Radau and BDF: SciPy's steps, its counts, its dense output; and what LSODA has in common."""
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from fastdyn import solve_ivp
 from support.stiff import (
     PROBLEMS,
     counts,
+    in_other_roundings,
     solved,
     van_der_pol,
     van_der_pol_jacobian,
@@ -18,13 +19,8 @@ from support.stiff import (
 
 pytestmark = pytest.mark.usefixtures("nothing_is_left_to_scipy")
 METHODS = ("Radau", "BDF")
+RESUMED = (*METHODS, "LSODA")  # whose own tests are in test_lsoda.py
 EPS = np.finfo(float).eps
-
-
-def in_other_roundings(problem, seed):
-    """The problem with each component of the derivative off by a unit in the last place."""
-    off = 1.0 + EPS * np.random.default_rng(seed).choice([-1.0, 1.0], len(problem.y0))
-    return problem._replace(fun=lambda t, y, *args: off * problem.fun(t, y, *args))
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -89,7 +85,7 @@ def test_what_fails_in_scipy_fails_here(method):
     assert abs(ours.t[-1] - theirs.t[-1]) < 1e-5
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", RESUMED)
 def test_checkpoints_hold_all_that_is_kept(method, tmp_path, monkeypatch):
     p = PROBLEMS["van der Pol"]
     whole = solved(solve_ivp, p, method)
@@ -109,7 +105,7 @@ def test_checkpoints_hold_all_that_is_kept(method, tmp_path, monkeypatch):
     assert np.array_equal(again.y, whole.y) and counts(again) == counts(whole)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", RESUMED)
 def test_ensembles_and_prepared_solvers_take_the_same_steps(method):
     mus = np.array([10.0, 100.0, 1000.0])
     options = {"rtol": 1e-5, "jac": van_der_pol_jacobian}
@@ -122,7 +118,7 @@ def test_ensembles_and_prepared_solvers_take_the_same_steps(method):
         assert np.array_equal(solver(args=(mus[i],)).y, run.y)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", RESUMED)
 def test_events_end_a_stiff_run(method):
     def crossing(t, y, mu):
         return y[0]

@@ -8,7 +8,7 @@ from fastdyn.kernels.methods import METHODS
 from support.motions import forced
 
 BY_VALUES = [name for name, m in METHODS.items() if not m.series]
-OF_ONE_ORDER = [name for name in BY_VALUES if name != "BDF"]
+OF_ONE_ORDER = [name for name in BY_VALUES if name not in ("BDF", "LSODA")]
 FIXED = [name for name, m in METHODS.items() if not m.error_order]
 
 

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn.run import checkpoint, loop
@@ -81,7 +82,7 @@ def test_ctrl_c_in_a_solve_writes_a_checkpoint(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="differs: initial state"):
         fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.1], checkpoint=path, **given)
     with pytest.raises(ValueError, match="`checkpoint` is for compiled"):
-        fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], "LSODA", checkpoint=path)
+        fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], OdeSolver, checkpoint=path)
     verlet = {"step": 0.1, "checkpoint": tmp_path / "verlet.npz"}
     first = fastdyn.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)
     again = fastdyn.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse
+from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn import solve_ivp
@@ -223,7 +224,7 @@ def test_other_methods_refuse_it(method):
 def test_what_does_not_go_with_it_is_refused():
     given = (robertson_dae, (0, 1), [1.0, 0, 0])
     with pytest.raises(ValueError, match="not for this method"):
-        solve_ivp(*given, "LSODA", mass=ROBERTSON_MASS)
+        solve_ivp(*given, OdeSolver, mass=ROBERTSON_MASS)
     for name, option in (("on_event", lambda t, y: y), ("project", lambda t, y: y)):
         with pytest.raises(ValueError, match=f"`{name}` does not go with a singular `mass`"):
             solve_ivp(

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy.integrate
+from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn import solve_ivp
@@ -130,9 +131,9 @@ def test_breakpoints_with_events_chunks_and_the_two_tiers(monkeypatch):
     [
         ({"breakpoints": [math.nan]}, ValueError, "NaN"),
         ({"breakpoints": [[1.0]]}, ValueError, "1-D"),
-        ({"breakpoints": [1.0], "method": "LSODA"}, ValueError, "`breakpoints` is for compiled"),
+        ({"breakpoints": [1.0], "method": OdeSolver}, ValueError, "`breakpoints` is for compiled"),
         ({"project": 3}, ValueError, "`project` must be a function"),
-        ({"project": lambda t, y: y, "method": "LSODA"}, ValueError, "`project` is for compiled"),
+        ({"project": lambda t, y: y, "method": OdeSolver}, ValueError, "`project` is for compiled"),
         ({"project": lambda t, y: [1.0, 2.0]}, ValueError, "2 values for a state of 1"),
         ({"project": lambda t, y: None}, TypeError, "NoneType"),
     ],

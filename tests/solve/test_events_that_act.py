@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn import CompileWarning, Phase, Stepper, prepare, solve_ivp, solve_phases
@@ -209,7 +210,7 @@ def test_wrong_functions_get_a_sentence(jump, error, sentence):
 def test_what_is_not_there_is_refused():
     for options, sentence in (
         ({"events": None}, "there are 0 events"),
-        ({"method": "LSODA"}, "`on_event` is for compiled methods"),
+        ({"method": OdeSolver}, "`on_event` is for compiled methods"),
         ({"callback": print}, "`on_event` and `callback` do not go together"),
         ({"y0": [1.0 + 0j, 0.0]}, "`on_event` is for compiled methods and real states"),
     ):

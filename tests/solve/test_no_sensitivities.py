@@ -5,6 +5,7 @@ import random
 
 import numpy as np
 import pytest
+from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn import solve_ivp
@@ -66,7 +67,7 @@ def test_what_is_no_direction(sensitivity, error, words):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"method": "LSODA"}, "not for 'LSODA'"),
+        ({"method": OdeSolver}, "not for .*OdeSolver"),
         ({"method": "VelocityVerlet", "step": 0.1}, "accelerations alone"),
         ({"y0": [1j, 0]}, "real states"),
         ({"callback": print}, "`callback` do not go together"),

@@ -5,6 +5,7 @@ import types
 
 import numpy as np
 import pytest
+from scipy.integrate import OdeSolver
 
 from fastdyn import prepare, solve_ivp
 
@@ -213,7 +214,7 @@ def test_threads():
 @pytest.mark.parametrize(
     ("given", "error", "said"),
     [
-        ({"method": "LSODA"}, ValueError, "fastdyn's methods"),
+        ({"method": OdeSolver}, ValueError, "fastdyn's methods"),
         ({"method": "RK5"}, ValueError, "is unknown"),
         ({"y0": [1j, 0]}, ValueError, "real state"),
         ({"y0": []}, ValueError, "real state"),

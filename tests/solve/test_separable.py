@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import OdeSolver
 
 import fastdyn
 from fastdyn.kernels.methods import METHODS
@@ -152,7 +153,7 @@ def test_nystrom_methods_are_refused(name):
         (lambda s: s(fine, fine, p0=[math.nan]), ValueError, "`p0` must be finite"),
         (lambda s: s(fine, fine, q0=[[1.0]]), ValueError, "`q0` must be 1-dimensional"),
         (lambda s: s(fine, fine, q0=["a"]), TypeError, "`q0` must be numbers"),
-        (lambda s: s(fine, fine, method="LSODA"), ValueError, "'LSODA'` is SciPy's"),
+        (lambda s: s(fine, fine, method=OdeSolver), ValueError, "OdeSolver.*is SciPy's"),
         (lambda s: s(fine, fine, step=None), ValueError, "constant steps"),
     ],
 )

@@ -11,7 +11,7 @@ START = [0.5, 0.0]
 EPS = np.finfo(float).eps
 TIGHT = {"rtol": 1e-6, "atol": 1e-9}
 CONSTANT = {"step": 0.03}  # no divisor of the span: the last step is cut by interpolation
-METHODS = ("RK45", "DOP853", "Tsit5", "ode45", "VelocityVerlet", "Gauss4", "Radau", "BDF")
+METHODS = ("RK45", "DOP853", "Tsit5", "ode45", "VelocityVerlet", "Gauss4", "Radau", "BDF", "LSODA")
 
 
 def pendulum(t, y, k=9.81):
@@ -135,7 +135,7 @@ def test_goes_on_in_python_where_compiled_code_gives_up():
 @pytest.mark.parametrize(
     ("given", "error"),
     [
-        ({"method": "LSODA"}, ValueError),
+        ({"method": scipy.integrate.OdeSolver}, ValueError),
         ({"y0": [1j]}, ValueError),
         ({"t_bound": 0.0}, ValueError),
         ({"method": "RK4"}, ValueError),
@@ -146,6 +146,10 @@ def test_goes_on_in_python_where_compiled_code_gives_up():
 def test_refused(given, error):
     with pytest.raises(error):
         Stepper(**{"fun": lambda t, y: -y, "t0": 0.0, "y0": [1.0], "t_bound": 1.0} | given)
+
+
+class OfSciPy(scipy.integrate.LSODA):
+    """A solver that is not ours."""
 
 
 OUTPUTS = [{}, {"t_eval": np.linspace(0, 2, 7)}, {"dense_output": True}]
@@ -171,7 +175,7 @@ def test_a_callback_sees_each_step(method, output):
 
 
 @pytest.mark.parametrize(
-    "method", ["RK45", "VelocityVerlet", "Radau", "LSODA", scipy.integrate.RK45]
+    "method", ["RK45", "VelocityVerlet", "Radau", "LSODA", scipy.integrate.RK45, OfSciPy]
 )
 @pytest.mark.parametrize("how", ["StopIteration", "True"])
 def test_a_callback_ends_the_run(method, how):

@@ -6,6 +6,8 @@ import numpy as np
 
 from bench.problems.stiff import hires, robertson
 
+EPS = np.finfo(float).eps
+
 
 def robertson_jacobian(t, y):
     _, b, c = y
@@ -58,6 +60,12 @@ PROBLEMS = {
     ),
     "heat": Problem(heat, (0, 2), list(np.ones(30)), {"rtol": 1e-5, "atol": 1e-8}),
 }
+
+
+def in_other_roundings(problem, seed):
+    """The problem with each component of the derivative off by a unit in the last place."""
+    off = 1.0 + EPS * np.random.default_rng(seed).choice([-1.0, 1.0], len(problem.y0))
+    return problem._replace(fun=lambda t, y, *args: off * problem.fun(t, y, *args))
 
 
 def counts(run):

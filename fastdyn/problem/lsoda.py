@@ -1,0 +1,66 @@
+"""What LSODA takes beside tolerances: its shortest step, and the band of the Jacobian."""
+
+import operator
+
+import numpy as np
+
+NAME = "LSODA"
+OPTIONS = {"jac", "min_step", "lband", "uband"}
+NO_BAND = -1, -1
+
+
+def given(method, options, t0, y0, args):
+    """The options of the Jacobian, `min_step`, and (`lband`, `uband`) or NO_BAND, of any method.
+
+    Raises
+    ------
+    ValueError
+    """
+    if method.name != NAME:
+        return options if method.n_matrices else {}, 0.0, NO_BAND
+    jac, h_least, band = options.get("jac"), _shortest_step(options), _band(options)
+    if callable(jac) and band != NO_BAND:
+        jac = _unpacked(jac, band, t0, y0, args)
+    return {"jac": jac}, h_least, band
+
+
+def _shortest_step(options):
+    """`min_step` of LSODA."""
+    h_least = options.get("min_step", 0.0)
+    if not h_least >= 0:
+        raise ValueError("`min_step` must be nonnegative.")
+    return float(h_least)
+
+
+def _band(options):
+    """`lband` and `uband` of LSODA: both zero unless given, if one is."""
+    given = options.get("lband"), options.get("uband")
+    if given == (None, None):
+        return NO_BAND
+    found = tuple(0 if width is None else operator.index(width) for width in given)
+    if min(found) < 0:
+        raise ValueError(f"`lband` and `uband` must not be negative; got {found}.")
+    return found
+
+
+def _unpacked(jac, band, t0, y0, args):
+    """A function that returns diagonals, as SciPy's LSODA takes them, as one that returns rows.
+
+    ``packed[i - j + uband][j]`` is the element in row i and column j.  ValueError for other shapes.
+    """
+    (lband, uband), n = band, len(y0)
+    shape, found = (lband + uband + 1, n), np.shape(jac(t0, y0.copy(), *args))
+    if found != shape:
+        raise ValueError(
+            f"`jac` is expected to have shape {shape}, the diagonals from `uband` above to `lband` "
+            f"below, but actually has {found}."
+        )
+
+    def rows(t, y, *args):
+        packed = jac(t, y, *args)
+        return [
+            [packed[i - j + uband][j] if -uband <= i - j <= lband else 0.0 for j in range(n)]
+            for i in range(n)
+        ]
+
+    return rows

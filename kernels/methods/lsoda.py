@@ -1,0 +1,210 @@
+"""LSODA: Adams' formulas of orders 1 to 12 and BDF of orders 1 to 5, whichever steps are longer.
+
+A. C. Hindmarsh, "ODEPACK, a systematized collection of ODE solvers", in Scientific Computing
+(1983), and L. Petzold, "Automatic selection of methods for solving stiff and nonstiff systems of
+ordinary differential equations", SIAM J. Sci. Stat. Comput. 4 (1983): steps as SciPy's.
+
+The size for the next step is chosen when a step is accepted; the Nordsieck array is changed to it
+when the next step begins, so that the polynomial of the last step is that of its own array.
+"""
+
+from functools import partial
+
+from ..jit_options import INTERNAL, njit
+from ..state.record import FAILED_AGAIN, NO_TOLERANCE, RAISED, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
+from ..state.rows import copy_row
+from ..stepping import first_step, implicit
+from ..stepping.differences import evaluate_row
+from ..stepping.jacobian import clear_matrix
+from .lsoda_control import (
+    AGAIN,
+    FIRST_GROWTH,
+    GROWTH,
+    SHRUNK_GROWTH,
+    WAIT,
+    change_step,
+    load_formula,
+    next_family,
+    next_order,
+)
+from .lsoda_corrector import EPS, correct
+from .lsoda_past import (
+    CHANGE,
+    KEPT,
+    N_ROWS,
+    ORDER,
+    RATE,
+    SLOPE,
+    J,
+    K,
+    Z,
+    dense_rows,
+    norm,
+    predict,
+    rescale,
+    retract,
+    weigh,
+)
+from .lsoda_table import CORRECTION, ORDERS, SAME
+from .method import Method
+
+MOST_FAILURES = 10
+RESTARTS = 3  # failures of one step from which on the order is one
+OLD, FAR = 20, 0.3  # steps, and a change of h l0, after which a Jacobian is renewed
+
+
+@njit(**INTERNAL)
+def _begin(state, work, block):
+    """Begin with Adams' formula of order 1; RUNNING or a failure."""
+    s = state[0]
+    if s.t != s.t_old:  # behind a breakpoint
+        s.h = s.h_first
+        status = first_step.lsoda(state, work, block, 1, SLOPE - K)
+        if status != RUNNING:
+            return status
+    s.order, s.rescale, s.l0 = 1, 1.0, 1.0
+    s.wait, s.wait_family, s.growth, s.rate = 2, WAIT, FIRST_GROWTH, 0.7
+    s.stiff = s.was_stiff = s.limited = s.factorised = s.age = 0
+    s.drift = s.lipschitz = s.lipschitz_now = s.jacobian_norm = 0.0
+    h = s.h * s.direction
+    for i in range(work.shape[1]):
+        work[Z, i] = work[Y, i]
+        work[Z + 1, i] = h * work[SLOPE, i]
+    clear_matrix(work, block, J)
+    return RUNNING
+
+
+@njit(**INTERNAL)
+def _prepare(s, work):
+    """The Nordsieck array for the step that was chosen, or for one that ends at t_end."""
+    if s.rescale != 1.0:
+        rescale(work, s.order, s.rescale)
+        s.rescale = 1.0
+    chosen, room = s.h, abs(s.t_end - s.t)
+    if s.direction * (s.t + s.direction * s.h * (1.0 + 4.0 * EPS) - s.t_end) > 0.0:
+        chosen = room * (1.0 - 4.0 * EPS)
+    if s.stiff != s.was_stiff:
+        s.factorised, s.wait = 0, s.order + 1
+        load_formula(s)
+    if chosen != s.h:
+        rescale(work, s.order, change_step(s, chosen / s.h))
+
+
+@njit(**INTERNAL)
+def _shorten(s, work, factor):
+    """Try again with a step that is so much shorter."""
+    rescale(work, s.order, change_step(s, max(factor, s.h_least / s.h)))
+
+
+@njit(**INTERNAL)
+def _restart(rhs, s, work, block):
+    """Try again with a tenth of the step, from the derivative alone; False if that raised."""
+    s.h *= max(s.h_least / s.h, 0.1)
+    s.n_extra += 1
+    copy_row(work[Z], work[CHANGE])
+    if not evaluate_row(rhs, s.t, work, CHANGE, RATE, block):
+        return False
+    for i in range(work.shape[1]):
+        work[Z + 1, i] = s.h * s.direction * work[RATE, i]
+    s.factorised, s.wait = 0, 5
+    if s.order > 1:
+        s.order = 1
+        load_formula(s)
+    return True
+
+
+@njit(**INTERNAL)
+def _go_on(s, work, t_new, error, predicted):
+    """Accept a step, and choose the next."""
+    order, n = s.order, work.shape[1]
+    for j in range(order + 1):
+        for i in range(n):
+            work[Z + j, i] += CORRECTION[s.stiff, order, j] * work[CHANGE, i]
+    copy_row(work[Y], work[Y_OLD])
+    copy_row(work[Z], work[Y])
+    h = s.h * s.direction
+    for i in range(n):
+        work[SLOPE, i] = work[Z + 1, i] / h
+    work[ORDER, 0] = order
+    s.t_old, s.t, s.h_old, s.error = s.t, t_new, s.h, error
+    s.was_stiff = s.stiff
+    s.age += 1
+    s.wait_family -= 1
+    s.wait -= 1
+    factor = next_family(s, error, predicted) if s.wait_family < 0 else 0.0
+    if factor == 0.0 and s.wait == 0:
+        factor = next_order(s, work, error, 0)
+        if factor == 0.0:
+            s.wait = AGAIN
+    elif factor == 0.0 and s.wait == 1 and order < ORDERS[s.stiff]:
+        copy_row(work[CHANGE], work[KEPT])
+    if factor > 0.0:
+        s.rescale = change_step(s, max(factor, s.h_least / s.h))
+        s.growth = GROWTH
+    if abs(s.t - s.t_end) <= 100.0 * EPS * (abs(s.t) + s.h):
+        s.t = s.t_end
+
+
+@njit(**INTERNAL)
+def step(rhs, state, work, block, h_min):
+    """One step; see `implicit.kernel`.  Not `h_min`, but `min_step` is its shortest."""
+    s = state[0]
+    if not weigh(work):
+        return NO_TOLERANCE
+    if s.order == 0:
+        status = _begin(state, work, block)
+        if status != RUNNING:
+            return status
+    else:
+        _prepare(s, work)
+    n_failed = n_unsolved = 0
+    while True:
+        if abs(s.drift - 1.0) > FAR or s.age >= OLD:
+            s.factorised = 0
+        h = s.h * s.direction
+        t_new = s.t + h
+        if t_new == s.t:
+            return STEP_TOO_SMALL
+        predict(work, s.order)
+        predicted = norm(work, Z)
+        status, converged, n_iterations, change = correct(rhs, s, t_new, work, block, h, predicted)
+        if status != RUNNING:
+            return status
+        error = change if n_iterations == 1 else norm(work, CHANGE)
+        error /= SAME[s.stiff, s.order]
+        if converged and error <= 1.0:
+            _go_on(s, work, t_new, error, predicted)
+            return RUNNING
+        retract(work, s.order)
+        s.n_rejected += 1
+        s.growth, s.error = SHRUNK_GROWTH, error
+        n_failed += converged
+        n_unsolved += not converged
+        shortest = s.h <= s.h_least * 1.00001
+        if shortest or n_failed == MOST_FAILURES or n_unsolved == MOST_FAILURES:
+            return FAILED_AGAIN
+        if not converged:
+            s.factorised = 0
+            _shorten(s, work, 0.25)
+        elif n_failed < RESTARTS:
+            _shorten(s, work, next_order(s, work, error, n_failed))
+        elif not _restart(rhs, s, work, block):
+            return RAISED
+
+
+LSODA = Method(
+    "LSODA",
+    order=12,
+    error_order=1,
+    n_stages=0,
+    n_rows=N_ROWS,
+    n_matrices=2,
+    fsal_stage=SLOPE - K,
+    kernel=partial(implicit.kernel, step),
+    start=first_step.lsoda,
+    n_dense=12,
+    dense_rows=dense_rows,
+    dense_order=12,
+    projects=False,
+    cost=4,
+)

@@ -1,0 +1,145 @@
+"""Which step LSODA takes next: its size, its order, and whether by Adams' formulas or BDF.
+
+K. Radhakrishnan and A. C. Hindmarsh, NASA RP-1327 (1993), section 2.7: orders and sizes.
+L. Petzold, "Automatic selection of methods for solving stiff and nonstiff systems", SIAM J. Sci.
+Stat. Comput. 4 (1983): steps that stability allows, and the change of the family.
+"""
+
+from ..jit_options import INTERNAL, njit
+from .lsoda_corrector import EPS
+from .lsoda_past import CHANGE, FOUND, KEPT, Z, norm
+from .lsoda_table import ADAMS, BDF, CONSTANT, CORRECTION, HIGHER, LOWER, ORDERS, STABLE
+
+LEAST = 1e-6  # h L, below which nothing is known of stability
+LONGER = 1.1  # a change of the step that is worth it
+AGAIN = 3  # steps to wait where none was
+FIRST_GROWTH, GROWTH, SHRUNK_GROWTH = 1e4, 10.0, 2.0
+BETTER, WAIT = 5.0, 20  # by which BDF must be, and steps between two changes of the family
+
+
+@njit(**INTERNAL)
+def growth(error, order, bias):
+    """The factor for steps of a formula of this order that made this error."""
+    return 1.0 / (bias * error ** (1.0 / (order + 1)) + bias * 1e-6)
+
+
+@njit(**INTERNAL)
+def load_formula(s):
+    """Begin with the formula of this family and order."""
+    l0 = CORRECTION[s.stiff, s.order, 0]
+    s.drift *= l0 / s.l0
+    s.l0 = l0
+
+
+@njit(**INTERNAL)
+def change_step(s, factor):
+    """Change the size by a factor, as far as it may; returns by how much."""
+    factor = min(factor, s.growth)
+    factor /= max(1.0, s.h / s.h_max * factor)
+    if s.stiff == 0:
+        s.limited = 0
+        bound = max(s.h * s.lipschitz, LEAST)
+        if factor * bound * 1.00001 >= STABLE[s.order]:
+            factor, s.limited = STABLE[s.order] / bound, 1
+    s.h *= factor
+    s.drift *= factor
+    s.wait = s.order + 1
+    return factor
+
+
+@njit(**INTERNAL)
+def next_order(s, work, error, n_failed):
+    """Choose the order of the next step: the factor for its size; 0 to change nothing.
+
+    After a step that failed so often, or after one that is accepted and has its past: then the
+    order may rise.
+    """
+    order, family = s.order, s.stiff
+    same, lower, higher, bound = growth(error, order, 1.2), 0.0, 0.0, 0.0
+    if n_failed == 0 and order < ORDERS[family]:
+        for i in range(work.shape[1]):
+            work[FOUND, i] = work[CHANGE, i] - work[KEPT, i]
+        higher = growth(norm(work, FOUND) / HIGHER[family, order], order + 1, 1.4)
+    if order > 1:
+        lower = growth(norm(work, Z + order) / LOWER[family, order], order - 1, 1.3)
+    if family == ADAMS:
+        bound = max(s.h * s.lipschitz, LEAST)
+        if order < ORDERS[ADAMS]:
+            higher = min(higher, STABLE[order + 1] / bound)
+        same = min(same, STABLE[order] / bound)
+        if order > 1:
+            lower = min(lower, STABLE[order - 1] / bound)
+        s.lipschitz_now = 0.0
+    chosen, factor = order, same
+    if same >= higher:
+        if same < lower:
+            chosen, factor = order - 1, lower
+    elif higher > lower:
+        if higher < LONGER:
+            return 0.0
+        _append_term(s, work)
+        chosen, factor = order + 1, higher
+    else:
+        chosen, factor = order - 1, lower
+    if chosen < order and n_failed > 0:
+        factor = min(factor, 1.0)
+    limited = family == ADAMS and factor * bound * 1.00001 >= STABLE[chosen]
+    if chosen <= order and not limited and n_failed == 0 and factor < LONGER:
+        return 0.0
+    if chosen <= order and n_failed >= 2:
+        factor = min(factor, 0.2)
+    if chosen != order:
+        s.order = chosen
+        load_formula(s)
+    return factor
+
+
+@njit(**INTERNAL)
+def _append_term(s, work):
+    """The Nordsieck array with one more term, for a higher order."""
+    share = CORRECTION[s.stiff, s.order, s.order] / (s.order + 1)
+    for i in range(work.shape[1]):
+        work[Z + s.order + 1, i] = share * work[CHANGE, i]
+
+
+@njit(**INTERNAL)
+def next_family(s, error, predicted):
+    """Change the family if it is worth it: the factor for the size; 0 if not.
+
+    `predicted` is the norm of the predicted state, which an error must stand out from.
+    """
+    factor = _to_bdf(s, error, predicted) if s.stiff == 0 else _to_adams(s, error, predicted)
+    if factor > 0.0:
+        s.stiff, s.wait_family, s.lipschitz = 1 - s.stiff, WAIT, 0.0
+    return factor
+
+
+@njit(**INTERNAL)
+def _stable_growth(s, factor, constant):
+    """The factor that Adams' formula may take, of a step times L."""
+    bound = constant * s.h
+    if bound * factor > 1e-5:
+        return min(factor, STABLE[s.order] / bound)
+    return factor
+
+
+@njit(**INTERNAL)
+def _to_bdf(s, error, predicted):
+    if s.order > ORDERS[BDF]:
+        return 0.0
+    if not (error > 100.0 * predicted * EPS and s.lipschitz_now != 0.0):
+        return 2.0 if s.limited == 1 else 0.0
+    ours = _stable_growth(s, growth(error, s.order, 1.2), s.lipschitz)
+    theirs = error * (CONSTANT[BDF, s.order] / CONSTANT[ADAMS, s.order])
+    factor = growth(theirs, s.order, 1.2)
+    return factor if factor >= BETTER * ours else 0.0
+
+
+@njit(**INTERNAL)
+def _to_adams(s, error, predicted):
+    theirs = error * (CONSTANT[ADAMS, s.order] / CONSTANT[BDF, s.order])
+    factor = _stable_growth(s, growth(theirs, s.order, 1.2), s.jacobian_norm)
+    if factor < growth(error, s.order, 1.2):
+        return 0.0
+    share = max(0.001, factor) ** (1.0 / (s.order + 1))
+    return factor if share * theirs > 1000.0 * EPS * predicted else 0.0

@@ -1,0 +1,171 @@
+"""The equations of a step of LSODA: iterated as they are, or solved with a matrix.
+
+K. Radhakrishnan and A. C. Hindmarsh, NASA RP-1327 (1993), sections 2.3 and 2.4: iterations, their
+test, the Jacobian and when it is renewed.  L. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983): L, an
+estimate of the Lipschitz constant, from the rates of convergence.
+"""
+
+import numpy as np
+
+from ..algebra.factorise import bandwidths
+from ..algebra.matrices import factorise_sum, matrix_at, solve_sum
+from ..calls.block import JACOBIAN
+from ..jit_options import INTERNAL, njit
+from ..state.record import BAD_JACOBIAN, RAISED, RUNNING
+from ..state.rows import copy_row
+from ..stepping.differences import evaluate_row
+from ..stepping.jacobian import evaluate_jacobian, is_constant
+from .lsoda_past import CHANGE, FACTOR, FOUND, PIVOTS, RATE, TRIAL, WEIGHT, J, Z, norm
+from .lsoda_table import CORRECTION, SAME
+
+EPS = float(np.finfo(float).eps)
+ITERATIONS = 3
+SLOWEST = 1024.0  # a rate of convergence above which it is not measured
+
+
+@njit(**INTERNAL)
+def _difference(rhs, s, t, work, block, h):
+    """The Jacobian at the state in row TRIAL by forward differences; False if it raised.
+
+    Of a band, columns that share no row have one evaluation: RP-1327, equations (2.43) to (2.45).
+    """
+    n, banded = work.shape[1], s.lband >= 0
+    noise = 1000.0 * abs(h) * EPS * n * norm(work, RATE)
+    if noise == 0.0:
+        noise = 1.0
+    stride = min(n, s.lband + s.uband + 1) if banded else n
+    for first in range(stride):
+        for j in range(first, n, stride):
+            step = max(np.sqrt(EPS) * abs(work[Z, j]), noise / work[WEIGHT, j])
+            work[TRIAL, j] = work[Z, j] + step
+        s.n_extra += 1
+        if not evaluate_row(rhs, t, work, TRIAL, FOUND, block):
+            return False
+        for j in range(first, n, stride):
+            work[TRIAL, j] = work[Z, j]
+            step = max(np.sqrt(EPS) * abs(work[Z, j]), noise / work[WEIGHT, j])
+            begin, end = (max(0, j - s.uband), min(n, j + s.lband + 1)) if banded else (0, n)
+            for i in range(begin, end):
+                work[J + j, i] = (work[FOUND, i] - work[RATE, i]) / step
+    return True
+
+
+@njit(**INTERNAL)
+def _jacobian(rhs, s, t, work, block, h):
+    """The Jacobian at the predicted state, within its band; RUNNING, RAISED or BAD_JACOBIAN."""
+    n = work.shape[1]
+    matrix = work[J : J + n]
+    s.n_jacobians += not is_constant(block)
+    if block[JACOBIAN] != 0:
+        status = evaluate_jacobian(rhs, s, t, work, Z, RATE, block, FACTOR, J)
+        if status != RUNNING:
+            return status
+    elif not _difference(rhs, s, t, work, block, h):
+        return RAISED
+    for j in range(n):
+        for i in range(n):
+            if s.lband >= 0 and not -s.uband <= i - j <= s.lband:
+                matrix[j, i] = 0.0
+            if not np.isfinite(matrix[j, i]):
+                return BAD_JACOBIAN
+    s.lower, s.upper = bandwidths(matrix_at(work, block, J), n)
+    return RUNNING
+
+
+@njit(**INTERNAL)
+def _renew_matrix(rhs, s, t, work, block, h, c):
+    """Factors of I - c df/dy: (status, whether they may be divided by).
+
+    The norm of the Jacobian is the one that belongs to `norm`.
+    """
+    n = work.shape[1]
+    status = _jacobian(rhs, s, t, work, block, h)
+    if status != RUNNING:
+        return RUNNING if status == BAD_JACOBIAN else status, False
+    for i in range(n):
+        work[FOUND, i] = 0.0
+    for j in range(n):
+        for i in range(n):
+            work[FOUND, i] += abs(work[J + j, i]) / work[WEIGHT, j]
+    s.jacobian_norm = norm(work, FOUND)
+    s.factorised = s.current = 1
+    s.drift, s.rate, s.age = 1.0, 0.7, 0
+    return RUNNING, factorise_sum(s, work, block, J, J + n, PIVOTS, -c, 1.0)
+
+
+@njit(**INTERNAL)
+def _change(s, work, block, h, l0):
+    """One iteration: the norm of the change of the correction.  The derivative is in row RATE."""
+    n, size = work.shape[1], 0.0
+    if s.stiff == 0:
+        for i in range(n):
+            change = h * work[RATE, i] - work[Z + 1, i]
+            work[RATE, i] = change - work[CHANGE, i]
+            work[CHANGE, i] = change
+        size = norm(work, RATE)
+    else:
+        for i in range(n):
+            work[RATE, i] = h * work[RATE, i] - (work[Z + 1, i] + work[CHANGE, i])
+        solve_sum(s, work, block, J, J + n, PIVOTS, RATE, FOUND)
+        size = norm(work, RATE)
+        for i in range(n):
+            work[CHANGE, i] += work[RATE, i]
+    for i in range(n):
+        work[TRIAL, i] = work[Z, i] + l0 * work[CHANGE, i]
+    return size
+
+
+@njit(**INTERNAL)
+def _iterate(rhs, s, t, work, block, h, predicted):
+    """Iterate from the predicted state; see `correct`."""
+    order = s.order
+    l0 = CORRECTION[s.stiff, order, 0]
+    enough = SAME[s.stiff, order] * (0.5 / (order + 2))
+    fastest, before, size = 0.0, 0.0, 0.0
+    for i in range(work.shape[1]):
+        work[CHANGE, i] = 0.0
+    for k in range(ITERATIONS):
+        if k > 0:
+            before = size
+            s.n_extra += 1
+            if not evaluate_row(rhs, t, work, TRIAL, RATE, block):
+                return RAISED, False, k, size
+        size = _change(s, work, block, h, l0)
+        if size <= 100.0 * EPS * predicted:
+            return RUNNING, True, k + 1, size
+        if k > 0:
+            rate = size / before if size <= SLOWEST * before else SLOWEST
+            fastest = max(fastest, rate)
+            s.rate = max(0.2 * s.rate, rate)
+        if (k > 0 or s.stiff == 1) and size * min(1.0, 1.5 * s.rate) / enough <= 1.0:
+            s.lipschitz_now = max(s.lipschitz_now, fastest / abs(h * l0))
+            if s.lipschitz_now != 0.0:
+                s.lipschitz = s.lipschitz_now
+            return RUNNING, True, k + 1, size
+        if not np.isfinite(size) or (k > 0 and size > 2.0 * before):
+            return RUNNING, False, k + 1, size
+    return RUNNING, False, ITERATIONS, size
+
+
+@njit(**INTERNAL)
+def correct(rhs, s, t, work, block, h, predicted):
+    """Correct the predicted state, whose norm is given: (status, converged, iterations, change).
+
+    The state is in row TRIAL, the correction of h y' in row CHANGE.  A Jacobian that is not of this
+    step is renewed when the iteration fails with it.
+    """
+    c = h * CORRECTION[s.stiff, s.order, 0]
+    s.current = 0
+    while True:
+        copy_row(work[Z], work[TRIAL])
+        s.n_extra += 1
+        if not evaluate_row(rhs, t, work, TRIAL, RATE, block):
+            return RAISED, False, 0, 0.0
+        if s.stiff == 1 and s.factorised == 0:
+            status, regular = _renew_matrix(rhs, s, t, work, block, h, c)
+            if status != RUNNING or not regular:
+                return status, False, 0, 0.0
+        found = _iterate(rhs, s, t, work, block, h, predicted)
+        if found[0] != RUNNING or found[1] or s.stiff == 0 or s.current == 1:
+            return found
+        s.factorised = 0

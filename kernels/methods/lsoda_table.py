@@ -1,0 +1,82 @@
+"""The formulas of LSODA: Adams-Moulton of orders 1 to 12, BDF of orders 1 to 5, as polynomials.
+
+K. Radhakrishnan and A. C. Hindmarsh, "Description and use of LSODE", NASA RP-1327 (1993), chapters
+2 and 3: corrections of the Nordsieck array from products of polynomials, and tests of the error.
+L. Petzold, "Automatic selection of methods for solving stiff and nonstiff systems of ordinary
+differential equations", SIAM J. Sci. Stat. Comput. 4 (1983): the bounds of h L.
+"""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+ADAMS, BDF = 0, 1
+HIGHEST = 12, 5  # orders of the two families
+
+
+def product(order):
+    """Coefficients of (x + 1) (x + 2) ... (x + order), constant first."""
+    found = [1]
+    for root in range(1, order + 1):
+        found = [root * a + b for a, b in zip([*found, 0], [0, *found], strict=True)]
+    return found
+
+
+def correction(family, order):
+    """By how much the terms of the Nordsieck array rise for a rise of h y' by 1.
+
+    Of BDF they are the polynomial that is zero at -1 to -order, of Adams' formulas the integral
+    from -1 of the one that is zero at -1 to 1 - order; both have a slope of 1 at zero.
+    """
+    if family == BDF:
+        found = product(order)
+        return [Fraction(a, found[1]) for a in found]
+    slope = [Fraction(a, math.factorial(order - 1)) for a in product(order - 1)]
+    rising = [a / (j + 1) for j, a in enumerate(slope)]
+    return [sum(a * (-1) ** j for j, a in enumerate(rising)), *rising]
+
+
+def constant(family, order):
+    """The error of a formula in h^(order + 1) y^(order + 1); of BDF where h y' has no factor."""
+    if family == BDF:
+        return Fraction(1, order + 1)
+    moment = sum(a * Fraction((-1) ** j, j + 2) for j, a in enumerate(product(order - 1)))
+    return moment / math.factorial(order)
+
+
+def _by_order(number):
+    """An array [family, order] of what ``number(family, order)`` gives."""
+    table = np.zeros((2, HIGHEST[ADAMS] + 1))
+    for family, highest in enumerate(HIGHEST):
+        for order in range(1, highest + 1):
+            table[family, order] = number(family, order)
+    return table
+
+
+def _per_correction(family, order, errors_of):
+    """One over the error of order `errors_of` that goes with a correction by 1, or a change by 1.
+
+    The correction, times its last coefficient, is what is new in h^order y^(order) / order!.
+    """
+    last = correction(family, order)[-1] * math.factorial(order)
+    return 1 / (constant(family, errors_of) * last)
+
+
+CORRECTION = np.zeros((2, HIGHEST[ADAMS] + 1, HIGHEST[ADAMS] + 1))
+for _family, _highest in enumerate(HIGHEST):
+    for _order in range(1, _highest + 1):
+        CORRECTION[_family, _order, : _order + 1] = correction(_family, _order)
+CONSTANT = _by_order(constant)
+# What the norm is divided by that makes the norm of an error: of a correction at its own order, of
+# the change of two corrections at an order more, of the last term of the array at an order less.
+SAME = _by_order(lambda family, order: _per_correction(family, order, order))
+HIGHER = _by_order(lambda family, order: _per_correction(family, order, order + 1))
+LOWER = _by_order(
+    lambda family, order: (
+        1 / (constant(family, order - 1) * math.factorial(order)) if order > 1 else 0
+    )
+)
+ORDERS = np.array(HIGHEST)
+# The longest stable h L of Adams' formulas as LSODA iterates them, by order.
+STABLE = np.array([0, 0.5, 0.575, 0.55, 0.45, 0.35, 0.25, 0.2, 0.15, 0.1, 0.075, 0.05, 0.025])
