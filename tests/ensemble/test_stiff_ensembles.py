@@ -113,7 +113,7 @@ low.terminal = False
         {"max_step": 300.0, "first_step": 1e-5},
         {"project": lambda t, y, k: [y[0], y[1], 1.0 - y[0] - y[1]]},
     ],
-    ids=lambda options: " ".join(options) + str(options.get("reduce", "")),
+    ids=lambda options: " ".join(options) + str(options.get("reduce", "")).partition("(")[0],
 )
 def test_what_is_gathered_is_that_of_single_solves(options):
     many, alone = (solved(SWEEPS["Robertson"], simd=s, **options) for s in (True, False))
