@@ -68,6 +68,22 @@ def add_evaluations(form, lanes, counted, accepted, rejected):
     leave(form, lanes, EVALUATIONS, total)
 
 
+@njit(**INLINED)
+def leave_steps(form, lanes, t, t_old, h, error):
+    """Store where the last step ended and began, the size of the next, and the error."""
+    leave(form, lanes, T, t)
+    leave(form, lanes, T_OLD, t_old)
+    leave(form, lanes, H, h)
+    leave(form, lanes, ERROR, error)
+
+
+@njit(**INLINED)
+def leave_counts(form, lanes, accepted, rejected, tries):
+    leave(form, lanes, ACCEPTED, accepted)
+    leave(form, lanes, REJECTED, rejected)
+    leave(form, lanes, TRIES, tries)
+
+
 def adaptive(
     step, control, exponent, fsal_stage, rhs, form, extrema, watched, accumulated, counted=None
 ):
@@ -104,11 +120,8 @@ def adaptive(
     @njit(**INTERNAL)
     def loop(state, lanes, work, block, n_steps):
         direction, h_max = state[0].direction, state[0].h_max
-        t, t_end, t_stop = (
-            field(form, lanes, T),
-            field(form, lanes, T_END),
-            field(form, lanes, T_STOP),
-        )
+        t = field(form, lanes, T)
+        t_end, t_stop = field(form, lanes, T_END), field(form, lanes, T_STOP)
         h, live = field(form, lanes, H), field(form, lanes, LIVE) > 0.0
         limit = field(form, lanes, LIMIT)
         accepted, rejected = field(form, lanes, ACCEPTED), field(form, lanes, REJECTED)
@@ -162,13 +175,8 @@ def adaptive(
             status = select(left, float(LEFT), status)
             add_evaluations(form, lanes, counted, accepted, rejected)
         leave(form, lanes, STATUS, select(hand_back, status, float(NOTHING)))
-        leave(form, lanes, T, t)
-        leave(form, lanes, T_OLD, t_old)
-        leave(form, lanes, H, h)
-        leave(form, lanes, ERROR, error)
-        leave(form, lanes, ACCEPTED, accepted)
-        leave(form, lanes, REJECTED, rejected)
-        leave(form, lanes, TRIES, tries)
+        leave_steps(form, lanes, t, t_old, h, error)
+        leave_counts(form, lanes, accepted, rejected, tries)
         keep(work, K, k)
         keep(work, Y, (y, y_old))
         keep(work, K + fsal_stage, (k_new,))
