@@ -30,7 +30,7 @@ def _end(name):
 
 def rows(quick):
     """One row a problem, solver and tolerance; rtol = tol, atol = tol times the problem's floor."""
-    turns = (5, 0.1) if quick else (30, 0.5)
+    turns = (5, 0.1) if quick else (20, 0.3)
     for stiff in (STIFF[0], PHYSICS[-1]) if quick else PROBLEMS:
         p = stiff.problem
         far = relative_to(_end(p.name), stiff.floor)

@@ -11,7 +11,7 @@ from ..problems import compiled
 from . import MANY_ATOL, MANY_RTOL
 from .scipy import end_of
 
-STIFF = ("Radau", "BDF", "Rodas5P")
+STIFF = ("Radau", "BDF", "Rodas5P", "LSODA")
 PAIRS = [
     name for name, m in METHODS.items() if m.error_order and name not in ("RK23", "ode45", *STIFF)
 ]
@@ -57,7 +57,7 @@ def solvers(problem):
 
 
 def stiff(given, names=STIFF):
-    """Radau, BDF and Rodas5P, unless others are named; where the state is complex, those for it."""
+    """Those of STIFF, unless others are named; where the state is complex, those for it."""
     p = given.problem
     fun = p.fun if p.into is None else compiled(p)
     by_solve_ivp = ["Rodas5P"] if given.mass is not None else []
