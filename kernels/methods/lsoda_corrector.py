@@ -53,23 +53,34 @@ def _difference(rhs, s, t, work, block, h):
 @njit(**INTERNAL)
 def _jacobian(rhs, s, t, work, block, h):
     """The Jacobian at the predicted state, within its band; RUNNING, RAISED or BAD_JACOBIAN."""
-    n = work.shape[1]
-    matrix = work[J : J + n]
+    n, banded = work.shape[1], s.lband >= 0
     s.n_jacobians += not is_constant(block)
     if block[JACOBIAN] != 0:
         status = evaluate_jacobian(rhs, s, t, work, Z, RATE, block, FACTOR, J)
-        if status != RUNNING:
-            return status
-    elif not _difference(rhs, s, t, work, block, h):
+        if status == RUNNING and banded:
+            _cut(s, work)
+        return status
+    if not _difference(rhs, s, t, work, block, h):
         return RAISED
+    s.lower, s.upper = (min(s.lband, n - 1), min(s.uband, n - 1)) if banded else (n - 1, n - 1)
     for j in range(n):
-        for i in range(n):
-            if s.lband >= 0 and not -s.uband <= i - j <= s.lband:
-                matrix[j, i] = 0.0
-            if not np.isfinite(matrix[j, i]):
+        for i in range(max(0, j - s.upper), min(n, j + s.lower + 1)):
+            if not np.isfinite(work[J + j, i]):
                 return BAD_JACOBIAN
-    s.lower, s.upper = bandwidths(matrix_at(work, block, J), n)
+    if not banded:
+        s.lower, s.upper = bandwidths(matrix_at(work, block, J), n)
     return RUNNING
+
+
+@njit(**INTERNAL)
+def _cut(s, work):
+    """Leave out what lies outside of the user's band."""
+    n = work.shape[1]
+    for j in range(n):
+        for i in range(max(0, j - s.upper), min(n, j + s.lower + 1)):
+            if not -s.uband <= i - j <= s.lband:
+                work[J + j, i] = 0.0
+    s.lower, s.upper = min(s.lower, s.lband), min(s.upper, s.uband)
 
 
 @njit(**INTERNAL)
@@ -85,7 +96,7 @@ def _renew_matrix(rhs, s, t, work, block, h, c):
     for i in range(n):
         work[FOUND, i] = 0.0
     for j in range(n):
-        for i in range(n):
+        for i in range(max(0, j - s.upper), min(n, j + s.lower + 1)):
             work[FOUND, i] += abs(work[J + j, i]) / work[WEIGHT, j]
     s.jacobian_norm = norm(work, FOUND)
     s.factorised = s.current = 1

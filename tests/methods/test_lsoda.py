@@ -51,6 +51,10 @@ def chain_diagonals(t, y):
     return np.array([[-1e4, -1e3, -1e2], [1e3, 1e2, 0.0]])
 
 
+def chain_half(t, y):
+    return [[0.0, 0.0, 0.0], [-1e4, -1e3, -1e2]]
+
+
 STEPPED = {
     **PROBLEMS,
     "orbit": Problem(orbit, (0, 20), [1.0, 0.0, 0.0, 1.2], {"rtol": 1e-9, "atol": 1e-9}),
@@ -127,6 +131,16 @@ def test_exact_jacobians_are_as_those_that_scipy_is_given(name, jacobian):
     theirs = solved(scipy.integrate.solve_ivp, p, "LSODA", jac=jacobian)
     for ours in (solved(solve_ivp, p, "LSODA"), solved(solve_ivp, p, "LSODA", jac=jacobian)):
         assert counts(ours) == counts(theirs)
+
+
+@pytest.mark.filterwarnings("ignore:`jac` is not the Jacobian")
+@pytest.mark.parametrize("given", [{}, {"jac": chain_half}])
+def test_entries_outside_of_a_band_are_left_out(given):
+    """A short run: Newton's iteration with a wrong Jacobian magnifies rounding."""
+    p = Problem(chain, (0, 0.01), [1.0, 0.0, 0.0], {"uband": 1})
+    theirs = solved(scipy.integrate.solve_ivp, p, "LSODA", jac=chain_half)
+    ours = solved(solve_ivp, p, "LSODA", **given)
+    assert counts(ours) == counts(theirs) and theirs.njev == 4
 
 
 @pytest.mark.parametrize("name", ["Lorenz", "to and fro", "orbit", "back"])
