@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastdyn.kernels.calls.block import FIRST, GROUPS, N_ENTRIES, OWN
+from fastdyn.kernels.calls.block import FIRST, GROUPS, N_ENTRIES, OWN_BLOCK
 from fastdyn.trace.refusal import Untraceable
 
 from .function import Function
@@ -53,7 +53,7 @@ def entries_block(entries, n, numbers=NONE, own=False):
     places = entries.columns * n + entries.rows
     numbers = np.ascontiguousarray(numbers).view(np.int64)
     block = np.concatenate([np.zeros(FIRST, np.int64), places, numbers])
-    block[N_ENTRIES], block[OWN] = len(places), own
+    block[N_ENTRIES], block[OWN_BLOCK] = len(places), own
     return block
 
 
@@ -76,7 +76,7 @@ def entries_of(block, n):
 
 def is_exact(block):
     """Whether a new block is that of an exact Jacobian."""
-    return block[0] != 0 and block[N_ENTRIES] > 0 and block[OWN] == 0
+    return block[0] != 0 and block[N_ENTRIES] > 0 and block[OWN_BLOCK] == 0
 
 
 def groups_of(entries, n):

@@ -10,14 +10,13 @@ import numpy as np
 
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.jacobian_block import entries_block, entries_of, is_exact, with_groups
-from fastdyn.kernels.algebra.matrices import BAND, FULL, ORDER, OUTSIDE
-from fastdyn.kernels.calls.block import FIRST, JACOBIAN, MATRICES
+from fastdyn.kernels.calls.block import BAND, FIRST, FULL, JACOBIAN, MATRICES, ORDER, OUTSIDE
 from fastdyn.problem.lsoda import NAME as LSODA
 
 from .check_jacobian import check_sparsity
 from .sparse_solver import SparseSolver
 
-SMALL = 24  # components to which our elimination is as fast as LAPACK's
+SMALL = 32  # components to which our elimination is as fast as LAPACK's
 WIDE = 160  # bandwidths, from which a sparse solver may be faster than one for bands
 SPARSE = 0.1  # the share of elements of a sparse matrix
 GAIN = 2  # of an order of the components: how many times narrower the band must be

@@ -4,55 +4,38 @@ Each takes the rows of two.  Our own elimination keeps real and imaginary parts 
 after the other.
 """
 
-from ..calls.block import MATRICES
+from ..calls.block import BAND, BASE, COMPLEX, FULL, KIND, LD, MATRICES, OUTSIDE, OWN, ROWS
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
-from ..state.rows import numbers_of
+from ..state.rows import after, numbers_from
 from . import lapack
 from .factorise_complex import factorise_complex, solve_complex
 from .lapack import call_routine
-from .matrices import (
-    BAND,
-    COMPLEX,
-    FULL,
-    KIND,
-    OUTSIDE,
-    OWN,
-    kind_of,
-    leading,
-    matrix_at,
-    matrix_rows,
-    new_number,
-    put_sum,
-)
+from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum
+
+FEW = 2  # diagonals below, with which our elimination of a band is faster than LAPACK's
 
 
 @njit(**INTERNAL)
 def _kind(s, block, n):
-    """Who factorises a complex matrix: LAPACK in each band."""
+    """Who factorises a complex matrix."""
     if block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == BAND:
-        return BAND
+        return OWN if s.lower <= FEW else BAND
     return kind_of(s, block, n)
 
 
 @njit(**INTERNAL)
-def _parts(work, block, to):
-    """The numbers of the real and of the imaginary parts."""
-    im = to + matrix_rows(block, work.shape[1])
-    return matrix_at(work, block, to), matrix_at(work, block, im)
-
-
-@njit(**INTERNAL)
-def _put_parts(s, work, block, first, to, a, b, c):
-    """The matrix in two parts."""
-    n, ld = work.shape[1], leading(block, work.shape[1])[0]
-    put_sum(s, work, block, first, to, a, b)
-    re, im = _parts(work, block, to)
+def _eliminate(s, work, block, first, to, pivots, numbers, ld, base):
+    """`factorise_complex_sum` by our own elimination, of the matrix in two parts."""
+    n, (a, b, c) = work.shape[1], numbers
+    re = put_sum(s, work, block, first, to, a, b, ld, base)
+    im = numbers_from(work, to + matrix_rows(block, n), base)
     for j in range(n):
+        column = after(im, j * ld)
         for i in range(max(0, j - s.lower - s.upper), min(n, j + 1 + s.lower)):
-            im[j * ld + i] = 0.0
-        im[j * ld + j] = c
-    return re, im
+            column[i] = 0.0
+        column[j] = c
+    factorise_complex(re, im, ld, work[pivots], n, s.lower, s.upper)
 
 
 @njit(**INTERNAL)
@@ -60,7 +43,7 @@ def _put_pairs(s, work, block, first, to, a, b, c):
     """The matrix in pairs of numbers; all of them, from where LAPACK begins to count."""
     n = work.shape[1]
     ld, base = leading(block, n)
-    jacobian, pairs = matrix_at(work, block, first), numbers_of(work)[to * n :]
+    jacobian, pairs = matrix_at(work, block, first), numbers_from(work, to, 0)
     for j in range(n):
         for i in range(max(0, j - s.upper), min(n, j + 1 + s.lower)):
             place = 2 * (base + j * ld + i)
@@ -76,12 +59,13 @@ def _put_pairs(s, work, block, first, to, a, b, c):
 def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
     """Factorise a J + (b + i c) I, of the J that lies at `first`, at `to`."""
     n = work.shape[1]
-    kind, words = _kind(s, block, n), words_at(block[MATRICES])
     s.n_factorised += 1
+    if block[MATRICES] == 0:
+        _eliminate(s, work, block, first, to, pivots, (a, b, c), n, 0)
+        return
+    kind, words = _kind(s, block, n), words_at(block[MATRICES])
     if kind == OWN:
-        re, im = _put_parts(s, work, block, first, to, a, b, c)
-        ld = leading(block, n)[0]
-        factorise_complex(re, im, ld, work[pivots], n, s.lower, s.upper)
+        _eliminate(s, work, block, first, to, pivots, (a, b, c), words[LD], words[BASE])
     elif kind == OUTSIDE:
         work[to, 0], work[to, 1], work[to, 2] = a, b, c
         call_routine(words[COMPLEX], (work[first], work[to]))
@@ -100,18 +84,34 @@ def solve_complex_sum(s, work, block, first, to, pivots, row, free):
 
     The rows `free` and the next may be written to.
     """
-    n = work.shape[1]
-    kind, words = _kind(s, block, n), words_at(block[MATRICES])
-    b, c = work[row], work[row + 1]
-    if kind == OWN:
-        re, im = _parts(work, block, to)
-        ld = leading(block, n)[0]
-        solve_complex(re, im, ld, work[pivots], b, c, n, s.lower, s.upper)
+    n, b, c = work.shape[1], work[row], work[row + 1]
+    if block[MATRICES] == 0:
+        re, im = numbers_from(work, to, 0), numbers_from(work, to + n, 0)
+        solve_complex(re, im, n, work[pivots], b, c, n, s.lower, s.upper)
         return
+    kind, words = _kind(s, block, n), words_at(block[MATRICES])
     if kind == OUTSIDE:
         call_routine(words[COMPLEX + 1], (work[first], work[to], b, c))
-        return
-    pairs, stored = numbers_of(work)[free * n : (free + 2) * n], numbers_of(work)[to * n :]
+    elif kind == OWN:
+        re = numbers_from(work, to, words[BASE])
+        im = numbers_from(work, to + words[ROWS], words[BASE])
+        x, y = work[free], work[free + 1]
+        for i in range(n):
+            place = new_number(block, i)
+            x[place], y[place] = b[i], c[i]
+        solve_complex(re, im, words[LD], work[pivots], x, y, n, s.lower, s.upper)
+        for i in range(n):
+            place = new_number(block, i)
+            b[i], c[i] = x[place], y[place]
+    else:
+        _solve_pairs(s, work, block, kind, to, pivots, row, free)
+
+
+@njit(**INTERNAL)
+def _solve_pairs(s, work, block, kind, to, pivots, row, free):
+    """`solve_complex_sum` by LAPACK."""
+    n, words, stored = work.shape[1], words_at(block[MATRICES]), numbers_from(work, to, 0)
+    b, c, pairs = work[row], work[row + 1], numbers_from(work, free, 0)
     for i in range(n):
         place = 2 * new_number(block, i)
         pairs[place], pairs[place + 1] = b[i], c[i]

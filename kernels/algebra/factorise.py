@@ -12,6 +12,7 @@ and the storage is LAPACK's of band matrices.  Work is n lower (lower + upper).
 """
 
 from ..jit_options import INTERNAL, njit
+from ..state.rows import after
 
 LONG = 8  # from here on a loop over a column is worth two slices
 
@@ -28,71 +29,66 @@ def bandwidths(a, n):
 
 
 @njit(**INTERNAL)
-def _subtract(y, x, factor):
-    for i in range(len(y)):
+def _subtract(y, x, count, factor):
+    for i in range(count):
         y[i] -= factor * x[i]
 
 
 @njit(**INTERNAL)
 def add_matrix_product(a, ld, x, out, n, lower, upper):
     """out += A x, of a matrix that is not factorised."""
-    short = lower + upper < LONG
     for j in range(n):
-        first, end, x_j = max(0, j - upper), min(n, j + 1 + lower), x[j]
-        if short:
-            for i in range(first, end):
-                out[i] += a[j * ld + i] * x_j
-        else:
-            _subtract(out[first:end], a[j * ld + first : j * ld + end], -x_j)
+        first, end = max(0, j - upper), min(n, j + 1 + lower)
+        _subtract(after(out, first), after(a, j * ld + first), end - first, -x[j])
 
 
 @njit(**INTERNAL)
 def factorise(a, ld, pivots, n, lower, upper):
     """Put L and U, with the reciprocals of its diagonal, in the place of a matrix."""
     for k in range(n):
-        end, last, diagonal = min(n, k + 1 + lower), min(n, k + 1 + lower + upper), k * ld
-        p, largest = k, abs(a[diagonal + k])
+        end, last, column = min(n, k + 1 + lower), min(n, k + 1 + lower + upper), after(a, k * ld)
+        p, largest = k, abs(column[k])
         for i in range(k + 1, end):
-            if abs(a[diagonal + i]) > largest:
-                p, largest = i, abs(a[diagonal + i])
+            if abs(column[i]) > largest:
+                p, largest = i, abs(column[i])
         pivots[k] = p
         if p != k:
             for j in range(k, last):
-                a[j * ld + k], a[j * ld + p] = a[j * ld + p], a[j * ld + k]
-        scale = a[diagonal + k] = 1.0 / a[diagonal + k]
+                other = after(a, j * ld)
+                other[k], other[p] = other[p], other[k]
+        scale = column[k] = 1.0 / column[k]
         for i in range(k + 1, end):
-            a[diagonal + i] *= scale
+            column[i] *= scale
         for j in range(k + 1, last):
-            column = j * ld
-            x = a[column + k]
+            other = after(a, j * ld)
+            x = other[k]
             if x == 0.0:
                 continue
             if end - k > LONG:
-                below = a[diagonal + k + 1 : diagonal + end]
-                _subtract(a[column + k + 1 : column + end], below, x)
+                _subtract(after(other, k + 1), after(column, k + 1), end - k - 1, x)
             else:
                 for i in range(k + 1, end):
-                    a[column + i] -= x * a[diagonal + i]
+                    other[i] -= x * column[i]
 
 
 @njit(**INTERNAL)
 def solve(a, ld, pivots, b, n, lower, upper):
     """Put x, with A x = b, in the place of b; `a` is what `factorise` left."""
     for k in range(n):
-        p, end, column = int(pivots[k]), min(n, k + 1 + lower), k * ld
+        p, end, column = int(pivots[k]), min(n, k + 1 + lower), after(a, k * ld)
         x = b[p]
         b[p], b[k] = b[k], x
         if end - k > LONG:
-            _subtract(b[k + 1 : end], a[column + k + 1 : column + end], x)
+            _subtract(after(b, k + 1), after(column, k + 1), end - k - 1, x)
         else:
             for i in range(k + 1, end):
-                b[i] -= x * a[column + i]
+                b[i] -= x * column[i]
     for k in range(n - 1, -1, -1):
-        first, column = max(0, k - lower - upper), k * ld
-        x = b[k] * a[column + k]
+        first, column = max(0, k - lower - upper), after(a, k * ld)
+        x = b[k] * column[k]
         b[k] = x
         if k - first > LONG:
-            _subtract(b[first:k], a[column + first : column + k], x)
+            _subtract(after(b, first), after(column, first), k - first, x)
         else:
             for i in range(first, k):
-                b[i] -= x * a[column + i]
+                b[i] -= x * column[i]

@@ -5,6 +5,7 @@ the largest |re| + |im|, as LAPACK's.
 """
 
 from ..jit_options import INTERNAL, njit
+from ..state.rows import after
 from .factorise import LONG
 
 
@@ -21,20 +22,22 @@ def _reciprocal(re, im):
 
 
 @njit(**INTERNAL)
-def _subtract(b, c, at, re, im, begin, end, x, y):
-    """b + i c, from `at` on, minus (x + i y) times the numbers from `begin` to `end`."""
-    if end - begin > LONG:
-        _subtract_rows(b[at:], c[at:], re[begin:end], im[begin:end], x, y)
-        return
-    for i in range(end - begin):
-        u, v = re[begin + i], im[begin + i]
-        b[at + i] -= x * u - y * v
-        c[at + i] -= x * v + y * u
+def _subtract(b, c, re, im, count, x, y):
+    """b + i c minus (x + i y) (re + i im), of so many numbers."""
+    for i in range(count):
+        u, v = re[i], im[i]
+        b[i] -= x * u - y * v
+        c[i] -= x * v + y * u
 
 
 @njit(**INTERNAL)
-def _subtract_rows(b, c, re, im, x, y):
-    for i in range(len(re)):
+def _subtract_from(b, c, re, im, first, end, x, y):
+    """`_subtract` in the rows from `first` to `end`."""
+    if end - first > LONG:
+        ours, theirs = (after(b, first), after(c, first)), (after(re, first), after(im, first))
+        _subtract(*ours, *theirs, end - first, x, y)
+        return
+    for i in range(first, end):
         u, v = re[i], im[i]
         b[i] -= x * u - y * v
         c[i] -= x * v + y * u
@@ -44,28 +47,29 @@ def _subtract_rows(b, c, re, im, x, y):
 def factorise_complex(re, im, ld, pivots, n, lower, upper):
     """`factorise` of a complex matrix."""
     for k in range(n):
-        end, last, diagonal = min(n, k + 1 + lower), min(n, k + 1 + lower + upper), k * ld
-        p, largest = k, abs(re[diagonal + k]) + abs(im[diagonal + k])
+        end, last = min(n, k + 1 + lower), min(n, k + 1 + lower + upper)
+        left, right = after(re, k * ld), after(im, k * ld)
+        p, largest = k, abs(left[k]) + abs(right[k])
         for i in range(k + 1, end):
-            size = abs(re[diagonal + i]) + abs(im[diagonal + i])
+            size = abs(left[i]) + abs(right[i])
             if size > largest:
                 p, largest = i, size
         pivots[k] = p
         if p != k:
             for j in range(k, last):
-                a, b = j * ld + k, j * ld + p
-                re[a], re[b] = re[b], re[a]
-                im[a], im[b] = im[b], im[a]
-        x, y = _reciprocal(re[diagonal + k], im[diagonal + k])
-        re[diagonal + k], im[diagonal + k] = x, y
-        begin, end = diagonal + k + 1, diagonal + end
-        for i in range(begin, end):
-            u, v = re[i], im[i]
-            re[i], im[i] = u * x - v * y, u * y + v * x
-        for at in range((k + 1) * ld + k, last * ld + k, ld):
-            x, y = re[at], im[at]
+                b, c = after(re, j * ld), after(im, j * ld)
+                b[k], b[p] = b[p], b[k]
+                c[k], c[p] = c[p], c[k]
+        x, y = _reciprocal(left[k], right[k])
+        left[k], right[k] = x, y
+        for i in range(k + 1, end):
+            u, v = left[i], right[i]
+            left[i], right[i] = u * x - v * y, u * y + v * x
+        for j in range(k + 1, last):
+            b, c = after(re, j * ld), after(im, j * ld)
+            x, y = b[k], c[k]
             if x != 0.0 or y != 0.0:
-                _subtract(re, im, at + 1, re, im, begin, end, x, y)
+                _subtract_from(b, c, left, right, k + 1, end, x, y)
 
 
 @njit(**INTERNAL)
@@ -75,9 +79,10 @@ def solve_complex(re, im, ld, pivots, b, c, n, lower, upper):
         p, end = int(pivots[k]), min(n, k + 1 + lower)
         b[k], b[p] = b[p], b[k]
         c[k], c[p] = c[p], c[k]
-        _subtract(b, c, k + 1, re, im, k * ld + k + 1, k * ld + end, b[k], c[k])
+        left, right = after(re, k * ld), after(im, k * ld)
+        _subtract_from(b, c, left, right, k + 1, end, b[k], c[k])
     for k in range(n - 1, -1, -1):
-        column, first = k * ld, max(0, k - lower - upper)
-        u, v = re[column + k], im[column + k]
+        left, right = after(re, k * ld), after(im, k * ld)
+        u, v = left[k], right[k]
         b[k], c[k] = b[k] * u - c[k] * v, b[k] * v + c[k] * u
-        _subtract(b, c, first, re, im, column + first, column + k, b[k], c[k])
+        _subtract_from(b, c, left, right, max(0, k - lower - upper), k, b[k], c[k])

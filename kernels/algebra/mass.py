@@ -7,6 +7,7 @@ In words: their number, the diagonals below and above the main one, the place of
 from ..calls.block import LOWER, PLACES, UPPER, N
 from ..calls.user_function import numbers_at, words_at
 from ..jit_options import INTERNAL, njit
+from ..state.rows import after
 
 
 @njit(**INTERNAL)
@@ -23,14 +24,14 @@ def add_mass(mass, factor, a, ld, n):
     """Add a multiple of M to a matrix as `factorise.py` stores it."""
     if mass == 0:
         for j in range(n):
-            a[j * ld + j] += factor
+            after(a, j * ld)[j] += factor
         return
     words = words_at(mass)
     count = words[N]
     numbers = numbers_at(mass + 8 * (PLACES + count))
     for e in range(count):
         j, i = divmod(words[PLACES + e], n)
-        a[j * ld + i] += factor * numbers[e]
+        after(a, j * ld)[i] += factor * numbers[e]
 
 
 @njit(**INTERNAL)

@@ -2,8 +2,8 @@
 
 All are a J + b M, of the Jacobian J and the mass matrix M, or I where there is none.  Each takes
 ROWS rows of the work array.  The block's word MATRICES is 0 for n rows, by columns, and our own
-elimination, or names words: one of the kinds below, where elements lie, the bandwidths, routines,
-and the new number of each component if they are in another order (ORDERED).
+elimination, or names words, which `calls/block.py` has: a kind, where elements lie, bandwidths,
+routines, and the new number of each component if they are in another order (ORDERED).
 
 An OUTSIDE solver keeps the factors itself.  Rows of J hold its elements one after the other, in
 the order of the solver, and those of the factors a and b, from which it can find them again; its
@@ -12,20 +12,32 @@ routines get the addresses of both.
 
 import numpy as np
 
-from ..calls.block import MASS, MATRICES
+from ..calls.block import (
+    BAND,
+    BASE,
+    FULL,
+    KIND,
+    LD,
+    MASS,
+    MATRICES,
+    ORDER,
+    ORDERED,
+    OUTSIDE,
+    OWN,
+    PRODUCT,
+    REAL,
+    ROWS,
+)
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
-from ..state.rows import numbers_of
+from ..state.rows import after, numbers_from
 from . import lapack
 from .factorise import add_matrix_product, factorise, solve
 from .lapack import call_routine
 from .mass import add_mass
 
-KIND, ROWS, LD, BASE, LOWER, UPPER, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)  # words
-ORDERED, ORDER = 11, 12
-OWN, FULL, BAND, OUTSIDE = 0, 1, 2, 3  # elimination here, LAPACK's of either, another solver's
 NARROW = 8  # a full matrix is a band if it is so many times narrower on each side
-FEW = 4  # diagonals below, with which our elimination of a band is faster than LAPACK's
+FEW = 8  # diagonals below, with which our elimination of a band is faster than LAPACK's
 
 
 @njit(**INTERNAL)
@@ -46,9 +58,7 @@ def leading(block, n):
 @njit(**INTERNAL)
 def matrix_at(work, block, first):
     """The numbers of the matrix whose rows begin with `first`, from its element (0, 0) on."""
-    n = work.shape[1]
-    _, base = leading(block, n)
-    return numbers_of(work)[first * n + base : (first + matrix_rows(block, n)) * n]
+    return numbers_from(work, first, leading(block, work.shape[1])[1])
 
 
 @njit(**INTERNAL)
@@ -63,14 +73,14 @@ def kind_of(s, block, n):
 
 
 @njit(**INTERNAL)
-def put_sum(s, work, block, first, to, a, b):
-    """Put a J + b M, of the J that lies at `first`, at `to`; the numbers of both."""
+def put_sum(s, work, block, first, to, a, b, ld, base):
+    """Put a J + b M, of the J that lies at `first`, at `to`; its numbers."""
     n, lower, upper = work.shape[1], s.lower, s.upper
-    ld, _ = leading(block, n)
-    jacobian, sum_ = matrix_at(work, block, first), matrix_at(work, block, to)
+    jacobian, sum_ = numbers_from(work, first, base), numbers_from(work, to, base)
     for j in range(n):
-        for i in range(j * ld + max(0, j - lower - upper), j * ld + min(n, j + 1 + lower)):
-            sum_[i] = a * jacobian[i]
+        column, target = after(jacobian, j * ld), after(sum_, j * ld)
+        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
+            target[i] = a * column[i]
     add_mass(block[MASS], b, sum_, ld, n)
     return sum_
 
@@ -79,22 +89,31 @@ def put_sum(s, work, block, first, to, a, b):
 def factorise_sum(s, work, block, first, to, pivots, a, b):
     """Factorise a J + b M, of the J that lies at `first`, at `to`; whether it is regular."""
     n = work.shape[1]
-    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
     s.n_factorised += 1
+    if block[MATRICES] == 0:
+        return _eliminate(s, work, block, first, to, pivots, a, b, n, 0)
+    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
+    if kind == OWN:
+        return _eliminate(s, work, block, first, to, pivots, a, b, words[LD], words[BASE])
     if kind == OUTSIDE:
         work[to, 0], work[to, 1], work[to, 2] = a, b, 0.0
         return call_routine(words[REAL], (work[first], work[to])) == 0
-    sum_, ld = put_sum(s, work, block, first, to, a, b), leading(block, n)[0]
-    if kind == OWN:
-        factorise(sum_, ld, work[pivots], n, s.lower, s.upper)
-        for j in range(n):
-            if not np.isfinite(sum_[j * ld + j]):
-                return False
-        return True
+    put_sum(s, work, block, first, to, a, b, words[LD], words[BASE])
+    stored = numbers_from(work, to, 0)
     if kind == FULL:
-        return lapack.factorise_full(words[REAL], sum_, n, work[pivots])
-    stored = numbers_of(work)[to * n :]
+        return lapack.factorise_full(words[REAL], stored, n, work[pivots])
     return lapack.factorise_band(words[REAL], stored, n, s.lower, s.upper, work[pivots])
+
+
+@njit(**INTERNAL)
+def _eliminate(s, work, block, first, to, pivots, a, b, ld, base):
+    """`factorise_sum` by our own elimination."""
+    n, sum_ = work.shape[1], put_sum(s, work, block, first, to, a, b, ld, base)
+    factorise(sum_, ld, work[pivots], n, s.lower, s.upper)
+    for j in range(n):
+        if not np.isfinite(after(sum_, j * ld)[j]):
+            return False
+    return True
 
 
 @njit(**INTERNAL)
@@ -112,29 +131,29 @@ def new_number(block, i):
 @njit(**INTERNAL)
 def solve_sum(s, work, block, first, to, pivots, row, free):
     """Put the solution in the place of a right-hand side, a row; `free` may be written to."""
-    n, words = work.shape[1], words_at(block[MATRICES])
-    if not is_ordered(block):
+    n = work.shape[1]
+    if block[MATRICES] == 0:
+        solve(numbers_from(work, to, 0), n, work[pivots], work[row], n, s.lower, s.upper)
+    elif not is_ordered(block):
         _solve(s, work, block, first, to, pivots, work[row])
-        return
-    for i in range(n):
-        work[free, words[ORDER + i]] = work[row, i]
-    _solve(s, work, block, first, to, pivots, work[free])
-    for i in range(n):
-        work[row, i] = work[free, words[ORDER + i]]
+    else:
+        for i in range(n):
+            work[free, new_number(block, i)] = work[row, i]
+        _solve(s, work, block, first, to, pivots, work[free])
+        for i in range(n):
+            work[row, i] = work[free, new_number(block, i)]
 
 
 @njit(**INTERNAL)
 def _solve(s, work, block, first, to, pivots, b):
-    n = work.shape[1]
-    kind, words = kind_of(s, block, n), words_at(block[MATRICES])
+    n, words, stored = work.shape[1], words_at(block[MATRICES]), numbers_from(work, to, 0)
+    kind = kind_of(s, block, n)
     if kind == OWN:
-        ld = leading(block, n)[0]
-        solve(matrix_at(work, block, to), ld, work[pivots], b, n, s.lower, s.upper)
+        factors = numbers_from(work, to, words[BASE])
+        solve(factors, words[LD], work[pivots], b, n, s.lower, s.upper)
     elif kind == FULL:
-        stored = matrix_at(work, block, to)
         lapack.solve_full(words[REAL + 1], stored, n, work[pivots], b)
     elif kind == BAND:
-        stored = numbers_of(work)[to * n :]
         lapack.solve_band(words[REAL + 1], stored, n, s.lower, s.upper, work[pivots], b)
     else:
         call_routine(words[REAL + 1], (work[first], work[to], b))
@@ -147,16 +166,17 @@ def add_jacobian_product(s, work, block, first, given, out, free):
     The rows `free` and the next may be written to.
     """
     n, words = work.shape[1], words_at(block[MATRICES])
-    if kind_of(s, block, n) == OUTSIDE:
-        call_routine(words[PRODUCT], (work[first], work[given], work[out]))
+    if block[MATRICES] == 0:
+        jacobian = numbers_from(work, first, 0)
+        add_matrix_product(jacobian, n, work[given], work[out], n, s.lower, s.upper)
         return
-    ld, jacobian = leading(block, n)[0], matrix_at(work, block, first)
-    if not is_ordered(block):
-        add_matrix_product(jacobian, ld, work[given], work[out], n, s.lower, s.upper)
+    if words[KIND] == OUTSIDE:
+        call_routine(words[PRODUCT], (work[first], work[given], work[out]))
         return
     for i in range(n):
         work[free, new_number(block, i)] = work[given, i]
         work[free + 1, new_number(block, i)] = work[out, i]
+    ld, jacobian = words[LD], numbers_from(work, first, words[BASE])
     add_matrix_product(jacobian, ld, work[free], work[free + 1], n, s.lower, s.upper)
     for i in range(n):
         work[out, i] = work[free + 1, new_number(block, i)]

@@ -12,18 +12,24 @@ of a constant one names no function: its numbers take the place of parameters.
 A Jacobian may also be known by its entries that are not zero everywhere: N_ENTRIES, column by
 column, whose places in the matrix come first behind the words.  They are given by the function of
 an exact one, which takes the block of the derivative, and, for a method that wants it, lets the
-time derivative follow the entries; or by a function of the user (OWN); or by differences in GROUPS
-of columns, also where an exact entry is not finite; or they are numbers behind the places.
+time derivative follow the entries; or by a function of the user (OWN_BLOCK); or by differences in
+GROUPS of columns, also where an exact entry is not finite; or they are numbers behind the places.
 """
 
 ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, FIRST = range(8)
 
 # Of the block of a Jacobian; N_ENTRIES is 0 if it is full.
-N_ENTRIES, GROUPS, OWN = JACOBIAN, MASS, MATRICES
+N_ENTRIES, GROUPS, OWN_BLOCK = JACOBIAN, MASS, MATRICES
 
 # Of a pair, q' = velocity(t, p) and p' = force(t, q): the addresses of the blocks of both.
 VELOCITY, FORCE = FIRST, FIRST + 1
 WORDS_OF_PAIR = FIRST + 2
+
+# Of the matrices of an implicit method, see `algebra/matrices.py`; two routines for real ones, two
+# for complex ones.  Kinds: elimination here, LAPACK's of full ones or bands, another solver's.
+KIND, ROWS, LD, BASE, BELOW, ABOVE, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)
+ORDERED, ORDER = 11, 12
+OWN, FULL, BAND, OUTSIDE = 0, 1, 2, 3
 
 # Of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PLACES = 0, 1, 2, 3

@@ -8,14 +8,7 @@ M / (h gamma) - df/dy, factorised once, and iterates nothing.  See `rodas5p_tabl
 from functools import partial
 
 from ..algebra.mass import add_product
-from ..algebra.matrices import (
-    OUTSIDE,
-    add_jacobian_product,
-    factorise_sum,
-    kind_of,
-    matrix_rows,
-    solve_sum,
-)
+from ..algebra.matrices import add_jacobian_product, factorise_sum, matrix_rows, solve_sum
 from ..calls.block import MASS
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F
@@ -127,7 +120,7 @@ def _and_stage(before, known, i):
         s.n_extra += 1
         if not evaluate_row(rhs, s.t + time * h, work, STAGE, U + i, block):
             return False
-        if last and kind_of(s, block, work.shape[1]) != OUTSIDE:
+        if last:
             weigh(slot(None, work, SUM), 1.0, END, known(work))
             _solve_last_stage(s, work, block, h)
         else:

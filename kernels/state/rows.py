@@ -7,7 +7,7 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from ..jit_options import INTERNAL, njit
-from .elementwise import ROW, data_of, load, view
+from .elementwise import ROW, data_of, length_of, load, view
 
 
 def _row_pointer(context, builder, ty, work, index, number=types.float64):
@@ -35,6 +35,34 @@ def numbers_of(typingctx, work):
         )
 
     return ROW(work), codegen
+
+
+@intrinsic
+def numbers_from(typingctx, work, first, offset):
+    """The numbers of `work` from row `first` on, but for so many, as one row."""
+
+    def codegen(context, builder, signature, args):
+        array, first, offset = args
+        rows, n = cgutils.unpack_tuple(
+            builder, arrayobj.make_array(work)(context, builder, array).shape
+        )
+        pointer = builder.gep(_row_pointer(context, builder, work, array, first), [offset])
+        left = builder.sub(builder.mul(builder.sub(rows, first), n), offset)
+        return view(context, builder, pointer, left)
+
+    return ROW(work, types.intp, types.intp), codegen
+
+
+@intrinsic
+def after(typingctx, row, offset):
+    """The numbers of a row but for so many, without a look at its length."""
+
+    def codegen(context, builder, signature, args):
+        pointer = builder.gep(data_of(context, builder, row, args[0]), [args[1]])
+        n = builder.sub(length_of(context, builder, row, args[0]), args[1])
+        return view(context, builder, pointer, n)
+
+    return ROW(row, types.intp), codegen
 
 
 def scratch(size):

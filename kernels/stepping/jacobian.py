@@ -7,18 +7,22 @@ block; see `calls/block.py`.
 import numpy as np
 
 from ..algebra.factorise import bandwidths
-from ..algebra.matrices import (
+from ..algebra.matrices import leading, matrix_at, matrix_rows
+from ..calls.block import (
+    ABOVE,
+    ADDRESS,
     BAND,
+    BELOW,
+    FIRST,
     FULL,
+    GROUPS,
+    JACOBIAN,
     KIND,
-    LOWER,
+    MATRICES,
+    N_ENTRIES,
     OUTSIDE,
-    UPPER,
-    leading,
-    matrix_at,
-    matrix_rows,
+    OWN_BLOCK,
 )
-from ..calls.block import ADDRESS, FIRST, GROUPS, JACOBIAN, MATRICES, N_ENTRIES, OWN
 from ..calls.user_function import (
     address_of,
     call_function,
@@ -29,7 +33,7 @@ from ..calls.user_function import (
 )
 from ..jit_options import INTERNAL, njit
 from ..state.record import BAD_JACOBIAN, RAISED, RUNNING
-from ..state.rows import numbers_of, slot
+from ..state.rows import numbers_from, slot
 from .differences import column_difference, differences_in_groups
 
 
@@ -64,15 +68,15 @@ def is_constant(block):
 def is_exact(given):
     """Whether the block at an address is that of an exact Jacobian."""
     words = words_at(given)
-    return given != 0 and words[N_ENTRIES] > 0 and words[ADDRESS] != 0 and words[OWN] == 0
+    return given != 0 and words[N_ENTRIES] > 0 and words[ADDRESS] != 0 and words[OWN_BLOCK] == 0
 
 
 @njit(**INTERNAL)
 def entries_at(work, block, first):
     """Where the entries of a Jacobian are found, and what follows them."""
-    n, rows = work.shape[1], matrix_rows(block, work.shape[1])
+    rows = matrix_rows(block, work.shape[1])
     outside = block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == OUTSIDE
-    return numbers_of(work)[(first if outside else first + rows) * n :]
+    return numbers_from(work, first if outside else first + rows, 0)
 
 
 @njit(**INTERNAL)
@@ -140,7 +144,7 @@ def _put_entries(rhs, s, t, work, y, f, block, given, factor, first):
         return RUNNING
     if words_at(block[MATRICES])[KIND] == BAND:
         _spread(given, entries, matrix_at(work, block, first), n)
-    s.lower, s.upper = words_at(block[MATRICES])[LOWER], words_at(block[MATRICES])[UPPER]
+    s.lower, s.upper = words_at(block[MATRICES])[BELOW], words_at(block[MATRICES])[ABOVE]
     return RUNNING
 
 
@@ -155,7 +159,7 @@ def _evaluate_entries(t, y, block, given, entries):
         for e in range(words[N_ENTRIES]):
             entries[e] = numbers[e]
         return RUNNING
-    if words[OWN] != 0:
+    if words[OWN_BLOCK] != 0:
         call_function(given, t, y, entries)
         if raised(given):
             return RAISED

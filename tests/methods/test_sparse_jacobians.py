@@ -8,7 +8,7 @@ import scipy.integrate
 import scipy.sparse
 
 from fastdyn import solve_ivp
-from fastdyn.kernels.algebra.matrices import BAND, FULL, OUTSIDE
+from fastdyn.kernels.calls.block import BAND, FULL, OUTSIDE
 from fastdyn.run import checkpoint, loop, matrices
 from support.stiff import counts
 
@@ -66,9 +66,9 @@ def tangle(n):
 NETWORKS = {  # by the layout that their exact Jacobian gets; None: our elimination of full matrices
     None: Network(12, [*chain(12), (11, 0)]),
     "band": Network(40, chain(40)),
-    "wider band": Network(60, [(i, i + k) for i in range(50) for k in (1, 6)]),
+    "wider band": Network(60, [(i, i + k) for i in range(50) for k in (1, 10)]),
     "ring": Network(50, [*chain(50), (49, 0)]),
-    "full": Network(26, [(i, j) for i in range(26) for j in range(i)], k=5.0),
+    "full": Network(34, [(i, j) for i in range(34) for j in range(i)], k=5.0),
     "sparse": Network(150, tangle(150)),
 }
 KINDS = {"band": BAND, "wider band": BAND, "ring": BAND, "full": FULL, "sparse": OUTSIDE}
