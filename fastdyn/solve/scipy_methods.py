@@ -1,5 +1,5 @@
-"""What SciPy solves for us: implicit methods with the compiled derivative, some complex states,
-its own solver classes, and the trivial cases (no component, no span)."""
+"""What is left to SciPy: its solver classes, functions of complex states that cannot be traced,
+those that write to the state between steps, the trivial cases (no component, no span)."""
 
 import ctypes
 
