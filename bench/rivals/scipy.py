@@ -40,7 +40,7 @@ def end_of(result):
 def stiff(given):
     """Radau, BDF and LSODA on a compiled right-hand side, told of the band; BDF if complex."""
     p, jitted = given.problem, functools.cache(lambda: compiled(given.problem))
-    if given.mass is not None:
+    if given.mass is not None or given.long:
         return {}
     n, (lower, upper) = len(p.y0), given.band or (0, 0)
 
