@@ -164,15 +164,24 @@ def evaluate(fun, mode, t, y):
     return derivative(value, len(y), mode)[len(y) - n :]
 
 
+def is_sparse(matrix):
+    return hasattr(matrix, "tocsc")
+
+
+def check_shape(matrix, n, name="jac"):
+    """Raise ValueError for a matrix that is not of (n, n)."""
+    if matrix.shape != (n, n):
+        raise ValueError(
+            f"`{name}` is expected to have shape {(n, n)}, but actually has {matrix.shape}."
+        )
+
+
 def matrix(value, n):
     """A Jacobian as an array of (n, n) floats, ValueError if it is not one."""
-    if hasattr(value, "tocsc"):
+    if is_sparse(value):
         raise ValueError(SPARSE)
     array = np.asarray(value, dtype=float)
-    if array.shape != (n, n):
-        raise ValueError(
-            f"`jac` is expected to have shape {(n, n)}, but actually has {array.shape}."
-        )
+    check_shape(array, n)
     return array
 
 

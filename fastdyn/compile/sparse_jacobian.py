@@ -1,15 +1,12 @@
 """Sparse Jacobians of the user: a constant one, and functions that return them, in Python."""
 
-import hashlib
-
 import numpy as np
 
 from fastdyn.kernels.calls.block import FIRST
 
 from .bind import Bound
-from .function import Function
-from .jacobian_block import CONSTANT, Entries, entries_block
-from .python_callback import Callback
+from .jacobian_block import CONSTANT, Entries, constant_function, entries_block
+from .python_callback import Callback, check_shape, is_sparse
 
 ENTRIES = "entries"  # the mode of a function that gives the entries of a matrix
 
@@ -22,10 +19,6 @@ class WiderPattern(Exception):
         self.entries = entries
 
 
-def is_sparse(matrix):
-    return hasattr(matrix, "tocsc")
-
-
 def pattern_of(matrix, n, name="jac"):
     """The Entries of a sparse matrix, or of an array; of zeros, one.
 
@@ -33,10 +26,7 @@ def pattern_of(matrix, n, name="jac"):
     """
     if not is_sparse(matrix):
         matrix = np.asarray(matrix)
-    if matrix.shape != (n, n):
-        raise ValueError(
-            f"`{name}` is expected to have shape {(n, n)}, but actually has {matrix.shape}."
-        )
+    check_shape(matrix, n, name)
     if not is_sparse(matrix):
         columns, rows = np.nonzero(matrix.T)
     else:
@@ -60,8 +50,7 @@ def in_order(rows, columns, n):
 
 def entries_of_matrix(matrix, entries, n):
     """The numbers of a sparse matrix at these entries; WiderPattern if it has others."""
-    if matrix.shape != (n, n):
-        pattern_of(matrix, n)
+    check_shape(matrix, n)
     rows, columns, data = _coordinates(matrix)
     places, own = entries.columns * n + entries.rows, columns * n + rows
     at = np.searchsorted(places, own)
@@ -78,11 +67,7 @@ def bind_sparse_matrix(matrix):
     n = matrix.shape[0]
     entries = pattern_of(matrix, n)
     block = entries_block(entries, n, entries_of_matrix(matrix, entries, n))
-    function = Function(
-        f"constant {hashlib.sha256(block.tobytes()).hexdigest()}", 0, 0, None, matrix, CONSTANT,
-        seconds=0.0,
-    )  # fmt: skip
-    return Bound(function, block, lambda t, y: matrix, [matrix], None, [], CONSTANT)
+    return Bound(constant_function(block), block, lambda t, y: matrix, [matrix], None, [], CONSTANT)
 
 
 def bind_sparse_function(fun, args, n, entries):

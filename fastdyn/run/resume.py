@@ -4,6 +4,8 @@ import hashlib
 
 import numpy as np
 
+from fastdyn.problem.lsoda import NAME as LSODA
+
 from .checkpoint import Checkpoint, fingerprint
 
 FUNCTIONS = "functions and what they use"  # in a description
@@ -38,7 +40,7 @@ def description(problem, functions):
         FUNCTIONS: functions,
         **({} if p.mass is None else {"mass": p.mass.tolist()}),
         **({} if not (p.differences or p.sparsity) else {"Jacobian": _of_jacobian(p)}),
-        **({"LSODA": [p.h_least, *p.band]} if p.method.name == "LSODA" else {}),
+        **({LSODA: [p.h_least, *p.band]} if p.method.name == LSODA else {}),
     }
 
 

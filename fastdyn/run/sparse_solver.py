@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.compile.python_callback import DOUBLES
 from fastdyn.kernels.calls.block import RAISED_WORD
 
-POINTER, DOUBLES = ctypes.c_void_p, ctypes.POINTER(ctypes.c_double)
+POINTER = ctypes.c_void_p
 FACTORISE, SOLVE, SOLVE_COMPLEX = (ctypes.CFUNCTYPE(None, *[POINTER] * k) for k in (3, 4, 5))
 N_FACTORS = 3  # numbers a, b and c of a J + (b + i c) M
 ALIKE = 0.5  # the share of elements whose mirror image is one, too, from which orderings use it
@@ -60,9 +61,7 @@ class SparseSolver:
         return [ctypes.cast(routine, POINTER).value for routine in self._routines]
 
     def _numbers(self, address, count) -> Any:
-        return np.ctypeslib.as_array(
-            ctypes.cast(address, ctypes.POINTER(ctypes.c_double)), (count,)
-        )
+        return np.ctypeslib.as_array(ctypes.cast(address, DOUBLES), (count,))
 
     def _factors(self, jacobian, given, anew=False):
         """The factors for the numbers at `given`; None of a singular matrix."""

@@ -24,6 +24,12 @@ SLOWEST = 1024.0  # a rate of convergence above which it is not measured
 
 
 @njit(**INTERNAL)
+def _increment(work, j, noise):
+    """How far component j is moved."""
+    return max(np.sqrt(EPS) * abs(work[Z, j]), noise / work[WEIGHT, j])
+
+
+@njit(**INTERNAL)
 def _difference(rhs, s, t, work, block, h):
     """The Jacobian at the state in row TRIAL by forward differences; False if it raised.
 
@@ -36,14 +42,13 @@ def _difference(rhs, s, t, work, block, h):
     stride = min(n, s.lband + s.uband + 1) if banded else n
     for first in range(stride):
         for j in range(first, n, stride):
-            step = max(np.sqrt(EPS) * abs(work[Z, j]), noise / work[WEIGHT, j])
-            work[TRIAL, j] = work[Z, j] + step
+            work[TRIAL, j] = work[Z, j] + _increment(work, j, noise)
         s.n_extra += 1
         if not evaluate_row(rhs, t, work, TRIAL, FOUND, block):
             return False
         for j in range(first, n, stride):
             work[TRIAL, j] = work[Z, j]
-            step = max(np.sqrt(EPS) * abs(work[Z, j]), noise / work[WEIGHT, j])
+            step = _increment(work, j, noise)
             begin, end = (max(0, j - s.uband), min(n, j + s.lband + 1)) if banded else (0, n)
             for i in range(begin, end):
                 work[J + j, i] = (work[FOUND, i] - work[RATE, i]) / step
