@@ -7,6 +7,8 @@ import signal
 
 import hypothesis.configuration
 import matplotlib
+import numpy as np
+import pytest
 
 matplotlib.use("Agg")
 gc.set_threshold(100_000, 20, 100)  # compiling makes many small objects that live long
@@ -38,3 +40,9 @@ def pytest_addoption(parser):
     parser.addoption("--draws", type=int, default=4, help="functions drawn across processes")
     parser.addoption("--all-modes", action="store_true", help="of everyday functions, too")
     parser.addoption("--whole-corpus", action="store_true", help="all cases of bench/corpus")
+
+
+@pytest.fixture(autouse=True)
+def memory_is_poisoned(monkeypatch):
+    """What a kernel reads before it is written is NaN."""
+    monkeypatch.setattr("fastdyn.run.laid_out.new_memory", lambda size: np.full(size, np.nan))

@@ -40,6 +40,11 @@ def raise_kept(bounds):
             raise GaveUp(bound, t)
 
 
+def new_memory(size):
+    """So many words, of which kernels read none that has not been written."""
+    return np.empty(size)
+
+
 class LaidOut:
     """A problem as the kernels take it: functions, memory, words.
 
@@ -175,7 +180,7 @@ class LaidOut:
         if self.grown is not None:
             self._make_room()
         plan, words = self.plan, self._words
-        self.memory = own = np.empty(plan.size)
+        self.memory = own = new_memory(plan.size)
         launch = self._launch
         launch[MEMORY], launch[Y0] = address_of(own), address_of(y0)
         words[self._n_steps], words[self._advance] = n_steps, self.tier.address
@@ -223,7 +228,7 @@ class LaidOut:
 
     def new_launch(self):
         """A Launch in a new memory, for a kernel that begins solves itself."""
-        self.memory = np.empty(self.plan.size)
+        self.memory = new_memory(self.plan.size)
         self._words[self._advance] = self.tier.address
         return Launch(
             self._launch[0], self._launch[1], address_of(self.memory), 0,

@@ -11,7 +11,7 @@ from ..state.rows import after, numbers_from
 from . import lapack
 from .factorise_complex import factorise_complex, solve_complex
 from .lapack import call_routine
-from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum
+from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum, written
 
 FEW = 2  # diagonals below, with which our elimination of a band is faster than LAPACK's
 
@@ -28,7 +28,7 @@ def _kind(s, block, n):
 def _eliminate(s, work, block, first, to, pivots, numbers, ld, base):
     """`factorise_complex_sum` by our own elimination, of the matrix in two parts."""
     n, (a, b, c) = work.shape[1], numbers
-    re = put_sum(s, work, block, first, to, a, b, ld, base)
+    re = put_sum(work, block, first, to, a, b, ld, base, s.lower, s.upper)
     im = numbers_from(work, to + matrix_rows(block, n), base)
     for j in range(n):
         column = after(im, j * ld)
@@ -39,13 +39,14 @@ def _eliminate(s, work, block, first, to, pivots, numbers, ld, base):
 
 
 @njit(**INTERNAL)
-def _put_pairs(s, work, block, first, to, a, b, c):
+def _put_pairs(s, work, block, kind, first, to, a, b, c):
     """The matrix in pairs of numbers; all of them, from where LAPACK begins to count."""
     n = work.shape[1]
     ld, base = leading(block, n)
+    lower, upper = written(s, kind, n)
     jacobian, pairs = matrix_at(work, block, first), numbers_from(work, to, 0)
     for j in range(n):
-        for i in range(max(0, j - s.upper), min(n, j + 1 + s.lower)):
+        for i in range(max(0, j - upper), min(n, j + 1 + lower)):
             place = 2 * (base + j * ld + i)
             pairs[place] = a * jacobian[j * ld + i]
             pairs[place + 1] = 0.0
@@ -70,7 +71,7 @@ def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
         work[to, 0], work[to, 1], work[to, 2] = a, b, c
         call_routine(words[COMPLEX], (work[first], work[to]))
     else:
-        pairs = _put_pairs(s, work, block, first, to, a, b, c)
+        pairs = _put_pairs(s, work, block, kind, first, to, a, b, c)
         if kind == FULL:
             lapack.factorise_full(words[COMPLEX], pairs, n, work[pivots])
         else:

@@ -73,9 +73,15 @@ def kind_of(s, block, n):
 
 
 @njit(**INTERNAL)
-def put_sum(s, work, block, first, to, a, b, ld, base):
+def written(s, kind, n):
+    """The diagonals below and above that are written: all where LAPACK reads all."""
+    return (n - 1, n - 1) if kind == FULL else (s.lower, s.upper)
+
+
+@njit(**INTERNAL)
+def put_sum(work, block, first, to, a, b, ld, base, lower, upper):
     """Put a J + b M, of the J that lies at `first`, at `to`; its numbers."""
-    n, lower, upper = work.shape[1], s.lower, s.upper
+    n = work.shape[1]
     jacobian, sum_ = numbers_from(work, first, base), numbers_from(work, to, base)
     for j in range(n):
         column, target = after(jacobian, j * ld), after(sum_, j * ld)
@@ -98,7 +104,8 @@ def factorise_sum(s, work, block, first, to, pivots, a, b):
     if kind == OUTSIDE:
         work[to, 0], work[to, 1], work[to, 2] = a, b, 0.0
         return call_routine(words[REAL], (work[first], work[to])) == 0
-    put_sum(s, work, block, first, to, a, b, words[LD], words[BASE])
+    lower, upper = written(s, kind, n)
+    put_sum(work, block, first, to, a, b, words[LD], words[BASE], lower, upper)
     stored = numbers_from(work, to, 0)
     if kind == FULL:
         return lapack.factorise_full(words[REAL], stored, n, work[pivots])
@@ -108,8 +115,9 @@ def factorise_sum(s, work, block, first, to, pivots, a, b):
 @njit(**INTERNAL)
 def _eliminate(s, work, block, first, to, pivots, a, b, ld, base):
     """`factorise_sum` by our own elimination."""
-    n, sum_ = work.shape[1], put_sum(s, work, block, first, to, a, b, ld, base)
-    factorise(sum_, ld, work[pivots], n, s.lower, s.upper)
+    n, lower, upper = work.shape[1], s.lower, s.upper
+    sum_ = put_sum(work, block, first, to, a, b, ld, base, lower, upper)
+    factorise(sum_, ld, work[pivots], n, lower, upper)
     for j in range(n):
         if not np.isfinite(after(sum_, j * ld)[j]):
             return False

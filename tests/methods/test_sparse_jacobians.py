@@ -69,9 +69,17 @@ NETWORKS = {  # by the layout that their exact Jacobian gets; None: our eliminat
     "wider band": Network(60, [(i, i + k) for i in range(50) for k in (1, 10)]),
     "ring": Network(50, [*chain(50), (49, 0)]),
     "full": Network(34, [(i, j) for i in range(34) for j in range(i)], k=5.0),
+    "corners of zeros": Network(40, [(i, j) for i in range(40) for j in range(max(0, i - 20), i)]),
     "sparse": Network(150, tangle(150)),
 }
-KINDS = {"band": BAND, "wider band": BAND, "ring": BAND, "full": FULL, "sparse": OUTSIDE}
+KINDS = {
+    "band": BAND,
+    "wider band": BAND,
+    "ring": BAND,
+    "full": FULL,
+    "corners of zeros": FULL,
+    "sparse": OUTSIDE,
+}
 
 
 def solved(function, network, method, fun="fun", **options):
