@@ -9,8 +9,9 @@ from fastdyn.code_store import Call
 from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.state.record import RUNNING, Solve
-from fastdyn.run.begin import begin, full_jacobian
+from fastdyn.run.begin import begin
 from fastdyn.run.loop import next_chunk
+from fastdyn.run.matrices import full_matrices
 from fastdyn.specialise.scalar import open_survey_kernel, start_kernel, survey_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 
@@ -25,7 +26,7 @@ class Survey:
         self._problem, self._bound, self._followed = p, bound, followed
         self.bounds = [*bound.pair, bound, *followed]
         self.state, self.work = begin(p)
-        self._jacobian = full_jacobian(p, bound, ())
+        self._matrices = full_matrices(p, bound, ())
         self.invariants: Any = np.zeros(m, INVARIANT)
         self.record: Any = np.zeros(1, SURVEY)
         self.record[0]["every"] = every

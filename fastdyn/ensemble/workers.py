@@ -16,8 +16,9 @@ from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
 from fastdyn.problem.events import between_steps
-from fastdyn.run.begin import begin, event_table, full_jacobian
+from fastdyn.run.begin import begin, event_table
 from fastdyn.run.loop import next_chunk
+from fastdyn.run.matrices import full_matrices
 from fastdyn.run.output import OUTPUT_RECORD
 from fastdyn.specialise.scalar import (
     already_kernel,
@@ -105,7 +106,7 @@ class Worker:
             address = bound.block.ctypes.data
             places += [(address + 8 * at, column, 0) for at, column in offsets]
         others = self.bounds[1 : len(self.bounds) - len(folds)]
-        self._jacobian = full_jacobian(p, self.bounds[0], others)
+        self._matrices = full_matrices(p, self.bounds[0], others)
         return places
 
     def _addresses(self, p, vector):

@@ -7,7 +7,6 @@ import numpy as np
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.jacobian_block import exact_block
 from fastdyn.compile.sparse_jacobian import ENTRIES
-from fastdyn.kernels.calls.block import JACOBIAN
 from fastdyn.kernels.output.arguments import EVENTS
 from fastdyn.kernels.state.record import ATOL, RTOL, K, Y
 from fastdyn.specialise.scalar import all_roots_kernel
@@ -52,13 +51,6 @@ def jacobian_of(problem, bound, others):
     if p.method.n_matrices and not p.differences:
         block = exact_block(bound.function, len(p.y0), p.method.takes_mass)
     return given.block if block is None and given is not None else block
-
-
-def full_jacobian(problem, bound, others):
-    """`jacobian_of`, of full matrices; the block of the equations names it from now on."""
-    block = jacobian_of(problem, bound, others)
-    bound.block[JACOBIAN] = 0 if block is None else address_of(block)
-    return block
 
 
 def event_table(problem, others, order=None) -> Any:

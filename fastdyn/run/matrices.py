@@ -10,12 +10,15 @@ import numpy as np
 
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.jacobian_block import entries_block, entries_of, is_exact, with_groups
+from fastdyn.compile.straight_elimination import straight_routines
 from fastdyn.kernels.calls.block import BAND, FIRST, FULL, JACOBIAN, MATRICES, ORDER, OUTSIDE
 from fastdyn.problem.lsoda import NAME as LSODA
 
+from .begin import jacobian_of
 from .check_jacobian import check_sparsity
 from .sparse_solver import SparseSolver
 
+RADAU = "Radau"  # which has complex matrices besides
 SMALL = 32  # components to which our elimination is as fast as LAPACK's
 WIDE = 160  # bandwidths, from which a sparse solver may be faster than one for bands
 SPARSE = 0.1  # the share of elements of a sparse matrix
@@ -76,8 +79,8 @@ def matrices_of(problem, bound, block):
     if jacobian is None and p.sparsity is not None:
         entries = p.sparsity
         jacobian = with_groups(entries_block(entries, n), entries, n)
-    of_lsoda = p.method.name == LSODA  # which takes the norm of a full matrix, or its band
-    layout, words, solver = _layout(n, None if of_lsoda else entries, p.mass), None, None
+    known = None if _is_lsoda(p) else entries
+    layout, words, solver = _layout(n, known, p.mass), _straight_words(p, known), None
     if layout is not None:
         if layout.kind == OUTSIDE:
             solver = SparseSolver(n, entries, p.mass, bound.block)
@@ -95,21 +98,52 @@ def matrices_of(problem, bound, block):
     return Matrices(jacobian, words, n if layout is None else layout.rows, solver)
 
 
+def full_matrices(problem, bound, others):
+    """What a solve with room for full matrices keeps alive; the block of the equations names it."""
+    block, n = jacobian_of(problem, bound, others), len(problem.y0)
+    words = _straight_words(problem, None if _is_lsoda(problem) else entries_of(block, n))
+    bound.block[JACOBIAN] = 0 if block is None else address_of(block)
+    bound.block[MATRICES] = 0 if words is None else address_of(words)
+    return block, words
+
+
+def _is_lsoda(problem):
+    """It takes the norm of all elements, or of those in its band."""
+    return problem.method.name == LSODA
+
+
 def _layout(n, entries, mass):
     """The Layout of matrices with these entries, or None if any may be there; None for our own
     elimination of a full matrix.
     """
     if n <= SMALL:
         return None
-    full = Layout(FULL, n, n, 0, 0, NONE)
     if entries is None:
-        return full
+        return _full(n)
     band = _band(n, entries, mass)
     if band.lower + band.upper < min(WIDE, n // GAIN):
         return band
     if len(entries.rows) < SPARSE * n * n:
         return Layout(OUTSIDE, -(-(len(entries.rows) + n) // n), 0, 0, 0, NONE)
-    return full
+    return _full(n)
+
+
+def _full(n):
+    return Layout(FULL, n, n, 0, 0, NONE)
+
+
+def _straight_words(problem, entries):
+    """The words of a small matrix that is eliminated in straight-line code; None for loops."""
+    n, places = len(problem.y0), None
+    if n > SMALL or not problem.method.n_matrices:
+        return None
+    if entries is not None:
+        places = set(zip(entries.rows.tolist(), entries.columns.tolist(), strict=True))
+        if problem.mass is not None:
+            places |= set(map(tuple, np.argwhere(problem.mass).tolist()))
+        places = tuple(sorted(places))
+    routines = straight_routines(n, places, problem.method.name == RADAU)
+    return None if routines is None else _full(n).words(routines)
 
 
 def _band(n, entries, mass):
@@ -153,5 +187,4 @@ def _lapack(kind):
 
     capsules = cython_lapack.__pyx_capi__
     found = [capsules[f"{z}{kind}{does}"] for z in "dz" for does in ("trf", "trs")]
-    no_product = 0  # which is made here
-    return [*(_capsule_pointer(c, _capsule_name(c)) for c in found), no_product]
+    return [*(_capsule_pointer(c, _capsule_name(c)) for c in found), 0]  # products are made here

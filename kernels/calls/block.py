@@ -26,7 +26,8 @@ VELOCITY, FORCE = FIRST, FIRST + 1
 WORDS_OF_PAIR = FIRST + 2
 
 # Of the matrices of an implicit method, see `algebra/matrices.py`; two routines for real ones, two
-# for complex ones.  Kinds: elimination here, LAPACK's of full ones or bands, another solver's.
+# for complex ones.  Kinds: elimination here, routines with LAPACK's interface for full ones or for
+# bands, another solver's.
 KIND, ROWS, LD, BASE, BELOW, ABOVE, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)
 ORDERED, ORDER = 11, 12
 OWN, FULL, BAND, OUTSIDE = 0, 1, 2, 3

@@ -5,22 +5,9 @@ import numpy as np
 import pytest
 
 from fastdyn.kernels.algebra import factorise as kernels
-from fastdyn.kernels.algebra import factorise_complex as complex_kernels
+from support.loops import by_columns, by_complex_kernels, by_kernels
 
 EPS = np.finfo(float).eps
-
-
-@numba.njit
-def by_kernels(a, b, pivots, lower, upper):
-    kernels.factorise(a.reshape(-1), len(b), pivots, len(b), lower, upper)
-    kernels.solve(a.reshape(-1), len(b), pivots, b, len(b), lower, upper)
-
-
-@numba.njit
-def by_complex_kernels(re, im, b, c, pivots, lower, upper):
-    re, im, n = re.reshape(-1), im.reshape(-1), len(b)
-    complex_kernels.factorise_complex(re, im, n, pivots, n, lower, upper)
-    complex_kernels.solve_complex(re, im, n, pivots, b, c, n, lower, upper)
 
 
 @numba.njit
@@ -36,13 +23,6 @@ def bandwidths(a):
 def banded(rng, n, lower, upper):
     i, j = np.indices((n, n))
     return np.where((i - j <= lower) & (j - i <= upper), rng.standard_normal((n, n)), 0.0)
-
-
-def by_columns(a, lower, upper):
-    """As kernels take it, NaN where they must not look."""
-    i, j = np.indices(a.shape)
-    inside = (i - j <= lower) & (j - i <= lower + upper)
-    return np.ascontiguousarray(np.where(inside, a, np.nan).T)
 
 
 BANDS = [(1, 0, 0), (2, 1, 1), (5, 4, 4), (30, 29, 29), (30, 1, 1), (40, 2, 5), (40, 12, 3)]
