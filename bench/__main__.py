@@ -65,6 +65,12 @@ def show(rows):
         print("  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip())
 
 
+def keep(record, path):
+    """Write what there is to the file, if there is one."""
+    if path is not None:
+        path.write_text(json.dumps(record, indent=1) + "\n")
+
+
 def main():
     """Run the groups that are asked for; keep a full run, and draw its figures."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
@@ -92,7 +98,11 @@ def main():
     for name in options.only:
         record["load"][name] = load()
         begun = time.perf_counter()
-        record[name] = list(GROUPS[name].rows(options.quick))
+        record[name] = []
+        for row in GROUPS[name].rows(options.quick):
+            if record[name] and row.get("problem") != record[name][-1].get("problem"):
+                keep(record, path)  # also what is not complete
+            record[name].append(row)
         record["seconds"][name] = time.perf_counter() - begun
         doc = GROUPS[name].__doc__.splitlines()[0]
         print(f"\n{name}: {doc} ({record['seconds'][name]:.0f} s)")
@@ -100,8 +110,7 @@ def main():
             show(record[name])
             if hasattr(GROUPS[name], "summary"):
                 print(GROUPS[name].summary(record[name]))
-        if path is not None:
-            path.write_text(json.dumps(record, indent=1) + "\n")
+        keep(record, path)
     if full:
         figures.draw_all(record["work_precision"], path.parent)
 
