@@ -11,7 +11,7 @@ from bench.problems.reaction_diffusion import brusselator_square
 from bench.problems.stiff import STIFF, brusselator
 from bench.problems.stiff_physics import PHYSICS
 from bench.report.equal_error import at_error
-from bench.report.which_method import front
+from bench.report.panels import front
 
 
 @pytest.mark.parametrize("problem", WORK, ids=lambda problem: problem.name)

@@ -11,6 +11,7 @@ from ..problems import compiled
 from ..problems.reaction_diffusion import LINES
 from ..problems.stiff import STIFF
 from ..problems.stiff_physics import PHYSICS
+from ..report.equal_error import equal_error
 from ..report.work_precision import LIMIT, at_tolerance
 
 PROBLEMS = (*STIFF, *PHYSICS, *LINES)
@@ -50,18 +51,10 @@ LEVELS = (1e-3, 1e-5, 1e-7)
 
 def summary(found):
     """Microseconds at equal errors."""
-    from ..report.equal_error import at_error
-
     lines = [f"microseconds at an error of {', '.join(f'{x:g}' for x in LEVELS)}"]
-    for problem in dict.fromkeys(row["problem"] for row in found):
+    for problem, solvers in equal_error(found, LEVELS).items():
         lines.append(problem)
-        for name in dict.fromkeys(row["solver"] for row in found if row["problem"] == problem):
-            points = [
-                (row["error"], row["min_us"])
-                for row in found
-                if (row["problem"], row["solver"]) == (problem, name)
-            ]
-            at = [at_error(points, level) for level in LEVELS]
+        for name, at in solvers.items():
             lines.append(
                 f"  {name:28s}" + "".join(f"{x:12.0f}" if x else f"{'-':>12s}" for x in at)
             )

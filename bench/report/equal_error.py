@@ -27,15 +27,15 @@ def at_error(points, level):
     return front[0][1]
 
 
-def equal_error(rows):
-    """{problem: {solver: [microseconds at each of LEVELS]}} from the rows of the group."""
+def equal_error(rows, levels=LEVELS):
+    """{problem: {solver: [microseconds at each of the levels]}} from the rows of the group."""
     points = {}
     for row in rows:
         each = points.setdefault(row["problem"], {}).setdefault(row["solver"], [])
         each.append((row["error"], row["min_us"]))
     return {
         problem: {
-            name: [at_error(each, level) for level in LEVELS] for name, each in solvers.items()
+            name: [at_error(each, level) for level in levels] for name, each in solvers.items()
         }
         for problem, solvers in points.items()
     }

@@ -187,6 +187,13 @@ def whole(record):
     ]  # fmt: skip
 
 
+def put_in(page, begin, end, lines):
+    """Put lines in the place of what is between two marks of a page."""
+    before, _, rest = page.read_text().partition(begin)
+    part = "\n".join(["", *lines, "", ""])
+    page.write_text(before + begin + part + end + rest.partition(end)[2])
+
+
 def main():
     """Write both."""
     parser = argparse.ArgumentParser(prog="python -m bench.report.table", description=__doc__)
@@ -194,9 +201,7 @@ def main():
     path = parser.parse_args().json
     record = json.loads(path.read_text())
     path.with_name("tables.md").write_text("\n".join(whole(record)) + "\n")
-    before, _, rest = PAGE.read_text().partition(BEGIN)
-    part = "\n".join(["", *for_page(record), "", ""])
-    PAGE.write_text(before + BEGIN + part + END + rest.partition(END)[2])
+    put_in(PAGE, BEGIN, END, for_page(record))
 
 
 if __name__ == "__main__":
