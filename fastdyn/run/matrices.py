@@ -10,8 +10,18 @@ import numpy as np
 
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.jacobian_block import entries_block, entries_of, is_exact, with_groups
+from fastdyn.compile.straight_bands import are_short, band_routines
 from fastdyn.compile.straight_elimination import straight_routines
-from fastdyn.kernels.calls.block import BAND, FIRST, FULL, JACOBIAN, MATRICES, ORDER, OUTSIDE
+from fastdyn.kernels.calls.block import (
+    BAND,
+    FIRST,
+    FULL,
+    JACOBIAN,
+    MATRICES,
+    NARROW,
+    ORDER,
+    OUTSIDE,
+)
 from fastdyn.problem.lsoda import NAME as LSODA
 
 from .begin import jacobian_of
@@ -20,6 +30,7 @@ from .sparse_solver import SparseSolver
 
 RADAU = "Radau"  # which has complex matrices besides
 SMALL = 32  # components to which our elimination is as fast as LAPACK's
+FEW = 8  # diagonals below, with which our loops over a real band are faster than LAPACK's
 WIDE = 160  # bandwidths, from which a sparse solver may be faster than one for bands
 SPARSE = 0.1  # the share of elements of a sparse matrix
 GAIN = 2  # of an order of the components: how many times narrower the band must be
@@ -61,7 +72,7 @@ class Layout(NamedTuple):
 
     def words(self, routines):
         """The words for kernels."""
-        base = self.lower + self.upper if self.kind == BAND else 0
+        base = self.lower + self.upper if self.kind in (BAND, NARROW) else 0
         head = [self.kind, self.rows, self.ld, base, self.lower, self.upper, *routines]
         words = np.array([*head, len(self.order) > 0, *self.order], np.int64)
         assert len(words) == ORDER + len(self.order)
@@ -86,7 +97,7 @@ def matrices_of(problem, bound, block):
             solver = SparseSolver(n, entries, p.mass, bound.block)
             routines = solver.addresses()
         else:
-            routines = _lapack("gb" if layout.kind == BAND else "ge")
+            routines = _routines(layout, p.method.name == RADAU)
         words = layout.words(routines)
     if layout is not None and jacobian is not None and entries is not None:
         if layout.kind != FULL and is_exact(jacobian):
@@ -160,7 +171,8 @@ def _band(n, entries, mass):
         if GAIN * sum(narrower) <= lower + upper:
             (lower, upper), order = narrower, found
     ld = 2 * lower + upper
-    return Layout(BAND, ld + 1, ld, lower, upper, order)
+    kind = NARROW if lower <= FEW and not are_short(lower, upper) else BAND
+    return Layout(kind, ld + 1, ld, lower, upper, order)
 
 
 def _bandwidths(rows, columns):
@@ -179,6 +191,13 @@ def _order(n, entries):
     order = np.empty(n, np.int64)
     order[found] = np.arange(n)
     return order
+
+
+def _routines(layout, complex_too):
+    """The words of routines for full matrices and for bands."""
+    if layout.kind == BAND and are_short(layout.lower, layout.upper):
+        return band_routines(layout.lower, layout.upper, complex_too)
+    return _lapack("ge" if layout.kind == FULL else "gb")
 
 
 def _lapack(kind):

@@ -4,7 +4,7 @@ Each takes the rows of two.  Our own elimination keeps real and imaginary parts 
 after the other.
 """
 
-from ..calls.block import BAND, BASE, COMPLEX, FULL, KIND, LD, MATRICES, OUTSIDE, OWN, ROWS
+from ..calls.block import BAND, BASE, COMPLEX, FULL, KIND, LD, MATRICES, NARROW, OUTSIDE, OWN, ROWS
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..state.rows import after, numbers_from
@@ -13,14 +13,12 @@ from .factorise_complex import factorise_complex, solve_complex
 from .lapack import call_routine
 from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum, written
 
-FEW = 2  # diagonals below, with which our elimination of a band is faster than LAPACK's
-
 
 @njit(**INTERNAL)
 def _kind(s, block, n):
     """Who factorises a complex matrix."""
-    if block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == BAND:
-        return OWN if s.lower <= FEW else BAND
+    if block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == NARROW:
+        return BAND
     return kind_of(s, block, n)
 
 
@@ -46,7 +44,7 @@ def _put_pairs(s, work, block, kind, first, to, a, b, c):
     lower, upper = written(s, kind, n)
     jacobian, pairs = matrix_at(work, block, first), numbers_from(work, to, 0)
     for j in range(n):
-        for i in range(max(0, j - upper), min(n, j + 1 + lower)):
+        for i in range(max(0, j - lower - upper), min(n, j + 1 + lower)):
             place = 2 * (base + j * ld + i)
             pairs[place] = a * jacobian[j * ld + i]
             pairs[place + 1] = 0.0

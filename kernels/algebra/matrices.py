@@ -20,6 +20,7 @@ from ..calls.block import (
     LD,
     MASS,
     MATRICES,
+    NARROW,
     ORDER,
     ORDERED,
     OUTSIDE,
@@ -36,8 +37,7 @@ from .factorise import add_matrix_product, factorise, solve
 from .lapack import call_routine
 from .mass import add_mass
 
-NARROW = 8  # a full matrix is a band if it is so many times narrower on each side
-FEW = 8  # diagonals below, with which our elimination of a band is faster than LAPACK's
+NARROWER = 8  # a full matrix is a band if it is so many times narrower on each side
 
 
 @njit(**INTERNAL)
@@ -67,7 +67,7 @@ def kind_of(s, block, n):
     if block[MATRICES] == 0:
         return OWN
     kind = words_at(block[MATRICES])[KIND]
-    if (kind == BAND and s.lower <= FEW) or (kind == FULL and max(s.lower, s.upper) * NARROW < n):
+    if kind == NARROW or (kind == FULL and max(s.lower, s.upper) * NARROWER < n):
         return OWN
     return kind
 

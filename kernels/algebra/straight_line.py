@@ -100,6 +100,18 @@ def _exchange(numbers, a, k, below, right):
     return here
 
 
+def eliminate(numbers, a, k, below, right):
+    """Step k of `factorise`."""
+    exchanged = _exchange(numbers, a, k, below, right) if below else BIT(0)
+    a[k, k] = scale = numbers.reciprocal(a[k, k])
+    row = {j: a[k, j] for j in right}
+    for i in below:
+        a[i, k] = factor = numbers.product(a[i, k], scale)
+        for j, value in row.items():
+            a[i, j] = numbers.less_product(a[i, j], factor, value)
+    return exchanged
+
+
 def factorise(numbers, a):
     """Put L and U, with the reciprocals of its diagonal, in the place of a matrix.
 
@@ -107,14 +119,7 @@ def factorise(numbers, a):
     """
     exchanged = BIT(0)
     for k, (below, right) in enumerate(zip(a.structure.below, a.structure.right, strict=True)):
-        if below:
-            exchanged = numbers.builder.or_(exchanged, _exchange(numbers, a, k, below, right))
-        a[k, k] = scale = numbers.reciprocal(a[k, k])
-        row = {j: a[k, j] for j in right}
-        for i in below:
-            a[i, k] = factor = numbers.product(a[i, k], scale)
-            for j, value in row.items():
-                a[i, j] = numbers.less_product(a[i, j], factor, value)
+        exchanged = numbers.builder.or_(exchanged, eliminate(numbers, a, k, below, right))
     return exchanged
 
 

@@ -27,10 +27,10 @@ WORDS_OF_PAIR = FIRST + 2
 
 # Of the matrices of an implicit method, see `algebra/matrices.py`; two routines for real ones, two
 # for complex ones.  Kinds: elimination here, routines with LAPACK's interface for full ones or for
-# bands, another solver's.
+# bands, another solver's, bands that are eliminated here unless they are complex.
 KIND, ROWS, LD, BASE, BELOW, ABOVE, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)
 ORDERED, ORDER = 11, 12
-OWN, FULL, BAND, OUTSIDE = 0, 1, 2, 3
+OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
 
 # Of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PLACES = 0, 1, 2, 3

@@ -11,7 +11,6 @@ from ..algebra.matrices import leading, matrix_at, matrix_rows
 from ..calls.block import (
     ABOVE,
     ADDRESS,
-    BAND,
     BELOW,
     FIRST,
     FULL,
@@ -142,7 +141,7 @@ def _put_entries(rhs, s, t, work, y, f, block, given, factor, first):
     if block[MATRICES] == 0 or words_at(block[MATRICES])[KIND] == FULL:
         s.lower, s.upper = _spread(given, entries, matrix_at(work, block, first), n)
         return RUNNING
-    if words_at(block[MATRICES])[KIND] == BAND:
+    if words_at(block[MATRICES])[KIND] != OUTSIDE:
         _spread(given, entries, matrix_at(work, block, first), n)
     s.lower, s.upper = words_at(block[MATRICES])[BELOW], words_at(block[MATRICES])[ABOVE]
     return RUNNING

@@ -8,7 +8,7 @@ import scipy.integrate
 import scipy.sparse
 
 from fastdyn import solve_ivp
-from fastdyn.kernels.calls.block import BAND, FULL, OUTSIDE
+from fastdyn.kernels.calls.block import BAND, FULL, NARROW, OUTSIDE
 from fastdyn.run import checkpoint, loop, matrices
 from support.stiff import counts
 
@@ -66,6 +66,7 @@ def tangle(n):
 NETWORKS = {  # by the layout that their exact Jacobian gets; None: our elimination of full matrices
     None: Network(12, [*chain(12), (11, 0)]),
     "band": Network(40, chain(40)),
+    "narrow": Network(60, [(i, i + k) for i in range(54) for k in (1, 6)]),
     "wider band": Network(60, [(i, i + k) for i in range(50) for k in (1, 10)]),
     "ring": Network(50, [*chain(50), (49, 0)]),
     "full": Network(34, [(i, j) for i in range(34) for j in range(i)], k=5.0),
@@ -74,6 +75,7 @@ NETWORKS = {  # by the layout that their exact Jacobian gets; None: our eliminat
 }
 KINDS = {
     "band": BAND,
+    "narrow": NARROW,
     "wider band": BAND,
     "ring": BAND,
     "full": FULL,

@@ -1,0 +1,164 @@
+"""Routines with LAPACK's interface for narrow bands: loops over straight-line code for a column.
+
+The last columns, which have fewer elements to their right, are a small matrix of their own.
+"""
+
+import contextlib
+import functools
+
+from llvmlite import ir
+
+from fastdyn.kernels.algebra import straight_line
+from fastdyn.kernels.algebra.elimination_structure import Structure
+from fastdyn.kernels.vector.instructions import INDEX, REAL, constant
+
+from .straight_routines import Column, Matrix, Notes, routines
+
+WORD = ir.IntType(64)
+MOST_PRODUCTS = 40  # of a column
+
+
+class _Band:
+    """A band in LAPACK's storage, of so many diagonals below and above the main one."""
+
+    def __init__(self, numbers, lower, upper, n, matrix, pivots):
+        self.numbers, self.lower, self.ld = numbers, lower, 2 * lower + upper
+        self.width = lower + upper  # to the right of the diagonal, in factors
+        self._matrix, self._pivots, builder = matrix, pivots, numbers.builder
+        n = builder.load(builder.bitcast(n, INDEX.as_pointer()))
+        self.last = builder.sub(builder.sext(n, WORD), WORD(self.width))
+        self.below, self.right = range(1, lower + 1), range(1, self.width + 1)
+
+    def _moved(self, pointer, k, step):
+        builder = self.numbers.builder
+        return builder.gep(pointer, [builder.mul(k, WORD(step))])
+
+    def at(self, k, structure=None):
+        """The matrix that begins with element (k, k)."""
+        parts = self.numbers.parts
+        first = self.numbers.builder.gep(self._matrix, [WORD(self.width * parts)])
+        matrix = self._moved(first, k, parts * (self.ld + 1))
+        return Matrix(self.numbers, structure, self.ld, matrix, self._moved(self._pivots, k, 1))
+
+    def end(self):
+        """The last columns."""
+        n = self.width
+        below = tuple(range(k + 1, min(n, k + 1 + self.lower)) for k in range(n))
+        return self.at(self.last, Structure(below, tuple(range(k + 1, n) for k in range(n)), {}))
+
+    def numbers_at(self, side, k):
+        """The numbers of a right-hand side from number k on."""
+        return Column(self.numbers, self._moved(side, k, self.numbers.parts))
+
+
+@contextlib.contextmanager
+def _columns(builder, end, backward=False):
+    """The body of a loop over the columns before `end`, with their number."""
+    head, body, behind = (builder.function.append_basic_block() for _ in range(3))
+    before = builder.block
+    builder.branch(head)
+    builder.position_at_end(head)
+    count = builder.phi(WORD)
+    count.add_incoming(WORD(0), before)
+    builder.cbranch(builder.icmp_signed("<", count, end), body, behind)
+    builder.position_at_end(body)
+    yield builder.sub(builder.sub(end, WORD(1)), count) if backward else count
+    count.add_incoming(builder.add(count, WORD(1)), builder.block)
+    builder.branch(head)
+    builder.position_at_end(behind)
+
+
+def _window(numbers, count):
+    """Numbers that are carried through a loop, which LLVM makes values."""
+    return Column(numbers, numbers.builder.alloca(REAL, INDEX(count * numbers.parts)))
+
+
+def _factorise(numbers, lower, upper, arguments):
+    """?gbtrf, whose info is not 0 if the matrix is singular; what it fills in is 0 before."""
+    _, n, _, _, matrix, _, pivots, info = arguments
+    notes, band = Notes(numbers), _Band(numbers, lower, upper, n, matrix, pivots)
+    with _columns(numbers.builder, band.last) as k:
+        a = band.at(k)
+        exchanged = straight_line.eliminate(numbers, a, 0, band.below, band.right)
+        notes.take(exchanged, [a[0, 0]])
+    a = band.end()
+    exchanged = straight_line.factorise(numbers, a)
+    notes.take(exchanged, [a[k, k] for k in range(band.width)])
+    notes.put(a, band.width - 1, info)
+
+
+def _solve(numbers, lower, upper, arguments):
+    """?gbtrs of one right-hand side."""
+    _, n, _, _, _, matrix, _, pivots, side, _, _ = arguments
+    builder, band = numbers.builder, _Band(numbers, lower, upper, n, matrix, pivots)
+    exchanged = builder.fcmp_ordered("!=", band.end()[band.width - 1], constant(REAL, 0.0))
+    with builder.if_else(exchanged) as (then, otherwise):
+        with then:
+            _forward_with_exchanges(band, side)
+        with otherwise:
+            _forward(band, side)
+    _backward(band, side)
+
+
+def _forward_with_exchanges(band, side):
+    numbers, builder = band.numbers, band.numbers.builder
+    with _columns(builder, band.last) as k:
+        a, b = band.at(k), band.numbers_at(side, k)
+        b.exchange(0, builder.fptosi(a[0], INDEX))
+        x = b[0]
+        for i in band.below:
+            b[i] = numbers.less_product(b[i], a[i, 0], x)
+    a, b = band.end(), band.numbers_at(side, band.last)
+    straight_line.forward(numbers, a, b, lambda k, _: b.exchange(k, builder.fptosi(a[k], INDEX)))
+
+
+def _forward(band, side):
+    numbers, lower = band.numbers, band.lower
+    window, b = _window(numbers, lower), Column(numbers, side)
+    for i in range(lower):
+        window[i] = b[i]
+    with _columns(numbers.builder, band.last) as k:
+        a, b = band.at(k), band.numbers_at(side, k)
+        b[0] = x = window[0]
+        for i in band.below:
+            before = window[i] if i < lower else b[i]
+            window[i - 1] = numbers.less_product(before, a[i, 0], x)
+    b = band.numbers_at(side, band.last)
+    values = [window[i] if i < lower else b[i] for i in range(band.width)]
+    straight_line.forward(numbers, band.end(), values)
+    for i, value in enumerate(values):
+        b[i] = value
+
+
+def _backward(band, side):
+    numbers, b = band.numbers, band.numbers_at(side, band.last)
+    values, window = [b[i] for i in range(band.width)], _window(numbers, band.width)
+    straight_line.backward(numbers, band.end(), values)
+    for i, value in enumerate(values):
+        b[i] = window[i] = value
+    with _columns(numbers.builder, band.last, backward=True) as k:
+        a, b = band.at(k), band.numbers_at(side, k)
+        x = b[0]
+        for j in reversed(band.right):
+            x = numbers.less_product(x, a[0, j], window[j - 1])
+        x = numbers.product(x, a[0, 0])
+        for j in reversed(range(1, band.width)):
+            window[j] = window[j - 1]
+        b[0] = window[0] = x
+
+
+ROUTINES = {"gbtrf": (_factorise, 8), "gbtrs": (_solve, 11)}
+
+
+def are_short(lower, upper):
+    """Whether the text for a column of such a band is worth its time."""
+    return 0 < lower * (1 + lower + upper) <= MOST_PRODUCTS
+
+
+@functools.lru_cache(64)
+def band_routines(lower, upper, complex_too):
+    """The words of routines for bands: dgbtrf, dgbtrs, zgbtrf, zgbtrs.
+
+    There must be as many columns as diagonals beside the main one at least.
+    """
+    return routines(ROUTINES, (lower, upper), complex_too, scheduled=False)

@@ -1,0 +1,133 @@
+"""What routines in straight-line code have in common: matrices in the memory, and their text."""
+
+import functools
+import math
+
+from llvmlite import ir
+
+from fastdyn import code_store
+from fastdyn.kernels.algebra.straight_line import Pairs, Reals
+from fastdyn.kernels.vector.instructions import BIT, INDEX, REAL, constant
+
+
+class Column:
+    """Numbers in the memory, which the arithmetic takes one by one."""
+
+    def __init__(self, numbers, pointer):
+        self._ldumbers, self._pointer = numbers, pointer
+
+    def _places(self, i):
+        n = self._ldumbers.parts
+        return [self._ldumbers.builder.gep(self._pointer, [INDEX(n * i + k)]) for k in range(n)]
+
+    def __getitem__(self, i):
+        parts = [self._ldumbers.builder.load(place) for place in self._places(i)]
+        return parts[0] if len(parts) == 1 else tuple(parts)
+
+    def __setitem__(self, i, value):
+        parts = value if isinstance(value, tuple) else [value]
+        for part, place in zip(parts, self._places(i), strict=True):
+            self._ldumbers.builder.store(part, place)
+
+    def exchange(self, i, at):
+        """Exchange number i with that at an index, which is an LLVM value."""
+        builder, n = self._ldumbers.builder, self._ldumbers.parts
+        there = [builder.add(builder.mul(at, INDEX(n)), INDEX(k)) for k in range(n)]
+        there = [builder.gep(self._pointer, [place]) for place in there]
+        for a, b in zip(self._places(i), there, strict=True):
+            before, other = builder.load(a), builder.load(b)
+            builder.store(other, a)
+            builder.store(before, b)
+
+
+class Matrix:
+    """Elements in columns that are so far apart, and pivots."""
+
+    def __init__(self, numbers, found, ld, pointer, pivots):
+        self.structure, self._ld, self._builder = found, ld, numbers.builder
+        self._elements = Column(numbers, pointer)
+        self._pivots = Column(Reals(numbers.builder), pivots)
+
+    def _at(self, place):
+        if isinstance(place, tuple):
+            return self._elements, place[1] * self._ld + place[0]
+        return self._pivots, place
+
+    def __getitem__(self, place):
+        """The element (i, j), or the pivot of column k."""
+        column, at = self._at(place)
+        return column[at]
+
+    def __setitem__(self, place, value):
+        column, at = self._at(place)
+        column[at] = value
+
+    def exchange_rows(self, k, pivot, rows, columns):
+        row = self._builder.fptosi(pivot, INDEX)
+        for j in columns:
+            at = self._builder.add(row, INDEX(j * self._ld))
+            self._elements.exchange(j * self._ld + k, at)
+
+
+class Notes:
+    """Whether rows were exchanged, and whether a reciprocal is not finite."""
+
+    def __init__(self, numbers):
+        self._numbers = numbers
+        self._exchanged, self._singular = (numbers.builder.alloca(BIT) for _ in range(2))
+        for flag in (self._exchanged, self._singular):
+            numbers.builder.store(BIT(0), flag)
+
+    def take(self, exchanged, reciprocals):
+        builder = self._numbers.builder
+        for flag, found in [
+            (self._exchanged, exchanged),
+            *[(self._singular, self._is_infinite(x)) for x in reciprocals],
+        ]:
+            builder.store(builder.or_(builder.load(flag), found), flag)
+
+    def _is_infinite(self, x):
+        size = self._numbers.size(x)
+        return self._numbers.builder.fcmp_unordered(">=", size, constant(REAL, math.inf))
+
+    def put(self, a, k, info):
+        """As pivot k, of which there is no need; and as the `info` of LAPACK."""
+        builder = self._numbers.builder
+        a[k] = builder.uitofp(builder.load(self._exchanged), REAL)
+        info = builder.bitcast(info, INDEX.as_pointer())
+        builder.store(builder.zext(builder.load(self._singular), INDEX), info)
+
+
+def routines(write, given, complex_too, scheduled):
+    """The words of routines for real and for complex matrices, and a zero.
+
+    Parameters
+    ----------
+    write : dict of str to (function, int)
+        ``function(numbers, *given, arguments)`` writes the routine of that name, with so many
+        arguments.
+    given : tuple
+        What it is made for.
+    complex_too : bool
+        Whether there will be complex matrices; their words are 0 otherwise.
+    scheduled : bool
+        As `code_store.assembled` has it.
+    """
+    found = []
+    for arithmetic in (Reals, Pairs)[: 1 + complex_too]:
+        for name, routine in write.items():
+            key = f"{arithmetic.__name__} {name} {given}"
+            text = functools.partial(_text, arithmetic, given, *routine)
+            found.append(code_store.assembled(key, text, scheduled).address)
+    return [*found, *[0] * (5 - len(found))]
+
+
+def _text(arithmetic, given, write, n_arguments, symbol):
+    """LLVM's text of a module with a routine."""
+    module = ir.Module()
+    form = ir.FunctionType(ir.VoidType(), [REAL.as_pointer()] * n_arguments)
+    function = ir.Function(module, form, symbol)
+    builder = ir.IRBuilder(function.append_basic_block())
+    write(arithmetic(builder), *given, function.args)
+    builder.ret_void()
+    return str(module)
