@@ -23,17 +23,27 @@ hypothesis.configuration.set_hypothesis_home_dir(KEPT / "hypothesis")
 
 
 def pytest_sessionstart(session):
-    """Let each worker compile its share of the kernels that all of them use."""
+    """Let each worker compile its share of the kernels that all of them use.
+
+    Those with matrices have most of their parts in common: one process compiles them all.
+    """
     worker = os.environ.get("PYTEST_XDIST_WORKER", "").removeprefix("gw")
     if not worker:
         return
-    count = int(os.environ["PYTEST_XDIST_WORKER_COUNT"])
+    others = int(os.environ["PYTEST_XDIST_WORKER_COUNT"]) - 1
     from fastdyn.kernels.methods import METHODS
-    from fastdyn.specialise.scalar import dense_rows_kernel, shared_kernel, start_kernel
+    from fastdyn.specialise import scalar
 
-    for name, method in list(METHODS.items())[int(worker) :: count]:
-        for kernel in (start_kernel, dense_rows_kernel, *[shared_kernel] * (not method.series)):
+    plain = [name for name, method in METHODS.items() if method.n_matrices == 0]
+    with_matrices = [name for name in METHODS if name not in plain]
+    mine = plain[int(worker) - 1 :: others] if int(worker) else with_matrices
+    for name in mine:
+        kernels = scalar.start_kernel, scalar.dense_rows_kernel, scalar.shared_kernel
+        for kernel in kernels[: 2 if METHODS[name].series else 3]:
             kernel(name)
+    if int(worker) == 0:
+        for kernel in (scalar.watch_plain_kernel, scalar.watch_kernel, scalar.whole_solve_kernel):
+            kernel()
 
 
 def pytest_addoption(parser):

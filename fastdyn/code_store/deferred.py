@@ -5,7 +5,7 @@
 import functools
 import threading
 
-from numba.core import callconv, codegen, cpu
+from numba.core import callconv, codegen, cpu, dispatcher, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import lookup_environment
 
@@ -18,6 +18,7 @@ PROCESS_BOUND = ("_ZN08NumbaEnv", "numba.dynamic.globals", ".numba.unresolved$")
 
 
 FOR_PYTHON = "_ZN7cpython"  # begins the name of a function's entry from Python
+KERNELS = "fastdyn.kernels."  # begins the name of the modules of our own functions
 
 
 class deferred:
@@ -65,6 +66,21 @@ def _spared(library):
         f.name.startswith(FOR_PYTHON) and not f.is_declaration
         for f in library._final_module.functions
     )
+
+
+@_instead(dispatcher._DispatcherBase, "get_call_template")
+def _call(original, called, args, kws):
+    """One form of our own functions for all whole numbers, not another for each constant.
+
+    LLVM sees the constants all the same.  Numba needs them where a field of a tuple is meant.
+    """
+    if str(called.py_func.__module__).startswith(KERNELS):
+        args, kws = _any_number(args), dict(zip(kws, _any_number(kws.values()), strict=True))
+    return original(called, args, kws)
+
+
+def _any_number(given):
+    return tuple([types.unliteral(a) if isinstance(a, types.IntegerLiteral) else a for a in given])
 
 
 @_instead(codegen.CPUCodeLibrary, "_optimize_final_module")

@@ -27,6 +27,7 @@ def references(names):
 def check(names, reference, rng):
     """Compile each in a process of its own, load all in one; all answers, to the bit."""
     cache = os.environ["NUMBA_CACHE_DIR"]
+    across.what_all_need()
     rng.shuffle(names)
     makers = [across.start(cache, "apart", names[i::MAKERS]) for i in range(MAKERS)]
     made = {name: found for process in makers for name, found in across.answers(process).items()}

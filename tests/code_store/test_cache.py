@@ -32,9 +32,11 @@ class Place:
 
     def __init__(self, folder, compile="shared", path=None):
         self.folder, self.cache = folder, folder / "cache"
-        shared = pathlib.Path(os.environ["NUMBA_CACHE_DIR"], "fastdyn")
-        if path is None and shared.is_dir():
-            shutil.copytree(shared, self.cache / "fastdyn", ignore=shutil.ignore_patterns("*.tmp"))
+        self.shared = pathlib.Path(os.environ["NUMBA_CACHE_DIR"], "fastdyn")
+        if path is None and self.shared.is_dir():
+            shutil.copytree(
+                self.shared, self.cache / "fastdyn", ignore=shutil.ignore_patterns("*.tmp")
+            )
         self.given = set(self.files())
         self.script = folder / "script.py"
         self.script.write_text(
@@ -104,11 +106,13 @@ def test_damaged_entries_are_made_again(filled):
     assert place.run() == (*first[:2], 0)
 
 
-def test_without_a_place_to_write_it_still_works(filled):
+def test_without_a_place_to_write_it_still_works(filled, monkeypatch):
     place, first = filled
     nowhere = place.folder / "file"
     nowhere.write_text("")
-    assert place.run(cache=nowhere / "below")[:2] == first[:2]
+    monkeypatch.setenv("FASTDYN_SHARED_CODE", str(place.shared))  # kernels, only to be read
+    found = place.run(cache=nowhere / "below")
+    assert found[:2] == first[:2] and found[2] > 0
 
 
 def test_two_processes_fill_one_cache_at_once(tmp_path):

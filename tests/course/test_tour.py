@@ -1,8 +1,6 @@
 """The tour: what it tells, draws and returns."""
 
-import contextlib
 import dataclasses
-import io
 import math
 from typing import ClassVar
 
@@ -16,22 +14,13 @@ from fastdyn.course.tour import Board, Check
 from fastdyn.systems import SYSTEMS, State, System, parameter, quantity
 
 
-@pytest.fixture(scope="module")
-def told(tmp_path_factory):
-    """One run of the whole tour through the command line: status, text and folder."""
-    folder = tmp_path_factory.mktemp("tour") / "figures"
-    with contextlib.redirect_stdout(io.StringIO()) as text:
-        status = main(["tour", "--out", str(folder)])
-    return status, text.getvalue(), folder
-
-
 def test_tour_passes_and_writes_its_figures(told):
-    status, text, folder = told
+    status, text, board = told
     assert status == 0 and "FAIL" not in text
-    names = {path.name for path in folder.iterdir()}
+    names = {path.name for path in board.folder.iterdir()}
     assert {"satellite-orbits.png", "satellite-drift.png", "pendulum-regimes.png"} <= names
-    assert all(path.stat().st_size > 10_000 for path in folder.iterdir())
-    assert str(folder) in text
+    assert all(path.stat().st_size > 10_000 for path in board.folder.iterdir())
+    assert str(board.folder) in text
 
 
 def test_tour_tells_the_published_numbers(told):
