@@ -12,6 +12,7 @@ INTERNAL = {
     "no_cfunc_wrapper": True,
     "error_model": "numpy",
     "nogil": True,
+    "forceinline": False,  # else Numba takes that of whoever calls it first
 }
 
 # Of kernels that take functions: a function left as a run-time argument would be a pointer into
