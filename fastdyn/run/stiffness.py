@@ -26,6 +26,7 @@ OF_SERIES = {13: 6.21, 17: 7.70, 25: 10.69}  # the same, by the order: R is a pa
 MANY = 2000  # steps: below, nothing is lost
 MOST = 4  # solves of a function that are looked at
 NEAR, SLOW = 0.6, 0.02  # of the limit; of the largest component, what a step changes
+FEW = 32  # components, for which Rodas5P is mostly the fastest
 ITERATIONS, SIZE = 40, 1e-6  # of the power method; of its displacements
 
 _asked: dict = {}
@@ -73,9 +74,9 @@ def notice(problem, run):
     found = _held_back(problem, run)
     if found is not None:
         _asked[place] = MOST
-        warnings.warn(
-            f"{found} Take method='BDF' or 'Radau'.", StiffnessWarning, stacklevel=levels_inside()
-        )
+        few = len(problem.y0) <= FEW and problem.mode != "complex"
+        advice = f"Take method='{'Rodas5P' if few else 'BDF'}' or 'Radau'."
+        warnings.warn(f"{found} {advice}", StiffnessWarning, stacklevel=levels_inside())
 
 
 def _held_back(problem, run):

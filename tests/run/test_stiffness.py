@@ -59,13 +59,18 @@ def nothing_was_asked(monkeypatch):
 @pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Vern7", "Taylor"])
 def test_stiff_problems_are_named_once(method):
     given = (decay, (0, 20), [1.0], method)
-    with pytest.warns(fastdyn.StiffnessWarning, match=rf"{method} took .* -1e\+03 of .*'BDF' or"):
+    with pytest.warns(fastdyn.StiffnessWarning, match=rf"{method} took .* -1e\+03 of .*'Rodas5P' or"):
         fastdyn.solve_ivp(*given, args=(1e3,))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         fastdyn.solve_ivp(*given, args=(1e3,))
-    with pytest.warns(fastdyn.StiffnessWarning):
+    with pytest.warns(fastdyn.StiffnessWarning, match="'BDF' or"):
         fastdyn.solve_ivp(diffusion, (0, 2), np.ones(40), method)
+
+
+def test_what_is_named_takes_complex_states():
+    with pytest.warns(fastdyn.StiffnessWarning, match="'BDF' or"):
+        fastdyn.solve_ivp(decay, (0, 20), [1.0 + 0j], "RK45", args=(1e3,))
 
 
 def lorenz(t, y):
