@@ -28,7 +28,6 @@ from .begin import jacobian_of
 from .check_jacobian import check_sparsity
 from .sparse_solver import SparseSolver
 
-RADAU = "Radau"  # which has complex matrices besides
 SMALL = 32  # components to which our elimination is as fast as LAPACK's
 FEW = 8  # diagonals below, with which our loops over a real band are faster than LAPACK's
 WIDE = 160  # bandwidths, from which a sparse solver may be faster than one for bands
@@ -97,7 +96,7 @@ def matrices_of(problem, bound, block):
             solver = SparseSolver(n, entries, p.mass, bound.block)
             routines = solver.addresses()
         else:
-            routines = _routines(layout, p.method.name == RADAU)
+            routines = _routines(layout, p.method.complex_matrices)
         words = layout.words(routines)
     if layout is not None and jacobian is not None and entries is not None:
         if layout.kind != FULL and is_exact(jacobian):
@@ -153,7 +152,7 @@ def _straight_words(problem, entries):
         if problem.mass is not None:
             places |= set(map(tuple, np.argwhere(problem.mass).tolist()))
         places = tuple(sorted(places))
-    routines = straight_routines(n, places, problem.method.name == RADAU)
+    routines = straight_routines(n, places, problem.method.complex_matrices)
     return None if routines is None else _full(n).words(routines)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from fastdyn.compile.diagnostics import levels_inside
 from fastdyn.compile.taylor.accuracy import order_for
+from fastdyn.kernels.methods import ON_PAIRS
 from fastdyn.kernels.state.record import Y_OLD, Y
 
 from .check_jacobian import evaluated
@@ -105,7 +106,7 @@ def _limit(problem):
     """Where stability ends on the real axis; None if that is not known."""
     if problem.method.series:
         return OF_SERIES[order_for(problem.rtol, problem.atol, problem.y0)]
-    return LIMITS.get(problem.method.name)
+    return LIMITS.get(problem.method.name.removesuffix(ON_PAIRS))
 
 
 def _damped_eigenvalue(bound, t, y):

@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from .method import Facts
 
+ON_PAIRS = " on complex states"  # ends the name of a method for them
 _COMPOSED = ("second_order", "cubic", True)  # and whether it takes T(p) + V(q)
 # Name, file, order, order of the error estimate, stages, rows of the work array, stage at the end,
 # rows and order of the interpolant, start, further rows of the interpolant.
@@ -21,7 +22,8 @@ FACTS = (
     Facts("Vern9", "vern9", 9, 8, 16, 26, 16, 9, 9, "hairer", "Vern9"),
     Facts("ode45", "ode45", 5, 4, 6, 7, 6, 4, 4, "matlab", "RK45", h_max_share=0.1),
     Facts("ode23", "ode23", 3, 2, 3, 4, 3, 3, 3, "matlab", "cubic", h_max_share=0.1),
-    Facts("Radau", "radau", 5, 3, 0, 21, 1, 3, 3, "implicit", "Radau", cost=20, n_matrices=4),
+    Facts("Radau", "radau", 5, 3, 0, 21, 1, 3, 3, "implicit", "Radau", cost=20, n_matrices=4,
+          complex_matrices=True),
     Facts("BDF", "bdf", 5, 1, 0, 18, 1, 5, 5, "implicit", "BDF", projects=False, cost=8,
           n_matrices=2),
     Facts("LSODA", "lsoda", 12, 1, 0, 24, 1, 12, 12, "lsoda", "LSODA", projects=False, cost=4,
@@ -64,7 +66,7 @@ FACTS = (
 METHODS = MappingProxyType({m.name: m for m in FACTS})  # read-only
 COMPLEX = {  # for complex states, by the names of those for real ones
     name: METHODS[name]._replace(
-        name=f"{name} on complex states", file="on_complex_states", start=start, loop=loop
+        name=name + ON_PAIRS, file="on_complex_states", start=start, loop=loop
     )
     for name, start, loop in (
         *((name, "hairer_of_pairs", "") for name in ("DOP853", "RK23", "RK45")),

@@ -13,9 +13,8 @@ from ..state.record import ATOL, RTOL, Y
 from ..stepping import adaptive
 from ..stepping.first_step import forget, make_hairer, plain
 from ..stepping.step_size import SCIPY, larger
+from . import ON_PAIRS
 from .explicit import make_estimate, make_step
-
-NAME = "{} on complex states"
 
 
 @njit(**INTERNAL)
@@ -67,7 +66,7 @@ def on_complex_states(method, table, estimate=None):
     estimate : function, optional
         ``estimate(u, h, k, y, y_new, rtol, atol)`` where it is not that of one error.
     """
-    name = NAME.format(method.name)
+    name = method.name + ON_PAIRS
     if method.n_matrices:
         return method._replace(name=name, start=implicit_of_pairs)
     if not method.error_order:

@@ -46,6 +46,8 @@ class Method(NamedTuple):
         Evaluations that a step may take, for the first guess of its time; n_stages unless given.
     n_matrices : int
         Matrices of n x n numbers that the method keeps behind its rows.
+    complex_matrices : bool
+        Whether two of these are a complex one.
     batched : tuple (int, function), optional
         The number of stages of an implicit method, and the `kernel` that evaluates all of them on
         exact vectors, with the same bits.
@@ -71,6 +73,7 @@ class Method(NamedTuple):
     projects: bool = True
     cost: int = 0
     n_matrices: int = 0
+    complex_matrices: bool = False
     batched: Any = None
     tableau: dict | None = None
 
@@ -114,6 +117,7 @@ class Facts(NamedTuple):
     projects: bool = True
     cost: int = 0
     n_matrices: int = 0
+    complex_matrices: bool = False
     series: bool = False
     takes_mass: bool = False
     loop: str = ""

@@ -182,6 +182,7 @@ RADAU = Method(
     n_stages=0,
     n_rows=N_ROWS,
     n_matrices=4,
+    complex_matrices=True,
     fsal_stage=SLOPE - K,
     kernel=partial(implicit.kernel, step),
     start=first_step.implicit,
