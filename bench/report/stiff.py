@@ -22,7 +22,7 @@ TITLES = {
     "van der Pol": "van der Pol, n = 2",
     "HIRES": "HIRES, n = 8",
     "pollution": "Pollution, n = 20",
-    "ring modulator": "Ring modulator, n = 15",
+    "four balls": "Balls in contact, n = 8",
     "Brusselator, n = 200": "Brusselator, n = 200",
 }
 LOOK = {  # label: solvers, colour, width, style
@@ -41,7 +41,7 @@ def _times(solvers, i):
     """({method: microseconds} of ours, {rival: (microseconds, solver)}) at level i."""
     ours, rivals = {}, {}
     for solver, times in solvers.items():
-        library, _, method = solver.partition(" ")
+        library, _, method = solver.replace(",", "").partition(" ")
         if times[i] is None:
             continue
         if library == "fastdyn":
@@ -69,10 +69,10 @@ def at_level(reached, i):
         verdict = "-"
         if best and fastest:
             ratio = ours[best] / fastest[0]
-            verdict = f"{ratio:.2g} of {fastest[1]}"
+            verdict = f"{ratio:.2f} of {fastest[1]}"
             n_compared += 1
             if ratio > 1.0:
-                lost.append(f"{problem} ({ratio:.2g} times {fastest[1]})")
+                lost.append(f"{problem} ({ratio:.2f} times {fastest[1]})")
         cells = [
             f"**{_whole(ours[name])}**" if name == best else _whole(ours.get(name)) for name in OURS
         ]
