@@ -23,6 +23,7 @@ from fastdyn.kernels.calls.block import (
     OUTSIDE,
 )
 from fastdyn.problem.lsoda import NAME as LSODA
+from fastdyn.problem.lsoda import NO_BAND
 
 from .begin import jacobian_of
 from .check_jacobian import check_sparsity
@@ -89,7 +90,7 @@ def matrices_of(problem, bound, block):
     if jacobian is None and p.sparsity is not None:
         entries = p.sparsity
         jacobian = with_groups(entries_block(entries, n), entries, n)
-    known = None if _is_lsoda(p) else entries
+    known = None if _takes_all(p, jacobian) else entries
     layout, words, solver = _layout(n, known, p.mass), _straight_words(p, known), None
     if layout is not None:
         if layout.kind == OUTSIDE:
@@ -111,15 +112,16 @@ def matrices_of(problem, bound, block):
 def full_matrices(problem, bound, others):
     """What a solve with room for full matrices keeps alive; the block of the equations names it."""
     block, n = jacobian_of(problem, bound, others), len(problem.y0)
-    words = _straight_words(problem, None if _is_lsoda(problem) else entries_of(block, n))
+    words = _straight_words(problem, None if _takes_all(problem, block) else entries_of(block, n))
     bound.block[JACOBIAN] = 0 if block is None else address_of(block)
     bound.block[MATRICES] = 0 if words is None else address_of(words)
     return block, words
 
 
-def _is_lsoda(problem):
-    """It takes the norm of all elements, or of those in its band."""
-    return problem.method.name == LSODA
+def _takes_all(problem, block):
+    """Whether the method looks at all elements: LSODA takes their norm, or that of its own band."""
+    exact = block is not None and is_exact(block)
+    return problem.method.name == LSODA and not (exact and problem.band == NO_BAND)
 
 
 def _layout(n, entries, mass):

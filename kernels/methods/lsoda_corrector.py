@@ -8,19 +8,26 @@ estimate of the Lipschitz constant, from the rates of convergence.
 import numpy as np
 
 from ..algebra.factorise import bandwidths
-from ..algebra.matrices import factorise_sum, matrix_at, solve_sum
-from ..calls.block import JACOBIAN
-from ..jit_options import INTERNAL, njit
+from ..algebra.matrices import factorise_sum, matrix_at, matrix_rows, solve_sum
+from ..calls.block import FIRST, GROUPS, JACOBIAN, N_ENTRIES
+from ..calls.user_function import words_at
+from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import BAD_JACOBIAN, RAISED, RUNNING
 from ..state.rows import copy_row
 from ..stepping.differences import evaluate_row
-from ..stepping.jacobian import evaluate_jacobian, is_constant
+from ..stepping.jacobian import entries_at, evaluate_jacobian, is_constant
 from .lsoda_past import CHANGE, FACTOR, FOUND, PIVOTS, RATE, TRIAL, WEIGHT, J, Z, norm
 from .lsoda_table import CORRECTION, SAME
 
 EPS = float(np.finfo(float).eps)
 ITERATIONS = 3
 SLOWEST = 1024.0  # a rate of convergence above which it is not measured
+
+
+@njit(**INLINED)
+def _factors(work, block):
+    """The first row of the factors, behind the Jacobian."""
+    return J + matrix_rows(block, work.shape[1])
 
 
 @njit(**INTERNAL)
@@ -89,24 +96,41 @@ def _cut(s, work):
 
 
 @njit(**INTERNAL)
+def _sum_rows(s, work, block):
+    """The sizes of the elements of each row of the Jacobian, in units of the weights of columns.
+
+    Of a matrix that is not full the entries are summed, which have just been found.
+    """
+    n, given = work.shape[1], block[JACOBIAN]
+    for i in range(n):
+        work[FOUND, i] = 0.0
+    if given != 0 and words_at(given)[GROUPS] > 0:
+        words, entries = words_at(given), entries_at(work, block, J)
+        rows = FIRST + words[N_ENTRIES]
+        begins = rows + words[N_ENTRIES]
+        for j in range(n):
+            for e in range(words[begins + j], words[begins + j + 1]):
+                work[FOUND, words[rows + e]] += abs(entries[e]) / work[WEIGHT, j]
+        return
+    for j in range(n):
+        for i in range(max(0, j - s.upper), min(n, j + s.lower + 1)):
+            work[FOUND, i] += abs(work[J + j, i]) / work[WEIGHT, j]
+
+
+@njit(**INTERNAL)
 def _renew_matrix(rhs, s, t, work, block, h, c):
     """Factors of I - c df/dy: (status, whether they may be divided by).
 
     The norm of the Jacobian is the one that belongs to `norm`.
     """
-    n = work.shape[1]
     status = _jacobian(rhs, s, t, work, block, h)
     if status != RUNNING:
         return RUNNING if status == BAD_JACOBIAN else status, False
-    for i in range(n):
-        work[FOUND, i] = 0.0
-    for j in range(n):
-        for i in range(max(0, j - s.upper), min(n, j + s.lower + 1)):
-            work[FOUND, i] += abs(work[J + j, i]) / work[WEIGHT, j]
+    _sum_rows(s, work, block)
     s.jacobian_norm = norm(work, FOUND)
     s.factorised = s.current = 1
     s.drift, s.rate, s.age = 1.0, 0.7, 0
-    return RUNNING, factorise_sum(s, work, block, J, J + n, PIVOTS, -c, 1.0)
+    return RUNNING, factorise_sum(s, work, block, J, _factors(work, block), PIVOTS, -c, 1.0)
 
 
 @njit(**INTERNAL)
@@ -122,7 +146,7 @@ def _change(s, work, block, h, l0):
     else:
         for i in range(n):
             work[RATE, i] = h * work[RATE, i] - (work[Z + 1, i] + work[CHANGE, i])
-        solve_sum(s, work, block, J, J + n, PIVOTS, RATE, FOUND)
+        solve_sum(s, work, block, J, _factors(work, block), PIVOTS, RATE, FOUND)
         size = norm(work, RATE)
         for i in range(n):
             work[CHANGE, i] += work[RATE, i]

@@ -9,7 +9,7 @@ import scipy.sparse
 
 from fastdyn import solve_ivp
 from fastdyn.kernels.calls.block import BAND, FULL, NARROW, OUTSIDE
-from fastdyn.run import checkpoint, loop, matrices
+from fastdyn.run import checkpoint, loop, matrices, solve_problem
 from support.stiff import counts
 
 pytestmark = [
@@ -119,9 +119,23 @@ def test_rodas_has_the_end_of_full_matrices_in_each_layout(kind, mass, monkeypat
     options = {"mass": np.diag(1.0 + np.arange(len(network.y0)) % 3)} if mass else {}
     found = solved(solve_ivp, network, "Rodas5P", **options)
     monkeypatch.setattr(matrices, "SMALL", 10**9)
+    monkeypatch.setattr(solve_problem, "_idle", {})
     whole = solved(solve_ivp, network, "Rodas5P", **options)
     assert found.n_accepted == whole.n_accepted
     # Nothing is iterated: what differs is rounding, some eps times the condition 1 + h |J| < 1e3.
+    assert np.abs(found.y[:, -1] - whole.y[:, -1]).max() < 1e-10
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_lsoda_takes_the_steps_of_full_matrices_in_each_layout(kind, monkeypatch):
+    network, seen, layout = NETWORKS[kind], [], matrices._layout
+    monkeypatch.setattr(matrices, "_layout", lambda *given: seen.append(layout(*given)) or seen[-1])
+    found = solved(solve_ivp, network, "LSODA")
+    monkeypatch.setattr(matrices, "_takes_all", lambda *given: True)
+    monkeypatch.setattr(solve_problem, "_idle", {})
+    whole = solved(solve_ivp, network, "LSODA")
+    assert [layout.kind for layout in seen] == [KINDS[kind], FULL]
+    assert counts(found) == counts(whole) and found.njev > 1
     assert np.abs(found.y[:, -1] - whole.y[:, -1]).max() < 1e-10
 
 

@@ -59,7 +59,9 @@ def nothing_was_asked(monkeypatch):
 @pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Vern7", "Taylor"])
 def test_stiff_problems_are_named_once(method):
     given = (decay, (0, 20), [1.0], method)
-    with pytest.warns(fastdyn.StiffnessWarning, match=rf"{method} took .* -1e\+03 of .*'Rodas5P' or"):
+    with pytest.warns(
+        fastdyn.StiffnessWarning, match=rf"{method} took .* -1e\+03 of .*'Rodas5P' or"
+    ):
         fastdyn.solve_ivp(*given, args=(1e3,))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
