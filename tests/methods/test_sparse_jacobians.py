@@ -139,6 +139,22 @@ def test_lsoda_takes_the_steps_of_full_matrices_in_each_layout(kind, monkeypatch
     assert np.abs(found.y[:, -1] - whole.y[:, -1]).max() < 1e-10
 
 
+def test_the_norm_by_which_lsoda_changes_its_formulas_is_that_of_a_full_matrix(monkeypatch):
+    """To and fro, with tolerances of their own: the norm is one in units of these."""
+
+    def oscillators(t, y):
+        x, v = y[::2], y[1::2]
+        return np.stack([v, 10.0 * (1.0 - x * x) * v - x], axis=1).ravel()
+
+    y0 = np.stack([np.linspace(1.0, 2.0, 20), np.zeros(20)], axis=1).ravel()
+    options = {"rtol": 1e-6, "atol": np.tile([1e-9, 1e-5], 20)}
+    found = solve_ivp(oscillators, (0, 60), y0, "LSODA", **options)
+    monkeypatch.setattr(matrices, "_takes_all", lambda *given: True)
+    monkeypatch.setattr(solve_problem, "_idle", {})
+    whole = solve_ivp(oscillators, (0, 60), y0, "LSODA", **options)
+    assert counts(found) == counts(whole) and np.array_equal(found.y, whole.y)
+
+
 def test_a_pattern_that_grows_is_taken_up():
     def fun(t, y):
         return eval("[-1e3 * (y[0] - y[1] ** 2 * (t > 0.5)), -y[1]]", {"t": t, "y": y})
