@@ -12,6 +12,7 @@ from .table import PAGE, RESULTS, markdown, origin, put_in
 
 FIGURE = pathlib.Path(__file__).parents[2] / "docs" / "stiff.png"
 BEGIN, END = "<!-- stiff: begin -->\n", "<!-- stiff: end -->"
+SAME = ("Radau", "BDF", "LSODA")
 OURS = ("Radau", "BDF", "Rodas5P", "LSODA", "DOP853")
 RIVALS = {"SciPy": "SciPy", "CVODE": "CVODE", "IDA": "CVODE", "diffrax": "Kvaerno5"}
 SHORT = tuple(dict.fromkeys(RIVALS.values()))
@@ -69,7 +70,7 @@ def at_level(reached, i):
         verdict = "-"
         if best and fastest:
             ratio = ours[best] / fastest[0]
-            verdict = f"{ratio:.2f} of {fastest[1]}"
+            verdict = f"{ratio:.{2 if ratio > 0.1 else 3}f} of {fastest[1]}"
             n_compared += 1
             if ratio > 1.0:
                 lost.append(f"{problem} ({ratio:.2f} times {fastest[1]})")
@@ -85,11 +86,28 @@ def at_level(reached, i):
     return [*markdown(head, body), "", said]
 
 
+def same_method(reached, i):
+    """SciPy's time over fastdyn's by the same method, at level i."""
+    body = []
+    for problem, solvers in reached.items():
+        ours, _ = _times(solvers, i)
+        cells = []
+        for name in SAME:
+            theirs = solvers.get(f"SciPy {name}, njit", [None] * len(LEVELS))[i]
+            known = theirs is not None and name in ours
+            cells.append(_whole(theirs / ours[name]) if known else "-")
+        if set(cells) != {"-"}:
+            body.append([problem, str(SIZE[problem]), *cells])
+    return markdown(["problem", "n", *SAME], body)
+
+
 def for_page(record):
     """What the page of the documentation shows."""
     reached = equal_error(record["stiff"], LEVELS)
     return [
         f"Error {LEVELS[MIDDLE]:g}, microseconds:", "", *at_level(reached, MIDDLE), "",
+        "SciPy's time over fastdyn's by the same method, at that error:", "",
+        *same_method(reached, MIDDLE), "",
         origin(record),
     ]  # fmt: skip
 
