@@ -14,24 +14,24 @@ class Column:
     """Numbers in the memory, which the arithmetic takes one by one."""
 
     def __init__(self, numbers, pointer):
-        self._ldumbers, self._pointer = numbers, pointer
+        self._numbers, self._pointer = numbers, pointer
 
     def _places(self, i):
-        n = self._ldumbers.parts
-        return [self._ldumbers.builder.gep(self._pointer, [INDEX(n * i + k)]) for k in range(n)]
+        n = self._numbers.parts
+        return [self._numbers.builder.gep(self._pointer, [INDEX(n * i + k)]) for k in range(n)]
 
     def __getitem__(self, i):
-        parts = [self._ldumbers.builder.load(place) for place in self._places(i)]
+        parts = [self._numbers.builder.load(place) for place in self._places(i)]
         return parts[0] if len(parts) == 1 else tuple(parts)
 
     def __setitem__(self, i, value):
         parts = value if isinstance(value, tuple) else [value]
         for part, place in zip(parts, self._places(i), strict=True):
-            self._ldumbers.builder.store(part, place)
+            self._numbers.builder.store(part, place)
 
     def exchange(self, i, at):
         """Exchange number i with that at an index, which is an LLVM value."""
-        builder, n = self._ldumbers.builder, self._ldumbers.parts
+        builder, n = self._numbers.builder, self._numbers.parts
         there = [builder.add(builder.mul(at, INDEX(n)), INDEX(k)) for k in range(n)]
         there = [builder.gep(self._pointer, [place]) for place in there]
         for a, b in zip(self._places(i), there, strict=True):
