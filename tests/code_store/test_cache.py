@@ -26,14 +26,14 @@ print(r.nfev, r.y[0, -1].hex(), fastdyn.code_store.COUNTS["compiled"])
 class Place:
     """A folder with a script, a module that it imports, and a cache.
 
-    The cache has the kernels that all tests share, and none of what a script adds; a copy of the
-    package at `path` has nothing.
+    The cache has the kernels that all tests share, and none of what a script adds; also for a copy
+    of the package at `path`, as long as it is one.
     """
 
     def __init__(self, folder, compile="shared", path=None):
         self.folder, self.cache = folder, folder / "cache"
         self.shared = pathlib.Path(os.environ["NUMBA_CACHE_DIR"], "fastdyn")
-        if path is None and self.shared.is_dir():
+        if self.shared.is_dir():
             shutil.copytree(
                 self.shared, self.cache / "fastdyn", ignore=shutil.ignore_patterns("*.tmp")
             )
