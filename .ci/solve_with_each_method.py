@@ -34,5 +34,6 @@ assert abs(result.t_events[0][0] - math.pi / 4) < 1e-2
 assert not {"numba", "scipy", "matplotlib"} & set(sys.modules)
 print(f"{len(METHODS)} methods: {COUNTS}")
 # The oscillator as derivative and acceleration, its Jacobian without and with the time derivative,
-# and its series; the rotation, the event.
-assert COUNTS["compiled"] == 7
+# and its series; the rotation, the event; the elimination of its matrices, which factorises and
+# solves, real and complex ones.
+assert COUNTS["compiled"] == 11
