@@ -1,5 +1,6 @@
 """Compiled code on disk, seen from fresh processes."""
 
+import contextlib
 import os
 import pathlib
 import shutil
@@ -23,6 +24,12 @@ print(r.nfev, r.y[0, -1].hex(), fastdyn.code_store.COUNTS["compiled"])
 """
 
 
+def copy_if_there(source, target):
+    """Another worker may have dropped an old entry meanwhile."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.copy2(source, target)
+
+
 class Place:
     """A folder with a script, a module that it imports, and a cache.
 
@@ -35,8 +42,9 @@ class Place:
         self.shared = pathlib.Path(os.environ["NUMBA_CACHE_DIR"], "fastdyn")
         if self.shared.is_dir():
             shutil.copytree(
-                self.shared, self.cache / "fastdyn", ignore=shutil.ignore_patterns("*.tmp")
-            )
+                self.shared, self.cache / "fastdyn", copy_function=copy_if_there,
+                ignore=shutil.ignore_patterns("*.tmp"),
+            )  # fmt: skip
         self.given = set(self.files())
         self.script = folder / "script.py"
         self.script.write_text(
