@@ -73,6 +73,7 @@ COMPLEX = {  # for complex states, by the names of those for real ones
         *((name, "hairer_of_pairs", "") for name in ("Tsit5", "Vern7", "Vern9")),
         ("RK4", "plain", ""),
         *((name, "implicit_of_pairs", name) for name in ("Radau", "BDF")),
+        ("Taylor", "taylor", ""),
     )
 }
 BY_NAME = ChainMap(dict(METHODS), {m.name: m for m in COMPLEX.values()})

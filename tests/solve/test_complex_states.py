@@ -69,6 +69,25 @@ def test_events_and_dense_output():
         np.testing.assert_allclose(mine, other, rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-12])
+def test_taylor(rtol):
+    """Within 100 tolerances of DOP853 at 1e-13, in few evaluations."""
+
+    def squared(t, psi):
+        return (psi[0] * np.conj(psi[0])).real - 0.64
+
+    given = {"events": [squared, turned], "dense_output": True}
+    found = fastdyn.solve_ivp(levels, (0, 9), START, "Taylor", rtol=rtol, atol=rtol, **given)
+    expected = reference(levels, (0, 9), START, "DOP853", rtol=1e-13, atol=1e-13, **given)
+    near, times = 100 * rtol, np.linspace(0, 9, 40)
+    assert found.nfev < 100 and found.y.dtype == complex
+    assert np.abs(found.y[:, -1] - expected.y[:, -1]).max() < near
+    assert np.abs(found.sol(times) - expected.sol(times)).max() < near
+    for mine, other in zip(found.t_events, expected.t_events, strict=True):
+        np.testing.assert_allclose(mine, other, atol=10 * near)
+
+
 def stiff(t, z):
     """A component that is pulled to exp(it), one that turns, one between."""
     on = np.exp(1j * t)
