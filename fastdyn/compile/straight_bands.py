@@ -10,9 +10,9 @@ from llvmlite import ir
 
 from fastdyn.kernels.algebra import straight_line
 from fastdyn.kernels.algebra.elimination_structure import Structure
-from fastdyn.kernels.vector.instructions import INDEX, REAL, constant
+from fastdyn.kernels.vector.instructions import INDEX, REAL
 
-from .straight_routines import Column, Matrix, Notes, routines
+from .straight_routines import Column, Matrix, Notes, has_exchanges, routines
 
 WORD = ir.IntType(64)
 MOST_PRODUCTS = 40  # of a column
@@ -91,8 +91,7 @@ def _solve(numbers, lower, upper, arguments):
     """?gbtrs of one right-hand side."""
     _, n, _, _, _, matrix, _, pivots, side, _, _ = arguments
     builder, band = numbers.builder, _Band(numbers, lower, upper, n, matrix, pivots)
-    exchanged = builder.fcmp_ordered("!=", band.end()[band.width - 1], constant(REAL, 0.0))
-    with builder.if_else(exchanged) as (then, otherwise):
+    with builder.if_else(has_exchanges(numbers, band.end(), band.width - 1)) as (then, otherwise):
         with then:
             _forward_with_exchanges(band, side)
         with otherwise:
@@ -101,15 +100,15 @@ def _solve(numbers, lower, upper, arguments):
 
 
 def _forward_with_exchanges(band, side):
-    numbers, builder = band.numbers, band.numbers.builder
-    with _columns(builder, band.last) as k:
+    numbers = band.numbers
+    with _columns(numbers.builder, band.last) as k:
         a, b = band.at(k), band.numbers_at(side, k)
-        b.exchange(0, builder.fptosi(a[0], INDEX))
+        a.exchange_in(b)(0, band.below)
         x = b[0]
         for i in band.below:
             b[i] = numbers.less_product(b[i], a[i, 0], x)
     a, b = band.end(), band.numbers_at(side, band.last)
-    straight_line.forward(numbers, a, b, lambda k, _: b.exchange(k, builder.fptosi(a[k], INDEX)))
+    straight_line.forward(numbers, a, b, a.exchange_in(b))
 
 
 def _forward(band, side):

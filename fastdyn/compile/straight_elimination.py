@@ -4,9 +4,8 @@ import functools
 
 from fastdyn.kernels.algebra import straight_line
 from fastdyn.kernels.algebra.elimination_structure import structure
-from fastdyn.kernels.vector.instructions import INDEX, REAL, constant
 
-from .straight_routines import Column, Matrix, Notes, routines
+from .straight_routines import Column, Matrix, Notes, has_exchanges, routines
 
 FULL = 8  # components, up to which a structure need not be known
 MOST_PRODUCTS = 200  # of a factorisation
@@ -27,14 +26,9 @@ def _solve(numbers, found, arguments):
     _, _, _, matrix, _, pivots, side, _, _ = arguments
     builder, n, side = numbers.builder, len(found.below), Column(numbers, side)
     a = Matrix(numbers, found, n, matrix, pivots)
-    exchanged = builder.fcmp_ordered("!=", a[n - 1], constant(REAL, 0.0))
-
-    def exchange(k, _):
-        side.exchange(k, builder.fptosi(a[k], INDEX))
-
-    with builder.if_else(exchanged) as (then, otherwise):
+    with builder.if_else(has_exchanges(numbers, a, n - 1)) as (then, otherwise):
         with then:
-            straight_line.forward(numbers, a, side, exchange)
+            straight_line.forward(numbers, a, side, a.exchange_in(side))
             straight_line.backward(numbers, a, side)
         with otherwise:
             values = [side[i] for i in range(n)]

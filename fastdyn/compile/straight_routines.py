@@ -68,6 +68,10 @@ class Matrix:
             at = self._builder.add(row, INDEX(j * self._ld))
             self._elements.exchange(j * self._ld + k, at)
 
+    def exchange_in(self, b):
+        """``exchange(k, rows)`` of a column, as pivot k says."""
+        return lambda k, rows: b.exchange(k, self._builder.fptosi(self[k], INDEX))
+
 
 class Notes:
     """Whether rows were exchanged, and whether a reciprocal is not finite."""
@@ -96,6 +100,11 @@ class Notes:
         a[k] = builder.uitofp(builder.load(self._exchanged), REAL)
         info = builder.bitcast(info, INDEX.as_pointer())
         builder.store(builder.zext(builder.load(self._singular), INDEX), info)
+
+
+def has_exchanges(numbers, a, k):
+    """What `Notes` put as pivot k."""
+    return numbers.builder.fcmp_ordered("!=", a[k], constant(REAL, 0.0))
 
 
 def routines(write, given, complex_too, scheduled):

@@ -84,6 +84,9 @@ def matrices_of(problem, bound, block):
     names them from now on.
     """
     p, n = problem, len(problem.y0)
+    if not p.method.n_matrices:
+        _name(bound, None, None)
+        return Matrices(None, None, n, None)
     jacobian, entries = block, entries_of(block, n)
     if p.sparsity is not None and p.jac is None:
         check_sparsity(p, bound, entries)
@@ -104,8 +107,7 @@ def matrices_of(problem, bound, block):
             jacobian = with_groups(jacobian, entries, n)
         places = layout.places(entries)
         jacobian[FIRST : FIRST + len(places)] = places
-    bound.block[JACOBIAN] = 0 if jacobian is None else address_of(jacobian)
-    bound.block[MATRICES] = 0 if words is None else address_of(words)
+    _name(bound, jacobian, words)
     return Matrices(jacobian, words, n if layout is None else layout.rows, solver)
 
 
@@ -113,9 +115,14 @@ def full_matrices(problem, bound, others):
     """What a solve with room for full matrices keeps alive; the block of the equations names it."""
     block, n = jacobian_of(problem, bound, others), len(problem.y0)
     words = _straight_words(problem, None if _takes_all(problem, block) else entries_of(block, n))
-    bound.block[JACOBIAN] = 0 if block is None else address_of(block)
-    bound.block[MATRICES] = 0 if words is None else address_of(words)
+    _name(bound, block, words)
     return block, words
+
+
+def _name(bound, *blocks):
+    """Let the block of the equations name those of the Jacobian and of the matrices."""
+    for word, block in zip((JACOBIAN, MATRICES), blocks, strict=True):
+        bound.block[word] = 0 if block is None else address_of(block)
 
 
 def _takes_all(problem, block):
