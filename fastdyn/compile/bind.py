@@ -16,11 +16,15 @@ from fastdyn.kernels.calls.block import FAULT, FIRST
 from . import by_tracing
 from .by_tracing import traced_function
 from .callable_parts import Y, parts_of
+from .compare import arrays_unchanged, compare_around, machine_value
 from .diagnostics import FoundLater, GaveUp, LeftToSciPy, Uncompilable, warn_once
 from .function import Function
 from .jacobian_block import CONSTANT, constant_block, constant_function
 from .parameters import COMPLEX_MODES, n_words, pack_all
-from .python_callback import Callback
+from .python_callback import Callback, evaluate
+
+
+_compared: set = set()  # functions that Numba compiled, by their addresses and lengths of y
 
 
 class Bound(NamedTuple):
@@ -81,6 +85,8 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     try:
         if refused:
             raise Uncompilable(refused)
+        if reason := by_tracing.left_to_python(fun, args, mode):
+            raise FoundLater(reason)
         found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
         if found is None and mode in COMPLEX_MODES:
             raise LeftToSciPy
@@ -92,6 +98,10 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
 
             found = *compiled_function(parts, mode, probe), arguments_at(parts)
         function, parameters, at = found
+        bound = _with_block(function, as_written, keepalive, parameters, mode, n, at)
+        if not by_tracing.made(function) and near is not None:
+            _compare_with_python(bound, near, n)
+        return bound
     except Uncompilable as reason:
         said = None if refused or isinstance(reason, FoundLater) else by_tracing.why(
             fun, args, mode, n, varying
@@ -101,6 +111,10 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         block = np.zeros(FIRST, np.int64)
         block[0] = callback.address
         return Bound(None, block, as_written, [*keepalive, callback], callback, [], mode)
+
+
+def _with_block(function, as_written, keepalive, parameters, mode, n, at):
+    """The Bound of a compiled function."""
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
     block[0], block[FAULT] = function.address, end
@@ -108,6 +122,22 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         pack_all(parameters, block, keepalive)
     keepalive.append(function)
     return Bound(function, block, as_written, keepalive, None, parameters, mode, (), {}, at)
+
+
+def _compare_with_python(bound, near, n):
+    """Raise Uncompilable where what Numba made is not the function; asked once."""
+    place = bound.function.address, n
+    if place in _compared:
+        return
+    with arrays_unchanged(bound):
+        different = compare_around(
+            lambda t, y: evaluate(bound.python, bound.mode, t, y),
+            lambda t, y: machine_value(bound, t, y), near, n,
+        )  # fmt: skip
+    if different:
+        leave_to_python(bound, different)
+        raise FoundLater(different)
+    _compared.add(place)
 
 
 def bind_matrix(matrix):
@@ -125,7 +155,7 @@ def arguments_at(parts):
 
 
 def or_in_python(solve):
-    """``solve()``, repeated with a function left to Python where it raised only when compiled.
+    """``solve()``, repeated with a function left to Python where its code is not the function.
 
     A whole number grew beyond 64 bits, a matrix has complex eigenvalues: Python goes on.
     """
@@ -133,12 +163,10 @@ def or_in_python(solve):
         try:
             return solve()
         except GaveUp as reason:
-            leave_to_python(reason)
+            leave_to_python(reason.bound, str(reason))
 
 
-def leave_to_python(reason):
-    """Let a function that gave up go another way from now on: by Numba, or in Python."""
-    if not by_tracing.refuse(reason.bound.function):
-        from . import by_numba
-
-        by_numba.leave_to_python(reason)
+def leave_to_python(bound, reason):
+    """Let a function run in Python from now on, whatever values it gets."""
+    fun, args = bound.keepalive[:2]
+    by_tracing.leave_to_python(fun, args, bound.mode, reason)

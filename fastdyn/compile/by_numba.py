@@ -18,7 +18,7 @@ from fastdyn.kernels.jit_options import INLINED
 
 from .callable_parts import T, Y, codes_of
 from .captured import references, resolve, stored_outside
-from .diagnostics import FoundLater, Uncompilable, explain
+from .diagnostics import Uncompilable, explain
 from .fingerprint import LIBRARIES, calls_itself, code_token, contains_opaque, frozen
 from .function import IN_PLACE, Function
 from .parameter_reader import reader
@@ -100,8 +100,7 @@ def compiled_function(parts, mode, probe):
     entry = _functions.get(key)
     if entry is None:
         if key in _refused:
-            reason = _refused[key][0]
-            raise type(reason)(*reason.args)
+            raise Uncompilable(_refused[key][0])
         if probe is not None:
             probe()
         try:
@@ -113,7 +112,7 @@ def compiled_function(parts, mode, probe):
                     return compiled_function(parts, mode, None)
                 except Uncompilable:
                     pass
-            _refused[key] = (Uncompilable(str(reason)), code)  # the code, to keep its id taken
+            _refused[key] = (str(reason), code)  # the code, to keep its id taken
             _refusals[place] = _refusals.get(place, 0) + 1
             _reasons[place] = str(reason)
             raise
@@ -221,13 +220,3 @@ def outside_type(value):
     if isinstance(value, float | complex | np.ndarray | np.floating | np.complexfloating | list):
         return parameter_type(value, frozen)
     return Constant(frozen(value), value)
-
-
-def leave_to_python(reason):
-    """Let the function that gave up run in Python from now on, and say so when it is bound."""
-    function = reason.bound.function
-    keys = [key for key, (known, _) in _functions.items() if known is function]
-    if not keys:
-        raise RuntimeError(f"{reason}, and there is no Python form of it.")
-    for key in keys:
-        _refused[key] = (FoundLater(str(reason)), _functions.pop(key)[1])

@@ -16,10 +16,10 @@ from fastdyn.trace.paths import trace
 from fastdyn.trace.places import line_of_refusal, line_of_write
 from fastdyn.trace.reads import flat
 from fastdyn.trace.refusal import Refusal, Untraceable
-from fastdyn.trace.verify import verify
 
 from . import elimination
 from .callable_parts import codes_of
+from .compare import compare_around
 from .diagnostics import located
 from .follow import Follower
 from .function import Function
@@ -61,6 +61,7 @@ _known: dict = {}
 _refusals: dict = {}
 _reasons: dict = {}
 _effects: set = set()
+_left: dict = {}  # why functions were left to Python, by their code and mode
 _functions: dict = {}
 _verified: dict = {}  # what was compared, and the parameters that were 0 whenever it was
 
@@ -91,7 +92,7 @@ def traced_function(fun, args, mode, n, near, varying=()):
             error = Untraceable(str(reason))
             continue
         if traced.trace.reads.lasting:
-            zeros = _verified[function.key, _code(fun)]
+            zeros = _verified[_compared_place(function, fun, given)]
             known, follow = _known[place], Follower(traced.trace.reads)
             known.insert(0, Known(traced, function, (fun, args), zeros, follow))
             del known[MAX_KNOWN:]
@@ -139,13 +140,14 @@ def _reason(error, fun, args, mode, n):
     return located(what, line_of_refusal(refusal))
 
 
-def refuse(function):
-    """Never take this function again: it gave up where Python does not.  Whether it was one."""
-    for place, known in _known.items():
-        if any(each.function is function for each in known):
-            _refusals[place] = MAX_REFUSALS
-            known.clear()
-    return made(function)
+def leave_to_python(fun, args, mode, reason):
+    """Let a function run in Python from now on: its code is not the function."""
+    _left[codes(fun, args), mode] = reason
+
+
+def left_to_python(fun, args, mode):
+    """Why a function was left to Python; None if it was not."""
+    return _left.get((codes(fun, args), mode)) if _left else None
 
 
 def made(function):
@@ -154,10 +156,10 @@ def made(function):
 
 
 def _place(fun, args, mode, n, varying):
-    return (*_codes(fun, args), mode, n, len(args), tuple(varying))
+    return (*codes(fun, args), mode, n, len(args), tuple(varying))
 
 
-def _codes(fun, args):
+def codes(fun, args):
     """What tells the code of a callable, and of those among its arguments and variables."""
     return (_code(fun), *[_code(a) for a in args if callable(a)])
 
@@ -189,13 +191,23 @@ def _traced(fun, args, mode, n, near, varying, lifted):
             _seconds(_compiled(traced, code.address, given), near, n),
             functools.cache(traced.series), traced,
         )  # fmt: skip
-    place, values = (key, _code(fun)), flat(given)
+    place, values = _compared_place(function, fun, given), flat(given)
     unseen = _verified.get(place)
     if unseen is None or values[unseen].any():
-        _verify(traced, function, given, fun, args, near)
+        different = compare_around(
+            lambda t, y: evaluate(lambda t, y: fun(t, y, *args), mode, t, y),
+            _compiled(traced, function.address, given), near, n, traced.trace,
+        )  # fmt: skip
+        if different:
+            raise Untraceable(different)
         now = np.flatnonzero(values == 0)
         _verified[place] = now if unseen is None else np.intersect1d(now, unseen)
     return traced, function, given
+
+
+def _compared_place(function, fun, given):
+    """What tells the comparisons of machine code: the function, and the types of its numbers."""
+    return function.key, _code(fun), tuple(map(type, given))
 
 
 @contextlib.contextmanager
@@ -240,13 +252,3 @@ def _seconds(compiled, near, n):
     """
     y0 = np.resize(np.asarray(near.y0, float), n)
     return min(timeit.repeat(lambda: compiled(near.t0, y0), number=1, repeat=3))
-
-
-def _verify(traced, function, given, fun, args, near):
-    y0 = np.resize(np.asarray(near.y0, float), traced.n)
-    verify(
-        traced.trace,
-        lambda t, y: evaluate(lambda t, y: fun(t, y, *args), traced.mode, t, y),
-        _compiled(traced, function.address, given),
-        near.t0, near.tf, y0, traced.trace.graph.values,
-    )  # fmt: skip

@@ -29,6 +29,8 @@ def rebind(bound, fun, args):
     function = bound.function
     if function is None or bound.mode == CONSTANT:
         return function is not None
+    if by_tracing.left_to_python(fun, args, bound.mode):
+        return False
     again = bound.seen.get("again")
     if again is not None and again(fun, args):
         return True

@@ -17,6 +17,7 @@ from fastdyn.kernels.state.record import (
     STOPPED,
 )
 
+from .compared import Compared
 from .laid_out import LaidOut
 from .resume import checkpoint_of, from_arrays, to_arrays
 
@@ -70,6 +71,10 @@ class Run(LaidOut):
 
     between_chunks: Any = None  # a function of nothing
 
+    def __init__(self, *given):
+        super().__init__(*given)
+        self.compared = Compared()
+
     def solve(self, y0):
         """From an initial state to the end; the status."""
         first = int(CHUNK_SECONDS / self.cost)
@@ -89,6 +94,9 @@ class Run(LaidOut):
             return INTERRUPTED
         if status != FINISHED:
             self.check(status)
+        self.compared.n_solves += 1
+        if self.compared.n_solves == self.compared.next:
+            self.compared.now(self)
         return status
 
     def _go_on(self, status, n_steps, spent):

@@ -108,7 +108,7 @@ class Prepared:
                 return self._solve(y0, args)
             except GaveUp as reason:
                 self._idle.clear()  # of solvers with the compiled function
-                leave_to_python(reason)
+                leave_to_python(reason.bound, str(reason))
 
     def many(self, y0s=None, args=None):
         """Solve from many initial states, with many arguments, one after the other.
@@ -149,7 +149,7 @@ class Prepared:
                 ends = solve_many(p, members)
                 break
             except GaveUp as reason:
-                leave_to_python(reason)
+                leave_to_python(reason.bound, str(reason))
         if ends is None:  # a function stays in Python
             ends = Ends(p, members.count, members.n)
             for i in range(members.count):

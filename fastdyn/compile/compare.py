@@ -1,0 +1,227 @@
+"""Machine code beside the function that it was made from.
+
+Code is used where it was compared with the function: at the start, around it, on each side of the
+decisions found there (`compare_around`), and at states of the solution (`compare_along`).
+"""
+
+import contextlib
+import ctypes
+
+import numpy as np
+
+from fastdyn.kernels.calls.block import FAULT, RAISED_WORD
+from fastdyn.trace.evaluate import evaluate
+from fastdyn.trace.graph import live
+
+from .diagnostics import GaveUp
+from .parameters import EVENT_MODES, may_write
+from .python_callback import SIGNATURE
+from .python_callback import evaluate as in_python
+
+COUNT, CANDIDATES, ENOUGH = 16, 256, 3
+TOLERANCE, EPS = 1e-9, np.finfo(float).eps
+ROUNDINGS = 1e3  # by so many roundings of the state may code differ, if its function does, too
+SPREADS = np.array([0.01, 0.1, 0.5, 1.5, 10.0, 100.0])
+
+
+def points_around(near, n, trace=None):
+    """The start, points near and far, and each that shows a new side of a decision of a trace.
+
+    Times of shape (k,) and states of shape (k, n).
+    """
+    t0, tf, y0 = near.t0, near.tf, np.resize(np.asarray(near.y0, float), n)
+    rng = np.random.default_rng(0)
+    k, decisions = CANDIDATES, []
+    if trace is not None:
+        decisions = [
+            node.args[0] for node in live([*trace.outputs, trace.raising]) if node.op == "select"
+        ]
+    if not decisions:
+        k = COUNT
+    t = t0 + (tf - t0) * rng.random(k)
+    sizes = np.sort(np.abs(y0))
+    middle = float(sizes[(n - 1) // 2] + sizes[n // 2]) / 2 if n else 1.0  # the median
+    size = np.maximum(np.abs(y0), 0.1 * max(1e-3, middle))
+    each = np.arange(k)
+    spread = np.where(each < COUNT, SPREADS[each % 4], SPREADS[each % 6])
+    y = y0[:, None] + spread * size[:, None] * rng.standard_normal((n, k))
+    positive = each % 3 == 2  # the signs of the start: concentrations, radii
+    y[:, positive] = np.abs(y[:, positive]) * np.where(y0 < 0, -1.0, 1.0)[:, None]
+    at_rest = (each % 7 == 3) & ~positive
+    rest = np.where(each % 2, 0.0, 1.0) * y0[:, None]
+    y = np.where(at_rest & (rng.random((n, k)) < 0.5), rest, y)
+    small = (each % 7 == 5) & ~positive
+    y = np.where(small, y * 10.0 ** rng.uniform(-12, 2, k), y)
+    t[0], y[:, 0] = t0, y0
+    chosen = list(range(COUNT))
+    if decisions:
+        sides = evaluate(trace.graph, [], t, y, trace.graph.values, decisions)[1].astype(bool)
+        seen = {(row, side) for row, side in zip(*_sides(sides[:, :COUNT]), strict=True)}
+        for i in range(COUNT, k):
+            new = set(zip(*_sides(sides[:, i : i + 1]), strict=True)) - seen
+            if new:
+                seen |= new
+                chosen.append(i)
+    return t[chosen], np.ascontiguousarray(y[:, chosen].T)
+
+
+def _sides(table):
+    rows = np.arange(len(table))
+    return np.repeat(rows, table.shape[1]), table.reshape(-1)
+
+
+class Different(GaveUp):
+    """Machine code gives another value than its function."""
+
+    def __init__(self, bound, t, y, of_python, of_code):
+        super().__init__(bound, t)
+        self.args = (
+            f"at t = {t:.10g}, y = {_short(y)} its compiled form gives {_short(of_code)}, "
+            f"and Python {_short(of_python)}",
+        )
+
+
+def compare_around(function, compiled, near, n, trace=None):
+    """Why machine code is not what it was made from, in words; None if both agree.
+
+    A trace must agree at some points, and raise where its function does.  Other code may raise
+    where its function does not: that is noticed when it happens.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(t, y)``, as the user wrote it; an array of floats.
+    compiled : callable
+        The same of the machine code; None where it raises.
+    near : by_tracing.Near
+    n : int
+        Length of y.
+    trace : trace.paths.Trace, optional
+        Of the function, with the values of its parameters in its graph.
+    """
+    compared, failed = 0, "it gives no finite number near the start"
+    for t, y in zip(*points_around(near, n, trace), strict=True):
+        real, mine = _value(function, t, y), compiled(t, y)
+        if isinstance(real, Exception):
+            failed = f"{type(real).__name__}: {real}"
+            if mine is not None:
+                return f"it raises {type(real).__name__} where its compiled form does not"
+            continue
+        if mine is None:
+            if trace is None:
+                continue
+            return "its compiled form raises where it does not"
+        if real.shape != mine.shape:
+            return f"it returns {real.size} numbers, not {mine.size}"
+        if differ(real, mine, of_solution=False):
+            return "its compiled form gives other numbers"
+        compared += bool(np.isfinite(real).any())
+    return None if compared >= ENOUGH or trace is None else failed
+
+
+def compare_along(bound, times, states):
+    """Raise Different where machine code is not its function at states of a solution.
+
+    Parameters
+    ----------
+    bound : bind.Bound
+        With machine code.
+    times : iterable of float
+    states : iterable of ndarray, shape (n,)
+    """
+    n = len(bound.block) - int(bound.block[FAULT])
+    for t, y in zip(times, states, strict=True):
+        t, y = float(t), np.array(y[:n])
+        with arrays_unchanged(bound):
+            real, mine = python_value(bound, t, y), machine_value(bound, t, y)
+            if _agree(bound, real, mine, t, y):
+                continue
+        raise Different(bound, t, y, real, "an exception" if mine is None else mine)
+
+
+def python_value(bound, t, y):
+    """What a function gives in Python, or the exception that it raises."""
+    return _value(lambda t, y: in_python(bound.python, bound.mode, t, y), t, y)
+
+
+def machine_value(bound, t, y):
+    """What the machine code of a function gives; None where it raises."""
+    block, n = bound.block, len(y)
+    out = np.empty(_n_results(bound.mode, n))
+    kept = block.copy()
+    block[RAISED_WORD] = 0
+    call, given = ctypes.cast(bound.function.address, SIGNATURE), y.copy()
+    left = np.zeros(1, np.int64)  # where Numba's code leaves what it raised
+    at = left.ctypes.data
+    call(at, at, t, given.ctypes.data, n, block.ctypes.data, out.ctypes.data)
+    failed = block[RAISED_WORD]
+    block[:] = kept
+    return None if failed else out
+
+
+def _n_results(mode, n):
+    return 1 if mode in EVENT_MODES else n * n if mode == "matrix" else n
+
+
+@contextlib.contextmanager
+def arrays_unchanged(bound):
+    """Whatever is written meanwhile to the arrays that a function is given."""
+    arrays = [v for kind, v in bound.values if isinstance(v, np.ndarray) and may_write(kind)]
+    before = [a.copy() for a in arrays]
+    try:
+        yield
+    finally:
+        for array, content in zip(arrays, before, strict=True):
+            array[...] = content
+
+
+def _value(function, t, y):
+    try:
+        with np.errstate(all="ignore"):
+            return function(float(t), y.copy())
+    except Exception as error:
+        return error
+
+
+def _agree(bound, real, mine, t, y):
+    if isinstance(real, Exception) or mine is None:
+        return isinstance(real, Exception) and mine is None
+    if real.shape != mine.shape:
+        return False
+    if not differ(real, mine):
+        return True
+    # what rounds otherwise may differ where the function itself follows each rounding
+    spread = np.zeros(real.shape)
+    for sign in (1.0, -1.0):
+        moved = python_value(bound, t * (1.0 + sign * EPS), y * (1.0 + sign * EPS))
+        if isinstance(moved, Exception) or moved.shape != real.shape:
+            return True
+        spread = np.maximum(spread, np.abs(moved - real))
+    return not np.any(np.abs(real - mine) > ROUNDINGS * spread)
+
+
+def differ(real, mine, of_solution=True):
+    """Whether two results are not one but for roundings.
+
+    What is not finite, far from the solution, need only not be finite on both sides.
+    """
+    if np.array_equal(real, mine, equal_nan=True):
+        return False
+    finite = np.isfinite(real) & np.isfinite(mine)
+    if of_solution:
+        odd = ~finite & (real != mine) & ~(np.isnan(real) & np.isnan(mine))
+    else:
+        odd = np.isfinite(real) != np.isfinite(mine)
+    if odd.any():
+        return True
+    real, mine = real[finite], mine[finite]
+    scale = np.maximum(np.abs(real), 1e-3 * np.max(np.abs(real), initial=0.0))
+    return bool(np.any(np.abs(real - mine) > TOLERANCE * scale + 1e-300))
+
+
+def _short(value):
+    if isinstance(value, Exception):
+        return f"{type(value).__name__}: {value}"
+    if isinstance(value, str):
+        return value
+    return np.array2string(np.asarray(value), precision=12, threshold=8, edgeitems=3)

@@ -1,0 +1,56 @@
+"""Code beside its functions at states of the solutions that it gave."""
+
+import os
+
+import numpy as np
+
+from fastdyn.compile.compare import compare_along
+from fastdyn.compile.jacobian_block import CONSTANT
+from fastdyn.compile.sparse_jacobian import ENTRIES
+from fastdyn.kernels.state.record import Y
+
+from .output import Output
+
+AT_FIRST, LATER = 16, 4  # states that functions are compared at, after the first solve and others
+WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
+HALVES = {"velocity": 1, "force": 0}  # of the state, which the function is given
+LEFT_OUT = (CONSTANT, ENTRIES, "variational")
+
+
+class Compared:
+    """When the functions of a Run are compared: after solves 1, 2, 4, 8, ..."""
+
+    def __init__(self, when=None):
+        self._when = WHEN if when is None else when
+        self.n_solves, self.next = 0, 1 if self._when != "never" else -1
+
+    def now(self, run):
+        """After a solve whose turn it is: raise Different where code is not its function."""
+        first = self.n_solves == 1
+        self.next = self.n_solves + 1 if self._when == "always" else 2 * self.n_solves
+        compare(run, AT_FIRST if first else LATER)
+
+
+def compare(run, count):
+    """Raise Different where code is not its function at so many states of the last solve."""
+    bounds = [b for b in run.bounds if b.function is not None and b.mode not in LEFT_OUT]
+    bounds = [b for b in bounds if not b.pair]
+    if not bounds:
+        return
+    t, y = states_of(run, count)
+    for bound in bounds:
+        half = HALVES.get(bound.mode)
+        given = y if half is None else np.split(y, 2, axis=1)[half]
+        compare_along(bound, t, given)
+
+
+def states_of(run, count):
+    """Times (k,) and states (k, n) of the last solve, at most `count`, the last among them."""
+    state, work = run.view("solve.state")[0], run.view("solve.work")
+    t, y = (run.grown or Output(run.plan, run.memory)).points()
+    chosen = np.unique(np.linspace(0, len(t) - 1, count).astype(int)) if len(t) else []
+    inside = (t[chosen], y[chosen]) if len(t) else (t, y)
+    times = np.append(inside[0], state["t"])
+    states = np.concatenate([inside[1], work[Y][None]])
+    good = np.isfinite(times) & np.isfinite(states).all(axis=1)
+    return times[good], states[good]
