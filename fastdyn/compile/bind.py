@@ -23,7 +23,6 @@ from .jacobian_block import CONSTANT, constant_block, constant_function
 from .parameters import COMPLEX_MODES, n_words, pack_all
 from .python_callback import Callback, evaluate
 
-
 _compared: set = set()  # functions that Numba compiled, by their addresses and lengths of y
 
 

@@ -21,13 +21,14 @@ from . import elimination
 from .callable_parts import codes_of
 from .compare import compare_around
 from .diagnostics import located
-from .follow import Follower
+from .follow import NO_ATTRIBUTES, Follower
 from .function import Function
 from .parameters import COMPLEX_MODES, EVENT_MODES, MOMENT_MODES, n_words, pack_all
 from .python_callback import evaluate
 from .traced import Traced
 
 LIFTED = ("all", "floats", "none")  # what becomes a parameter, in the order in which it is tried
+LASTING = python.ModuleType | python.BuiltinFunctionType | np.ufunc
 MAX_KNOWN, MAX_REFUSALS = 16, 3  # of one piece of code
 
 
@@ -124,6 +125,30 @@ def why(fun, args, mode, n, varying=()):
 def has_effect(fun, args, mode, n, varying=()):
     """Whether a function was refused because it does more than give a value."""
     return _place(fun, args, mode, n, varying) in _effects
+
+
+def changes_of_code(fun, args, mode, n):
+    """Whether other values of what a function reads from outside may take other code.
+
+    Numbers of one type are parameters of its code.
+    """
+    known = known_trace(fun, args, mode, n)
+    return known is None or any(
+        row.parent >= 0
+        and row.check not in (None, "number", "array", "complex array", "absent", "code")
+        and not (row.check == "same" and isinstance(row.expected, LASTING))
+        and row[1:] != NO_ATTRIBUTES
+        for row in known[0].traced.trace.reads.rows
+    )
+
+
+def arrays_read(fun, args, mode, n):
+    """The arrays that a traced function reads; None if that is not known."""
+    known = known_trace(fun, args, mode, n)
+    if known is None:
+        return None
+    found = known[0].traced.trace.reads.found((fun, *args))
+    return [value for value in found if isinstance(value, np.ndarray)]
 
 
 def _reason(error, fun, args, mode, n):

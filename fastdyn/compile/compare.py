@@ -14,7 +14,7 @@ from fastdyn.trace.evaluate import evaluate
 from fastdyn.trace.graph import live
 
 from .diagnostics import GaveUp
-from .parameters import EVENT_MODES, may_write
+from .parameters import EVENT_MODES
 from .python_callback import SIGNATURE
 from .python_callback import evaluate as in_python
 
@@ -163,15 +163,20 @@ def _n_results(mode, n):
     return 1 if mode in EVENT_MODES else n * n if mode == "matrix" else n
 
 
+def arrays_given(bound):
+    """The arrays that lie behind the words of a block, where machine code may write to them."""
+    held = bound.keepalive[2:]
+    return [a for a in held if isinstance(a, np.ndarray) and a.flags.writeable]
+
+
 @contextlib.contextmanager
 def arrays_unchanged(bound):
     """Whatever is written meanwhile to the arrays that a function is given."""
-    arrays = [v for kind, v in bound.values if isinstance(v, np.ndarray) and may_write(kind)]
-    before = [a.copy() for a in arrays]
+    before = [(a, a.copy()) for a in arrays_given(bound)] if bound.function.traced is None else []
     try:
         yield
     finally:
-        for array, content in zip(arrays, before, strict=True):
+        for array, content in before:
             array[...] = content
 
 

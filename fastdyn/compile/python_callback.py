@@ -39,7 +39,8 @@ NAMES = {"velocity": "velocity", "force": "force", "jump": "on_event"}  # fun, o
 class Callback:
     """The C function around ``fun(t, y)``; `exception` holds what it raised.
 
-    Set `writes` to False where the function must not change the state.
+    Set `writes` to False where the function must not change the state, and `after` to a function
+    that is called when this one has run.
 
     Parameters
     ----------
@@ -55,6 +56,7 @@ class Callback:
 
     def __init__(self, fun, mode, n, announce=None, n_out=None):
         self.exception, self.inside, self.pending, self.writes = None, False, None, True
+        self.after: Any = None
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._announcement = announce
         self._n_out = n_out or {"event": 1, "matrix": n * n}.get(mode, n)
@@ -97,6 +99,8 @@ class Callback:
                 if given.tobytes() != state.tobytes():
                     self._written(state, given)
                 self.announce()
+                if self.after is not None:
+                    self.after()
                 self.inside = False
         except BaseException as error:
             self.inside = False

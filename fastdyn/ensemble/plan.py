@@ -7,10 +7,8 @@ import numpy as np
 
 from fastdyn.compile.diagnostics import Uncompilable
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.side_effects import check_independent
 from fastdyn.compile.taylor.accuracy import order_of_many
 from fastdyn.problem import validate
-from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
 from fastdyn.problem.second_order_and_pairs import check_second_order
 
@@ -70,9 +68,6 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     if moments := reductions.moments(wanted):
         problem = reductions.extended(problem, moments, members)
         mode, n = moments, members.n
-
-    folds = [fold.function for fold in reductions.folds(wanted)]
-    check_independent([fun, *(function for function, _ in between_steps(problem)), *folds])
 
     def probe():
         if members.count:

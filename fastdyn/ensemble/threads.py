@@ -5,13 +5,15 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 
 import numpy as np
 
+from fastdyn.compile.by_tracing import known_trace
 from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.kernels.ensemble.arguments import COUNT
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.run.solve_problem import run_of
+from fastdyn.trace.reads import flat
 
 from . import reductions
-from .workers import Worker
+from .workers import Worker, functions_of
 
 LOOK = 0.1  # seconds between two looks of the main thread at its workers
 
@@ -51,12 +53,40 @@ def solve_here(ensemble, results, threads, bar):
     n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
     folds = reductions.folds(ensemble.wanted)
     workers = [Worker(problem, members, vector, results, folds) for _ in range(n_workers)]
-    if any(bound.callback is not None for bound in workers[0].bounds):
+    in_python = any(bound.callback is not None for bound in workers[0].bounds)
+    if in_python:
         del workers[1:]  # Python runs one thread at a time
+    changed = _watched(workers[0], members, problem, folds) if in_python else []
     work_off(workers, results, bar)
+    if changed:
+        raise ValueError(
+            f"`{changed[0]}` uses what another function of the ensemble changes: the trajectories "
+            "would depend on their order. Solve them one by one, or pass what changes as `args`."
+        )
     raised = np.flatnonzero(results.status == RAISED)
     if len(raised):
         _ask_again(members, problem, int(raised[0]))
+
+
+def _watched(worker, members, problem, folds):
+    """A list that gets the names of functions whose values from outside change meanwhile."""
+    varying, found, changed = tuple([j + 1 for j in members.varying]), [], []
+    for bound, (fun, mode, n) in zip(worker.bounds, functions_of(problem, folds), strict=True):
+        if callable(fun) and bound.function is not None:
+            known = known_trace(fun, members.first, mode, n, varying)
+            if known is not None:
+                found.append((known[0], flat(known[1]), fun))
+
+    def look():
+        for known, before, fun in found:
+            now = known.values(fun, members.first)
+            if now is None or not np.array_equal(flat(now), before, equal_nan=True):
+                changed.append(getattr(fun, "__qualname__", repr(fun)))
+
+    for bound in worker.bounds:
+        if bound.callback is not None:
+            bound.callback.after = look
+    return changed
 
 
 def _ask_again(members, problem, i):

@@ -28,13 +28,13 @@ class Compared:
         """After a solve whose turn it is: raise Different where code is not its function."""
         first = self.n_solves == 1
         self.next = self.n_solves + 1 if self._when == "always" else 2 * self.n_solves
-        compare(run, AT_FIRST if first else LATER)
+        with run.not_repeated():
+            compare(run, AT_FIRST if first else LATER)
 
 
 def compare(run, count):
     """Raise Different where code is not its function at so many states of the last solve."""
-    bounds = [b for b in run.bounds if b.function is not None and b.mode not in LEFT_OUT]
-    bounds = [b for b in bounds if not b.pair]
+    bounds = [b for b in run.compiled() if b.mode not in LEFT_OUT]
     if not bounds:
         return
     t, y = states_of(run, count)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.compile.compare import arrays_given
+from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.kernels.state.record import (
     FINISHED,
     FULL,
@@ -18,6 +20,7 @@ from fastdyn.kernels.state.record import (
 )
 
 from .compared import Compared
+from .followed import by_numba
 from .laid_out import LaidOut
 from .resume import checkpoint_of, from_arrays, to_arrays
 
@@ -74,9 +77,19 @@ class Run(LaidOut):
     def __init__(self, *given):
         super().__init__(*given)
         self.compared = Compared()
+        self._by_numba = [bound for bound in self.bounds if by_numba(bound)]
 
     def solve(self, y0):
         """From an initial state to the end; the status."""
+        written = [(a, a.copy()) for bound in self._by_numba for a in arrays_given(bound)]
+        try:
+            return self._solve(y0)
+        except GaveUp:  # the solve is repeated, from what it began with
+            for array, content in written:
+                array[...] = content
+            raise
+
+    def _solve(self, y0):
         first = int(CHUNK_SECONDS / self.cost)
         if first > self.problem.max_steps:
             first = int(self.problem.max_steps)
@@ -139,6 +152,7 @@ class Run(LaidOut):
                 if p.callback and state["n_accepted"][0] > done:
                     if stops(p.callback, self) and status in GOES_ON:
                         return STOPPED
+                    self.follow_again()
         except KeyboardInterrupt:
             if file is not None and status in GOES_ON:
                 file.save(to_arrays(status, self))

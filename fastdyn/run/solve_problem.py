@@ -9,7 +9,6 @@ from fastdyn.compile.function import IN_PLACE
 from fastdyn.compile.parameters import may_write
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.rebind import rebind
-from fastdyn.compile.side_effects import CHANGED, depends
 from fastdyn.compile.sparse_jacobian import (
     WiderPattern,
     bind_sparse_function,
@@ -19,20 +18,23 @@ from fastdyn.compile.sparse_jacobian import (
 )
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
-    Pair,
     bind_equations,
     probe_equations,
 )
 from fastdyn.problem.validate import IMPLICIT, SHARED_METHODS
+from fastdyn.specialise.series import NoSeries
 
 from .begin import shape_of
 from .check_jacobian import check_jacobian
+from .followed import may_take_other_code, with_room, writes_what_others_use
 from .loop import Run
 from .mass import with_mass
 from .outcome import result_of
 from .stiffness import notice, watch
 
 MAX_IDLE = 64
+CHANGES = "it may change an array that another function of the solve uses"
+FEW = 64  # components, up to which differences cost little
 
 _verified: set = set()
 _idle: dict = {}  # runs, by what tells those that may solve a problem
@@ -57,6 +59,7 @@ def run_of(problem):
     p = problem
     n = len(p.y0)
     bound, others = bind_functions(p)
+    p = _of_python_between(p, bound, others)
     verify(bound, lambda: probe_equations(p), n)
     for each in others:
         if each.mode in ("jump", "derivative", "matrix"):
@@ -92,18 +95,34 @@ def bind_functions(problem):
     bound = bind_equations(p)
     near = Near(p.t0, p.tf, p.y0)
     bounds = [_bind(p, fun, mode, near) for fun, mode in others]
-    equations = list(p.fun) if isinstance(p.fun, Pair) else [getattr(p.fun, "fun", p.fun)]
-    watching = [] if p.callback is None else [p.callback.function]
-    if watching or (others and any(b.function is None for b in (bound, *bounds))):
-        every = [(bound, equations), *((b, [f]) for b, (f, _) in zip(bounds, others, strict=True))]
-        in_python = [f for b, functions in every if b.function is None for f in functions]
-        in_python += watching
-        if bound.function is not None and any(depends(f, in_python) for f in equations):
-            bound = bind_equations(p, CHANGED)
-        for i, (fun, mode) in enumerate(others):
-            if callable(fun) and bounds[i].function is not None and depends(fun, in_python):
-                bounds[i] = bind(fun, p.args, mode, n, refused=CHANGED)
-    return bound, bounds
+    for i, (fun, mode) in enumerate(others):
+        if writes_what_others_use(bounds[i], [bound, *bounds[:i], *bounds[i + 1 :]]):
+            bounds[i] = bind(fun, p.args, mode, n, refused=CHANGES)
+    if writes_what_others_use(bound, bounds):
+        bound = bind_equations(p, CHANGES)
+    if p.callback is None and all(b.function is not None for b in (bound, *bounds)):
+        return bound, bounds
+    return with_room(bound), [with_room(b) for b in bounds]
+
+
+def _of_python_between(problem, bound, others):
+    """The problem where Python code runs between evaluations of compiled functions.
+
+    What the equations read may then take other code, which has another Jacobian and other series.
+    """
+    p = problem
+    if p.callback is None and all(b.function is not None for b in others):
+        return p
+    if not may_take_other_code(bound):
+        return p
+    if p.method.series:
+        raise NoSeries(
+            "Taylor keeps to the formulas with which a solve begins, and here Python functions run "
+            "meanwhile that may change what `fun` uses. Take Vern9 instead."
+        )
+    if p.method.n_matrices and p.jac is None and len(p.y0) <= FEW:
+        return p._replace(differences=True)
+    return p
 
 
 def _bind(problem, fun, mode, near):

@@ -10,7 +10,7 @@ from fastdyn.compile.by_tracing import Near
 from fastdyn.compile.diagnostics import warn_once
 from fastdyn.compile.function import IN_PLACE
 from fastdyn.compile.python_callback import SIGNATURE, evaluate
-from fastdyn.compile.side_effects import CHANGED, depends
+from fastdyn.compile.rebind import rebind
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import endless, event_list
@@ -26,11 +26,11 @@ OWN_OPTIONS = validate.COMMON | {"step", *REFUSED}
 def python_callable(fun, args, mode, near, others=()):
     """``f(t, y)`` for SciPy: the compiled function, or the user's own.
 
-    `others` are functions of the same solve, which run in Python.
+    `others` are functions of the same solve, which run in Python: what they may have changed is
+    read again before each evaluation.
     """
     n = len(near.y0)
-    refused = CHANGED if depends(fun, others) else None
-    bound = bind(fun, args, mode, n, near, refused=refused)
+    bound = bind(fun, args, mode, n, near)
     if bound.function is None or bound.function.mode == IN_PLACE:
         return _checked_at_first(bound, mode)
     given, out = np.empty((2, n))
@@ -39,6 +39,8 @@ def python_callable(fun, args, mode, near, others=()):
     places = [a.ctypes.data for a in (left, left[1:], given, block, out)]
 
     def f(t, y):
+        if others and not rebind(bound, fun, args):
+            return evaluate(bound.python, mode, t, np.array(y))
         given[:] = y
         function(places[0], places[1], t, places[2], n, places[3], places[4])
         if block[RAISED_WORD]:

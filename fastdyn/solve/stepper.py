@@ -128,6 +128,10 @@ class Stepper(OdeSolver):
 
     def _step_impl(self):
         while True:
+            if not self._run.holds():  # what a function uses now takes other code
+                before, problem = self._run.memory, self._run.problem
+                self._run = run_of(problem)
+                self._run.go_on_from(before)
             run = self._run
             before = run.memory.copy()
             try:

@@ -21,6 +21,8 @@ class Tier:
         PROMOTE_AFTER seconds in the shared one, over all its solves.
     bound : compile.bind.Bound
         The equations.
+    may_inline : bool
+        Not where the code of a function may have to give way to other code within a solve.
 
     Attributes
     ----------
@@ -30,13 +32,13 @@ class Tier:
         Whether another kernel may be worth its compiling later.
     """
 
-    def __init__(self, problem, bound):
+    def __init__(self, problem, bound, may_inline=True):
         p, n, name = problem, len(problem.y0), problem.method.name
         function, self.open, kernel = bound.function, False, None
         if p.method.series:
             self.address = series_kernel(p, bound).address
             return
-        may_inline = inlines(name, n) and p.compile != "shared"
+        may_inline = may_inline and inlines(name, n) and p.compile != "shared"
         if function is not None and function.mode != IN_PLACE and may_inline:
             self._name, self._function, self._n = name, function, n
             self._place = (name, function.address, n)

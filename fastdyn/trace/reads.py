@@ -157,11 +157,19 @@ class Reads:
 
     # -- a later call
 
+    def found(self, roots):
+        """What all rows find from other roots; nothing, where the trace does not hold for them."""
+        found = []
+        try:
+            for parent, step, key, *_ in self.rows:
+                found.append(roots[key] if parent < 0 else STEPS[step](found[parent], key))
+        except (AttributeError, KeyError, IndexError, TypeError, ValueError):
+            return []
+        return found
+
     def values(self):
         """The values of all groups, as they were read."""
-        found = []
-        for parent, step, key, *_ in self.rows:
-            found.append(self.roots[key] if parent < 0 else STEPS[step](found[parent], key))
+        found = self.found(self.roots)
         return [found[group.row] for group in self.groups]
 
     def follow(self, *roots):
