@@ -15,6 +15,7 @@ from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
 from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
+from fastdyn.problem.events import between_steps
 from fastdyn.run.begin import begin, event_table
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices import full_matrices
@@ -31,6 +32,8 @@ from fastdyn.specialise.scalar import (
 )
 from fastdyn.specialise.series import series_kernel
 from fastdyn.specialise.signatures import kernel_of
+
+from . import reductions
 
 ROOM = 256  # events in the first piece
 
