@@ -1,0 +1,126 @@
+"""Whether fastdyn did what SciPy does, and if not, whether rounding explains why."""
+
+import re
+
+import numpy as np
+
+from .solving import TooMany, outcome
+
+EPS = np.finfo(float).eps
+GROWTH = 4096  # units in the last place that a solve of a hundred steps may be off
+SAMPLES, SPREAD = 8, 30  # solves with noise of rounding's size, and multiples of what they spread
+EXPLICIT = ("RK45", "RK23", "DOP853")
+NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?")
+
+
+def verdict(source, before=lambda: None):
+    """(verdict, details): "equal", "warned", "refused", "difference", "no reference",
+    "no module"."""
+    try:
+        theirs = outcome(source, "scipy")
+    except TooMany:
+        return "no reference", "SciPy makes too many calls"
+    except Exception as error:  # an idiom that is no Python
+        return "no module", f"{type(error).__name__}: {error}"
+    before()
+    ours = outcome(source, "fastdyn")
+    found = difference(ours, theirs, source)
+    if found is None:
+        return ("warned" if ours.warned else "equal"), timing(ours, theirs)
+    if ours.raised and ours.raised[0] == "ValueError" and "ensemble" in source[-400:]:
+        if "depend on their order" in ours.raised[1] or "`fun`" in ours.raised[1]:
+            return "refused", ours.raised[1]
+    if ours.warned:
+        found += f"\n  it warned: {ours.warned[0][:200]}"
+    return "difference", found
+
+
+def timing(ours, theirs):
+    """A note on a solve that took longer than it may."""
+    slow = ours.seconds > 1.5 * theirs.seconds + 0.3
+    return f"slow: {ours.seconds:.2f} s, SciPy {theirs.seconds:.2f} s" if slow else ""
+
+
+def difference(ours, theirs, source):
+    """What differs beyond rounding, in words; None if nothing does."""
+    text = _exceptions(ours, theirs) or _left(ours, theirs) or _numbers(ours, theirs, None)
+    if text is None:
+        return None
+    spread = []
+    for noise in range(1, SAMPLES + 1):
+        try:
+            other = outcome(source, "scipy", noise=noise)
+        except TooMany:
+            continue
+        if (other.raised is None) != (theirs.raised is None):
+            return None  # rounding decides whether there is an exception
+        spread.append(other)
+    if not _explicit(source):
+        spread.append(outcome(source, "scipy", rtol=1e-10))
+    if _exceptions(ours, theirs) is not None:
+        return text
+    if _left(ours, theirs) is not None and all(_steps(o) == _steps(theirs) for o in spread):
+        return text
+    return _numbers(ours, theirs, spread)
+
+
+def _explicit(source):
+    return any(f"'method': '{name}'" in source for name in EXPLICIT)
+
+
+def _steps(found):
+    return [(len(t), events) for t, _, events in found.runs]
+
+
+def _exceptions(ours, theirs):
+    if (ours.raised is None) != (theirs.raised is None):
+        return f"raised {ours.raised}, SciPy {theirs.raised}"
+    if ours.raised is None:
+        return None
+    same = ours.raised[0] == theirs.raised[0]
+    if same and theirs.raised[2]:
+        same = NUMBER.sub("#", ours.raised[1]) == NUMBER.sub("#", theirs.raised[1])
+    return None if same else f"raised {ours.raised}, SciPy {theirs.raised}"
+
+
+def _left(ours, theirs):
+    """What the functions left behind, where both made as many calls."""
+    if ours.nfev != theirs.nfev or ours.left is None or theirs.left is None or ours.raised:
+        return None
+    same = NUMBER.sub("#", ours.left) == NUMBER.sub("#", theirs.left)
+    mine = [float(x) for x in NUMBER.findall(ours.left)]
+    other = [float(x) for x in NUMBER.findall(theirs.left)]
+    same = same and np.allclose(mine, other, rtol=1e-6, atol=1e-9, equal_nan=True)
+    return None if same else f"left {ours.left[:150]}, SciPy {theirs.left[:150]}"
+
+
+def _numbers(ours, theirs, spread):
+    """Ends, numbers of steps and of events; `spread` are outcomes that differ by rounding alone."""
+    if len(ours.runs) != len(theirs.runs):
+        return f"{len(ours.runs)} solves, SciPy {len(theirs.runs)}"
+    for j, (mine, other) in enumerate(zip(ours.runs, theirs.runs, strict=True)):
+        around = [o.runs[j] for o in spread or [] if len(o.runs) > j]
+        end = _end(mine, other, around)
+        if end:
+            return f"solve {j}: {end}"
+    return None
+
+
+def _end(mine, other, around):
+    (t, y, events), (t0, y0, events0) = mine, other
+    if np.shape(y) != np.shape(y0):
+        return f"shape {np.shape(y)}, SciPy {np.shape(y0)}"
+    scale = np.nanmax(np.abs(y0), initial=1e-3)
+    allowed = GROWTH * EPS * scale
+    for _, y1, _ in around:
+        if np.shape(y1) == np.shape(y0):
+            allowed = max(allowed, SPREAD * np.nanmax(np.abs(y1 - y0), initial=0))
+    unequal = ~(np.abs(y - y0) <= allowed) & ~(np.isnan(y) & np.isnan(y0)) & (y != y0)
+    if unequal.any():
+        return f"y {y}, SciPy {y0}, allowed {allowed:.1e}"
+    if events != events0 and all(e == events0 for _, _, e in around):
+        return f"events {events}, SciPy {events0}"
+    steps = {len(t0), *[len(t1) for t1, _, _ in around]}
+    if len(t) and not min(steps) <= len(t) <= max(steps) and len(steps) == 1:
+        return f"{len(t)} times, SciPy {len(t0)}, y {y}, SciPy {y0}"
+    return None
