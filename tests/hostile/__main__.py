@@ -1,12 +1,14 @@
-"""python -m tests.hostile --count 2000 --seed 0: every case judged, each difference with its source."""
+"""python -m tests.hostile --count 2000 --seed 0: each difference with its source."""
 
 import argparse
 import collections
+import pathlib
 import sys
 
 from .compare import verdict
 from .compose import draw_case
-from .solving import TooMany, outcome
+from .solving import outcome
+from .ways import TooMany
 from .workers import judged
 
 BAD = ("difference", "hang", "crash")
@@ -36,12 +38,16 @@ def main():
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--only", help="one case, as seed:index, in this process")
-    parser.add_argument("--quiet", action="store_true", help="no sources")
+    parser.add_argument("--source", type=pathlib.Path, help="a case of this file, in this process")
+    parser.add_argument("--keep", type=pathlib.Path, help="a folder for the sources that differ")
     parser.add_argument("--scipy", action="store_true", help="what SciPy makes of them, only")
     given = parser.parse_args()
     if given.only:
         case = draw_case(*map(int, given.only.split(":")))
         print(case.name, case.source, *verdict(case.source), sep="\n")
+        return 0
+    if given.source:
+        print(*verdict(given.source.read_text()), sep="\n")
         return 0
     if given.scipy:
         return check_idioms(given.seed, given.first, given.count)
@@ -54,8 +60,11 @@ def main():
         if found in BAD or details.startswith("slow") or found == "refused":
             case = draw_case(*map(int, number.split(":")))
             print(f"##### {number} {found} {case.name}: {details} ({seconds:.1f} s)", flush=True)
-            if found in BAD and not given.quiet:
+            if found in BAD:
                 print(case.source, flush=True)
+            if found in BAD and given.keep:
+                given.keep.mkdir(parents=True, exist_ok=True)
+                (given.keep / f"{number.replace(':', '_')}.py").write_text(case.source)
 
     judged(numbers, given.workers, report)
     print(", ".join(f"{n} {what}" for what, n in sorted(counts.items())))

@@ -1,10 +1,12 @@
 """Whether fastdyn did what SciPy does, and if not, whether rounding explains why."""
 
+import contextlib
 import re
 
 import numpy as np
 
-from .solving import TooMany, outcome
+from .solving import outcome
+from .ways import TooMany
 
 EPS = np.finfo(float).eps
 GROWTH = 4096  # units in the last place that a solve of a hundred steps may be off
@@ -27,12 +29,18 @@ def verdict(source, before=lambda: None):
     found = difference(ours, theirs, source)
     if found is None:
         return ("warned" if ours.warned else "equal"), timing(ours, theirs)
-    if ours.raised and ours.raised[0] == "ValueError" and "ensemble" in source[-400:]:
-        if "depend on their order" in ours.raised[1] or "`fun`" in ours.raised[1]:
-            return "refused", ours.raised[1]
+    if _refused(ours, theirs, source):
+        return "refused", str(ours.raised)
     if ours.warned:
         found += f"\n  it warned: {ours.warned[0][:200]}"
     return "difference", found
+
+
+def _refused(ours, theirs, source):
+    """Whether fastdyn said that it does not do this, or that it stopped where SciPy raised."""
+    if "'way': 'ensemble'" in source and ours.raised:
+        return "depend on their order" in ours.raised[1] or "`fun`" in ours.raised[1]
+    return ours.raised is None and theirs.raised and any(run[3] < 0 for run in ours.runs)
 
 
 def timing(ours, theirs):
@@ -56,7 +64,8 @@ def difference(ours, theirs, source):
             return None  # rounding decides whether there is an exception
         spread.append(other)
     if not _explicit(source):
-        spread.append(outcome(source, "scipy", rtol=1e-10))
+        with contextlib.suppress(TooMany):
+            spread.append(outcome(source, "scipy", rtol=1e-10))
     if _exceptions(ours, theirs) is not None:
         return text
     if _left(ours, theirs) is not None and all(_steps(o) == _steps(theirs) for o in spread):
@@ -69,7 +78,7 @@ def _explicit(source):
 
 
 def _steps(found):
-    return [(len(t), events) for t, _, events in found.runs]
+    return [(len(t), events) for t, _, events, _ in found.runs]
 
 
 def _exceptions(ours, theirs):
@@ -99,6 +108,8 @@ def _numbers(ours, theirs, spread):
     if len(ours.runs) != len(theirs.runs):
         return f"{len(ours.runs)} solves, SciPy {len(theirs.runs)}"
     for j, (mine, other) in enumerate(zip(ours.runs, theirs.runs, strict=True)):
+        if _stopped(mine, other):
+            continue  # fastdyn says that it stopped, SciPy goes on with nan or stops, too
         around = [o.runs[j] for o in spread or [] if len(o.runs) > j]
         end = _end(mine, other, around)
         if end:
@@ -106,21 +117,27 @@ def _numbers(ours, theirs, spread):
     return None
 
 
+def _stopped(mine, other):
+    return mine[3] < 0 and (other[3] < 0 or not np.isfinite(other[1]).all())
+
+
 def _end(mine, other, around):
-    (t, y, events), (t0, y0, events0) = mine, other
+    (t, y, events, status), (t0, y0, events0, status0) = mine, other
+    if min(status, 0) != min(status0, 0):
+        return f"status {status}, SciPy {status0}; y {y}, SciPy {y0}"
     if np.shape(y) != np.shape(y0):
         return f"shape {np.shape(y)}, SciPy {np.shape(y0)}"
     scale = np.nanmax(np.abs(y0), initial=1e-3)
     allowed = GROWTH * EPS * scale
-    for _, y1, _ in around:
+    for _, y1, _, _ in around:
         if np.shape(y1) == np.shape(y0):
             allowed = max(allowed, SPREAD * np.nanmax(np.abs(y1 - y0), initial=0))
     unequal = ~(np.abs(y - y0) <= allowed) & ~(np.isnan(y) & np.isnan(y0)) & (y != y0)
     if unequal.any():
         return f"y {y}, SciPy {y0}, allowed {allowed:.1e}"
-    if events != events0 and all(e == events0 for _, _, e in around):
+    if events != events0 and all(e == events0 for _, _, e, _ in around):
         return f"events {events}, SciPy {events0}"
-    steps = {len(t0), *[len(t1) for t1, _, _ in around]}
+    steps = {len(t0), *[len(t1) for t1, *_ in around]}
     if len(t) and not min(steps) <= len(t) <= max(steps) and len(steps) == 1:
         return f"{len(t)} times, SciPy {len(t0)}, y {y}, SciPy {y0}"
     return None

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from .templates import all_idioms, filled
 
-HEADER = """import abc, collections, contextlib, copy, dataclasses, decimal, enum, fractions, functools
-import itertools, math, operator, re, types, typing, weakref
+HEADER = """import abc, collections, contextlib, copy, dataclasses, decimal, enum, fractions
+import functools, itertools, math, operator, re, types, typing, weakref
 import numpy as np
 import scipy.interpolate
 """
@@ -68,13 +68,12 @@ def _module(parts, flags, draw):
     how = _how(n, bool(changes), flags, draw)
     after = _after("\n".join(changes), watch, how, draw)
     if not params and "module" not in flags and draw.random() < 0.3:
-        inner = re.sub(
-            r"^(\s*)global ", r"\1nonlocal ", "\n".join([setup, text, after]), flags=re.M
-        )
-        text = f"def make():\n{textwrap.indent(inner, '    ')}\n    return fun, change, watched, hook\n"
+        lines = "\n".join([setup, text, after, "return fun, change, watched, hook"])
+        lines = re.sub(r"^(\s*)global ", r"\1nonlocal ", lines, flags=re.M)
+        text = f"def make():\n{textwrap.indent(lines, '    ')}\n"
         text += "\nfun, change, watched, hook = make()"
     else:
-        text = "\n".join([setup, _wrapped(text, own, draw, params), after])
+        text = "\n".join([setup, _wrapped(text, own, draw), after])
     return f"{HEADER}\n{text}\n\nHOW = {how!r}\n"
 
 
@@ -139,20 +138,27 @@ def _after(change, watch, how, draw):
     )
 
 
-def _wrapped(text, own, draw, params):
+def _wrapped(text, own, draw):
     """The function as it is, or behind an object."""
     kind = draw.choice(["plain"] * 6 + ["method", "object", "partial", "lambda", "wraps", "static"])
-    within = textwrap.indent(text, "    ")
     rest = own.removeprefix("t, y")
+    renamed = text.replace("def fun(", "def fun0(")
+    given = text.replace("def fun(", "def fun(self, ")
+    called = text.replace("def fun(", "def __call__(self, ")
+    unused = text.replace("def fun(", "def fun0(_, ")
+
+    def of_class(lines):
+        return f"class Model:\n{textwrap.indent(lines, '    ')}\n"
+
     return {
         "plain": text,
-        "method": f"class Model:\n{within.replace('def fun(', 'def fun(self, ')}\nfun = Model().fun",
-        "object": f"class Model:\n{within.replace('def fun(', 'def __call__(self, ')}\nfun = Model()",
-        "partial": f"{text.replace('def fun(', 'def fun0(_, ')}\nfun = functools.partial(fun0, None)",
-        "lambda": f"{text.replace('def fun(', 'def fun0(')}\nfun = lambda t, y{rest}: fun0({own})",
+        "method": f"{of_class(given)}fun = Model().fun",
+        "object": f"{of_class(called)}fun = Model()",
+        "partial": f"{unused}\nfun = functools.partial(fun0, None)",
+        "lambda": f"{renamed}\nfun = lambda t, y{rest}: fun0({own})",
         "wraps": "def decorated(f):\n    @functools.wraps(f)\n    def inner(*a):\n"
         f"        return f(*a)\n    return inner\n@decorated\n{text}",
-        "static": f"class Model:\n    @staticmethod\n{within}\nfun = Model.fun",
+        "static": of_class(f"@staticmethod\n{text}") + "fun = Model.fun",
     }[kind]  # fmt: skip
 
 
