@@ -7,17 +7,19 @@ import textwrap
 from typing import NamedTuple
 
 from .templates import all_idioms, filled
+from .ways import EXPLICIT, OWN
 
 HEADER = """import abc, collections, contextlib, copy, dataclasses, decimal, enum, fractions
 import functools, itertools, math, operator, re, types, typing, weakref
 import numpy as np
 import scipy.interpolate
 """
-METHODS = ["RK45"] * 6 + ["DOP853", "DOP853", "RK23", "RK23", "LSODA", "Radau", "BDF"]
+METHODS = ["RK45"] * 6 + ["DOP853", "DOP853", "RK23", "RK23", "LSODA", "Radau", "BDF", *OWN]
 CHANGING = ("again", "again", "again", "event", "event", "callback", "stepper", "on_event",
-            "prepare", "fun")  # fmt: skip
+            "prepare", "fun", "pieces", "twins")  # fmt: skip
 STEADY = ("once", "once", "once", "once", "elsewhere", "elsewhere", "prepare", "ensemble", "events",
           "dense")  # fmt: skip
+QUICK = ("once", "once", "elsewhere", "dense")
 
 
 class Case(NamedTuple):
@@ -28,8 +30,8 @@ class Case(NamedTuple):
     source: str
 
 
-def draw_case(seed, index):
-    """Case `index` of a seed: each idiom has its turn, all else is drawn."""
+def draw_case(seed, index, light=False):
+    """Case `index` of a seed: each idiom has its turn, the rest is drawn; `light` are quick."""
     found = all_idioms()
     turn, place = divmod(index, len(found))
     order = random.Random(f"{seed}.{turn}").sample(range(len(found)), len(found))
@@ -43,7 +45,7 @@ def draw_case(seed, index):
         del parts[1], chosen[1]
     flags = frozenset().union(*[idiom.flags for idiom in chosen])
     name = " + ".join(f"{idiom.family}.{idiom.name}" for idiom in chosen)
-    return Case(f"{seed}:{index}", name, _module(parts, flags, draw))
+    return Case(f"{seed}:{index}", name, _module(parts, flags, light, draw))
 
 
 def _names(parts):
@@ -54,7 +56,7 @@ def _names(parts):
     ) - {"k", "try", "except", "if", "else", "for", "return", "with", "elif", "finally", "np"}
 
 
-def _module(parts, flags, draw):
+def _module(parts, flags, light, draw):
     changes = [p["change"] for p in parts if p.get("change")]
     params = ", ".join(p["params"] for p in parts if p.get("params"))
     own = f"t, y, {params}" if params else "t, y"
@@ -65,7 +67,7 @@ def _module(parts, flags, draw):
     setup = "\n".join(filter(None, [setup, extra, *body[0]]))
     text = f"def fun({own}):\n" + textwrap.indent("\n".join([*body[1], out]), "    ")
     watch = ", ".join(p["watch"] for p in parts if p.get("watch"))
-    how = _how(n, bool(changes), flags, draw)
+    how = _how(n, bool(changes), flags, light, draw)
     after = _after("\n".join(changes), watch, how, draw)
     if not params and "module" not in flags and draw.random() < 0.3:
         lines = "\n".join([setup, text, after, "return fun, change, watched, hook"])
@@ -162,21 +164,24 @@ def _wrapped(text, own, draw):
     }[kind]  # fmt: skip
 
 
-def _how(n, changes, flags, draw):
+def _how(n, changes, flags, light, draw):
     """How it is solved: a dict of the way, the method, the tolerances, the start."""
-    way = draw.choice(CHANGING if changes else STEADY)
+    steady = QUICK if "explicit" in flags else STEADY
+    way = draw.choice(CHANGING if changes else steady)
+    if light and way in ("prepare", "ensemble"):  # which compile a kernel for each function
+        way = "again"
     method = draw.choice(METHODS)
-    if "explicit" in flags or way not in ("once", "again", "elsewhere", "events"):
+    if "explicit" in flags or light or way not in ("once", "again", "elsewhere", "events", "event"):
         method = draw.choice(["RK45", "RK45", "RK23", "DOP853"])
-    rtol = draw.choice([1e-3, 1e-6, 1e-8]) if method in ("RK45", "DOP853", "RK23") else 1e-8
+    rtol = draw.choice([1e-3, 1e-6, 1e-8]) if method in EXPLICIT else 1e-8
     if "explicit" in flags:
         rtol = 1e-3  # noise that depends on the calls costs steps
     if method == "RK23":
         rtol = max(rtol, 1e-6)
-    how = {
+    whole = draw.random() < 0.1
+    return {
         "way": way, "method": method, "rtol": rtol, "atol": rtol * 1e-2,
-        "span": (0.0, draw.choice([2.0, 3.0, 4.0])),
-        "y0": [round(draw.uniform(0.7, 2.2), 1) for _ in range(n)],
-        "when": round(draw.uniform(0.5, 1.5), 2),
+        "span": (0, 3) if whole else (0.0, draw.choice([2.0, 3.0, 4.0])),
+        "y0": [1 if whole else round(draw.uniform(0.7, 2.2), 1) for _ in range(n)],
+        "when": round(draw.uniform(0.5, 1.5), 2), "two": draw.random() < 0.3,
     }  # fmt: skip
-    return how

@@ -1,10 +1,15 @@
 """The ways to solve: as a user of fastdyn writes them, and the same of SciPy's parts."""
 
+import itertools
+
 import numpy as np
 import scipy.integrate
 
 MOST_CALLS = 8000
 N_STARTS = 3
+N_PIECES = 6
+EXPLICIT = ("RK45", "RK23", "DOP853")
+OWN = ("auto", "Taylor", "Tsit5", "Vern7")  # methods that SciPy lacks: its DOP853 is the truth
 
 
 class TooMany(BaseException):
@@ -16,6 +21,7 @@ class Solver:
 
     def __init__(self, module, how):
         self.module, self.how, self.runs, self.nfev = module, how, [], 0
+        self.again = lambda: module  # the same text once more
 
     def args(self):
         return tuple(getattr(self.module, "args", ()))
@@ -29,12 +35,13 @@ class Solver:
         self.runs.append((np.array(t), np.array(y)[:, -1].copy(), counts, status))
 
     def start(self, j=0):
-        return np.array(self.how["y0"]) * (1.0, -0.35, 2.5)[j]
+        given = self.how["y0"]
+        return np.array(given) * (1.0, -0.35, 2.5)[j] if j else given
 
-    def once(self, y0=None, events=None, **options):
+    def once(self, y0=None, events=None, span=None, **options):
         r = self.solve(
-            self.fun(), self.how["span"], self.start() if y0 is None else y0, args=self.args(),
-            events=events, **self.options(), **options,
+            self.fun(), span or self.how["span"], self.start() if y0 is None else y0,
+            args=self.args(), events=events, **self.options(), **options,
         )  # fmt: skip
         self.keep(r.t, r.y, r.t_events, r.status)
         self.nfev += r.nfev
@@ -116,10 +123,17 @@ class ByScipy(Solver):
             f = self.module.fun(t, y, *args)
             if self.draw is None:
                 return f
-            f = np.asarray(f)
+            try:
+                f = np.asarray(f, dtype=complex if np.iscomplexobj(f) else float)
+            except (TypeError, ValueError):
+                return f  # SciPy says what it thinks of this
             return f * (1 + 1e-15 * self.draw.uniform(-1, 1, f.shape))
 
         return bounded
+
+    def options(self):
+        found = super().options()
+        return found | {"method": "DOP853"} if found["method"] in OWN else found
 
     def solve(self, *given, **options):
         return scipy.integrate.solve_ivp(*given, **options)
@@ -170,16 +184,39 @@ def elsewhere(s):
         s.once(s.start(j))
 
 
+def pieces(s):
+    """A solve of many short ones, each from the end of the last, with changes between."""
+    (begin, end), y = s.how["span"], s.start()
+    ends = np.linspace(begin, end, N_PIECES + 1)
+    for j, span in enumerate(itertools.pairwise(ends)):
+        if j:
+            s.module.change(1 + j % 2)
+        s.once(y, span=span)
+        y = s.runs[-1][1]
+
+
+def twins(s):
+    """Two modules of one text, of which one changes: their code is the same object."""
+    one, two = s.module, s.again()
+    two.change(1)
+    for s.module in (one, two, one, two):
+        s.once()
+
+
 def prepared(s):
     s.many(lambda j: s.module.change(j) if j else None)
 
 
 def events(s):
-    s.once(events=[lambda t, y, *args: t - s.how["when"], lambda t, y, *args: y[0] - 0.7])
+    fun = s.module.fun  # counts of calls are not compared where events call it, too
+    rate = lambda t, y, *args: np.asarray(fun(t, y, *args))[0]  # noqa: E731
+    s.once(events=[lambda t, y, *args: t - s.how["when"], lambda t, y, *args: y[0] - 0.7, rate])
 
 
 def event(s):
-    s.once(events=s.module.hook)
+    fun = s.module.fun
+    rate = lambda t, y, *args: np.asarray(fun(t, y, *args))[0]  # noqa: E731
+    s.once(events=[s.module.hook, rate] if s.how["two"] else s.module.hook)
 
 
 def stepping(s):
@@ -220,5 +257,5 @@ def ensemble(s):
 WAYS = {
     "once": once, "again": again, "elsewhere": elsewhere, "prepare": prepared, "events": events,
     "event": event, "callback": stepping, "stepper": stepping, "dense": dense, "fun": inside,
-    "on_event": on_event, "ensemble": ensemble,
+    "on_event": on_event, "ensemble": ensemble, "pieces": pieces, "twins": twins,
 }  # fmt: skip

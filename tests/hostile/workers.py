@@ -23,8 +23,9 @@ def serve():
     from .compare import verdict
     from .compose import draw_case
     from .solving import outcome
+    from .ways import EXPLICIT, OWN
 
-    for method in ("RK45", "RK23", "DOP853", "Radau", "BDF", "LSODA"):
+    for method in (*EXPLICIT, "Radau", "BDF", "LSODA", *OWN):
         outcome(WARM.replace("METHOD", method), "fastdyn", "warm")
     tell(ready=True)
     for line in sys.stdin:
