@@ -1,0 +1,1 @@
+"""Functions drawn at random to deceive the compiler, and what SciPy makes of them."""

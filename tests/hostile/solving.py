@@ -1,0 +1,69 @@
+"""A module solved, by SciPy or by fastdyn: all that a user could see of it."""
+
+import contextlib
+import io
+import linecache
+import sys
+import time
+import types
+import warnings
+from typing import Any, NamedTuple
+
+from .ways import WAYS, ByFastdyn, ByScipy
+
+
+class Outcome(NamedTuple):
+    """What was seen: of each solve (times, end, events, status); what was raised; what is left."""
+
+    runs: list
+    raised: Any
+    nfev: int
+    left: Any
+    warned: list
+    seconds: float
+
+
+def loaded(source, name):
+    """A module of its own."""
+    module = types.ModuleType(name)
+    module.__file__ = f"/hostile/{name}.py"
+    linecache.cache[module.__file__] = (len(source), None, source.splitlines(True), module.__file__)
+    sys.modules[name] = module
+    exec(compile(source, module.__file__, "exec"), vars(module))
+    return module
+
+
+def outcome(source, by, name="drawn", noise=0, rtol=None):
+    """Solve what a module asks for.
+
+    `by` is "scipy" or "fastdyn"; with `noise` the rates of SciPy's function have an error of a few
+    units in the last place.
+    """
+    module = loaded(source, name)
+    how = dict(module.HOW)
+    if rtol is not None:
+        how |= {"rtol": rtol, "atol": rtol * 1e-2}
+    solver: Any = ByScipy(module, how, noise) if by == "scipy" else ByFastdyn(module, how)
+    solver.again = lambda: loaded(source, name)
+    raised, left, began = None, None, time.perf_counter()
+    with warnings.catch_warnings(record=True) as caught, contextlib.redirect_stdout(io.StringIO()):
+        warnings.simplefilter("always")
+        try:
+            WAYS[how["way"]](solver)
+        except Exception as error:
+            raised = type(error).__name__, str(error), _in_module(error, module)
+        with contextlib.suppress(Exception):
+            left = repr(module.watched())
+    seconds = time.perf_counter() - began
+    said = [str(w.message) for w in caught if w.category.__name__ == "CompileWarning"]
+    return Outcome(solver.runs, raised, solver.nfev, left, said, seconds)
+
+
+def _in_module(error, module):
+    """Whether the user's own code raised, the libraries that he calls aside."""
+    trace = error.__traceback__
+    found = False
+    while trace is not None:
+        found = found or trace.tb_frame.f_code.co_filename == module.__file__
+        trace = trace.tb_next
+    return found

@@ -1,0 +1,122 @@
+"""Cases in processes of their own: what hangs is killed, what crashes is named."""
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+import time
+
+HANG = 20.0  # seconds that fastdyn may take for one case
+START = 300.0  # seconds for a process to have its kernels, which one with an empty cache compiles
+
+
+def serve():
+    """A worker: cases by number from the standard input, verdicts to the standard output."""
+    say = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what C code prints
+
+    def tell(**what):
+        print(json.dumps(what), file=say, flush=True)
+
+    from .compare import verdict
+    from .compose import draw_case
+    from .solving import outcome
+    from .ways import EXPLICIT, OWN
+
+    for method in (*EXPLICIT, "Radau", "BDF", "LSODA", *OWN):
+        outcome(WARM.replace("METHOD", method), "fastdyn", "warm")
+    tell(ready=True)
+    for line in sys.stdin:
+        seed, index = line.strip().split(":")
+        case = draw_case(int(seed), int(index))
+        tell(begins=case.number)
+        try:
+            found, details = verdict(case.source, lambda: tell(fastdyn=case.number))  # noqa: B023
+        except BaseException as error:
+            found, details = "crash", f"{type(error).__name__}: {error}"
+        tell(case=case.number, verdict=found, details=details)
+
+
+WARM = """
+def fun(t, y): return [-y[0]]
+def watched(): pass
+HOW = dict(way="once", method="METHOD", rtol=1e-6, atol=1e-8, span=(0, 1), y0=[1.0])
+"""
+
+
+class Worker:
+    """A process that judges one case after the other."""
+
+    def __init__(self):
+        package = __package__ or "tests.hostile"
+        self.process = subprocess.Popen(
+            [sys.executable, "-W", "ignore", "-c", f"from {package}.workers import serve; serve()"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        )  # fmt: skip
+        self.lines: queue.Queue = queue.Queue()
+        threading.Thread(target=self._read, daemon=True).start()
+        self._next(START)
+
+    def _read(self):
+        for line in self.process.stdout or []:
+            self.lines.put(json.loads(line))
+        self.lines.put(None)
+
+    def _next(self, seconds):
+        try:
+            return self.lines.get(timeout=seconds)
+        except queue.Empty:
+            return {}
+
+    def judge(self, number):
+        """(verdict, details) of a case; None in place of a worker that is dead thereafter."""
+        assert self.process.stdin
+        self.process.stdin.write(number + "\n")
+        self.process.stdin.flush()
+        stage = "SciPy"
+        while True:
+            said = self._next(HANG if stage == "fastdyn" else 3 * HANG)
+            if said is None:
+                return "crash", f"the process died with {self.process.wait()}", False
+            if not said:
+                self.end()
+                return ("hang" if stage == "fastdyn" else "no reference"), stage, False
+            if "verdict" in said:
+                return said["verdict"], said["details"], True
+            stage = "fastdyn" if "fastdyn" in said else stage
+
+    def end(self):
+        self.process.kill()
+        self.process.wait()
+
+
+def judged(numbers, n_workers, report):
+    """Have workers judge all cases; ``report(number, verdict, details, seconds)`` for each."""
+    todo: queue.Queue = queue.Queue()
+    for number in numbers:
+        todo.put(number)
+    lock = threading.Lock()
+
+    def work():
+        worker = None
+        while True:
+            try:
+                number = todo.get_nowait()
+            except queue.Empty:
+                break
+            worker = worker or Worker()
+            began = time.perf_counter()
+            found, details, alive = worker.judge(number)
+            with lock:
+                report(number, found, details, time.perf_counter() - began)
+            worker = worker if alive else None
+        if worker:
+            worker.end()
+
+    threads = [threading.Thread(target=work) for _ in range(n_workers)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
