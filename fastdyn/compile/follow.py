@@ -6,9 +6,9 @@ What must hold is looked up once; rows on which nothing depends are left out.
 import operator
 import types as python
 
+from fastdyn.trace.graph import LARGEST_WHOLE
 from fastdyn.trace.reads import CHECKS, STEPS
 
-MAX_WHOLE = 2**53  # beyond, a whole number is part of the code: floats cannot tell it from others
 ERRORS = (AttributeError, KeyError, IndexError, TypeError, ValueError)
 NO_DEFAULTS, NO_ATTRIBUTES = (0, 0), ("inside", "__dict__", "keys", (dict, []))
 _facts = operator.attrgetter("__code__", "__defaults__", "__kwdefaults__", "__dict__")
@@ -99,7 +99,7 @@ class Follower:
             if found[a] is not found[b]:
                 return None
         for i in self._whole:
-            if not -MAX_WHOLE <= found[i] <= MAX_WHOLE:
+            if not -LARGEST_WHOLE <= found[i] <= LARGEST_WHOLE:
                 return None
         return found
 

@@ -7,7 +7,16 @@ from typing import Any, Self
 import numpy as np
 
 from .division import floor_division, to_decimals
-from .domains import is_finite, overflows, raises
+from .domains import (
+    INDEX,
+    WHOLE,
+    bound,
+    divided_by_zero,
+    failures,
+    overflows,
+    too_large_a_power,
+    zero_to_a_negative_power,
+)
 from .symbolic import Symbolic, refuse
 
 NUMPY, FLOAT, INT = 2, 1, 0  # whose rules hold: NumPy gives inf or nan where Python raises
@@ -25,7 +34,10 @@ class Arithmetic(Symbolic):
         self.g, self.node, self.kind = g, node, kind
 
     def _of(self, node, *others):
-        return self.made(node, max([self.kind, *[o.kind for o in others]]))
+        kind = max([self.kind, *[o.kind for o in others]])
+        if kind == INT:
+            self.g.keep_exact(node)
+        return self.made(node, kind)
 
     def number(self):
         return self
@@ -44,9 +56,12 @@ class Arithmetic(Symbolic):
             kind = NUMPY if isinstance(other, np.generic) else INT
             kind = FLOAT if type(other) in (float, Fraction) else kind
             try:
-                return self.made(self.g.const(float(other)), kind)
+                value = float(other)
             except OverflowError:
                 refuse("a whole number beyond the range of floats")
+            if kind != FLOAT and self.kind == INT and abs(value) > WHOLE and value != other:
+                refuse("a whole number beyond 2**53")
+            return self.made(self.g.const(value), kind)
         return None
 
     # -- arithmetic
@@ -77,7 +92,8 @@ class Arithmetic(Symbolic):
             return NotImplemented
         kind = max(self.kind, o.kind, FLOAT)
         if kind == FLOAT:
-            self.g.raises_if(self.g.compare(o.node, self.g.const(0.0), "eq"), ZeroDivisionError)
+            zero = self.g.compare(o.node, self.g.const(0.0), "eq")
+            self.g.raises_if(zero, divided_by_zero)
         return self.made(self.g.div(self.node, o.node), kind)
 
     def __rtruediv__(self, other):
@@ -95,21 +111,38 @@ class Arithmetic(Symbolic):
         if o is None or modulo is not None:
             return NotImplemented
         g, value = self.g, o.node.value
+        whole = self.kind == o.kind == INT
         kind = max(self.kind, o.kind, INT if not o.node.varies and value >= 0 else FLOAT)
+        if whole and o.node.varies:
+            g.leaves_to_python_if(g.compare(o.node, g.const(0.0), "lt"))
+            kind = INT
         if not o.node.varies and 2 * value == np.rint(2 * value):  # part of the code
             g.assume(o.node)
             result = g.power(self.node, value)
         else:
             result = g.make("call", (self.node, o.node), "pow")
         if kind != NUMPY:
-            if o.node.varies or value != np.rint(value):
-                zero = g.const(0.0)  # Python gives complex numbers, or raises
-                g.raises_if(g.compare(self.node, zero, "lt"), ValueError)
-            if o.node.varies or value < 0:
-                g.raises_if(g.compare(self.node, g.const(0.0), "eq"), ZeroDivisionError)
-            if result.op in ("call", "sqrt", "mul", "div"):
-                g.raises_if(overflows(g, result, (self.node, o.node)), ArithmeticError)
+            self._python_power(o, result, kind)
         return self.made(result, kind)
+
+    def _python_power(self, o, result, kind):
+        """Note where a power of Python's numbers raises, or is another kind of number."""
+        g, value, zero = self.g, o.node.value, self.g.const(0.0)
+        negative = g.compare(self.node, zero, "lt")
+        if kind != INT and (o.node.varies or value != np.rint(value)):
+            if o.node.varies:
+                whole = g.compare(g.make("round", (o.node,), "floor"), o.node, "eq")
+                negative = g.both(negative, g.negation(whole))
+            g.leaves_to_python_if(negative)  # Python gives a complex number
+        if kind != INT and (o.node.varies or value < 0):
+            at_zero = g.compare(self.node, zero, "eq")
+            if o.node.varies:
+                at_zero = g.both(at_zero, g.compare(o.node, zero, "lt"))
+            g.raises_if(at_zero, zero_to_a_negative_power)
+        if kind == INT:
+            g.keep_exact(result)
+        elif result.op in ("call", "sqrt", "mul", "div"):
+            g.raises_if(overflows(g, result, (self.node, o.node)), too_large_a_power)
 
     def __rpow__(self, other):
         o = self.lift(other)
@@ -135,9 +168,13 @@ class Arithmetic(Symbolic):
 
     def _divided(self, o):
         g = self.g
-        if max(self.kind, o.kind) < NUMPY:
-            g.raises_if(g.compare(o.node, g.const(0.0), "eq"), ZeroDivisionError)
-        return [self._of(node, o) for node in floor_division(self, o)]
+        kind = max(self.kind, o.kind)
+        if kind < NUMPY:
+            g.raises_if(g.compare(o.node, g.const(0.0), "eq"), divided_by_zero)
+        whole, rest = floor_division(self, o)
+        if kind == INT:
+            g.bounds[whole.key], g.bounds[rest.key] = bound(g, self.node), bound(g, o.node)
+        return [self.made(node, kind) for node in (whole, rest)]
 
     def __rfloordiv__(self, other):
         return self.lift(other) // self
@@ -173,7 +210,13 @@ class Arithmetic(Symbolic):
         return self.made(self.node, NUMPY)
 
     def as_int(self):
-        self.g.raises_if(self.g.negation(is_finite(self.g, self.node)), ValueError)
+        g, size = self.g, self.g.make("abs", (self.node,))
+        if g.in_handler():
+            g.raises_if(g.compare(self.node, self.node, "ne"), lambda: int(np.nan))
+            g.raises_if(g.compare(size, g.const(np.inf), "eq"), lambda: int(np.inf))
+        if bound(g, self.node) > INDEX:
+            g.leaves_to_python_if(g.negation(g.compare(size, g.const(float(INDEX)), "le")))
+            g.bounds[self.node.key] = INDEX
         return self.made(self.node, INT)
 
     # -- functions
@@ -186,7 +229,8 @@ class Arithmetic(Symbolic):
             node = self.g.make("call", (self.node, *[o.node for o in others]), name)
         if python:
             args = (self.node, *[o.node for o in others])
-            self.g.raises_if(raises(self.g, name, node, args), ValueError)
+            for condition, raising in failures(self.g, name, node, args):
+                self.g.raises_if(condition, raising)
         return self.made(node, FLOAT if python else NUMPY)
 
     # -- comparisons
@@ -195,7 +239,8 @@ class Arithmetic(Symbolic):
         o = self.lift(other)
         if o is None:
             return NotImplemented
-        return self.g.condition(self.g.compare(self.node, o.node, sign))
+        of_python = max(self.kind, o.kind) < NUMPY
+        return self.g.condition(self.g.compare(self.node, o.node, sign), of_python)
 
     def __lt__(self, other):
         return self._compare(other, "lt")

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from .arithmetic import INT
 from .symbolic import Symbolic, graph_of, is_symbolic, refuse
 from .symbols import Symbol, symbol
 
@@ -131,4 +132,7 @@ def total(values) -> Any:
     if g is None:
         return sum(values)
     values = [symbol(g, v) for v in values]
-    return Symbol(g, g.sum([v.node for v in values]), max(v.kind for v in values))
+    node, kind = g.sum([v.node for v in values]), max(v.kind for v in values)
+    if kind == INT:
+        g.keep_exact(node)
+    return Symbol(g, node, kind)

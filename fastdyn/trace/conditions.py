@@ -1,5 +1,7 @@
 """Truth values that depend on symbols, and what they choose."""
 
+from typing import Any
+
 import numpy as np
 
 from .arithmetic import INT
@@ -9,26 +11,28 @@ from .symbols import Symbol, symbol
 
 
 class Condition(Symbolic):
-    """A truth value; asked for it, the function goes on along one path."""
+    """A truth value of Python or NumPy; asked for it, the function goes on along one path."""
 
-    __slots__ = ("g", "node")
+    __slots__ = ("g", "node", "python")
 
-    def __init__(self, g, node):
-        self.g, self.node = g, node
+    def __init__(self, g, node, python=False):
+        self.g, self.node, self.python = g, node, python
 
     def __bool__(self):
         return self.g.decide(self.node)
 
     def _truth(self, other):
-        if isinstance(other, Symbol):
-            other = other != 0
-        if isinstance(other, bool | np.bool_ | int):
+        if isinstance(other, Symbol) or type(other) is int:
+            refuse("bits of a whole number")
+        if isinstance(other, bool | np.bool_):
             return self.g.const(bool(other))
         return other.node if isinstance(other, Condition) else None
 
     def __add__(self, other):
         if isinstance(other, Condition):
-            refuse("a sum of two truth values")  # 2 in Python, True in NumPy
+            if not (self.python and other.python):
+                refuse("a sum of two truth values")  # 2 in Python, True in NumPy
+            return self.number() + other.number()
         return self.number() + other
 
     __radd__ = __add__
@@ -37,7 +41,8 @@ class Condition(Symbolic):
         node = self._truth(other)
         if node is None:
             return NotImplemented
-        return self.g.condition(self.g.both(self.node, node, op))
+        python = self.python and (isinstance(other, bool) or getattr(other, "python", False))
+        return self.g.condition(self.g.both(self.node, node, op), python)
 
     def __and__(self, other):
         return self._combine(other, "and")
@@ -50,12 +55,19 @@ class Condition(Symbolic):
         if node is None:
             return NotImplemented
         other = Condition(self.g, node)
-        return (self & ~other) | (~self & other)
+        return (self & other.negation()) | (self.negation() & other)
 
     __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
 
-    def __invert__(self):
-        return self.g.condition(self.g.negation(self.node))
+    def __invert__(self) -> Any:
+        return -1 - self.number() if self.python else self.negation()
+
+    def negation(self):
+        """Not this."""
+        return self.g.condition(self.g.negation(self.node), self.python)
+
+    def __neg__(self):
+        return -self.number() if self.python else -np.True_  # which raises
 
     def choose(self, a, b):
         """a where this is true, else b."""
@@ -65,6 +77,10 @@ class Condition(Symbolic):
         return Symbol(self.g, self.g.select(self.node, self.g.const(1.0), self.g.const(0.0)), INT)
 
     def astype(self, dtype, *_, **__):
+        return self.as_type(dtype)
+
+    def as_type(self, dtype):
+        """A number of this type."""
         kind = kind_of(dtype)
         if kind in "iuf":
             return self.number()
@@ -91,10 +107,15 @@ def _of_number(name):
 
 
 for _name in (
-    "sub rsub mul rmul truediv rtruediv neg pos pow rpow abs lt le gt ge eq ne "
+    "sub rsub mul rmul truediv rtruediv pos pow rpow abs lt le gt ge eq ne "
     "float int index mod floordiv round"
 ).split():
     setattr(Condition, f"__{_name}__", _of_number(f"__{_name}__"))
+
+
+def negated(value):
+    """Not a truth value, symbolic or not."""
+    return value.negation() if isinstance(value, Condition) else not value
 
 
 def select(condition, a, b):
@@ -106,7 +127,7 @@ def select(condition, a, b):
     g = condition.g
     truths = (bool, np.bool_, Condition)
     if isinstance(a, truths) and isinstance(b, truths):
-        return (condition & a) | (~condition & b)
+        return (condition & a) | (condition.negation() & b)
     if is_complex(a) or is_complex(b):
         return Pair(*(select(condition, p, q) for p, q in zip(parts(a), parts(b), strict=True)))
     a, b = symbol(g, a), symbol(g, b)
@@ -132,7 +153,7 @@ def either(a, b):
 def cast(value, dtype):
     """A number, symbolic or not, as a whole number, a truth value or a float."""
     if isinstance(value, Symbol | Condition):
-        return value.astype(dtype)
+        return value.as_type(dtype)
     kind = kind_of(dtype)
     if kind in "iu":
         return int(value)

@@ -43,7 +43,5 @@ def to_decimals(a, digits, python=False):
         certain = g.compare(
             away, g.sub(g.const(0.5), g.mul(size, g.const(2 * np.finfo(float).eps))), "lt"
         )
-        g.raises_if(
-            g.negation(g.both(certain, g.compare(size, g.const(EXACT), "lt"))), ArithmeticError
-        )
+        g.leaves_to_python_if(g.negation(g.both(certain, g.compare(size, g.const(EXACT), "lt"))))
     return whole / factor if digits > 0 else whole * factor

@@ -12,6 +12,7 @@ from .operations import COMPUTE
 from .refusal import Refusal
 
 MAX_NODES = 60000
+LARGEST_WHOLE = 2**20  # of whole numbers that are parameters
 MAX_EXPONENT = 16  # of powers that become products
 
 
@@ -37,7 +38,8 @@ class Graph:
     def __init__(self):
         self._known, self.nodes, self.values, self.tables = {}, [], [], {}
         self.most = MAX_NODES
-        self.most = MAX_NODES
+        self.bounds: dict = {}  # sizes that whole numbers do not exceed, see `domains.bound`
+        self.largest_whole = LARGEST_WHOLE
         self.varying: set[int] = set()  # slots whose value differs between trajectories
         self.true, self.false = self.make("const", (), True), self.make("const", (), False)
 

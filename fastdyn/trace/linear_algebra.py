@@ -3,7 +3,7 @@
 import numpy as np
 
 from .arrays import Array, elementwise
-from .complex_pair import parts, product, total
+from .complex_pair import is_complex, parts, product, total
 from .conditions import select
 from .plain_arrays import lowered
 from .products import matmul
@@ -26,6 +26,7 @@ def solution(a, b):
     for k in range(n):
         for i in range(k + 1, n):
             _larger_first(rows, k, i, n)
+        _refuse_zero(rows[k][k])
         for i in range(k + 1, n):
             _eliminate(rows, k, i)
     x = np.empty((n, len(rows[0]) - n), dtype=object)
@@ -37,6 +38,20 @@ def solution(a, b):
             x[i, c] = rest / rows[i][i]
     x = x.view(Array)
     return x[:, 0] if b.ndim == 1 else x
+
+
+def _refuse_zero(pivot):
+    """Raise LinAlgError where a pivot is zero, as LAPACK has it."""
+    if is_symbolic(pivot):
+        if not is_complex(pivot):
+            g, node = pivot.g, pivot.number().node
+            g.raises_if(g.compare(node, g.const(0.0), "eq"), _singular)
+    elif pivot == 0:
+        _singular()
+
+
+def _singular():
+    np.linalg.inv(np.zeros((1, 1)))
 
 
 def _is_zero(value):

@@ -7,11 +7,11 @@ import types
 
 import numpy as np
 
-from .arithmetic import NUMPY
+from .arithmetic import INT, NUMPY
 from .arrays import Array, elementwise, reduced, stored
 from .complex_functions import of_complex, power
 from .complex_pair import is_complex, total
-from .conditions import Condition, both, either, select
+from .conditions import Condition, both, either, negated, select
 from .numpy_functions import STAND_INS
 from .plain_arrays import as_array, lowered, raised
 from .products import matmul
@@ -21,7 +21,11 @@ from .symbols import Symbol, by_name, symbol
 
 def _not(a):
     a = a != 0 if isinstance(a, Symbol) else a
-    return ~a if isinstance(a, Condition) else not a
+    return negated(a)
+
+
+def _inverted(a):
+    return negated(a) if isinstance(a, Condition) else ~a
 
 
 def _of_symbol(function):
@@ -81,8 +85,8 @@ BY_OPERATOR = {
     "greater_equal": operator.ge, "less": operator.lt, "less_equal": operator.le,
     "equal": operator.eq, "not_equal": operator.ne, "logical_and": both, "logical_or": either,
     "bitwise_and": operator.and_, "bitwise_or": operator.or_, "bitwise_xor": operator.xor,
-    "logical_xor": operator.xor, "logical_not": _not, "invert": operator.invert,
-    "bitwise_not": operator.invert, "negative": operator.neg, "positive": operator.pos,
+    "logical_xor": operator.xor, "logical_not": _not, "invert": _inverted,
+    "bitwise_not": _inverted, "negative": operator.neg, "positive": operator.pos,
     "absolute": abs, "abs": abs, "divmod": divmod,
 }  # fmt: skip
 BY_FORMULA = {
@@ -100,6 +104,10 @@ BY_FORMULA = {
 }  # fmt: skip
 
 
+def _is_whole(value):
+    return isinstance(value, Symbol) and value.kind == INT
+
+
 @functools.cache
 def of_numbers(ufunc):
     """A universal function of numbers, some of them symbolic."""
@@ -111,6 +119,8 @@ def of_numbers(ufunc):
     def function(*values):
         if not any(isinstance(v, Symbolic) for v in values):
             return ufunc(*values)
+        if any(isinstance(v, np.integer) for v in values) and any(map(_is_whole, values)):
+            refuse("whole numbers of NumPy, which have a width")
         # a number of NumPy would call the function again, with the symbol
         values = [v.item() if isinstance(v, np.generic) else v for v in values]
         of_complexes = any(map(is_complex, values))

@@ -19,6 +19,7 @@ from .changes import changed
 from .complex_pair import Pair
 from .copies import instance_of, module_of, shadow_of
 from .functions import Functions
+from .graph import LARGEST_WHOLE
 from .reads import MAX_ARRAY, STABLE, real_numbers
 from .stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, root_of
 from .symbolic import refuse
@@ -26,7 +27,7 @@ from .symbols import Symbol
 
 ATOMS = (
     type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis),
-    np.bool_, np.complexfloating, np.dtype,
+    np.bool_, np.complexfloating, np.dtype, np.integer, np.floating,  # whose sums have a width
 )  # fmt: skip
 
 
@@ -53,7 +54,7 @@ class Outside:
         """A copy of a value for the traced function; its numbers are parameters."""
         kind = type(value)
         builtin = kind.__module__ in ("builtins", "numpy", "numpy.dtypes")  # no class of a user
-        if builtin and (kind is int or isinstance(value, float | np.floating | np.integer)):
+        if kind is int or kind is float or kind is np.float64:
             return self._number(value, row)
         if builtin and isinstance(value, complex | np.complexfloating):
             return self._complex_number(value, row)
@@ -76,7 +77,7 @@ class Outside:
         if row in (None, STABLE) or self.lifted == "none" or (whole and self.lifted == "floats"):
             self.reads.expect(row, "equal", value)
             return value
-        if whole and abs(int(value)) > 2**53:
+        if whole and abs(value) > LARGEST_WHOLE:  # part of the code, where it is exact
             self.reads.expect(row, "equal", value)
             return value
         (slot,) = self.reads.parameters(row, value)

@@ -11,11 +11,13 @@ import numpy as np
 from .arrays import Array
 from .complex_pair import Pair, is_complex, parts
 from .conditions import Condition
+from .domains import WHOLE, bound
 from .graph import Graph
+from .handlers import is_handled
 from .masks import Masked
 from .outside import Outside
 from .reads import Reads
-from .refusal import LATEST, Refusal, Untraceable
+from .refusal import LATEST, Abandoned, Refusal, Untraceable
 from .symbols import Symbol, symbol
 
 MAX_PATHS, MAX_DECISIONS = 256, 200
@@ -34,12 +36,12 @@ class Paths(Graph):
 
     def begin(self, script):
         self.script, self.known, self.taken, self.raising = script, {}, [], self.false
-        self.texts = False
+        self.texts, self.abandoned = False, None
 
-    def condition(self, node):
-        """A Condition, or the truth where parameters alone decide."""
+    def condition(self, node, python=False):
+        """A Condition, or the truth where parameters alone decide; of Python's type, or NumPy's."""
         if node.varies:
-            return Condition(self, node)
+            return Condition(self, node, python)
         self.assume(node)
         return bool(node.value)
 
@@ -59,11 +61,50 @@ class Paths(Graph):
         self.texts = True
         return "..."
 
-    def raises_if(self, node, error):
-        """Note that the function raises where a condition holds."""
-        if not node.varies and node.value and node.op == "const":
-            raise error("on symbols")
+    def raises_if(self, node, raising):
+        """Let the function do what raises where a condition holds.
+
+        Where the user's code has a handler, that is a path of its own.
+        """
+        if node is self.false:
+            return
+        if node.op == "const":
+            raising()
+        if self.in_handler():
+            if not node.varies:
+                self.assume(node)
+            if self.decide(node) if node.varies else node.value:
+                raising()
+            return
         self.raising = self.both(self.raising, node, "or")
+
+    def in_handler(self):
+        """Whether the user's code may catch what is raised now."""
+        return is_handled(_run.__code__)
+
+    def leaves_to_python_if(self, node):
+        """Let Python go on where a condition holds, whatever handlers there are."""
+        if node is self.true:
+            self.abandon("it leaves the range of its compiled form")
+        self.raising = self.both(self.raising, node, "or")
+
+    def abandon(self, why):
+        """Leave this path to Python."""
+        self.abandoned = why
+        raise Abandoned(why)
+
+    def keep_exact(self, node):
+        """Leave to Python where a whole number is beyond those that floats are."""
+        if bound(self, node) <= WHOLE:
+            return
+        size = self.make("abs", (node,))
+        if node.varies:
+            self.leaves_to_python_if(self.compare(size, self.const(float(WHOLE)), "gt"))
+        elif size.value > WHOLE:
+            raise Refusal("a whole number beyond 2**53")
+        else:
+            self.reads.assume(self.compare(size, self.const(float(WHOLE)), "le"))
+        self.bounds[node.key] = WHOLE
 
     def decide(self, node):
         """The truth of a condition on this path."""
@@ -173,8 +214,13 @@ def _run(g, script, outside, fun, args, states, shape):
         LATEST.refusal = None  # that it writes says more
     except RecursionError:
         raise Untraceable("it calls itself too deep", final=True, said=False) from None
+    except Abandoned:
+        pass
     except Exception as raised:
         errors.append(f"{type(raised).__name__}: {raised}")
+    if g.abandoned:
+        results = None
+        errors.append(g.abandoned)
     written += outside.writes()
     if LATEST.refusal:
         raise LATEST.refusal.untraceable()

@@ -30,6 +30,10 @@ class _Latest(threading.local):
 LATEST = _Latest()
 
 
+class Abandoned(BaseException):
+    """This path is left to Python: where it is taken, the function raises, and Python goes on."""
+
+
 class Refusal(BaseException):
     """The same, from inside the traced function, where ``except Exception`` may not swallow it."""
 

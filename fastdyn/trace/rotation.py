@@ -29,6 +29,10 @@ def _length(v) -> Any:
     return np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
+def _of_no_length():
+    raise ValueError("Found zero norm quaternions in `quat`.")
+
+
 class Rotation:
     """Its quaternion, the scalar last."""
 
@@ -44,7 +48,7 @@ class Rotation:
             q = Array.of([*q[1:], q[0]])
         size = np.sqrt((q * q).sum())
         if (g := graph_of(size)) is not None:
-            g.raises_if(g.compare(size.node, g.const(0.0), "eq"), ValueError)
+            g.raises_if(g.compare(size.node, g.const(0.0), "eq"), _of_no_length)
         return Rotation(q / size)
 
     @staticmethod

@@ -7,7 +7,7 @@ import numpy as np
 
 from .arrays import Array, reduced
 from .complex_pair import product, total
-from .conditions import either, select
+from .conditions import both, either, negated, select
 from .symbolic import graph_of, is_symbolic, refuse
 from .symbols import symbol
 
@@ -70,7 +70,7 @@ def place_of(a, axis, further):
         best: Any = row[0]
         place: Any = 0
         for i, v in enumerate(row[1:], 1):
-            better = further(v, best) | (v.nan() & ~best.nan())
+            better = further(v, best) | both(v.nan(), negated(best.nan()))
             best, place = select(better, v, best), select(better, i, place)
         return place
 

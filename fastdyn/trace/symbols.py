@@ -40,7 +40,14 @@ class Symbol(Arithmetic):
         for value in (*range(MAX_INDEX), -1):  # a path for each
             if self == value:
                 return value
-        raise IndexError("an index beyond those that are tried")
+        return self.g.abandon("a whole number that depends on t or y is needed as a plain one")
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if hasattr((0, 0.0, np.float64(0.0))[self.kind], name):
+            refuse(f"`{name}` of what depends on the state")
+        raise AttributeError(f"'float' object has no attribute '{name}'")
 
     def __float__(self):
         return float(self._plain())
@@ -65,7 +72,7 @@ class Symbol(Arithmetic):
 
     # -- as NumPy's numbers
 
-    def astype(self, dtype, *_, **__) -> Any:
+    def as_type(self, dtype) -> Any:
         kind = kind_of(dtype)
         if kind in "iu":
             return self.__trunc__()
@@ -85,26 +92,49 @@ class Symbol(Arithmetic):
     conj = conjugate
     real = property(lambda self: self)
     imag = property(lambda self: 0.0)
-    T = property(lambda self: self)
-
-    def _itself(self, *_, **__):
-        return self
-
-    sum = max = min = mean = prod = _itself
-
-    def dot(self, other):
-        return self * other
-
-    def clip(self: Any, lowest=None, highest=None, **_) -> Any:
-        return np.clip(self, lowest, highest)
-
-    def reshape(self: Any, *shape) -> Any:
-        return np.reshape(self, shape[0] if len(shape) == 1 else shape)
 
     def __getitem__(self: Any, key) -> Any:
         if self.kind != NUMPY:
             raise TypeError("'float' object is not subscriptable")
         return np.reshape(self, ())[key]
+
+
+class OfNumPy:
+    """An attribute that NumPy's numbers have, and Python's do not."""
+
+    def __init__(self, function):
+        self._function = function
+
+    def __set_name__(self, owner, name):
+        self._name = name
+
+    def __get__(self, number, owner=None):
+        if number is None:
+            return self
+        if number.kind != NUMPY:
+            raise AttributeError(f"'float' object has no attribute '{self._name}'")
+        return self._function(number)
+
+
+def _itself(number):
+    return lambda *_, **__: number
+
+
+OF_NUMPY: dict[str, Any] = {
+    "shape": lambda _: (), "ndim": lambda _: 0, "size": lambda _: 1, "T": lambda number: number,
+    "dtype": lambda _: np.dtype(float),
+    "astype": lambda number: lambda dtype, *_, **__: number.as_type(dtype),
+    "dot": lambda number: lambda other: number * other,
+    "clip": lambda number: lambda lowest=None, highest=None, **_: np.clip(number, lowest, highest),
+    "reshape": lambda number: lambda *shape: np.reshape(
+        number, shape[0] if len(shape) == 1 else shape
+    ),
+    **dict.fromkeys("item squeeze copy flatten ravel sum max min mean prod".split(), _itself),
+}  # fmt: skip
+for _name, _of in OF_NUMPY.items():
+    _attribute = OfNumPy(_of)
+    _attribute.__set_name__(Symbol, _name)
+    setattr(Symbol, _name, _attribute)
 
 
 def symbol(g, value):
