@@ -14,7 +14,7 @@ from fastdyn import code_store
 from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.trace.paths import trace
 from fastdyn.trace.places import line_of_refusal, line_of_write
-from fastdyn.trace.reads import flat
+from fastdyn.trace.reads import flat, pattern
 from fastdyn.trace.refusal import Refusal, Untraceable
 
 from . import elimination
@@ -93,7 +93,7 @@ def traced_function(fun, args, mode, n, near, varying=()):
             error = Untraceable(str(reason))
             continue
         if traced.trace.reads.lasting:
-            zeros = _verified[_compared_place(function, fun, given)]
+            zeros = _verified[_compared_place(traced, function, fun, given)]
             known, follow = _known[place], Follower(traced.trace.reads)
             known.insert(0, Known(traced, function, (fun, args), zeros, follow))
             del known[MAX_KNOWN:]
@@ -216,8 +216,8 @@ def _traced(fun, args, mode, n, near, varying, lifted):
             _seconds(_compiled(traced, code.address, given), near, n),
             functools.cache(traced.series), traced,
         )  # fmt: skip
-    place, values = _compared_place(function, fun, given), flat(given)
-    unseen = _verified.get(place)
+    place, values = _compared_place(traced, function, fun, given), flat(given)
+    unseen = _verified.get(place) if found.reads.lasting else None
     if unseen is None or values[unseen].any():
         different = compare_around(
             lambda t, y: evaluate(lambda t, y: fun(t, y, *args), mode, t, y),
@@ -230,9 +230,11 @@ def _traced(fun, args, mode, n, near, varying, lifted):
     return traced, function, given
 
 
-def _compared_place(function, fun, given):
+def _compared_place(traced, function, fun, given):
     """What tells the comparisons of machine code: the function, and the types of its numbers."""
-    return function.key, _code(fun), tuple(map(type, given))
+    reads = traced.trace.reads
+    same = pattern(reads.found(reads.roots)) if reads.identities else ()
+    return function.key, _code(fun), tuple(map(type, given)), same
 
 
 @contextlib.contextmanager

@@ -183,7 +183,7 @@ def arrays_unchanged(bound):
 def _value(function, t, y):
     try:
         with np.errstate(all="ignore"):
-            return function(float(t), y.copy())
+            return function(np.float64(t), y.copy())  # as a solver of SciPy's gives it
     except Exception as error:
         return error
 

@@ -62,6 +62,8 @@ class Follower:
         return sorted(needed)
 
     def __call__(self, roots):
+        if self._reads.identities:
+            return self._reads.follow(*roots)
         if len(roots) != self._n or not self._lasting:
             return None
         for i, kind in self._types:

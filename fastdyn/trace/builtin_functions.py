@@ -127,6 +127,16 @@ def _sum(values, /, start=0):
     return functools.reduce(operator.add, values)
 
 
+def _exact_sum(values):
+    """math.fsum: of two numbers, one sum is exact but for its last rounding."""
+    values = list(values)
+    if not is_symbolic(values):
+        return math.fsum(values)
+    if len(values) > 2:
+        refuse("math.fsum of what depends on the state")
+    return Float(_sum(values))
+
+
 def _bool(value=False):
     if isinstance(value, Symbol):
         return value != 0
@@ -203,7 +213,7 @@ def _math_power(a, b):
 MATH = {
     **{k: _of_math(k, v) for k, v in vars(math).items() if builtins.callable(v) and k[0] != "_"},
     "pow": _math_power,
-    "fsum": _sum,
+    "fsum": _exact_sum,
     "dist": lambda p, q: _distance(p, q) if is_symbolic([p, q]) else math.dist(p, q),
     "hypot": lambda *v: Float(hypotenuse(*v)) if is_symbolic(v) else math.hypot(*v),
     "prod": lambda values, start=1: functools.reduce(operator.mul, values, start),

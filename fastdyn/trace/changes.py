@@ -8,6 +8,8 @@ import numpy as np
 from .copies import slots_of
 from .symbolic import Symbolic
 
+IGNORED = {"__warningregistry__"}  # where Python notes what it has warned of
+
 
 def changed(copy, before):
     """Whether a copy differs from what it held."""
@@ -20,7 +22,9 @@ def changed(copy, before):
     if isinstance(copy, set):
         return copy != before
     if isinstance(copy, dict):
-        return copy.keys() != before.keys() or any(copy[k] is not before[k] for k in before)
+        return copy.keys() - IGNORED != before.keys() - IGNORED or any(
+            copy[k] is not before[k] for k in before if k not in IGNORED
+        )
     if isinstance(copy, types.CellType):
         return copy.cell_contents is not before
     slots = slots_of(type(copy))

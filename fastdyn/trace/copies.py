@@ -1,5 +1,6 @@
 """Copies of modules, classes and objects whose functions see copies, too."""
 
+import collections
 import enum
 import functools
 import types
@@ -12,6 +13,7 @@ from .stand_ins import IMPURE, PURE, Forbidden, root_of
 from .symbolic import refuse
 
 ATOMS = (type(None), bool, str, bytes, complex, slice, range, frozenset, np.generic, np.dtype)
+OF_NAMED_TUPLES = frozenset(vars(collections.namedtuple("Any", "a"))) - {"a", "__doc__"}
 LEFT_OUT = ("__new__", "__init_subclass__", "__class_getitem__", "__getattribute__", "__del__")
 
 
@@ -46,6 +48,8 @@ def shadow_of(outside, cls, row=None):
     if made is not None:
         return made
     users = [base for base in cls.__mro__ if root_of(base) not in PURE]
+    if any("__getattribute__" in vars(base) for base in users):
+        refuse(f"the class {cls.__name__} has a `__getattribute__` of its own")
     if root_of(type(cls)) not in PURE or any("__init_subclass__" in vars(b) for b in users):
         refuse(f"the class {cls.__name__} sees who inherits from it")  # registers it, maybe
     try:
@@ -62,7 +66,10 @@ def shadow_of(outside, cls, row=None):
             continue
         of_base = step(row, "base", i)
         outside.reads.expect(of_base, "size", len(vars(base)))
+        of_tuple = issubclass(base, tuple)
         for name, value in vars(base).items():
+            if of_tuple and (name in OF_NAMED_TUPLES or name in getattr(base, "_fields", ())):
+                continue
             if name == "__new__":  # it would make, or return, an object of the class itself
                 body[name] = lambda *_, **__: refuse("a class with a `__new__` of its own")
                 continue

@@ -17,6 +17,10 @@ GLOBAL = frozenset(
 )
 
 
+ORIGINAL = dict(vars(builtins))
+CONSTANTS = (None, True, False, Ellipsis)
+
+
 class Functions:
     """The rebuilt functions of one run, and the variables that they share."""
 
@@ -59,9 +63,19 @@ class Functions:
                 hasattr(builtins, name) or f.__code__.co_exceptiontable  # a NameError is caught
             ):
                 reads.expect(step(row, "global", name), "absent")
+                self._builtin(name, scope["__builtins__"], step(row, "builtin", name))
+        reads.identities |= _compares_identities(f.__code__)
         for i, (cell, old) in enumerate(zip(cells, f.__closure__ or (), strict=True)):
             self._fill(cell, old, step(row, "cell", i))
         return new
+
+    def _builtin(self, name, scope, row):
+        """Let a name that the user put into `builtins` be a copy of what is there."""
+        value = vars(builtins).get(name)
+        if name in vars(builtins) and value is not ORIGINAL.get(name):
+            scope[name] = self.outside.copy(value, row)
+        elif name not in ORIGINAL:
+            self.outside.reads.expect(row, "absent")
 
     def _attributes(self, f, new, row):
         outside = self.outside
@@ -168,6 +182,19 @@ def _plain(value):
     if not isinstance(value, bool | int | float | str | None):
         refuse("it keeps what it gave")
     return value
+
+
+@functools.lru_cache(1024)
+def _compares_identities(code):
+    """Whether a piece of code asks whether two things are one, neither of them a constant."""
+    before = None
+    for i in dis.get_instructions(code):
+        if i.opname == "IS_OP" and not (
+            before.opname == "LOAD_CONST" and any(before.argval is c for c in CONSTANTS)
+        ):
+            return True
+        before = i
+    return any(isinstance(c, types.CodeType) and _compares_identities(c) for c in code.co_consts)
 
 
 @functools.lru_cache(1024)

@@ -17,7 +17,7 @@ from .arrays import Array
 from .builtin_functions import impure
 from .changes import changed
 from .complex_pair import Pair
-from .copies import instance_of, module_of, shadow_of
+from .copies import OF_NAMED_TUPLES, instance_of, module_of, shadow_of
 from .functions import Functions
 from .graph import LARGEST_WHOLE
 from .reads import MAX_ARRAY, STABLE, real_numbers
@@ -131,12 +131,9 @@ class Outside:
             return copy
         if isinstance(value, tuple) and hasattr(value, "_fields"):
             reads.expect(row, "type", kind)
-            if kind.__bases__ != (tuple,) or any(
-                type(v) is types.FunctionType and k[0] != "_" for k, v in vars(kind).items()
-            ):
-                reads.lasting = False  # its own methods and attributes
             items = [self.copy(v, reads.step(row, "item", i)) for i, v in enumerate(value)]
-            return self.keep(value, kind(*items))
+            cls = self.copy(kind, reads.step(row, "class"))
+            return self.keep(value, tuple.__new__(cls, items))
         if isinstance(value, types.FunctionType):
             return self.functions.copy(value, row)
         found = self.functions.wrapper(value, row)
@@ -195,8 +192,13 @@ class Outside:
             return self.keep(value, scipy_objects.copy_of(value))
         package = root_of(value if isinstance(value, type) else kind)
         if isinstance(value, type):
-            if package in PURE | IMPURE or issubclass(value, BaseException | tuple | list | dict):
+            made_by_user = any(map(_has_functions, value.__mro__[:-1]))
+            if package in PURE | IMPURE or (
+                issubclass(value, BaseException | tuple | list | dict) and not made_by_user
+            ):
                 return value
+            if issubclass(value, list | dict):
+                refuse(f"the class {value.__name__} is a list or a dict with functions of its own")
             return shadow_of(self, value, row)
         if _is_instance(value, kind):
             return instance_of(self, value, row)
@@ -214,10 +216,10 @@ class Outside:
     def _enumeration(self, value, cls):
         """The thing itself, of which there is one; what is written to its members is undone."""
         own = [v for name, v in vars(cls).items() if name[:2] != "__" and name[:5] != "_gene"]
-        if any(type(v) in (types.FunctionType, property, staticmethod) for v in own) or any(
-            name[0] != "_" for member in cls for name in vars(member)
-        ):
-            self.reads.lasting = False  # its members have methods and attributes of their own
+        if any(type(v) in (types.FunctionType, property, staticmethod, classmethod) for v in own):
+            refuse("an enumeration with functions of its own")
+        if any(name[0] != "_" for member in cls for name in vars(member)):
+            self.reads.lasting = False  # its members have attributes of their own
         if cls not in self._enumerations:
             self._enumerations[cls] = [(member, dict(vars(member))) for member in cls]
         return value
@@ -231,6 +233,15 @@ class Outside:
                 vars(member).update(before)
                 found.append("an attribute of an enumeration")
         return found
+
+
+def _has_functions(cls):
+    """Whether a class of a user has functions, but for those that all named tuples have."""
+    return root_of(cls) not in PURE and any(
+        isinstance(v, types.FunctionType | property | classmethod | staticmethod)
+        and not (issubclass(cls, tuple) and name in OF_NAMED_TUPLES)
+        for name, v in vars(cls).items()
+    )
 
 
 def _is_instance(value, kind):

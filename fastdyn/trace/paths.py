@@ -202,7 +202,8 @@ def _run(g, script, outside, fun, args, states, shape):
         y = Array.of(states)
         if shape is not None and len(shape) > 1:
             y = y.reshape(shape)
-        result = copy(Symbol(g, g.make("t")), y, *given)
+        with np.errstate(all="ignore"):
+            result = copy(Symbol(g, g.make("t")), y, *given)
         if g.texts:
             raise Refusal("a value that depends on t or y is needed as text")
         results = _numbers(g, result, shape, isinstance(states[0], Pair))

@@ -4,6 +4,7 @@ Each thing that was read has a row: where it is found (in an earlier row, by wha
 must be true of it.  Numbers need only be numbers: they are parameters of the code.
 """
 
+import builtins
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ STABLE = -1  # the row of what a library holds, which does not change
 MAX_ARRAY = 4096
 STEPS: dict[str, Any] = {
     "global": lambda function, name: function.__globals__.get(name, MISSING),
+    "builtin": lambda function, name: vars(builtins).get(name, MISSING),
     "cell": lambda function, i: _content(function.__closure__[i]),
     "default": lambda function, i: function.__defaults__[i],
     "keyword default": lambda function, name: function.__kwdefaults__[name],
@@ -77,7 +79,7 @@ class Reads:
         self._known, self._of_row, self._group_of_slot, self._fixed = {}, {}, [], set()
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that are one thing
-        self.lasting = True
+        self.lasting, self.identities = True, False
 
     def root(self, i):
         """The row of the function (0), or of an argument (1, ...)."""
@@ -187,6 +189,8 @@ class Reads:
             return None
         if any(found[a] is not found[b] for a, b in self.aliases):
             return None
+        if self.identities and pattern(found) != pattern(self.found(self.roots)):
+            return None
         given = [found[group.row] for group in self.groups]
         return given if self._holds(given) else None
 
@@ -204,6 +208,12 @@ class Reads:
         at = np.zeros(1)
         (now,) = evaluate(self.graph, nodes, at, np.zeros((1, 1)), values)[0].reshape(1, -1)
         return all(_same(a, float(node.value)) for a, node in zip(now, nodes, strict=True))
+
+
+def pattern(things):
+    """Which of them are one."""
+    first: dict = {}
+    return tuple([first.setdefault(id(thing), len(first)) for thing in things])
 
 
 def flat(given):

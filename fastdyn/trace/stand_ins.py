@@ -86,7 +86,21 @@ STAND_INS: dict[int, Any] = {
     for name, function in vars(module).items()
     if callable(function) and not isinstance(function, type) and name[0] != "_"
 }
+
+
+def _error_state(**how):
+    """np.errstate."""
+    if not {"ignore", "warn", None}.issuperset(how.values()):
+        refuse("NumPy's errors as exceptions", final=True)
+    return np.errstate(**how)
+
+
+def _seterr(*_, **__):
+    refuse("it changes how NumPy treats errors", effect=True)
+
+
 STAND_INS |= INDEXED
+STAND_INS |= {id(np.errstate): _error_state, id(np.seterr): _seterr}
 STAND_INS[id(np.vectorize)] = vectorized
 STAND_INS |= {id(getattr(math, name)): function for name, function in MATH.items()}
 STAND_INS |= {id(getattr(cmath, name)): function for name, function in CMATH.items()}
