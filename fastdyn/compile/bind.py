@@ -93,8 +93,10 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             raise Uncompilable("it does more than give a value")
         if found is None:
             parts = parts_of(fun, args)
-            from .by_numba import compiled_function
+            from .by_numba import check_written, compiled_function
 
+            if by_tracing.writes(fun, args, mode, n, varying):
+                check_written(parts)
             found = *compiled_function(parts, mode, probe), arguments_at(parts)
         function, parameters, at = found
         bound = _with_block(function, as_written, keepalive, parameters, mode, n, at)

@@ -123,6 +123,28 @@ def compiled_function(parts, mode, probe):
     return entry[0], [*values, *outside.values()] if outside else values
 
 
+def check_written(parts):
+    """Refuse a function that writes to arrays, of which functions that it calls hold some.
+
+    There, arrays are constants of the code, in memory that cannot be written to.
+    """
+    todo, seen = [parts.function], []
+    while todo:
+        function = todo.pop()
+        owner = parts.owner if function is parts.function else None
+        seen.append(function)
+        try:
+            outside = references(function, owner is not None)
+        except Exception:  # Numba says why when it is asked to compile
+            continue
+        for reference in outside:
+            value, _ = resolve(reference, function, owner)
+            if isinstance(value, np.ndarray) and function is not parts.function:
+                raise Uncompilable("a function that it calls may change an array")
+            if isinstance(value, python.FunctionType) and value not in seen:
+                todo.append(value)
+
+
 def call_signature(parts):
     """Types of the positional arguments ("t" and "y" among them), and {path: (type, value)}."""
     layout = tuple(

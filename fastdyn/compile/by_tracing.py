@@ -62,6 +62,7 @@ _known: dict = {}
 _refusals: dict = {}
 _reasons: dict = {}
 _effects: set = set()
+_writers: set = set()
 _left: dict = {}  # why functions were left to Python, by their code and mode
 _functions: dict = {}
 _verified: dict = {}  # what was compared, and the parameters that were 0 whenever it was
@@ -100,6 +101,8 @@ def traced_function(fun, args, mode, n, near, varying=()):
         return function, list(zip(traced.kinds, given, strict=True)), traced.at
     if error.effect:
         _effects.add(place)
+    if error.writes:
+        _writers.add(place)
     _refusals[place] = MAX_REFUSALS if error.final else _refusals.get(place, 0) + 1
     _reasons[place] = _reason(error, fun, args, mode, n)
     return None
@@ -149,6 +152,11 @@ def arrays_read(fun, args, mode, n):
         return None
     found = known[0].traced.trace.reads.found((fun, *args))
     return [value for value in found if isinstance(value, np.ndarray)]
+
+
+def writes(fun, args, mode, n, varying=()):
+    """Whether a function was refused because it writes to arrays."""
+    return _place(fun, args, mode, n, varying) in _writers
 
 
 def _reason(error, fun, args, mode, n):

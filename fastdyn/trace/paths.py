@@ -226,9 +226,8 @@ def _run(g, script, outside, fun, args, states, shape):
     if LATEST.refusal:
         raise LATEST.refusal.untraceable()
     if written:
-        raise Untraceable(
-            f"it changes {written[0]}", final=True, effect=not IN_PLACE.issuperset(written)
-        )
+        effect = not IN_PLACE.issuperset(written)
+        raise Untraceable(f"it changes {written[0]}", final=True, effect=effect, writes=not effect)
     if len(g.taken) < len(script):
         raise Untraceable("it does not decide the same at the same point")
     return results, errors

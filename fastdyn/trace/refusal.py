@@ -14,11 +14,14 @@ class Untraceable(Exception):
         Whether it does more than give a value, so that no machine code will do.
     said : bool
         Whether the reason is of use to the user; not where Numba may still compile it.
+    writes : bool
+        Whether it changes an array, or the state that it is given, which machine code can do.
     """
 
-    def __init__(self, why, *, final=False, effect=False, said=True):
+    def __init__(self, why, *, final=False, effect=False, said=True, writes=False):
         super().__init__(why)
         self.final, self.effect, self.said = final or effect, effect, said
+        self.writes = writes
 
 
 class _Latest(threading.local):
