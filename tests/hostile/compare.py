@@ -25,6 +25,8 @@ def verdict(source, before=lambda: None):
         return "no module", f"{type(error).__name__}: {error}"
     before()
     ours = outcome(source, "fastdyn")
+    if _other_tolerances(source) and any(run[3] < 0 for run in theirs.runs):
+        return "no reference", "SciPy gives up"
     found = difference(ours, theirs, source)
     if found is None:
         return ("warned" if ours.warned else "equal"), timing(ours, theirs)

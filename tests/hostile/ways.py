@@ -36,7 +36,9 @@ class Solver:
 
     def start(self, j=0):
         given = self.how["y0"]
-        return np.array(given) * (1.0, -0.35, 2.5)[j] if j else given
+        if not j and self.how["way"] in ("once", "again", "twins"):
+            return given  # events would be given the list itself by SciPy
+        return np.array(given) * (1.0, -0.35, 2.5)[j]
 
     def once(self, y0=None, events=None, span=None, **options):
         r = self.solve(
