@@ -5,7 +5,7 @@ import pytest
 from .compare import verdict
 from .compose import draw_case
 
-SEED, COUNT = 27, 80
+SEED, COUNT = 27, 64
 KNOWN = ("equal", "warned", "refused", "no reference")
 
 
