@@ -7,8 +7,8 @@ import sys
 
 from .compare import verdict
 from .compose import draw_case
+from .solvers import TooMany
 from .solving import outcome
-from .ways import TooMany
 from .workers import judged
 
 BAD = ("difference", "hang", "crash")

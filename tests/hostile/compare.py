@@ -1,12 +1,13 @@
 """Whether fastdyn did what SciPy does, and if not, whether rounding explains why."""
 
+import ast
 import contextlib
 import re
 
 import numpy as np
 
+from .solvers import EXPLICIT, OWN, TooMany
 from .solving import outcome
-from .ways import EXPLICIT, OWN, TooMany
 
 EPS = np.finfo(float).eps
 GROWTH = 4096  # units in the last place that a solve of a hundred steps may be off
@@ -86,8 +87,9 @@ def difference(ours, theirs, source):
 
 def _other_tolerances(source):
     """Those that tell how far a method may be off that does not take SciPy's steps bit by bit."""
-    method = next(m for m in (*EXPLICIT, *OWN, "") if f"'method': '{m}" in source)
-    return () if method in EXPLICIT else (1e-10,) if not method else (1e-5, 1e-10)
+    how = re.search(r"^HOW = (.*)$", source, flags=re.M)
+    method = ast.literal_eval(how[1])["method"] if how else ""
+    return () if method in EXPLICIT else (1e-5, 1e-10) if method in OWN else (1e-10,)
 
 
 def _steps(found):

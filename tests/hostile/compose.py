@@ -6,8 +6,8 @@ import re
 import textwrap
 from typing import NamedTuple
 
+from .solvers import EXPLICIT, OWN
 from .templates import all_idioms, filled
-from .ways import EXPLICIT, OWN
 
 HEADER = """import abc, collections, contextlib, copy, dataclasses, decimal, enum, fractions
 import functools, itertools, math, operator, re, types, typing, weakref

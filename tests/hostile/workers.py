@@ -2,6 +2,7 @@
 
 import json
 import os
+import pathlib
 import queue
 import subprocess
 import sys
@@ -21,8 +22,8 @@ def serve():
         print(json.dumps(what), file=say, flush=True)
 
     from .compare import verdict
+    from .solvers import EXPLICIT, OWN
     from .solving import outcome
-    from .ways import EXPLICIT, OWN
 
     for method in (*EXPLICIT, "Radau", "BDF", "LSODA", *OWN):
         outcome(WARM.replace("METHOD", method), "fastdyn", "warm")
@@ -38,7 +39,7 @@ def serve():
 WARM = """
 def fun(t, y): return [-y[0]]
 def watched(): pass
-HOW = dict(way="once", method="METHOD", rtol=1e-6, atol=1e-8, span=(0, 1), y0=[1.0])
+HOW = {"way": "once", "method": "METHOD", "rtol": 1e-6, "atol": 1e-8, "span": (0, 1), "y0": [1.0]}
 """
 
 
@@ -46,10 +47,13 @@ class Worker:
     """A process that judges one case after the other."""
 
     def __init__(self):
-        package = __package__ or "tests.hostile"
+        package = str(__package__)
+        root = pathlib.Path(__file__).resolve().parents[package.count(".") + 1]
+        paths = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
         self.process = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-c", f"from {package}.workers import serve; serve()"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            env=os.environ | {"PYTHONPATH": paths}, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL, text=True,
         )  # fmt: skip
         self.lines: queue.Queue = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()
