@@ -7,8 +7,8 @@ import sys
 
 from .compare import verdict
 from .compose import draw_case
+from .solvers import TooMany
 from .solving import outcome
-from .ways import TooMany
 from .workers import judged
 
 BAD = ("difference", "hang", "crash")
@@ -51,22 +51,23 @@ def main():
         return 0
     if given.scipy:
         return check_idioms(given.seed, given.first, given.count)
-    numbers = [f"{given.seed}:{given.first + j}" for j in range(given.count)]
+    cases = [draw_case(given.seed, given.first + j) for j in range(given.count)]
     counts: collections.Counter = collections.Counter()
 
-    def report(number, found, details, seconds):
+    def report(case, found, details, seconds):
         counts[found] += 1
         counts["slow"] += details.startswith("slow")
         if found in BAD or details.startswith("slow") or found == "refused":
-            case = draw_case(*map(int, number.split(":")))
-            print(f"##### {number} {found} {case.name}: {details} ({seconds:.1f} s)", flush=True)
-            if found in BAD:
-                print(case.source, flush=True)
-            if found in BAD and given.keep:
-                given.keep.mkdir(parents=True, exist_ok=True)
-                (given.keep / f"{number.replace(':', '_')}.py").write_text(case.source)
+            print(
+                f"##### {case.number} {found} {case.name}: {details} ({seconds:.1f} s)", flush=True
+            )
+        if found in BAD:
+            print(case.source, flush=True)
+        if found in BAD and given.keep:
+            given.keep.mkdir(parents=True, exist_ok=True)
+            (given.keep / f"{case.number.replace(':', '_')}.py").write_text(case.source)
 
-    judged(numbers, given.workers, report)
+    judged(cases, given.workers, report)
     print(", ".join(f"{n} {what}" for what, n in sorted(counts.items())))
     return int(any(counts[bad] for bad in BAD))
 

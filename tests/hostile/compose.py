@@ -6,8 +6,8 @@ import re
 import textwrap
 from typing import NamedTuple
 
+from .solvers import EXPLICIT, OWN
 from .templates import all_idioms, filled
-from .ways import EXPLICIT, OWN
 
 HEADER = """import abc, collections, contextlib, copy, dataclasses, decimal, enum, fractions
 import functools, itertools, math, operator, re, types, typing, weakref
@@ -68,7 +68,10 @@ def _module(parts, flags, light, draw):
     text = f"def fun({own}):\n" + textwrap.indent("\n".join([*body[1], out]), "    ")
     watch = ", ".join(p["watch"] for p in parts if p.get("watch"))
     how = _how(n, bool(changes), flags, light, draw)
-    after = _after("\n".join(changes), watch, how, draw)
+    if "buffer" in text:  # SciPy keeps what it was given: other calls between change its memory
+        how |= {"two": False, "way": "once" if how["way"] == "events" else how["way"]}
+        how["method"] = "LSODA" if how["method"] in ("Radau", "BDF") else how["method"]
+    after = _after("\n".join(changes), watch, how, draw, "event" in flags)
     if not params and "module" not in flags and draw.random() < 0.3:
         lines = "\n".join([setup, text, after, "return fun, change, watched, hook"])
         lines = re.sub(r"^(\s*)global ", r"\1nonlocal ", lines, flags=re.M)
@@ -117,7 +120,7 @@ def _result(n, draw, flags):
     return form, ""
 
 
-def _after(change, watch, how, draw):
+def _after(change, watch, how, draw, inline):
     """The functions `change` and `watched`, and the `hook` that a solve calls meanwhile."""
     lines = change or "pass"
     names = [node for node in ast.walk(ast.parse(lines)) if isinstance(node, ast.Name)]
@@ -130,9 +133,10 @@ def _after(change, watch, how, draw):
     if how["way"] == "on_event":
         side, looks = "1", "t"
     act = f"change({side})"
-    if draw.random() < 0.5:
+    if inline or draw.random() < 0.5:
         outer = [line for line in lines.splitlines() if line.startswith("global ")]
         act = "\n".join([*outer, f"i = {side}", *lines.splitlines()[len(outer) :]])
+    lines = "pass" if inline else lines
     return (
         f"def change(i):\n{textwrap.indent(lines, '    ')}\n"
         f"def watched():\n    return [{watch}]\n"
@@ -167,7 +171,7 @@ def _wrapped(text, own, draw):
 def _how(n, changes, flags, light, draw):
     """How it is solved: a dict of the way, the method, the tolerances, the start."""
     steady = QUICK if "explicit" in flags else STEADY
-    way = draw.choice(CHANGING if changes else steady)
+    way = draw.choice(("event",) if "event" in flags else CHANGING if changes else steady)
     if light and way in ("prepare", "ensemble"):  # which compile a kernel for each function
         way = "again"
     method = draw.choice(METHODS)

@@ -9,7 +9,8 @@ import types
 import warnings
 from typing import Any, NamedTuple
 
-from .ways import WAYS, ByFastdyn, ByScipy
+from .solvers import ByFastdyn, ByScipy
+from .ways import WAYS
 
 
 class Outcome(NamedTuple):

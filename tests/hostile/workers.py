@@ -2,6 +2,7 @@
 
 import json
 import os
+import pathlib
 import queue
 import subprocess
 import sys
@@ -13,7 +14,7 @@ START = 300.0  # seconds for a process to have its kernels, which one with an em
 
 
 def serve():
-    """A worker: cases by number from the standard input, verdicts to the standard output."""
+    """A worker: sources from the standard input, verdicts to the standard output."""
     say = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what C code prints
 
@@ -21,28 +22,24 @@ def serve():
         print(json.dumps(what), file=say, flush=True)
 
     from .compare import verdict
-    from .compose import draw_case
+    from .solvers import EXPLICIT, OWN
     from .solving import outcome
-    from .ways import EXPLICIT, OWN
 
     for method in (*EXPLICIT, "Radau", "BDF", "LSODA", *OWN):
         outcome(WARM.replace("METHOD", method), "fastdyn", "warm")
     tell(ready=True)
     for line in sys.stdin:
-        seed, index = line.strip().split(":")
-        case = draw_case(int(seed), int(index))
-        tell(begins=case.number)
         try:
-            found, details = verdict(case.source, lambda: tell(fastdyn=case.number))  # noqa: B023
+            found, details = verdict(json.loads(line), lambda: tell(fastdyn=True))
         except BaseException as error:
             found, details = "crash", f"{type(error).__name__}: {error}"
-        tell(case=case.number, verdict=found, details=details)
+        tell(verdict=found, details=details)
 
 
 WARM = """
 def fun(t, y): return [-y[0]]
 def watched(): pass
-HOW = dict(way="once", method="METHOD", rtol=1e-6, atol=1e-8, span=(0, 1), y0=[1.0])
+HOW = {"way": "once", "method": "METHOD", "rtol": 1e-6, "atol": 1e-8, "span": (0, 1), "y0": [1.0]}
 """
 
 
@@ -50,10 +47,13 @@ class Worker:
     """A process that judges one case after the other."""
 
     def __init__(self):
-        package = __package__ or "tests.hostile"
+        package = str(__package__)
+        root = pathlib.Path(__file__).resolve().parents[package.count(".") + 1]
+        paths = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
         self.process = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-c", f"from {package}.workers import serve; serve()"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            env=os.environ | {"PYTHONPATH": paths}, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL, text=True,
         )  # fmt: skip
         self.lines: queue.Queue = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()
@@ -70,10 +70,10 @@ class Worker:
         except queue.Empty:
             return {}
 
-    def judge(self, number):
-        """(verdict, details) of a case; None in place of a worker that is dead thereafter."""
+    def judge(self, source):
+        """(verdict, details, whether the worker lives) of a case."""
         assert self.process.stdin
-        self.process.stdin.write(number + "\n")
+        self.process.stdin.write(json.dumps(source) + "\n")
         self.process.stdin.flush()
         stage = "SciPy"
         while True:
@@ -92,25 +92,25 @@ class Worker:
         self.process.wait()
 
 
-def judged(numbers, n_workers, report):
-    """Have workers judge all cases; ``report(number, verdict, details, seconds)`` for each."""
+def judged(cases, n_workers, report):
+    """Have workers judge all cases; ``report(case, verdict, details, seconds)`` for each."""
     todo: queue.Queue = queue.Queue()
-    for number in numbers:
-        todo.put(number)
+    for case in cases:
+        todo.put(case)
     lock = threading.Lock()
 
     def work():
         worker = None
         while True:
             try:
-                number = todo.get_nowait()
+                case = todo.get_nowait()
             except queue.Empty:
                 break
             worker = worker or Worker()
             began = time.perf_counter()
-            found, details, alive = worker.judge(number)
+            found, details, alive = worker.judge(case.source)
             with lock:
-                report(number, found, details, time.perf_counter() - began)
+                report(case, found, details, time.perf_counter() - began)
             worker = worker if alive else None
         if worker:
             worker.end()
