@@ -129,7 +129,8 @@ def solve_ivp(
         StopIteration.
     checkpoint : str or path
         A file, written every few seconds, whole or not at all, from which the same call goes on
-        bit for bit after a crash or Ctrl-C.
+        bit for bit after a crash or Ctrl-C.  A folder that cannot be written is an OSError before
+        the run, a disk that is full later a warning.
     sensitivity : str or sequence of str
         Integrate the derivatives of the solution along: by the initial state, "y0"; by arguments of
         `fun`, which are numbers or arrays of floats, by their names (or "args[0]", ...); by all of
