@@ -111,8 +111,8 @@ class Checkpoint:
         except Exception:  # whatever the parsers of three formats make of garbage
             pass
         raise ValueError(
-            f"`{self.path}` is not a whole checkpoint. Give another `checkpoint`, or remove this one "
-            "to begin anew."
+            f"`{self.path}` is not a whole checkpoint. Give another `checkpoint`, or remove this "
+            "one to begin anew."
         )
 
     def due(self):
