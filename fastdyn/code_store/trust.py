@@ -5,6 +5,7 @@ or to the system's owner, and nobody else may write to them: what OpenSSH asks o
 let people in (`auth_secure_path`).  All is asked anew at each reading.
 """
 
+import contextlib
 import errno
 import functools
 import os
@@ -61,8 +62,12 @@ def _passed(at, path, make):
             continue
         if found.st_uid not in trusted or found.st_mode & OTHERS:
             _check_holder(at or "/", found)
-        below = os.path.dirname(at) if name == ".." else f"{at}/{name}"
-        found = _seen(below or "/", make)
+        if name == "..":  # which may lead above the beginning
+            names += os.path.dirname(at).split("/")[::-1]
+            at, found = "", os.lstat("/")
+            continue
+        below = f"{at}/{name}"
+        found = _seen(below, make)
         if not stat.S_ISLNK(found.st_mode):
             at = below
             continue
@@ -84,7 +89,8 @@ def _seen(path, make):
     except FileNotFoundError:
         if not make:
             raise
-        os.mkdir(path, 0o755)
+        with contextlib.suppress(FileExistsError):  # another process was faster
+            os.mkdir(path, 0o755)
         return os.lstat(path)
 
 

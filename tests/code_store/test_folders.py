@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from fastdyn import code_store
-from fastdyn.code_store import cache, environment, folder, folders, object_file, precompiled
+from fastdyn.code_store import cache, environment, folder, folders, object_file, precompiled, trust
 
 TEXT = "define i64 @{0}(ptr %words) {{ ret i64 41 }}\n"
 
@@ -119,6 +119,18 @@ def test_folders_are_made_for_all_to_read_whatever_the_umask(places):
     (entry,) = user.glob("*.o")
     modes = [path.stat().st_mode & 0o777 for path in (user.parent, user, entry)]
     assert modes == [0o755, 0o755, 0o644] and made() == 0
+
+
+def test_a_folder_that_another_process_makes_meanwhile_is_no_failure(places, monkeypatch):
+    mkdir = os.mkdir
+
+    def late(path, mode):
+        mkdir(path, mode)
+        mkdir(path, mode)  # raises FileExistsError
+
+    monkeypatch.setattr(trust.os, "mkdir", late)
+    before = code_store.COUNTS["stored"]
+    assert made() == 1 and made() == 0 and code_store.COUNTS["stored"] == before + 1
 
 
 def test_a_system_without_descriptors_of_folders_keeps_by_name(places, monkeypatch):

@@ -209,6 +209,8 @@ def test_what_lies_above_the_home_is_not_asked(place, monkeypatch):
     of_another_user(up(place, 3))
     monkeypatch.setattr(trust, "_home", lambda user: str(up(place, 2)))
     assert answer() == PLANTED
+    with pytest.raises(trust.Doubt):  # a way that leaves the home is asked from the root on
+        trust.check_above(f"{up(place, 2)}/../{up(place, 2).name}/fastdyn")
     monkeypatch.setattr(trust, "_home", lambda user: str(up(place, 2)) + "x")
     with pytest.warns(UserWarning, match="who can exchange what lies in it"):
         assert answer() == OURS
