@@ -1,6 +1,8 @@
 """The command ``fastdyn``: its words, and what each of them runs."""
 
 import argparse
+import contextlib
+import os
 import sys
 import warnings
 
@@ -21,17 +23,46 @@ def main(arguments=None):
     Returns
     -------
     int
-        Exit status: 0 for success, 1 if a check or a run failed, 2 for wrong input.
+        Exit status: 0 for success, 1 if a check or a run failed, 2 for wrong input, 141 where
+        nobody reads on what is printed, as by ``head``.
     """
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    status = 0
+    try:
+        try:
+            status = _status(words)
+        finally:
+            print(end="", flush=True)
+    except OSError as error:  # of what is printed: nobody reads on, or the disk is full
+        _print_no_more()
+        if isinstance(error, BrokenPipeError):
+            return 141  # as of a process that SIGPIPE ends
+        if status != 2:  # which says so already
+            print(f"fastdyn: {error}", file=sys.stderr)
+        return 2
+    return status
+
+
+def _print_no_more():
+    """Let what is left to print vanish: Python prints it where the process ends."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    with contextlib.suppress(OSError, ValueError):  # of an output that is no file
+        os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def _status(words):
+    """Run what the words of a command line say; the exit status."""
     import matplotlib
 
     matplotlib.use("Agg")  # the command writes files and opens no window
-    words = sys.argv[1:] if arguments is None else list(arguments)
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _in_a_sentence
             options = _parser(find.systems(words)).parse_args(checks.joined(words))
             return options.command(options)
+    except BrokenPipeError:
+        raise
     except (TypeError, ValueError, ArithmeticError, OSError) as error:
         print(f"fastdyn: {error}", file=sys.stderr)
         return 2

@@ -11,7 +11,7 @@ import sys
 import numpy as np
 
 from . import folders
-from .numba_settings import changed
+from .numba_settings import changed, settings
 
 PACKAGE = pathlib.Path(__file__).parent.parent
 EXTENSIONS = re.compile(r"^\[numba_extensions\]$(.*?)(?=^\[|\Z)", re.M | re.S)
@@ -21,7 +21,8 @@ def environment():
     """Everything but the key of the code itself, as text."""
     from .target import processor
 
-    return _environment(processor(), changed())
+    now = settings()
+    return _environment(processor(now), changed(now))
 
 
 @functools.cache
@@ -47,12 +48,18 @@ def sources():
     found = sorted(found.items())
     stamp = _stamp(found)
     for data in folders.entries(f"{stamp}.sources"):
-        if len(data) == 64:
-            return data.decode()
+        known = data[:64]
+        if data == _sealed(known, stamp):
+            return known.decode()
     known = _digest(found)
     if _stamp(found) == stamp:  # and nothing was edited meanwhile
-        folders.store(f"{stamp}.sources", known.encode())
+        folders.store(f"{stamp}.sources", _sealed(known.encode(), stamp))
     return known
+
+
+def _sealed(known, stamp):
+    """What is kept of a hash: a damaged one would stand for other sources."""
+    return known + hashlib.sha256(known + stamp.encode()).hexdigest().encode()
 
 
 def _stamp(found):

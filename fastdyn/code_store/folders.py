@@ -1,14 +1,15 @@
 """Where kept code lies: folders of the system, which are only read, then the user's own.
 
 Whoever can write to a folder decides what the processes run that read from it.  So a folder that
-others than the user, or the system's owner, can write is refused with a sentence.
+others than the user, or the system's owner, can write or exchange is refused with a sentence.
 """
 
 import functools
 import os
-import pathlib
-import stat
 import warnings
+
+from .folder import Folder
+from .trust import Doubt
 
 MAX_FILES, MAX_BYTES = 4000, 512 * 2**20  # beyond either, the entries longest unused go
 PRUNE_ONCE_IN = 64  # entries that are written
@@ -16,12 +17,15 @@ SYSTEM = "/var/cache/fastdyn"
 
 
 def own():
-    """The user's folder: under NUMBA_CACHE_DIR if that is set, else in the user's cache."""
+    """The user's folder: under NUMBA_CACHE_DIR if that is set, else in the user's cache.
+
+    None for a user without a home.
+    """
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base:
-        return pathlib.Path(base, "fastdyn")
-    cache = os.environ.get("XDG_CACHE_HOME") or pathlib.Path("~/.cache").expanduser()
-    return pathlib.Path(cache, "numba", "fastdyn")
+        return os.path.join(base, "fastdyn")
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return None if cache.startswith("~") else os.path.join(cache, "numba", "fastdyn")
 
 
 def of_the_system():
@@ -32,40 +36,22 @@ def of_the_system():
 
 def entries(name):
     """The bytes of the entries of that name, the system's first."""
-    for folder in (*of_the_system(), str(own())):
+    for path in filter(None, (*of_the_system(), own())):
         try:
-            path = os.path.join(folder, name)
-            with open(path, "rb") as file:
-                data = file.read()
+            with Folder(path) as folder:
+                data = folder.read(name)
         except OSError:
             continue
-        if trusted(folder):
-            yield data
-            used(path)
+        except Doubt as reason:
+            _say(path, str(reason))
+            continue
+        yield data
 
 
-def used(path):
-    """Note that an entry was used, if it is ours."""
-    try:
-        os.utime(path)
-    except OSError:
-        pass
-
-
-@functools.cache
-def trusted(folder):
-    """Whether nobody else can write to a folder; if somebody can, it says so once."""
-    if os.name != "posix":
-        return True
-    found = os.stat(folder)
-    if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        who = "others can write to it; `chmod go-w` it"
-    elif found.st_uid not in (0, os.geteuid()):
-        who = "it belongs to another user"
-    else:
-        return True
-    warnings.warn(f"compiled code in {folder} is not used: {who}.", stacklevel=2)
-    return False
+@functools.lru_cache(64)
+def _say(folder, reason):
+    """Say why a folder is not used, once."""
+    warnings.warn(f"compiled code in {folder} is not used: {reason}.", stacklevel=2)
 
 
 def store(name, data):
@@ -73,29 +59,18 @@ def store(name, data):
 
     A folder that cannot be written is no error, only no cache.
     """
-    folder = own()
+    path = own()
+    if path is None:
+        return False
     try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o755)
-        if not trusted(str(folder)):
-            return False
-        file = folder / f"{os.urandom(16).hex()}.tmp"
-        file.write_bytes(data)
-        os.replace(file, folder / name)
-        if os.urandom(1)[0] % PRUNE_ONCE_IN == 0:
-            prune(folder)
+        with Folder(path, make=True) as folder:
+            folder.check()
+            folder.write(name, data)
+            if os.urandom(1)[0] % PRUNE_ONCE_IN == 0:
+                folder.prune(MAX_FILES, MAX_BYTES)
         return True
     except OSError:
         return False
-
-
-def prune(folder):
-    """Drop the entries longest unused once there are too many."""
-    found = sorted(
-        ((entry.stat().st_mtime, entry.stat().st_size, entry.path) for entry in os.scandir(folder)),
-        reverse=True,
-    )
-    total = 0
-    for i, (_, size, path) in enumerate(found):
-        total += size
-        if i >= MAX_FILES or total > MAX_BYTES:
-            pathlib.Path(path).unlink(missing_ok=True)
+    except Doubt as reason:
+        _say(path, str(reason))
+        return False

@@ -3,11 +3,14 @@
 import functools
 import importlib.machinery
 import importlib.util
+import itertools
 import pathlib
 import sys
 import threading
 
 import llvmlite.binding as llvm
+
+from .object_file import NotWhole
 
 LIBC = frozenset("malloc realloc free abort memcpy memset memmove memcmp".split())
 LIBM = frozenset(
@@ -20,6 +23,7 @@ PREFIX = "numba_"
 
 _lock = threading.Lock()
 _loaded: list = []
+_numbers = itertools.count()  # of the libraries, those that did not link included
 
 
 class UnknownSymbol(Exception):
@@ -84,13 +88,17 @@ def _linker():
 def load(code, symbol, needs):
     """The address of `symbol` in object code, linked by itself; it is never taken out again.
 
-    Blocks and kernels hold addresses as numbers, which would keep nothing in place.
+    Blocks and kernels hold addresses as numbers, which would keep nothing in place.  Raises
+    UnknownSymbol, or NotWhole for what cannot be linked.
     """
     linker = _linker()  # first: it makes the symbols of the process known to LLVM
     builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
     for name in needs:
         builder.import_symbol(name, _address(name))
-    with _lock:
-        library = builder.link(linker, f"{symbol} {len(_loaded)}")
-        _loaded.append(library)
-    return library[symbol]
+    try:
+        with _lock:
+            library = builder.link(linker, f"{symbol} {next(_numbers)}")
+            _loaded.append(library)
+        return library[symbol]
+    except RuntimeError as error:  # all that LLVM says
+        raise NotWhole(f"it cannot be linked: {error}") from None

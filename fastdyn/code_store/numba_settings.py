@@ -35,12 +35,18 @@ def setting(name):
     return getattr(chosen(), name, DEFAULTS.get(name))
 
 
-def changed():
-    """(name, value as text) of each setting that is not Numba's own."""
+def settings():
+    """The values of all settings that code depends on, by name."""
     config = chosen()
-    found = [(name, str(getattr(config, name, v)), v) for name, v in DEFAULTS.items()]
+    return {name: getattr(config, name, value) for name, value in DEFAULTS.items()}
+
+
+def changed(now=None):
+    """(name, value as text) of each setting that is not Numba's own; `now` are the `settings`."""
+    found = (now or settings()).items()
     # OPT is a number with a class of its own, and a name for one that is not
-    return tuple((name, text) for name, text, v in found if text not in (str(v), f"_OptLevel({v})"))
+    texts = ((name, str(value), DEFAULTS[name]) for name, value in found)
+    return tuple((name, text) for name, text, v in texts if text not in (str(v), f"_OptLevel({v})"))
 
 
 DISABLED = bool(setting("DISABLE_JIT"))  # by the user, who wants the own functions to run in Python

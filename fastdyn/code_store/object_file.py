@@ -11,6 +11,10 @@ import struct
 MAGIC = b"fastdyn object 1\n"
 DIGEST = 32
 RELOCATABLE, SYMBOL_TABLE = 1, 2  # of ELF
+BROKEN = (
+    ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError,
+    struct.error,
+)  # fmt: skip
 CONSTRUCTORS = (".init_array", ".fini_array", ".preinit_array", ".ctors", ".dtors")
 
 
@@ -35,10 +39,26 @@ def unpacked(data, symbol):
     digest, rest = data[n : n + DIGEST], data[n + DIGEST :]
     if data[:n] != MAGIC or hashlib.sha256(rest).digest() != digest:
         raise NotWhole("it is damaged")
-    (size,) = struct.unpack_from("<q", rest)
-    header, code = json.loads(rest[8 : 8 + size]), rest[8 + size :]
-    checked(code, symbol, header["needs"])
+    try:
+        (size,) = struct.unpack_from("<q", rest)
+        header, code = json.loads(rest[8 : 8 + size]), rest[8 + size :]
+        _check_header(header, symbol)
+        checked(code, symbol, header["needs"])
+    except BROKEN as error:  # a hash says that a file is as it was written, not what was written
+        raise NotWhole(f"it is not made as it should be: {error}") from error
     return header, code
+
+
+def _check_header(header, symbol):
+    """Raise NotWhole, or one of BROKEN, unless all that is used of a header is there."""
+    if header["symbol"] != symbol:
+        raise NotWhole(f"it says that it is {header['symbol']}")
+    texts = [*header["needs"]]
+    for name, kind in header["arguments"]:
+        texts += name, kind
+        int(kind.partition(":")[2] or 0)
+    if not all(isinstance(text, str) for text in texts):
+        raise NotWhole("its header has no names")
 
 
 def is_elf(code):

@@ -9,7 +9,7 @@ from typing import Any
 import llvmlite.binding as llvm
 
 from .loader import UnknownSymbol, initialise, provider
-from .numba_settings import chosen, setting
+from .numba_settings import chosen, setting, settings
 from .object_file import Unsealable, checked, is_elf, symbols
 
 STRAIGHT = 1500  # lines of text without a loop, beyond which LLVM's time grows with their square
@@ -18,9 +18,10 @@ BACK_TO_PYTHON = "it goes back to Python (prints, or uses Python objects)"
 WITHOUT_AVX = {"corei7-avx", "core-avx-i", "sandybridge", "ivybridge", "nocona"}
 
 
-def processor():
-    """What code is made for: the triple, the processor and its features, by Numba's settings."""
-    return _processor(setting("CPU_NAME"), setting("CPU_FEATURES"))
+def processor(now=None):
+    """What code is made for: the triple, the processor and its features, by Numba's `settings`."""
+    now = now or settings()
+    return _processor(now["CPU_NAME"], now["CPU_FEATURES"])
 
 
 @functools.cache

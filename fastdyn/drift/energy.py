@@ -87,6 +87,9 @@ def energy_drift(
     ------
     ValueError, TypeError
         As `solve_ivp`; for a run without length; for a checkpoint of another run.
+    OSError
+        Before the run, if no checkpoint can be written where it is to lie.  A disk that is full
+        later is a warning.
     KeyboardInterrupt
         On Ctrl-C, after writing the checkpoint if there is one.
 
@@ -193,8 +196,7 @@ class _Run:
         try:
             status = survey.run(file, bar)
         except KeyboardInterrupt:
-            if file is not None:
-                file.save(survey.arrays())
+            if file is not None and file.save(survey.arrays()):
                 raise KeyboardInterrupt(
                     f"stopped at t = {survey.t:.6g}; the same call with the same `checkpoint` "
                     "goes on from there"

@@ -47,10 +47,13 @@ class Survey:
         return {name: getattr(self, name) for name in names}
 
     def restore(self, arrays):
-        """Go on from a checkpoint's arrays, if there are any."""
+        """Go on from a checkpoint's arrays, if there are any; ValueError for those of no survey."""
         if arrays is not None:
-            for name, array in arrays.items():
-                setattr(self, name, np.ascontiguousarray(array))
+            for name, mine in self.arrays().items():
+                array = arrays.get(name)
+                if array is None or (array.shape, array.dtype) != (mine.shape, mine.dtype):
+                    raise ValueError(f"the checkpoint is not of this run: its `{name}` is another.")
+                mine[...] = array
             self._fresh = False
             self._point()
 

@@ -2,14 +2,17 @@
 
 A block counts once its entry in `finished` is there, which is written last.  What has a few
 numbers for each trajectory is in memory too; the states at the times of output, and the events,
-stay in the group until someone asks for them.
+stay in the group until someone asks for them.  Each chunk ends with its checksum, which Zarr
+compares where it reads.
 """
 
 import hashlib
+import warnings
 from typing import Any
 
 import numpy as np
 
+from fastdyn.compile.diagnostics import levels_inside
 from fastdyn.kernels.state.record import INTERRUPTED
 from fastdyn.run.checkpoint import refuse_other
 from fastdyn.run.resume import FUNCTIONS
@@ -23,6 +26,7 @@ AXES = {
     "folded": ("trajectory", "fold"),
 }  # fmt: skip
 FILL = {"status": INTERRUPTED, "counts": 0}  # of what is not there yet; else NaN
+DAMAGED = (ValueError, RuntimeError, OSError)  # what Zarr raises for a chunk that it cannot read
 
 
 class Archived(Results):
@@ -55,32 +59,71 @@ class Archived(Results):
         super().__init__(count, n_extended, 0, *others)
         self._n = n
         header = {**header, "shape": [count, n], "members": _digest(members)}
-        self._group = _opened(store, header, block)
+        self._store, self._group = store, _opened(store, header, block)
         self.block = int(self._group.attrs["block"])
         self._arrays: dict[str, Any] = {}
         blocks = self._require("finished", (-(-count // self.block),), ("block",), 1, bool, False)
-        self._finished = blocks[:]
-        there = np.repeat(self._finished, self.block)[:count]
         self._names = [name for name in self.ROWS if len(getattr(self, name)) == count]
         for name in self._names:
             array = getattr(self, name)
             fill = FILL.get(name, np.nan)
-            kept = self._require(name, array.shape, AXES[name], self.block, array.dtype, fill)
-            array[there] = kept[:][there]
+            self._require(name, array.shape, AXES[name], self.block, array.dtype, fill)
         if t_eval is not None:
             n_times = len(t_eval)
             self._require("y", (count, n, n_times), AXES["y"], self.block)
             self._require("time", (n_times,), ("time",), n_times)[:] = t_eval
+        self._finished = _read(blocks, 1)[0]
+        self._take_over()
 
     def _require(self, name, shape, axes, rows, dtype: Any = float, fill: Any = np.nan):
         """An array of the group, made if it is not there, in chunks of so many rows."""
-        if name not in self._group:
-            self._group.create_array(
-                name, shape=shape, chunks=tuple(max(1, k) for k in (rows, *shape[1:])),
-                dtype=dtype, fill_value=fill, dimension_names=axes,
-            )  # fmt: skip
-        self._arrays[name] = self._group[name]
-        return self._arrays[name]
+        import zarr
+
+        chunks = tuple(max(1, k) for k in (rows, *shape[1:]))
+        with zarr.config.set({"array.write_empty_chunks": True}):  # what is not there is lost
+            if name not in self._group:
+                self._group.create_array(
+                    name, shape=shape, chunks=chunks, dtype=dtype, fill_value=fill,
+                    dimension_names=axes, compressors=_compressors(),
+                )  # fmt: skip
+            found: Any = self._group[name]
+        if (found.shape, found.chunks, found.dtype) != (shape, chunks, np.dtype(dtype)):
+            raise ValueError(
+                f"`store={self._store!r}` is damaged: `{name}` is described as another array. "
+                "Give another `store`."
+            )
+        self._arrays[name] = found
+        return found
+
+    def _take_over(self):
+        """Read what finished blocks hold; a block that is damaged is not finished."""
+        arrays = {name: _read(self._arrays[name], self.block) for name in self._names}
+        damaged = {block for _, blocks in arrays.values() for block in blocks}
+        left_out = arrays["status"][0] == INTERRUPTED  # which is what Zarr says without a chunk
+        done = map(int, np.flatnonzero(self._finished))
+        damaged.update(i for i in done if left_out[self._rows(i)].all())
+        damaged = sorted(i for i in damaged if self._finished[i])
+        if damaged:
+            warnings.warn(
+                f"`store={self._store!r}`: damaged, and solved again, are the blocks {damaged}.",
+                stacklevel=levels_inside(),
+            )
+        self._finished[damaged] = False
+        there = np.repeat(self._finished, self.block)[: len(self.status)]
+        for name, (kept, _) in arrays.items():
+            getattr(self, name)[there] = kept[there]
+        for name in {*self._names, "y"} & {*self._arrays}:
+            array = self._arrays[name]
+            checked = array.size and _has_checksums(array)
+            if checked and array.nchunks_initialized < self._finished.sum():
+                raise ValueError(
+                    f"`store={self._store!r}` is not whole: chunks of `{name}` are lost. Copy it "
+                    "again, or give another `store`."
+                )
+
+    def _rows(self, block):
+        """The trajectories of a block."""
+        return slice(self.block * block, self.block * (block + 1))
 
     def missing(self):
         """First members of the blocks that are not there."""
@@ -97,7 +140,9 @@ class Archived(Results):
         if part.found:  # one row each: member, event, time, state
             rows = np.concatenate([np.column_stack(piece) for piece in part.found])
             rows[:, 0] += start
-            self._group.create_array(f"events/{start}", data=rows, overwrite=True)
+            self._group.create_array(
+                f"events/{start}", data=rows, overwrite=True, compressors=_compressors()
+            )
         self._arrays["finished"][start // self.block] = True
         self._finished[start // self.block] = True
 
@@ -107,9 +152,51 @@ class Archived(Results):
 
     def occurrences(self):
         """Pieces of ((member, event), time, state) of the events, one row each."""
-        names = [f"events/{self.block * int(i)}" for i in np.flatnonzero(self._finished)]
-        blocks = [self._group[name][:] for name in names if name in self._group]
-        return [(rows[:, :2].astype(int), rows[:, 2], rows[:, 3:]) for rows in blocks]
+        blocks = [self._events(int(i)) for i in np.flatnonzero(self._finished)]
+        found = [rows for rows in blocks if rows is not None]
+        return [(rows[:, :2].astype(int), rows[:, 2], rows[:, 3:]) for rows in found]
+
+    def _events(self, block):
+        """The rows of the events of a block, None if nothing occurred."""
+        name = f"events/{self.block * block}"
+        if name not in self._group and not np.isfinite(self.t_first[self._rows(block)]).any():
+            return None
+        try:
+            return self._group[name][:]  # pyright: ignore
+        except (KeyError, *DAMAGED) as error:
+            raise ValueError(
+                f"`store={self._store!r}`: `{name}` is lost or damaged ({error}). Remove "
+                f"`finished/c/{block}` there, and the same call solves this block again."
+            ) from error
+
+
+def _compressors():
+    """Zarr's own choice, then a checksum of what is written."""
+    from zarr.codecs import Crc32cCodec, ZstdCodec
+
+    return ZstdCodec(), Crc32cCodec()
+
+
+def _has_checksums(array):
+    """False for an array of a store that an earlier version has begun."""
+    from zarr.codecs import Crc32cCodec
+
+    return any(isinstance(codec, Crc32cCodec) for codec in array.compressors)
+
+
+def _read(array, rows):
+    """All of an array, and the numbers of its chunks of so many rows that are damaged."""
+    try:
+        return array[:], []
+    except DAMAGED:
+        whole, damaged = np.full(array.shape, array.fill_value, array.dtype), []
+    for i in range(-(-len(whole) // rows)):
+        part = slice(rows * i, rows * (i + 1))
+        try:
+            whole[part] = array[part]
+        except DAMAGED:
+            damaged.append(i)
+    return whole, damaged
 
 
 def _digest(members):

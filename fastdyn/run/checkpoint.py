@@ -5,19 +5,23 @@ It is written beside its place, flushed to disk and renamed, so that a kill at a
 the last whole one; a digest over everything tells a damaged file from a good one.
 """
 
+import errno
 import hashlib
 import io
 import json
 import os
 import pathlib
 import time
+import warnings
 
 import numpy as np
 
 from fastdyn import __version__
+from fastdyn.compile.diagnostics import levels_inside
 from fastdyn.compile.fingerprint import contains_opaque, frozen
 
 SECONDS = 5.0  # between two writes, at least
+FULL = {getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT")}  # what may pass
 
 
 def fingerprint(bounds):
@@ -60,46 +64,105 @@ class Checkpoint:
 
     def __init__(self, path, header):
         self.path = pathlib.Path(path)
-
         self._header = {"fastdyn": __version__, **header}
         self._written = time.monotonic()
+        self._fails = False
+        self._try_the_place()
+
+    def _try_the_place(self):
+        """Raise OSError now for what would keep a long run from being written."""
+        folder = self.path.parent
+        if self.path.is_dir():
+            raise IsADirectoryError(f"`checkpoint`: `{self.path}` is a folder; give a file.")
+        if not folder.is_dir():
+            raise FileNotFoundError(f"`checkpoint`: there is no folder `{folder}`; make it first.")
+        import tempfile
+
+        try:
+            tempfile.NamedTemporaryFile(dir=folder, suffix=".tmp").close()
+        except OSError as error:
+            if error.errno not in FULL:
+                reason = f"`checkpoint`: nothing can be written to `{folder}`: {error.strerror}."
+                raise type(error)(reason) from None
+            self._warn(error)
 
     def load(self):
         """The arrays of the file, or None if there is none; ValueError if it is not this run's."""
-        if not self.path.exists():
-            return None
-        from zipfile import BadZipFile
-
         try:
-            with np.load(self.path, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-            header = json.loads(str(arrays.pop("header")))
-            digest = str(arrays.pop("digest"))
-        except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-            raise ValueError(f"`{self.path}` is not a whole checkpoint: {error}.") from error
+            data = self.path.read_bytes()
+        except FileNotFoundError:
+            return None
+        header, arrays, digest = self._parts(data)
         if digest != _digest(header, arrays):
             raise ValueError(f"`{self.path}` has been altered or damaged since it was written.")
         refuse_other(self.path, header, self._header, "checkpoint")
         return arrays
 
+    def _parts(self, data):
+        """(header, arrays, digest) of the bytes of a file."""
+        import zipfile
+
+        try:
+            with zipfile.ZipFile(io.BytesIO(data)) as file:
+                arrays = {name.removesuffix(".npy"): _array(file, name) for name in file.namelist()}
+            header, digest = json.loads(str(arrays.pop("header"))), str(arrays.pop("digest"))
+            if isinstance(header, dict):
+                return header, arrays, digest
+        except Exception:  # whatever the parsers of three formats make of garbage
+            pass
+        raise ValueError(
+            f"`{self.path}` is not a whole checkpoint. Give another `checkpoint`, or remove this "
+            "one to begin anew."
+        )
+
     def due(self):
-        """Whether the last write is long enough ago."""
+        """Whether the last write, or the last try, is long enough ago."""
         return time.monotonic() - self._written > SECONDS
 
     def save(self, arrays):
-        """Write the file."""
-        import tempfile
-
+        """Write the file; whether it is there.  A disk that is full is a warning, not the end."""
         digest = _digest(self._header, arrays)
         buffer = io.BytesIO()
         np.savez(buffer, header=json.dumps(self._header), digest=digest, **arrays)
-        folder = self.path.parent
-        with tempfile.NamedTemporaryFile(dir=folder, suffix=".tmp", delete=False) as file:
-            file.write(buffer.getvalue())
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(file.name, self.path)
-        self._written = time.monotonic()
+        try:
+            self._write(buffer.getbuffer())
+        except OSError as error:
+            self._warn(error)
+            return False
+        finally:
+            self._written = time.monotonic()
+        self._fails = False
+        return True
+
+    def _write(self, data):
+        """Write beside the file, to disk, then to its place; nothing is left if that fails."""
+        import tempfile
+
+        file = tempfile.NamedTemporaryFile(dir=self.path.parent, suffix=".tmp", delete=False)
+        try:
+            with file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(file.name, self.path)
+        except BaseException:
+            pathlib.Path(file.name).unlink(missing_ok=True)
+            raise
+
+    def _warn(self, error):
+        """Say, at the first of several failures, that the run goes on."""
+        if not self._fails:
+            warnings.warn(
+                f"the checkpoint `{self.path}` was not written: {error.strerror or error}. The run "
+                "goes on; what was written before stays.",
+                stacklevel=levels_inside(),
+            )
+        self._fails = True
+
+
+def _array(file, name):
+    with file.open(name) as member:
+        return np.lib.format.read_array(member, allow_pickle=False)
 
 
 def _digest(header, arrays):

@@ -94,9 +94,11 @@ def solve_ivp(
     jac_sparsity : array_like or sparse matrix, shape (n, n)
         Where the Jacobian has elements, for differences with fewer evaluations and for sparse
         elimination.  Not needed where it is exact.
-    lband, uband, min_step
+    lband, uband : int or None
         For "LSODA", as in SciPy: diagonals of the Jacobian, those that `jac` returns, if it is a
-        function; the shortest step.
+        function.
+    min_step : float
+        For "LSODA", as in SciPy: the shortest step.
     mass : array_like, shape (n, n)
         For "Rodas5P": the matrix M of M y' = fun(t, y).  If it is singular, some equations are
         algebraic: a DAE of index 1, whose `y0` must fulfil them.
@@ -129,7 +131,8 @@ def solve_ivp(
         StopIteration.
     checkpoint : str or path
         A file, written every few seconds, whole or not at all, from which the same call goes on
-        bit for bit after a crash or Ctrl-C.
+        bit for bit after a crash or Ctrl-C.  A folder that cannot be written is an OSError before
+        the run, a disk that is full later a warning.
     sensitivity : str or sequence of str
         Integrate the derivatives of the solution along: by the initial state, "y0"; by arguments of
         `fun`, which are numbers or arrays of floats, by their names (or "args[0]", ...); by all of

@@ -1,7 +1,10 @@
 """The command line: what it prints, writes and returns."""
 
 import dataclasses
+import os
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -99,6 +102,37 @@ def test_wrong_words_are_refused_before_anything_runs(words, sentence, capsys):
     told = capsys.readouterr()
     assert exit_.value.code == 2 and sentence in told.err and "usage" in told.err
     assert not told.out
+
+
+@pytest.mark.parametrize(
+    ("words", "statuses"),
+    [("list", {141}), ("tour pendulum", {141}), ("worksheet", {141}), ("tour moon", {141}),
+     ("run moon", {2}), ("--help", {0, 141})],  # argparse tells nobody
+)  # fmt: skip
+def test_where_nobody_reads_on_it_ends_without_a_word(words, statuses, tmp_path):
+    """As in ``fastdyn tour | head -1``, by a reader that has gone before the first line."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    wrong = "moon" in words  # of which is told on the other output
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "fastdyn", *words.split()],
+            stdout=subprocess.DEVNULL if wrong else writing,
+            stderr=writing if wrong else subprocess.PIPE, cwd=tmp_path,
+        )  # fmt: skip
+    finally:
+        os.close(writing)
+    assert not done.stderr and done.returncode in statuses
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is full")
+def test_where_the_disk_is_full_a_sentence_says_so():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "fastdyn", "list"], stdout=full, stderr=subprocess.PIPE,
+            text=True,
+        )  # fmt: skip
+    assert done.returncode == 2 and done.stderr == "fastdyn: [Errno 28] No space left on device\n"
 
 
 def test_version(capsys):

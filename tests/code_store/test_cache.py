@@ -146,13 +146,13 @@ def test_an_edit_to_a_kernel_is_seen(tmp_path):
     assert place.run()[0] > first[0]
 
 
-def test_old_entries_go(tmp_path, monkeypatch):
-    from fastdyn.code_store import folders
+def test_old_entries_go(tmp_path):
+    from fastdyn.code_store.folder import Folder
 
     for i in range(30):
         path = tmp_path / f"{i}.o"
         path.write_bytes(b"x" * 10)
         os.utime(path, (i, i))
-    monkeypatch.setattr(folders, "MAX_FILES", 10)
-    folders.prune(tmp_path)
+    with Folder(str(tmp_path)) as folder:
+        folder.prune(10, 2**20)
     assert {p.stem for p in tmp_path.iterdir()} == {str(i) for i in range(20, 30)}

@@ -140,3 +140,109 @@ def test_a_store_is_read_when_it_is_indexed_and_by_others(finished_store):
     with xarray.open_zarr(finished_store, consolidated=False) as seen:
         assert seen.y.dims == ("trajectory", "component", "time")
         assert np.array_equal(seen.y.sel(time=20.0), local.y[:, :, -1])
+
+
+BLOCK = 2
+KEPT = ("finished", "status", "counts", "t_end", "y_end", "t_first")
+
+
+def chunk(store, name, block=BLOCK):
+    """The file of a block in an array of a store."""
+    path = store / name / "c" / str(block)
+    (file,) = (p for p in (path, *path.rglob("*")) if p.is_file())
+    return file
+
+
+def flip(path, at=-1):
+    data = bytearray(path.read_bytes())
+    data[at] ^= 1
+    path.write_bytes(data)
+
+
+BREAK = {
+    "flipped": lambda path: flip(path, 20),
+    "flipped checksum": flip,
+    "cut": lambda path: path.write_bytes(path.read_bytes()[:-5]),
+    "empty": lambda path: path.write_bytes(b""),
+}
+
+
+@pytest.fixture
+def full(store):
+    """A store of 7 blocks, and what it should say."""
+    given = problem(events=bottom, reduce=("max",))
+    return store, given, solve_ensemble(**given, store=store, block=50)
+
+
+@pytest.mark.parametrize("how", BREAK)
+@pytest.mark.parametrize("name", KEPT)
+def test_a_block_that_is_damaged_is_solved_again(full, name, how):
+    store, given, whole = full
+    path = chunk(store, name)
+    before = path.read_bytes()
+    if len(before) < 21:
+        how = "flipped checksum" if how == "flipped" else how
+    BREAK[how](path)
+    with ThreadPoolExecutor(1) as pool:
+        again = Watched(pool)
+        if name == "finished":
+            found = solve_ensemble(**given, client=again, store=store)
+        else:
+            with pytest.warns(
+                UserWarning, match=r"damaged, and solved again, are the blocks \[2\]"
+            ):
+                found = solve_ensemble(**given, client=again, store=store)
+    assert len(again.futures) == 1 and path.read_bytes() == before
+    assert_same(whole, found)
+
+
+@pytest.mark.parametrize("how", BREAK)
+def test_states_and_events_that_are_damaged_are_no_data(full, how):
+    store, given, whole = full
+    y = whole.y[:]
+    BREAK[how](chunk(store, "y"))
+    BREAK[how](chunk(store / "events", str(50 * BLOCK), 0))
+    found = solve_ensemble(**given, store=store)
+    with pytest.raises(ValueError, match="checksum"):
+        found.y[:]
+    assert np.array_equal(found.y[:100], y[:100])  # of other blocks
+    with pytest.raises(ValueError, match=r"`events/100` is lost .*Remove `finished/c/2`"):
+        found.t_events  # noqa: B018
+    (store / "finished" / "c" / str(BLOCK)).unlink()
+    assert_same(whole, solve_ensemble(**given, store=store))
+
+
+@pytest.mark.parametrize("name", ["y", "t_end", "y_end", "counts", "t_first", "best"])
+def test_chunks_that_are_lost_are_not_taken_for_empty_ones(full, name):
+    store, given, _ = full
+    chunk(store, name).unlink()
+    with pytest.raises(ValueError, match=f"is not whole: chunks of `{name}` are lost"):
+        solve_ensemble(**given, store=store)
+
+
+def test_events_and_status_that_are_lost(full):
+    import shutil
+
+    store, given, whole = full
+    chunk(store, "status").unlink()
+    with pytest.warns(UserWarning, match=r"solved again, are the blocks \[2\]"):
+        assert_same(whole, solve_ensemble(**given, store=store))
+    shutil.rmtree(store / "events" / "50")
+    with pytest.raises(ValueError, match="`events/50` is lost"):
+        solve_ensemble(**given, store=store).t_events  # noqa: B018
+
+
+def test_an_array_that_is_described_otherwise_is_refused(full):
+    store, given, _ = full
+    about = store / "t_end" / "zarr.json"
+    about.write_text(about.read_text().replace("float64", "int64").replace('"NaN"', "0"))
+    with pytest.raises(ValueError, match="`t_end` is described as another array"):
+        solve_ensemble(**given, store=store)
+
+
+def test_blocks_without_any_number_are_no_loss(store):
+    """Chunks of what no event and no trajectory filled are written, too."""
+    given = problem(events=lambda t, w, a, d: w[0] + 99.0)
+    whole = solve_ensemble(**given, store=store, block=50)
+    assert np.isnan(whole.y[:]).sum() == 0
+    assert_same(whole, solve_ensemble(**given, store=store))

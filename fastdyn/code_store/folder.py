@@ -1,0 +1,127 @@
+"""A folder of kept code, by its descriptor: what is asked of it is asked of what is then read.
+
+A name may stand for another folder or file the next moment, a descriptor may not.  Windows has no
+such descriptors, owners and modes: there names are used, and nothing is asked.
+"""
+
+import contextlib
+import errno
+import os
+import stat
+import time
+from typing import Any
+
+from . import trust
+from .trust import POSIX, Doubt
+
+HOUR = 3600.0  # for which a use is not noted again, and after which what is half written goes
+PLAIN = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
+LINK = (errno.ELOOP, errno.EMLINK, errno.ENOTDIR)  # what systems say of a link that is not followed
+
+
+class Folder:
+    """An open folder, for ``with``.
+
+    Parameters
+    ----------
+    path : str
+    make : bool
+        Whether to make it, and what is missing above it.
+
+    Raises
+    ------
+    OSError
+        If it is not there.
+    Doubt
+        If it is a symbolic link; and for what others can exchange, if it has to be made.
+    """
+
+    def __init__(self, path, make=False):
+        path = path.rstrip("/") or "/"
+        self.path = path if os.path.isabs(path) else os.path.join(os.getcwd(), path)
+        self._fd: Any = None
+        if not POSIX:
+            if make:
+                os.makedirs(self.path, exist_ok=True)
+            return
+        if make:
+            trust.check_above(self.path, make)
+        try:
+            self._fd = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        except OSError as error:
+            if error.errno in LINK and os.path.islink(self.path):
+                raise Doubt("it is a symbolic link; give the folder that it leads to") from None
+            raise
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *failure):
+        if self._fd is not None:
+            os.close(self._fd)
+
+    def _name(self, name):
+        """What the system's calls take beside the descriptor."""
+        return name if POSIX else os.path.join(self.path, name)
+
+    def check(self):
+        """Raise Doubt if others can write to the folder, or exchange it."""
+        if not POSIX:
+            return
+        found = os.fstat(self._fd)
+        trust.check(found)
+        if not os.path.samestat(found, trust.check_above(self.path)):
+            raise Doubt("it is being exchanged")
+
+    def read(self, name):
+        """The bytes of a file; raises OSError without it, Doubt if others could have written it."""
+        try:
+            file = os.open(self._name(name), os.O_RDONLY | PLAIN, dir_fd=self._fd)
+        except OSError as error:
+            if error.errno in LINK:
+                raise Doubt("an entry is a symbolic link") from None
+            raise
+        try:
+            found = os.fstat(file)
+            if POSIX:
+                trust.check(found, "an entry")
+                self.check()
+            if not stat.S_ISREG(found.st_mode):
+                raise Doubt("an entry is no file")
+            if POSIX and found.st_uid == os.geteuid() and found.st_mtime < time.time() - HOUR:
+                with contextlib.suppress(OSError):  # where nothing can be written
+                    os.utime(file)  # `prune` drops what was not used for longest
+            return os.read(file, found.st_size)
+        finally:
+            os.close(file)
+
+    def write(self, name, data):
+        """Write a file, whole or not at all."""
+        beside = self._name(f"{os.urandom(16).hex()}.tmp")
+        how = os.O_WRONLY | os.O_CREAT | os.O_EXCL | PLAIN
+        descriptor = os.open(beside, how, 0o644, dir_fd=self._fd)
+        try:
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(data)
+            os.replace(beside, self._name(name), src_dir_fd=self._fd, dst_dir_fd=self._fd)
+        except BaseException:
+            self._drop(beside)
+            raise
+
+    def _drop(self, name):
+        with contextlib.suppress(OSError):  # another process has dropped it
+            os.unlink(name, dir_fd=self._fd)
+
+    def prune(self, max_files, max_bytes):
+        """Drop the entries longest unused beyond so many, and what processes left half written."""
+        found, old = [], time.time() - HOUR
+        with os.scandir(self.path if self._fd is None else self._fd) as entries:
+            for entry in entries:
+                with contextlib.suppress(FileNotFoundError):
+                    s = entry.stat(follow_symlinks=False)
+                    found.append((s.st_mtime, s.st_size, entry.name))
+        total = 0
+        for i, (at, size, name) in enumerate(sorted(found, reverse=True)):
+            total += size
+            if i >= max_files or total > max_bytes or (name.endswith(".tmp") and at < old):
+                self._drop(self._name(name))
