@@ -5,14 +5,14 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.kernels.ensemble.arguments import COUNT
 from fastdyn.kernels.state.record import RAISED
-from fastdyn.run.solve_problem import run_of
 
 from . import reductions
+from .status import what_raised
 from .workers import Worker
 
+MOST_ASKED = 100  # trajectories that raised, before there is a result
 LOOK = 0.1  # seconds between two looks of the main thread at its workers
 
 
@@ -54,17 +54,5 @@ def solve_here(ensemble, results, threads, bar):
     if any(bound.callback is not None for bound in workers[0].bounds):
         del workers[1:]  # Python runs one thread at a time
     work_off(workers, results, bar)
-    raised = np.flatnonzero(results.status == RAISED)
-    if len(raised):
-        _ask_again(members, problem, int(raised[0]))
-
-
-def _ask_again(members, problem, i):
-    """Raise GaveUp if trajectory i raised only because its function is compiled."""
-    p = problem._replace(y0=members.state(i), args=members.args(i), compile="shared")
-    try:
-        run_of(p).solve(p.y0)
-    except GaveUp:
-        raise
-    except Exception:  # which it raises in Python too: its status says so
-        pass
+    for i in np.flatnonzero(results.status == RAISED)[:MOST_ASKED].tolist():
+        results.raised[i] = what_raised(members, problem, i)

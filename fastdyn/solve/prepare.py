@@ -140,6 +140,11 @@ class Prepared:
         if p.dense_output:
             raise ValueError("`many` keeps no interpolants: prepare without `dense_output`.")
         members = Members(p.y0 if y0s is None else y0s, p.args if args is None else tuple(args))
+        if members.complex:
+            raise TypeError("`y0s` must be real numbers; solve_ivp takes complex states.")
+        if not members.finite.all():
+            bad = np.argmin(members.finite)
+            raise ValueError(f"All components of `y0s` must be finite; row {bad} is not.")
         if members.n != self._shape[0]:
             raise ValueError(f"`y0s` must have shape (m, {self._shape[0]}), or one row of it.")
         if not members.count:
