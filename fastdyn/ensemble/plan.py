@@ -14,11 +14,13 @@ from fastdyn.problem import validate
 from fastdyn.problem.complex_states import REFUSED, on_pairs
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
+from fastdyn.problem.option_names import refuse_unknown
 from fastdyn.problem.second_order_and_pairs import check_second_order
 
 from . import reductions
 
 SIMD = ("auto", True, False)
+OWN = {"t_eval", "events", "reduce", "threads", "progress", "simd", "client", "store", "block"}
 ORDERED = ("final", "first_event")  # what may be gathered of complex numbers
 
 
@@ -53,6 +55,7 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     for name in ("callback", "checkpoint", "compile", "dense_output", *validate.OF_ONE_SOLVE):
         if name in options:
             raise TypeError(f"an ensemble takes no `{name}`.")
+    refuse_unknown("an ensemble", options, validate.ALL | OWN)
     t0, tf = validate.time_span(t_span)
     if t0 == tf:
         raise ValueError("`t_span` must not be empty.")

@@ -64,7 +64,7 @@ def _states(y0):
         raise TypeError(f"`y0` must be numbers; got an array of {array.dtype}.")
     array = np.ascontiguousarray(array, dtype=complex if array.dtype.kind == "c" else float)
     if len(array) and not np.isfinite(array).all(axis=1).any():
-        raise ValueError("All components of `y0` must be finite; those of no trajectory are.")
+        raise ValueError("All components of `y0` must be finite; trajectory 0 is not, nor others.")
     return array
 
 
@@ -98,7 +98,7 @@ class Members:
         self.count = _count(states, columns)
         self.y0 = np.atleast_2d(states)
         self.n = self.y0.shape[1]
-        self.finite = np.isfinite(self.y0).all(axis=1)
+        self.finite: np.ndarray = np.isfinite(self.y0).min(axis=1, initial=True)
         self.usual = int(np.argmax(self.finite)) if len(self.finite) else 0
         self.varying = {j: c for j, c in columns.items() if len(c) != 1}
         shared = (a.value if isinstance(a, Shared) else a for a in args)

@@ -92,7 +92,7 @@ def test_a_start_that_is_not_finite_fails_alone(method, simd):
     assert found.message(2) == (
         "Trajectory 2: component 1 of the initial state `y0` is not finite."
     )
-    with pytest.raises(ValueError, match="of no trajectory are"):
+    with pytest.raises(ValueError, match="trajectory 0 is not, nor"):
         solve_ensemble(fun, (0, 1), np.full((3, 2), np.nan))
 
 
