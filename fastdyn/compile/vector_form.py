@@ -17,6 +17,7 @@ class VectorForm(NamedTuple):
 
     `parameters` are (type, value) each; ``build()`` gives the function on vectors,
     ``series(order)`` its kernel of the Taylor method on them, and ``jacobian(time)`` its Jacobian.
+    The value is nan where the function raises, if it `raises`.
     """
 
     key: str
@@ -25,6 +26,7 @@ class VectorForm(NamedTuple):
     build: Any
     series: Any
     jacobian: Any
+    raises: bool
 
 
 def vector_form(fun, args, varying, mode, n, near, width):
@@ -43,7 +45,8 @@ def vector_form(fun, args, varying, mode, n, near, width):
     series = functools.partial(function.traced.lane_series, kinds=kinds, width=width)
     n_all = sum(map(n_words, kinds))
     derive = functools.partial(_jacobian, function, kinds)
-    return VectorForm(f"{function.key} {kinds}", parameters, n_all, build, series, derive)
+    raises = function.traced.trace.raising is not function.traced.trace.graph.false
+    return VectorForm(f"{function.key} {kinds}", parameters, n_all, build, series, derive, raises)
 
 
 def _jacobian(function, kinds, time):

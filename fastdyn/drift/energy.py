@@ -1,5 +1,6 @@
 """The long-horizon study: how invariants drift over many steps, in constant memory."""
 
+import inspect
 import math
 import time
 from typing import Any
@@ -11,6 +12,7 @@ from fastdyn.compile.by_tracing import Near
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.kernels.state.record import FINISHED, RAISED
 from fastdyn.problem import validate
+from fastdyn.problem.option_names import refuse_unknown
 from fastdyn.problem.second_order_and_pairs import (
     Pair,
     bind_equations,
@@ -98,6 +100,7 @@ def energy_drift(
     Changes are relative to the value at the start, absolute where that is zero.  Constant steps
     are never shortened: the run ends with the step that reaches its end.
     """
+    refuse_unknown("`energy_drift`", options, validate.ALL | OWN)
     run = _Run(system, method, y0, invariants, args, period)
     length = run.length(step, n_steps, t_end, periods, steps_per_period)
     if length[0] is not None:
@@ -108,6 +111,9 @@ def energy_drift(
     return or_in_python(lambda: run.follow(*given))
 
 
+OWN = {*inspect.signature(energy_drift).parameters} - {"options"}
+
+
 class _Run:
     """A study before it has a length."""
 
@@ -115,6 +121,10 @@ class _Run:
         self.method: Any
         self.fun: Any
         self.y0: Any
+        if isinstance(system, type):
+            raise TypeError(
+                f"give a system, {getattr(system, 'name', system.__name__)}(), not its class."
+            )
         self.system = system if hasattr(system, "rhs") else None
         if self.system is not None:
             self.fun, self.args = system.rhs, system.args

@@ -12,6 +12,7 @@ from numba import cloudpickle
 
 from fastdyn import __version__
 from fastdyn.compile.bind import bind, or_in_python
+from fastdyn.kernels.methods import ON_PAIRS
 from fastdyn.kernels.state.record import INTERRUPTED
 from fastdyn.problem.events import AS_GIVEN
 from fastdyn.problem.members import Shared
@@ -64,10 +65,13 @@ def in_blocks(ensemble, client, store, block, threads, options):
     else:
         from .zarr_store import Archived
 
+        if e.members.complex:
+            raise ValueError("`store` takes real states: give real and imaginary parts as one.")
         results = Archived(store, sizes(e), e.members, header, p.t_eval, n, block)
         block, missing = results.block, results.missing()
     given = {
-        "fun": p.fun, "t_span": (p.t0, p.tf), "method": p.method.name, "t_eval": p.t_eval,
+        "fun": p.fun, "t_span": (p.t0, p.tf), "method": p.method.name.removesuffix(ON_PAIRS),
+        "t_eval": p.t_eval,
         "events": p.events and [_marked(*event) for event in p.events], "reduce": e.wanted,
         "simd": e.vector is not None, "options": options,
     }  # fmt: skip
@@ -156,6 +160,7 @@ def _unpacked(job) -> Job:
 def _part(members, n, rows):
     """Initial states and varying arguments of some members."""
     y0 = members.y0[rows, :n] if len(members.y0) > 1 else members.y0[0, :n]
+    y0 = y0.view(complex) if members.complex else y0
     return y0, {j: column[rows] for j, column in members.varying.items()}
 
 

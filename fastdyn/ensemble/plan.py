@@ -5,16 +5,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.diagnostics import Uncompilable
+from fastdyn.compile.diagnostics import LeftToSciPy, Uncompilable
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.taylor.accuracy import order_of_many
+from fastdyn.kernels.methods import COMPLEX
 from fastdyn.problem import validate
+from fastdyn.problem.complex_states import REFUSED, on_pairs
 from fastdyn.problem.members import Members
+from fastdyn.problem.option_names import refuse_unknown
 from fastdyn.problem.second_order_and_pairs import check_second_order
 
 from . import reductions
 
 SIMD = ("auto", True, False)
+OWN = {"t_eval", "events", "reduce", "threads", "progress", "simd", "client", "store", "block"}
+ORDERED = ("final", "first_event")  # what may be gathered of complex numbers
 
 
 class Ensemble(NamedTuple):
@@ -48,21 +53,26 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     for name in ("callback", "checkpoint", "compile", "dense_output", *validate.OF_ONE_SOLVE):
         if name in options:
             raise TypeError(f"an ensemble takes no `{name}`.")
+    refuse_unknown("an ensemble", options, validate.ALL | OWN)
     t0, tf = validate.time_span(t_span)
     if t0 == tf:
         raise ValueError("`t_span` must not be empty.")
     members = Members(y0, validate.extra_arguments(args))
     if members.n == 0:
         raise ValueError("`y0` has no components.")
-    smallest = abs(members.y0).min(axis=0) if len(members.y0) else np.ones(members.n)
-    mode, n = "derivative", members.n
-    if ours.second_order:
+    usual = members.y0[members.finite]
+    smallest = abs(usual).min(axis=0) if len(usual) else np.ones(members.n)
+    mode, n = "complex" if members.complex else "derivative", members.n
+    if ours.second_order and not members.complex:
         mode, n = "acceleration", members.n // 2
         if members.count:
-            check_second_order(fun, t0, members.state(0), members.first, ours.name)
-    problem = validate.problem(
-        fun, t0, tf, smallest, ours, t_eval, False, events, members.first, mode, options
-    )
+            check_second_order(fun, t0, members.state(members.usual), members.first, ours.name)
+    if members.complex:
+        problem = _on_pairs(fun, t0, tf, smallest, ours, t_eval, events, members, wanted, options)
+    else:
+        problem = validate.problem(
+            fun, t0, tf, smallest, ours, t_eval, False, events, members.first, mode, options
+        )
     if problem.on_event:
         reductions.check_jumps(wanted)
     if moments := reductions.moments(wanted):
@@ -71,21 +81,55 @@ def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
 
     def probe():
         if members.count:
-            start = members.state(0)[:n].copy()
+            start = members.state(members.usual)[:n].copy()
             evaluate(lambda t, y: fun(t, y, *members.first), mode, t0, start)
 
-    members.bind(fun, mode, n, members.near(problem, n), probe)
+    _bind(members, problem, mode, n, probe)
     vector, reason = None, "`simd` is False"
     if simd is not False:
         try:
             if problem.on_event and not ours.error_order:
                 raise Uncompilable("constant steps begin anew after each jump of `on_event`")
+            if members.complex:
+                raise Uncompilable("complex states have no form for vectors")
             vector, reason = _vector_kernel(problem, members, wanted)
         except Uncompilable as error:
             reason = str(error)
             if simd is True:
                 raise ValueError(f"`fun` has no form for vectors: {reason}.") from error
     return Ensemble(members, problem, vector, reason, wanted)
+
+
+def _on_pairs(fun, t0, tf, y0, method, t_eval, events, members, wanted, options):
+    """The Problem of complex states; refuses what is for real ones alone."""
+    refused = [f"`{name}`" for name in REFUSED if options.get(name) is not None]
+    refused += [f"`reduce={reductions.name_of(item)!r}`" for item in wanted if item not in ORDERED]
+    if refused:
+        raise ValueError(
+            f"ensembles of complex states do not take {', '.join(refused)}: give real and "
+            "imaginary parts as a state of twice the length."
+        )
+    problem = on_pairs(
+        fun, t0, tf, y0.view(complex), method, t_eval=t_eval, dense_output=False, events=events,
+        args=members.first, options=options,
+    )  # fmt: skip
+    if problem is None:
+        raise ValueError(
+            f"`method={method.name!r}` takes no complex states; {', '.join(COMPLEX)} do."
+        )
+    return problem
+
+
+def _bind(members, problem, mode, n, probe):
+    """Compile the function, or say why not."""
+    try:
+        members.bind(problem.fun, mode, n, members.near(problem, n), probe)
+    except LeftToSciPy:
+        probe()  # which may raise
+        raise ValueError(
+            "an ensemble of complex states needs a function that can be traced, and `fun` cannot "
+            "be: use `solve_ivp` in a loop, or real and imaginary parts as a real state."
+        ) from None
 
 
 def _vector_kernel(problem, members, wanted):

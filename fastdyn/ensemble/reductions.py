@@ -149,7 +149,7 @@ def value(item, results, trajectories):
     name = item
     y_end, n = results.y_end, trajectories.y_end.shape[1]
     if name == "final":
-        return y_end[:, :n]
+        return trajectories.y_end
     if name == "first_event":
         return results.t_first
     if name in EXTREMA:

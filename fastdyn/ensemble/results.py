@@ -34,12 +34,14 @@ class Results:
         self.t_first = np.full((n_members, n_events), math.nan)
         self.folded = np.full((n_members, n_folds), math.nan)
         self.found: list = []
+        self.raised: dict[int, str] = {}  # what functions raised, by member
 
     def put(self, start, part):
         """Take over the results of a block of members, of which `start` is the first."""
         rows = slice(start, start + len(part.t_end))
         for name in self.ROWS:
             getattr(self, name)[rows] = getattr(part, name)
+        self.raised |= {start + i: text for i, text in part.raised.items()}
         self.found += [(where + np.array([start, 0]), t, y) for where, t, y in part.found]
 
     def states(self, n):

@@ -36,7 +36,8 @@ def solve_ensemble(
     fun, t_span, method, t_eval, events
         As in `solve_ivp`; only fastdyn's own methods.
     y0 : array_like, shape (M, n) or (n,)
-        Initial states, or the one that all trajectories share.
+        Initial states, or the one that all trajectories share.  Complex ones are solved one by one,
+        by a function that can be traced.  A trajectory whose state is not finite fails alone.
     args : tuple
         Each a number, or a 1-D array of M numbers, one a trajectory.  An array that all share goes
         in as ``Shared(array)``.

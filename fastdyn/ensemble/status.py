@@ -1,7 +1,11 @@
 """Why a trajectory ended: SciPy's status, and a sentence."""
 
+import numpy as np
+
+from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.kernels.state.record import (
     BAD_JUMP,
+    BAD_STATE,
     EVENT,
     FINISHED,
     INTERRUPTED,
@@ -11,6 +15,7 @@ from fastdyn.kernels.state.record import (
 )
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
 from fastdyn.run.outcome import SUCCESS, TERMINATED, TOO_SMALL
+from fastdyn.run.solve_problem import run_of
 
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's, and -1 for every failure
 
@@ -20,7 +25,36 @@ SENTENCES = {status: text.format(t="t = {t:.10g}") for status, text in IN_WORDS.
     EVENT: TERMINATED,
     INTERRUPTED: "Interrupted before it was done.",
     STEP_TOO_SMALL: TOO_SMALL + " At t = {t:.10g} no step is short enough for the tolerance.",
-    RAISED: "A function raised an exception after t = {t:.10g}.",
+    RAISED: "Trajectory {i}: {raised} after t = {t:.10g}.",
+    BAD_STATE: "Trajectory {i}: component {bad} of the initial state `y0` is not finite.",
     BAD_JUMP: "`on_event` returned nan or inf at t = {t:.10g}.",
     STEP_LIMIT: "`max_steps` was reached at t = {t:.10g}.",
 }
+
+
+def what_raised(members, problem, i):
+    """What a function raised in trajectory i, in words, by solving that alone.
+
+    Raises GaveUp if it raised only because its function is compiled.
+    """
+    p = problem._replace(y0=members.state(i), args=members.args(i), compile="shared")
+    try:
+        run_of(p).solve(p.y0)
+    except GaveUp:
+        raise
+    except Exception as error:
+        return f"a function raised {type(error).__name__}: {error}".rstrip(": ")
+    return "a function raised an exception"  # one that is not called in a solve alone, of a Fold
+
+
+def message(members, problem, results, i):
+    """Why trajectory i ended, in a sentence."""
+    status = int(results.status[i])
+    if status == RAISED and i not in results.raised:
+        try:
+            results.raised[i] = what_raised(members, problem, i)
+        except GaveUp:
+            results.raised[i] = "compiled code of a function gave up"
+    raised = results.raised.get(i)
+    bad = np.argmin(np.isfinite(members.state(i))) // (2 if members.complex else 1)
+    return SENTENCES[status].format(t=results.t_end[i], i=i, raised=raised, bad=bad)

@@ -6,15 +6,15 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 import numpy as np
 
 from fastdyn.compile.by_tracing import known_trace
-from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.kernels.ensemble.arguments import COUNT
 from fastdyn.kernels.state.record import RAISED
-from fastdyn.run.solve_problem import run_of
 from fastdyn.trace.reads import flat
 
 from . import reductions
+from .status import what_raised
 from .workers import Worker, functions_of
 
+MOST_ASKED = 100  # trajectories that raised, before there is a result
 LOOK = 0.1  # seconds between two looks of the main thread at its workers
 
 
@@ -63,9 +63,8 @@ def solve_here(ensemble, results, threads, bar):
             f"`{changed[0]}` uses what another function of the ensemble changes: the trajectories "
             "would depend on their order. Solve them one by one, or pass what changes as `args`."
         )
-    raised = np.flatnonzero(results.status == RAISED)
-    if len(raised):
-        _ask_again(members, problem, int(raised[0]))
+    for i in np.flatnonzero(results.status == RAISED)[:MOST_ASKED].tolist():
+        results.raised[i] = what_raised(members, problem, i)
 
 
 def _watched(worker, members, problem, folds):
@@ -87,14 +86,3 @@ def _watched(worker, members, problem, folds):
         if bound.callback is not None:
             bound.callback.after = look
     return changed
-
-
-def _ask_again(members, problem, i):
-    """Raise GaveUp if trajectory i raised only because its function is compiled."""
-    p = problem._replace(y0=members.state(i), args=members.args(i), compile="shared")
-    try:
-        run_of(p).solve(p.y0)
-    except GaveUp:
-        raise
-    except Exception:  # which it raises in Python too: its status says so
-        pass

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.kernels.methods import ON_PAIRS
 from fastdyn.run.result import OdeResult
 
 from . import reductions
 from .labels import argument_labels, component_labels, initial_labels
-from .status import CODES, SENTENCES
+from .status import CODES, message
 
 
 class Trajectories:
@@ -55,24 +56,35 @@ class Trajectories:
         self.width, self.reason, self.reductions = width, reason, wanted
         self.parameters, self.first = members.varying, members.first
         self.initial_conditions: dict[str, np.ndarray] = {}
-        self.method, self.t_start, self.t_end = problem.method.name, problem.t0, results.t_end
+        self.method = problem.method.name.removesuffix(ON_PAIRS)
+        self.t_start, self.t_end = problem.t0, results.t_end
         self.t = self.t_end if problem.t_eval is None else problem.t_eval
-        self._n = members.n // reductions.n_copies(wanted)  # without the moments
+        self._n = members.n // reductions.n_copies(wanted)  # numbers without the moments
 
     def __len__(self):
         return self._members.count
 
     @property
     def y0(self):
-        return self._members.y0[:, : self._n]
+        return self._components(self._members.y0[:, : self._n])
+
+    def _components(self, numbers):
+        """Numbers in rows as components of states."""
+        if not self._members.complex:
+            return numbers
+        return np.ascontiguousarray(numbers).view(complex)
 
     @property
     def y_end(self):
-        return self._results.y_end[:, : self._n]
+        return self._components(self._results.y_end[:, : self._n])
 
     @property
     def y(self):
-        return self.y_end if self._problem.t_eval is None else self._results.states(self._n)
+        if self._problem.t_eval is None:
+            return self.y_end
+        if self._members.complex:
+            return self._components(self._results.y_eval).transpose(0, 2, 1)
+        return self._results.states(self._n)
 
     @property
     def n_accepted(self):
@@ -115,7 +127,7 @@ class Trajectories:
     @property
     def labels(self):
         """Name and unit of each component of the state."""
-        return component_labels(self.system, self._n)
+        return component_labels(self.system, self.y0.shape[1])
 
     @property
     def argument_labels(self):
@@ -170,11 +182,14 @@ class Trajectories:
         """
         from fastdyn.plot.ensemble import figure
 
+        if self._members.complex:
+            raise ValueError("complex states have no figure; draw `abs(result.y)`, for example.")
         return figure(self, of, over, components, **options)
 
     def message(self, i):
         """Why trajectory i ended, in a sentence."""
-        return SENTENCES[int(self._results.status[i])].format(t=self.t_end[i])
+        i = range(len(self))[i]
+        return message(self._members, self._problem, self._results, i)
 
     @functools.cached_property
     def _occurrences(self):
@@ -189,7 +204,7 @@ class Trajectories:
             order = np.argsort(where[mine, 0], kind="stable")
             ends = np.searchsorted(where[mine, 0][order], np.arange(1, len(self)))
             times.append(np.split(t[mine][order], ends))
-            states.append(np.split(y[mine][order][:, : self._n], ends))
+            states.append(np.split(self._components(y[mine][order][:, : self._n]), ends))
         return times, states
 
     @property
@@ -221,6 +236,6 @@ class Trajectories:
         failed = int((~self.success).sum())
         lanes = f"{self.width} lanes" if self.width > 1 else f"one by one: {self.reason}"
         return (
-            f"Trajectories({len(self)} of {self._n} components, "
+            f"Trajectories({len(self)} of {self.y0.shape[1]} components, "
             f"{self.method}, {failed} failed, {lanes})"
         )

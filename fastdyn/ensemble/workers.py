@@ -118,7 +118,7 @@ class Worker:
             if function is not None and function.mode != IN_PLACE and inlines(name, n):
                 advance = inlined_kernel(name, function, n)
             advance = advance or shared_kernel(name)
-        scalar = shared_kernel(name) if p.method.n_matrices else advance
+        scalar = advance if p.method.series else shared_kernel(name)
         kernels = (
             advance, start_kernel(name), watch_kernel(), dense_rows_kernel(name), already_kernel(),
             events_kernel(), scalar,

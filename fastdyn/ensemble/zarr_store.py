@@ -132,6 +132,7 @@ class Archived(Results):
     def put(self, start, part):
         """Write a block, and say last that it is there."""
         end = start + len(part.t_end)
+        self.raised |= {start + i: text for i, text in part.raised.items()}
         for name in self._names:
             self._arrays[name][start:end] = getattr(part, name)
             getattr(self, name)[start:end] = getattr(part, name)

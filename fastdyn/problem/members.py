@@ -30,7 +30,8 @@ def _column(j, value):
     if array.ndim > 1 or array.dtype.kind not in "fiub":
         raise ValueError(
             f"`args[{j}]` must be a number or a 1-D array of numbers, one a trajectory; it has "
-            f"shape {array.shape} and dtype {array.dtype}. Wrap what all share in `Shared`."
+            f"shape {array.shape} and dtype {array.dtype}. Wrap what all share in `Shared`; give "
+            "real and imaginary parts of complex numbers as two arguments."
         )
     if array.dtype.kind == "u":
         array = array.astype(np.int64)
@@ -53,18 +54,17 @@ def _count(y0, columns):
 
 
 def _states(y0):
-    """`y0` as an array of shape (M, n) or (n,), finite float64."""
+    """`y0` as an array of shape (M, n) or (n,), float64 or complex128, some row of it finite."""
     array = np.asarray(y0)
     if array.ndim < 2:
         return initial_state(y0)
     if array.ndim > 2:
         raise ValueError(f"`y0` must have shape (n,) or (M, n); got {array.shape}.")
-    if array.dtype.kind not in "fiub":
-        raise TypeError(f"`y0` must be real numbers; got an array of {array.dtype}.")
-    array = np.ascontiguousarray(array, dtype=float)
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if bad.size:
-        raise ValueError(f"All components of `y0` must be finite; trajectory {bad[0]} is not.")
+    if array.dtype.kind not in "fiubc":
+        raise TypeError(f"`y0` must be numbers; got an array of {array.dtype}.")
+    array = np.ascontiguousarray(array, dtype=complex if array.dtype.kind == "c" else float)
+    if len(array) and not np.isfinite(array).all(axis=1).any():
+        raise ValueError("All components of `y0` must be finite; trajectory 0 is not, nor others.")
     return array
 
 
@@ -75,6 +75,11 @@ class Members:
     ----------
     count, n : int
     y0 : ndarray, shape (count, n) or (1, n)
+        Of complex states, real and imaginary parts in turn; n counts both.
+    complex : bool
+    finite : ndarray of bool, shape (count,) or (1,)
+    usual : int
+        The first trajectory whose initial state is finite, 0 without any.
     first : tuple
         Arguments of the first trajectory.
     varying : dict of int to ndarray
@@ -86,11 +91,15 @@ class Members:
 
     def __init__(self, y0, args):
         states = _states(y0)
+        self.complex = states.dtype.kind == "c"
+        states = states.view(float) if self.complex else states
         columns = {j: _column(j, a) for j, a in enumerate(args)}
         columns = {j: c for j, c in columns.items() if c is not None}
         self.count = _count(states, columns)
         self.y0 = np.atleast_2d(states)
         self.n = self.y0.shape[1]
+        self.finite: np.ndarray = np.isfinite(self.y0).min(axis=1, initial=True)
+        self.usual = int(np.argmax(self.finite)) if len(self.finite) else 0
         self.varying = {j: c for j, c in columns.items() if len(c) != 1}
         shared = (a.value if isinstance(a, Shared) else a for a in args)
         firsts = {j: (c if len(c) else np.ones(1, c.dtype))[0] for j, c in columns.items()}
@@ -123,7 +132,7 @@ class Members:
         """Where functions of n numbers will be called; None if there is no trajectory."""
         if not self.count:
             return None
-        return Near(problem.t0, problem.tf, np.resize(self.state(0), n))
+        return Near(problem.t0, problem.tf, np.resize(self.state(self.usual), n))
 
     def bind(self, fun, mode, n, near=None, probe=None):
         """A function with the parameters of the first trajectory, and where the varying ones go.

@@ -6,6 +6,7 @@ SciPy loop for ever or answer wrongly (NaN in a tolerance, a time, or t_eval) ra
 
 import inspect
 import math
+import numbers
 import warnings
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from fastdyn.kernels.methods import METHODS
 
 from . import jacobian, lsoda, mass, step_options
 from .events import acting, endless, event_list
+from .option_names import advice
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy's, too
@@ -25,6 +27,7 @@ ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
 FIXED = {"step"} | COMMON
 OF_JACOBIANS = {"jac", "jac_sparsity"}
 OF_ONE_SOLVE = ("sensitivity", "error_estimate", "mass")  # of solve_ivp alone
+ALL = ADAPTIVE | FIXED | OF_JACOBIANS | lsoda.OPTIONS | {*OF_ONE_SOLVE}  # names of options
 DEFAULTS = (math.inf, False, "raise", "auto", None, None)  # max_steps, progress, ... as in Problem
 COMPILE = ("auto", "shared", "inlined")
 
@@ -65,6 +68,8 @@ class Problem(NamedTuple):
 
 def time_span(t_span):
     """The two ends; the second may be infinite."""
+    if np.ndim(t_span) == 0 and isinstance(t_span, numbers.Real | np.ndarray):
+        raise TypeError(f"`t_span` must be two times, start and end; got {t_span}: (0, {t_span})?")
     t0, tf = map(float, t_span)
     if not math.isfinite(t0) or math.isnan(tf):
         raise ValueError(f"`t_span` must be two times that are not NaN; got ({t0}, {tf}).")
@@ -192,9 +197,11 @@ def warn_unused(options, used):
     """Warn, as SciPy does, of options that the method does not look at."""
     if not used.issuperset(options):
         unused = sorted(options.keys() - used)
+        meant = [f" `{name}`: {advice(name, ALL)}" for name in unused if name not in ALL]
         warnings.warn(
             "The following arguments have no effect for a chosen solver: "
-            f"{', '.join(f'`{name}`' for name in unused)}.",
+            f"{', '.join(f'`{name}`' for name in unused)}."
+            + "".join(each for each in meant if each[-1] == "?"),
             stacklevel=4,
         )
 

@@ -26,8 +26,10 @@ from .resume import checkpoint_of, from_arrays, to_arrays
 
 CHUNK_SECONDS = 0.05  # a chunk: then Ctrl-C, the progress bar and the tier have their turn
 GOES_ON = (RUNNING, FULL)
-# A run stands if steps are shorter than this share of all before, and more of them ahead than that.
-STANDS, FEWEST, MOST_AHEAD = 1e-5, 1000, 1e9
+# A run stands if steps are shorter than this share of the longest before, and more of them ahead
+# than that: where it is to go on by another method, and where it is to end.
+STANDS, FEWEST, MANY_AHEAD, MOST_AHEAD = 1e-3, 1000, 1e6, 1e8
+FIRST_OF_SERIES = 64  # steps, of which the mean is known before they become short
 
 
 def counters(state):
@@ -47,17 +49,18 @@ def next_chunk(n_steps, spent):
     return max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
 
 
-def _stands(problem, state, n_before, t_before):
+def _mean_step(state, n_before, t_before):
+    """The mean of the steps since."""
+    return abs(state["t"] - t_before) / max(state["n_accepted"] - n_before, 1)
+
+
+def _stands(left, step, n_steps, longest, most):
     """Whether steps have become so short that the end is out of reach.
 
     A series does not reach a singularity, but to and fro about it, or about a line on which the
     state slides, it may go for ever.
     """
-    n_steps = state["n_accepted"] - n_before
-    step = abs(state["t"] - t_before) / max(n_steps, 1)
-    usual = abs(state["t"] - problem.t0) / state["n_accepted"]
-    far = abs(problem.tf - state["t"]) > MOST_AHEAD * step
-    return n_steps > FEWEST and step < STANDS * usual and far
+    return n_steps > FEWEST and step < STANDS * longest and left > most * step
 
 
 def stops(callback, solver):
@@ -91,6 +94,8 @@ class Run(LaidOut):
 
     def _solve(self, y0):
         first = int(CHUNK_SECONDS / self.cost)
+        if self.problem.method.series:
+            first = min(first, FIRST_OF_SERIES)
         if first > self.problem.max_steps:
             first = int(self.problem.max_steps)
         try:
@@ -124,6 +129,8 @@ class Run(LaidOut):
             status = from_arrays(saved, self)
             self.lay_output()
         state, bar = self.view("solve.state"), progress_bar(p) if p.progress else None
+        most = MOST_AHEAD if self.between_chunks is None else MANY_AHEAD
+        longest = _mean_step(state[0], 0, p.t0)
         try:
             while status in GOES_ON:
                 if status == FULL:
@@ -138,9 +145,13 @@ class Run(LaidOut):
                 status = self.step(n_steps)
                 spent = perf_counter() - began
                 tier.record_time(spent)
-                if status == RUNNING:
-                    if p.method.series and _stands(p, state[0], done, reached):
+                if status in GOES_ON and p.method.series:
+                    step, left = _mean_step(state[0], done, reached), p.tf - state["t"][0]
+                    taken = state["n_accepted"][0] - done
+                    if _stands(abs(left), step, taken, longest, most):
                         return STEP_TOO_SMALL
+                    longest = max(longest, step)
+                if status == RUNNING:
                     chunk = next_chunk(n_steps, spent)
                     tier.promote()
                     if self.between_chunks is not None:

@@ -2,7 +2,8 @@
 
 E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II", section IV.2: the steps h of
 a method whose stability ends at -z on the real axis are held back by stability where z / h is the
-size of an eigenvalue of the Jacobian, while the solution hardly moves in a step.
+size of an eigenvalue of the Jacobian, while the solution hardly moves in a step.  All the methods
+end at about the same distance in the directions of damped oscillations.
 """
 
 import contextlib
@@ -23,12 +24,15 @@ LIMITS = {  # where |R(-z)| first exceeds 1
     "RK23": 2.51, "RK45": 3.30, "DOP853": 6.39, "Tsit5": 3.50, "Vern7": 4.64, "Vern9": 4.47,
     "ode23": 2.51, "ode45": 3.30,
 }  # fmt: skip
+ON_THE_IMAGINARY_AXIS = {"Tsit5": 0.95, "Vern7": 4.5, "Vern9": 2.75}  # of those of "auto"
 OF_SERIES = {13: 6.21, 17: 7.70, 25: 10.69}  # the same, by the order: R is a part of exp's series
 MANY = 2000  # steps: below, nothing is lost
 MOST = 4  # solves of a function that are looked at
 NEAR, SLOW = 0.6, 0.02  # of the limit; of the largest component, what a step changes
 FEW = 32  # components, for which Rodas5P is mostly the fastest
 ITERATIONS, SIZE = 40, 1e-6  # of the power method; of its displacements
+DAMPED = 0.25  # what is lost of an oscillation in a radian
+ALIKE = 1e-3  # vectors that differ by less have one direction
 
 _asked: dict = {}
 _gives_up = contextvars.ContextVar("gives up", default=False)
@@ -39,7 +43,9 @@ class StiffnessWarning(UserWarning):
 
 
 class Stiff(Exception):
-    """A run has been given up, because the problem is stiff."""
+    """A run has been given up, because the problem is stiff; `method` is for such problems."""
+
+    method = "Radau"
 
 
 @contextlib.contextmanager
@@ -58,7 +64,7 @@ def watch(problem, run):
 
 
 def _give_up(problem, run):
-    found = _held_back(problem, run)
+    found = _held_back(problem, run, undamped=True)
     if found is not None:
         raise Stiff(found)
 
@@ -80,49 +86,105 @@ def notice(problem, run):
         warnings.warn(f"{found} {advice}", StiffnessWarning, stacklevel=levels_inside())
 
 
-def _held_back(problem, run):
-    """What is to be said of a run whose last step stability has chosen; None of others."""
-    n_steps, limit, bound = counters(run.memory)[0], _limit(problem), run.bounds[0]
-    if n_steps < MANY or limit is None or bound.function is None or bound.pair:
+def _held_back(problem, run, undamped=False):
+    """What is to be said of a run whose last step stability has chosen; None of others.
+
+    `undamped` asks of oscillations that nothing damps, too: those of a size above the tolerance
+    would have made the steps shorter.
+    """
+    n_steps, bound = counters(run.memory)[0], run.bounds[0]
+    if n_steps < MANY or bound.function is None or bound.pair:
         return None
     state, work = run.view("solve.state")[0], run.view("solve.work")
-    t = float(state["t"])
-    y, h = work[Y].copy(), abs(t - float(state["t_old"]))
-    h = max(h, float(state["h"]))  # the last step may have been cut short
-    moved = np.abs(y - work[Y_OLD]).max() / max(np.abs(y).max(), 1e-300)
+    t, y = float(state["t"]), work[Y].copy()
+    h = max(abs(t - float(state["t_old"])), float(state["h"]))  # the last may have been cut short
+    return _verdict(
+        problem.method.name, n_steps, t, h, (work[Y_OLD], y),
+        lambda y: evaluated(bound, t, y, len(y)), lambda value: _limit(problem, value, undamped),
+    )  # fmt: skip
+
+
+def watch_scipys(fun, name):
+    """A function that SciPy's solver of a complex state is shown to after each step; or None.
+
+    The function raises `Stiff` where `given_up` asks for that.
+    """
+    limit = LIMITS.get(name)
+    if limit is None or not _gives_up.get():
+        return None
+    n_steps = 0
+
+    def look(solver):
+        nonlocal n_steps
+        n_steps += 1
+        if n_steps % MANY:
+            return
+        t, y_old, y = solver.t, *(np.array(y).view(float) for y in (solver.y_old, solver.y))
+        found = _verdict(
+            name, n_steps, t, solver.step_size, (y_old, y),
+            lambda y: np.array(fun(t, y.view(complex)), complex).view(float),
+            lambda value: limit if value.real < -DAMPED * abs(value) else None,
+        )  # fmt: skip
+        if found is not None:
+            stiff = Stiff(found)
+            stiff.method = "BDF"  # SciPy's Radau takes no complex state
+            raise stiff
+
+    return look
+
+
+def _verdict(name, n_steps, t, h, states, slope, limit):
+    """What is said of a step of length h between two states, if stability has chosen that."""
+    y_old, y = states
+    moved = np.abs(y - y_old).max() / max(np.abs(y).max(), 1e-300)
     if not (np.isfinite(y).all() and moved < SLOW):
         return None
-    size = _damped_eigenvalue(bound, t, y)
-    if h * size < NEAR * limit:
+    value = _largest_eigenvalue(slope, y)
+    end = limit(value)
+    if end is None or h * abs(value) < NEAR * end:
         return None
     return (
-        f"{problem.method.name} took {n_steps} steps, and at t = {t:.6g} they are as "
-        f"long as stability allows ({h:.2g}, with an eigenvalue of -{size:.2g} of the Jacobian), "
-        "not as accuracy asks: the problem is stiff."
+        f"{name} took {n_steps} steps, and at t = {t:.6g} they are as long as stability allows "
+        f"({h:.2g}, with an eigenvalue of {_said(value)} of the Jacobian), not as accuracy asks: "
+        "the problem is stiff."
     )
 
 
-def _limit(problem):
-    """Where stability ends on the real axis; None if that is not known."""
-    if problem.method.series:
+def _said(value):
+    """An eigenvalue in words."""
+    if abs(value.imag) < DAMPED * abs(value):
+        return f"{-abs(value):.2g}"
+    return f"{value.real:.2g} ± {abs(value.imag):.2g}i"
+
+
+def _limit(problem, value, undamped):
+    """Where stability ends in the direction of an eigenvalue; None if that is not known."""
+    series, name = problem.method.series, problem.method.name.removesuffix(ON_PAIRS)
+    if value.real > -DAMPED * abs(value):
+        if not undamped or value.real > DAMPED * abs(value):
+            return None
+        if not series:
+            return ON_THE_IMAGINARY_AXIS.get(name)
+    if series:
         return OF_SERIES[order_for(problem.rtol, problem.atol, problem.y0)]
-    return LIMITS.get(problem.method.name.removesuffix(ON_PAIRS))
+    return LIMITS.get(name)
 
 
-def _damped_eigenvalue(bound, t, y):
-    """The size of the eigenvalue of largest size, by the power method; 0 unless it is negative.
+def _largest_eigenvalue(slope, y):
+    """The eigenvalue of largest size, or one of a pair, by the power method; 0 if there is none.
 
-    The Jacobian is met in differences of the derivative alone.
+    The Jacobian is met in differences of the derivative alone.  Two steps of the method tell a
+    pair: J^2 v = p J v + q v.
     """
-    n = len(y)
-    f, v = evaluated(bound, t, y, n), np.random.default_rng(0).standard_normal(n)
-    step, size, along = SIZE * max(np.abs(y).max(), SIZE), 0.0, 0.0
+    f, step = slope(y), SIZE * max(np.abs(y).max(), SIZE)
+    v = np.random.default_rng(0).standard_normal(len(y))
+    vectors, sizes = [v / np.linalg.norm(v)], []
     for _ in range(ITERATIONS):
-        v *= step / np.linalg.norm(v)
-        change = evaluated(bound, t, y + v, n) - f
-        length = np.linalg.norm(change)
-        if not 0.0 < length < np.inf:
-            return 0.0
-        along = float(v @ change) / (step * length)
-        size, v = length / step, change
-    return size if along < -0.9 else 0.0
+        change = (slope(y + step * vectors[-1]) - f) / step
+        size = np.linalg.norm(change)
+        if not 0.0 < size < np.inf:
+            return 0j
+        sizes, vectors = [*sizes[-1:], size], [*vectors[-2:], change / size]
+    (a, b), *_ = np.linalg.lstsq(np.array([vectors[1], vectors[0]]).T, vectors[2], rcond=ALIKE)
+    p, q = a * sizes[1], b * sizes[0] * sizes[1]
+    return complex(max(np.roots([1.0, -p, -q]), key=abs))

@@ -6,14 +6,14 @@ from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
 LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
-IMPLICIT = "Radau"
 ONCE = ("callback", "checkpoint", "on_event")  # what a run that is given up has done already
 
 
 def solve_automatically(solve, given):
     """Solve by the method that suits the problem.
 
-    A run that stability holds back, which is asked every 0.05 s, begins anew by Radau.
+    A run that stability holds back, which is asked every 0.05 s, begins anew by Radau; by SciPy's
+    BDF if the state is complex and `fun` left to SciPy.
 
     Parameters
     ----------
@@ -28,13 +28,13 @@ def solve_automatically(solve, given):
         With two more fields: the name of the `method`, and the `reason`, a sentence.
     """
     complex_state = np.iscomplexobj(given["y0"])
-    if complex_state or any(given.get(name) is not None for name in ONCE):
+    if any(given.get(name) is not None for name in ONCE):
         return _explicit(solve, given, complex_state)
     try:
         with given_up():
             return _explicit(solve, given, complex_state)
     except Stiff as found:
-        return _named(solve(method=IMPLICIT, **given), IMPLICIT, str(found))
+        return _named(solve(method=found.method, **given), found.method, str(found))
 
 
 def _explicit(solve, given, complex_state):

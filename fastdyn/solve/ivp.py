@@ -5,13 +5,13 @@ from typing import Any
 
 from fastdyn.compile.diagnostics import LeftToSciPy, WritesToState
 from fastdyn.problem import validate
+from fastdyn.problem.complex_states import on_pairs
 from fastdyn.problem.mass import refuse, refuse_sensitivity
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.solve_problem import solve_problem
 
 from .automatic import solve_automatically
-from .complex_states import on_pairs
 from .error_estimate import with_error_estimate
 from .scipy_methods import by_scipy
 from .sensitivities import solve_with_sensitivities

@@ -12,6 +12,7 @@ from fastdyn.kernels.state.record import BAD_STATE, FINISHED
 from fastdyn.problem import validate
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
+from fastdyn.problem.option_names import refuse_unknown
 from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.loop import announce
@@ -64,14 +65,24 @@ def prepare(
     >>> shot = prepare(lambda t, y, g: [y[1], -g], (0, 1), [0, 5], args=(9.81,))
     >>> shot([0, 6]).y[0, -1], shot(args=(1.62,)).y[0, -1]
     """
+    given = fun, t_span, y0, method, t_eval, dense_output, events, args, dict(options)
     ours, t0, tf, y0 = checked(
         "a prepared solver", REFUSED, method, t_span, y0, options, "; solve_ivp takes the rest"
     )
+    refuse_unknown("a prepared solver", options, validate.ALL)
     mode = mode_for(ours, fun, t0, y0, args)
     options = {"compile": "inlined", **options}
     return Prepared(
-        validate.problem(fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options)
+        validate.problem(fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options),
+        given,
     )
+
+
+def _again(*given):
+    """A copy of a Prepared, in another process as well."""
+    *arguments, options = given
+    fun, t_span, y0, method, *rest, args = arguments
+    return prepare(fun, t_span, y0, method, *rest, args=args, **options)
 
 
 class Prepared:
@@ -80,9 +91,13 @@ class Prepared:
     Results do not share memory.  Several threads may call it at once.
     """
 
-    def __init__(self, problem):
-        self._problem, self._shape = problem, problem.y0.shape
+    def __init__(self, problem, given):
+        self._problem, self._shape, self._given = problem, problem.y0.shape, given
         self._idle = [_Kept(problem)]
+
+    def __reduce__(self):
+        """The arguments of `prepare`: a copy is prepared anew."""
+        return _again, self._given
 
     def __call__(self, y0=None, args=None):
         """Solve from `y0` with `args`; those of `prepare` where they are not given.
@@ -140,6 +155,11 @@ class Prepared:
         if p.dense_output:
             raise ValueError("`many` keeps no interpolants: prepare without `dense_output`.")
         members = Members(p.y0 if y0s is None else y0s, p.args if args is None else tuple(args))
+        if members.complex:
+            raise TypeError("`y0s` must be real numbers; solve_ivp takes complex states.")
+        if not members.finite.all():
+            bad = np.argmin(members.finite)
+            raise ValueError(f"All components of `y0s` must be finite; row {bad} is not.")
         if members.n != self._shape[0]:
             raise ValueError(f"`y0s` must have shape (m, {self._shape[0]}), or one row of it.")
         if not members.count:

@@ -17,6 +17,7 @@ from fastdyn.problem.events import endless, event_list
 from fastdyn.problem.jacobian import DIFFERENCES
 from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
+from fastdyn.run.stiffness import watch_scipys
 
 REFUSED = ("breakpoints", "project", "checkpoint", "on_event")
 KNOWN = validate.SHARED_METHODS
@@ -87,6 +88,9 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
         if y0.size:
             warn_once(fun, "its state is complex; SciPy solves it")
         derivative = fun if not args else lambda t, y: fun(t, y, *args)
+        name = method if method in KNOWN else "RK45"
+        look = watch_scipys(derivative, name) if y0.size else None
+        callback = callback or look
     else:
         step_options.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
         mode = "column" if vectorized else "derivative"

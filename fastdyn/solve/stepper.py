@@ -22,6 +22,7 @@ REFUSED = (
     *validate.OF_ONE_SOLVE,
 )  # fmt: skip
 ENDLESS = 2**62
+OF_RUN = ("_run", "_sol", "_given", "fun")  # what a copy makes again
 
 
 class Stepper(OdeSolver):
@@ -33,7 +34,7 @@ class Stepper(OdeSolver):
     Parameters
     ----------
     fun, method, args, vectorized
-        As in `solve_ivp`; methods are fastdyn's own.
+        As in `solve_ivp`; methods are fastdyn's own.  The method may be the fifth argument, too.
     t0, t_bound : float
         Start and end; the end may be infinite, or lie before the start.
     y0 : array_like, shape (n,)
@@ -71,6 +72,15 @@ class Stepper(OdeSolver):
     def __init__(
         self, fun, t0, y0, t_bound, vectorized=False, *, method="RK45", args=None, **options
     ):
+        if isinstance(vectorized, str | type):  # it is the method that stands there
+            method, vectorized = _given_once(vectorized, method), False
+        elif not isinstance(vectorized, bool | np.bool_ | int):
+            raise TypeError(
+                "a Stepper takes `fun, t0, y0, t_bound` and the method in this order, all others "
+                f"by name, as `max_step=0.1`; got {vectorized!r} in the fifth place."
+            )
+        given = {"vectorized": vectorized, "method": method, "args": args, **options}
+        self._given = (fun, t0, y0, t_bound), given
         ours, t0, t_bound, y0 = checked("a Stepper", REFUSED, method, (t0, t_bound), y0, options)
         mode = mode_for(ours, fun, t0, y0, args)
         if vectorized and mode == "derivative":
@@ -82,10 +92,20 @@ class Stepper(OdeSolver):
         self.vectorized, self.fun = vectorized, fun
         self._follow(or_in_python(lambda: _begun(problem)), t0, y0)
 
+    def __reduce__(self):
+        """Its arguments and its state: a copy goes on bit for bit, in another process, too."""
+        if self._given is None:
+            raise TypeError("what a `callback` is given cannot be pickled or copied; a Stepper can")
+        state, work = self._run.view("solve.state"), self._run.view("solve.work")
+        kept = {name: value for name, value in vars(self).items() if name not in OF_RUN}
+        kept["y"] = self.y.copy()
+        return _resumed, (type(self), *self._given, state.copy(), work.copy(), kept)
+
     @classmethod
     def of_run(cls, run):
         """A Stepper that follows a Run which others step: what a `callback` is given."""
         stepper = object.__new__(cls)
+        stepper._given = None
         stepper._follow(run, run.problem.t0, run.problem.y0)
         return stepper
 
@@ -168,6 +188,21 @@ class Interpolant(DenseOutput):
 
     def _call_impl(self, t):
         return self._sol(t)
+
+
+def _given_once(first, method):
+    """The method, which SciPy's solvers are themselves, in the fifth place."""
+    if method != "RK45":
+        raise TypeError(f"`method` is given twice: {first!r} and {method!r}.")
+    return first
+
+
+def _resumed(cls, arguments, options, state, work, kept):
+    """A Stepper in the middle of its way."""
+    stepper = cls(*arguments, **options)
+    stepper._run.view("solve.state")[:], stepper._run.view("solve.work")[:] = state, work
+    vars(stepper).update(kept)
+    return stepper
 
 
 def _begun(problem):

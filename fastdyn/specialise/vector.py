@@ -139,6 +139,8 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         vector_form(function, args, varying, how, length, near, width())
         for function, how, length in functions
     ]
+    if any(form.raises for form in forms[1 + len(events) :]):
+        raise Uncompilable("a fold can raise, which nothing notices in vectors")
     derived = None
     if method.n_matrices:
         derived = forms[0].jacobian(METHODS[name].takes_mass)

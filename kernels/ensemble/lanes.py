@@ -28,7 +28,7 @@ from ..state.lane_fields import (
     H,
     T,
 )
-from ..state.record import ATOL, FINISHED, NON_FINITE, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
+from ..state.record import ATOL, FINISHED, RTOL, RUNNING, STEP_TOO_SMALL, K, Y
 from ..state.reduce import add, reduce_components
 from ..state.rows import fetch, keep, keep_vector, numbers_of, vector_at
 from ..stepping.fixed import LANDED, add_size
@@ -105,7 +105,7 @@ def adaptive(
     counted : None or (int, int)
         Of a method that counts its evaluations itself: those of a step, and those after it if it is
         accepted.  Its step gives a negative error in lanes that it leaves to the kernel of one
-        trajectory.
+        trajectory, as those are whose error is not finite.
 
     Returns
     -------
@@ -139,10 +139,9 @@ def adaptive(
             size = t_new - t
             y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
             stuck = wanted < h_min  # h_max is below the spacing of t
-            not_tried = stuck
-            if counted is not None:
-                left = (error < 0.0) & ~stuck
-                not_tried = stuck | left
+            # What is nan may be where the function raises, which one trajectory can tell.
+            left = ~((error >= 0.0) & (error < np.inf)) & ~stuck
+            not_tried = stuck | left
             ok = (error < 1.0) & ~not_tried
             size = abs(size)
             longer = control.grow(size, error, exponent, tries)
@@ -171,8 +170,8 @@ def adaptive(
                 break
             k_last = k_new
         status = select(failed, float(STEP_TOO_SMALL), select(t == t_end, float(FINISHED), 0.0))
+        status = select(left, float(LEFT), status)
         if counted is not None:
-            status = select(left, float(LEFT), status)
             add_evaluations(form, lanes, counted, accepted, rejected)
         leave(form, lanes, STATUS, select(hand_back, status, float(NOTHING)))
         leave_steps(form, lanes, t, t_old, h, error)
@@ -232,7 +231,7 @@ def fixed(step, fsal_stage, compensation_stage, rhs, form, extrema, watched, acc
         over = select(direction * (t - t_end) >= 0.0, float(FINISHED), float(RUNNING))
         leave(
             form, lanes, STATUS,
-            select(hand_back, select(ok, over, float(NON_FINITE)), float(NOTHING)),
+            select(hand_back, select(ok, over, float(LEFT)), float(NOTHING)),
         )  # fmt: skip
         leave(form, lanes, T, t)
         leave(form, lanes, T_OLD, t_old)

@@ -19,7 +19,19 @@ from ..output.arguments import Events, Kernels, Output
 from ..output.dense_output import polynomial
 from ..output.extrema import note_state, note_step
 from ..state.lane_fields import LEFT, LIVE, NOTHING, STATUS
-from ..state.record import EVENT, FINISHED, FULL, RAISED, RUNNING, STEP_LIMIT, Y_OLD, K, Solve, Y
+from ..state.record import (
+    BAD_STATE,
+    EVENT,
+    FINISHED,
+    FULL,
+    RAISED,
+    RUNNING,
+    STEP_LIMIT,
+    Y_OLD,
+    K,
+    Solve,
+    Y,
+)
 from ..state.rows import copy_row, slot
 from .arguments import (
     ADVANCE,
@@ -202,11 +214,14 @@ def _begin(task, lanes, single, best, lane):
     member = lanes.members[lane]
     states[lane], lanes.records[lane] = task.state[0], task.record[0]
     set_parameters(single.places, task.values, member, 0)
-    start = task.y0[member if len(task.y0) > 1 else 0]
+    start, finite = task.y0[member if len(task.y0) > 1 else 0], True
     for j in range(work.shape[1]):
         work[Y, j] = work[Y_OLD, j] = start[j]
         for row in range(K, work.shape[0]):
             work[row, j] = 0.0
+        finite = finite and np.isfinite(start[j])
+    if not finite:
+        return BAD_STATE
     if w.extrema:
         best[member, :, :] = np.nan
         note_state(best[member], states[lane].t, work)

@@ -40,14 +40,53 @@ def test_an_event_without_a_series_is_left_to_another_method():
 
 
 def test_where_taylor_fails_another_method_is_tried():
-    """The series of sqrt(y) at y = 0 does not exist; y = 0 solves it."""
-    run = solve_ivp(lambda t, y: [np.sqrt(abs(y[0]))], (0, 1), [0.0], "auto", rtol=1e-8, atol=1e-8)
+    """The state comes to rest on a jump, and slides along."""
+    run = solve_ivp(
+        lambda t, y: [y[1], -y[0] - 0.2 * np.sign(y[1])], (0, 12), [1.0, 0.0], "auto",
+        rtol=1e-6, atol=1e-6,
+    )  # fmt: skip
     assert run.status == 0 and run.method == "Vern7" and "Taylor failed" in run.reason
 
 
 def test_complex_states():
     run = solve_ivp(lambda t, y: 1j * y, (0, 1), [1.0 + 0j], "auto", rtol=1e-8, atol=1e-8)
     assert run.method == "Vern7" and abs(run.y[0, -1] - np.exp(1j)) < 1e-6
+
+
+@pytest.mark.parametrize("value", [-1e6, -1e6 + 1e6j, -3e5 - 1e6j, 1e6j])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-10])
+def test_a_stiff_complex_problem_begins_anew(value, rtol):
+    """By Vern7 it would take 10^8 evaluations; oscillations that hardly show count, too."""
+
+    def fun(t, z):
+        return [value * (z[0] - np.exp(1j * t)) + 1j * np.exp(1j * t), 1j * z[1]]
+
+    run = solve_ivp(fun, (0, 30), [1.0 + 0j, 1.0], "auto", rtol=rtol, atol=1e-9)
+    assert run.method == "Radau" and "the problem is stiff" in run.reason and run.nfev < 50_000
+    assert np.abs(run.y[:, -1] - np.exp(30j)).max() < 1e4 * rtol
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_a_stiff_complex_problem_that_scipy_solves():
+    def fun(t, z):
+        return [(-1e4 + 2e3j) * (z[0] - np.exp(1j * t)), len(str(z[1])) * 0 + 1j * z[1]]
+
+    run = solve_ivp(fun, (0, 10), [1.0 + 0j, 1.0], "auto", rtol=1e-6, atol=1e-9)
+    assert run.method == "BDF" and "the problem is stiff" in run.reason
+    assert abs(run.y[1, -1] - np.exp(10j)) < 1e-3
+
+
+@pytest.mark.parametrize("angle", [180, 150, 135, 120, 106])
+def test_damped_oscillations_are_stiff(angle):
+    """A pair of eigenvalues of size 10^4, for a run that moves slowly."""
+    a, b = 1e4 * np.cos(np.deg2rad(angle)), 1e4 * np.sin(np.deg2rad(angle))
+
+    def fun(t, y):
+        u, v = y[0] - np.cos(t), y[1] - 0.3
+        return [a * u - b * v, b * u + a * v]
+
+    run = solve_ivp(fun, (0, 300), [1.0, 0.3], "auto", rtol=1e-7, atol=1e-9)
+    assert run.method == "Radau" and run.nfev < 50_000
 
 
 def robertson(t, y):

@@ -84,7 +84,8 @@ class FirstChange(_Function):
         q = self.sub(c, shift)
         side = self.pick(self.compare("olt", q, ZERO), MINUS, ONE)
         least = self._least(x, *[self.mul(side, v) for v in (q, self.mul(direction, slope), bend)])
-        far = self.compare("ogt", least, rest)
+        none = self.compare("oeq", total, ZERO)  # it is zero all along
+        far = self.new(f"or i1 {none}, {self.compare('ogt', least, rest)}")
         self.jump(far, "none", "near")
         bound = self._bound(x)
         sign = self.new(f"call double @{FIRST_SIGN}(ptr %c, i64 %stride, i64 %order)")

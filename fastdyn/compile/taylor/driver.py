@@ -6,7 +6,7 @@ The words are those of ``advance(state, work, block, n_steps)``; see `kernels/st
 from fastdyn.kernels.state.record import ATOL, RTOL, Y
 from fastdyn.kernels.state.series import HIGHEST, LOW
 
-from . import proof
+from . import coarse, proof
 from .accuracy import ALLOWANCE, BELOW, DITHER, GOLDEN, ROUND_OFF
 from .frame import AT, WORDS, Kernel, asked, fields, read_words, step_taken
 from .kinks import Kinks
@@ -70,6 +70,9 @@ class Driver(Kernel):
         for place in (self.taken, self.refused):
             text.put(f"store i64 0, ptr {place}")
         text.store(proof.INFINITE, self.var["cap"])
+        self.rooted = bool(self.plan.rooted)
+        if self.rooted:
+            coarse.begin(self)
         places = {key: i for i, key in enumerate(self.plan.invariants)}
         room = text.slot("double", max(len(places), 1))
         text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
@@ -116,7 +119,9 @@ class Driver(Kernel):
         text.put(f"br i1 {wild}, label %wild, label %fine")
         text.label("wild")
         text.store(shorter, var["h"])
-        text.put(f"br i1 {short}, label %lost, label %step")
+        if self.rooted:
+            text.store(ZERO, var["reached"])
+        text.put(f"br i1 {short}, label %{'coarse' if self.rooted else 'lost'}, label %step")
         text.label("fine")
         f = self.field
         cut: list = []
@@ -130,14 +135,21 @@ class Driver(Kernel):
         cap = text.smaller(text.load(var["cap"]), cap)
         clock = Clock(t, f["t_end"], f["direction"], cap)
         pace = chosen(text, clock, x, size, scale, limited if kinks.count else None)
-        text.put(f"br i1 {pace.stuck}, label %lost, label %go")
+        shortened = cut[0] if cut else None
+        if self.rooted:
+            coarse.choose(self, t, pace, shortened)
+            coarse.emit(self, step, t)
+        else:
+            text.put(f"br i1 {pace.stuck}, label %lost, label %go")
         text.label("go")
+        if self.rooted:
+            pace, scale, shortened = coarse.taken(self, pace)
         for i in range(n):
             low = text.load(text.at(self.room["low"], i))
             text.store(low, text.at(self.room["low_old"], i))
         x = text.div(pace.signed, scale)
         step.end(x, self.room["y"], self.room["low"])
-        proof.emit(self, step, pace, x, scale, cut[0] if cut else None)
+        proof.emit(self, step, pace, x, scale, shortened)
         step_taken(self, t, pace)
 
     def _dithered(self, x):

@@ -53,7 +53,8 @@ def _excess(driver, x, share, scale):
     total = found[0]
     for each in found[1:]:
         total = text.add(total, each)
-    return believed(text, total, x, driver.order)
+    found = believed(text, total, x, driver.order)
+    return text.mul(found, text.load(driver.var["finer"])) if driver.rooted else found
 
 
 def _within(driver, step, pace, x, scale):

@@ -10,6 +10,8 @@ the numerical integration of ODEs by means of high-order Taylor methods", Experi
 import math
 import sys
 
+from .known_sides import known_side
+
 LARGEST = sys.float_info.max
 MAX_WHOLE = 64
 COMPARISONS = frozenset(("lt", "le", "eq"))
@@ -62,7 +64,7 @@ class Rewriter:
         if op == "sqrt" and args[0].op == "mul" and args[0].args[0] is args[0].args[1]:
             return self._size(args[0].args[0])
         if op in ("sqrt", "power"):
-            return g.make(op, args, node.data)
+            return self.power(args[0], 0.5 if op == "sqrt" else node.data)
         if op == "abs":
             return self._size(args[0])
         if op in COMPARISONS:
@@ -113,10 +115,17 @@ class Rewriter:
         return node, 1.0
 
     def power(self, base, exponent):
+        """That of a choice is a choice: where y < 0, max(y, 0)^0.5 has a series, as no other 0."""
+        parts = known_side(self, base) if exponent % 1.0 else None
+        if parts is not None:
+            condition, *sides = parts
+            return self.graph.select(condition, *[self.power(side, exponent) for side in sides])
         if exponent == 0.5:
             return self.graph.make("sqrt", (base,))
         if exponent == int(exponent) and 0.0 < exponent <= MAX_WHOLE:
             return self.graph.whole_power(base, int(exponent))  # also where the base is zero
+        if self.is_invariant(base):
+            return self.graph.make("call", (base, self.graph.const(float(exponent))), "pow")
         return self.graph.make("power", (base,), float(exponent))
 
     def _product(self, a, b):
@@ -153,7 +162,7 @@ class Rewriter:
             scale = 1.0 / math.log(float(name[3:]))
             return g.mul(constant(scale), self._logarithm(args[0]))
         if name == "cbrt":
-            return g.make("power", args, 1.0 / 3.0)
+            return self.power(args[0], 1.0 / 3.0)
         if name not in SLOPES and name != "atan2":
             raise NotSmooth(f"`{name}`")
         return g.make("call", args, name)

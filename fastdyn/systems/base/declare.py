@@ -93,6 +93,31 @@ def derived(unit) -> type[property]:
     return cast(Any, functools.partial(Derived, unit=unit))
 
 
+class of_instance:
+    """A method, which says what to do where it is called on the class."""
+
+    def __init__(self, method):
+        self._method = method
+        functools.update_wrapper(self, method)
+
+    def __get__(self, instance, owner) -> Any:
+        if instance is not None:
+            return self._method.__get__(instance, owner)
+        method = self._method
+
+        @functools.wraps(method)
+        def called(*args, **named):
+            if args and isinstance(args[0], Declared):
+                return method(*args, **named)
+            name = getattr(owner, "name", owner.__name__)
+            raise TypeError(
+                f"`{name}` is a class of systems, and `{method.__name__}` is for one of them: "
+                f"write {name}().{method.__name__}(...), with its parameters in the first brackets."
+            )
+
+        return called
+
+
 class Derived(property):
     """A property with a unit."""
 

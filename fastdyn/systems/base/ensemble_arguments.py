@@ -2,20 +2,27 @@
 
 import copy
 import dataclasses
+import inspect
 
 import numpy as np
 
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.problem.members import Shared
+from fastdyn.problem.validate import ALL, time_span
 
 from .consistent_start import check_members
 from .declare import checked
 from .solve_arguments import completed, projection
 
 
+def fields_of(system):
+    """The fields of a system by name."""
+    return {field.name: field for field in dataclasses.fields(system)}
+
+
 def split(system, given):
     """(system with the single values, columns of the others, options) of named arguments."""
-    fields = {field.name: field for field in dataclasses.fields(system)}
+    fields = fields_of(system)
     fixed, columns, options = {}, {}, {}
     for name, value in given.items():
         if name not in fields:
@@ -56,11 +63,12 @@ def ensemble(system, t_span, y0, method, given):
     if starts and y0 is not None:
         names = ", ".join(f"`{name}`" for name in starts)
         raise ValueError(f"{names} of the {system.name} and `y0` both set the start; give one.")
-    options = completed(system, method, options)
+    known = ALL | {*inspect.signature(solve_ensemble).parameters} | {*fields_of(system)}
+    options = completed(system, method, options, "ensemble", known)
     if "project" in options:
         options["project"] = projection(system, options["project"])
     args = tuple(columns.get(f.name, _shared(system, f)) for f in system.parameter_fields())
-    t_span = (0.0, system.t_end) if t_span is None else t_span
+    t_span = (0.0, system.t_end) if t_span is None else time_span(t_span)
     if y0 is not None and system.constraints:
         check_members(system, t_span[0], y0, columns)
     result = solve_ensemble(

@@ -5,14 +5,18 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.problem.option_names import refuse_unknown
 from fastdyn.problem.validate import MATLAB_METHODS, method_named
 
 TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
 MATLAB_TOLERANCES = {"rtol": 1e-3, "atol": 1e-6}
 
 
-def completed(system, method, options) -> dict[str, Any]:
-    """Options of a solver with the system's events and breakpoints, and default tolerances."""
+def completed(system, method, options, takes, known) -> dict[str, Any]:
+    """Options of a solver with the system's events and breakpoints, and default tolerances.
+
+    `takes` is the method of the system that is given them, `known` the names of all that it knows.
+    """
     if "args" in options:
         raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
     if "stabilise" in options:
@@ -20,14 +24,17 @@ def completed(system, method, options) -> dict[str, Any]:
             "`stabilise` is no option any more: write `solve(project=True)` for the projection, "
             "`system.baumgarte().solve()` for Baumgarte's pull."
         )
+    automatic = isinstance(method, str) and method == "auto"
+    ours = None if automatic else method_named(method)
+    if ours is not None or automatic:
+        refuse_unknown(f"`{takes}` of the {system.name}", options, known)
     options = dict(options)
     if "events" in options:
         options["events"] = event_functions(system, options["events"])
-    ours = method_named(method)
     if ours is None or ours.error_order:
         like_matlab = ours is not None and ours.name in MATLAB_METHODS
         options = (MATLAB_TOLERANCES if like_matlab else TOLERANCES) | options
-        if system.breakpoints is not None and ours is not None:
+        if system.breakpoints is not None and (ours is not None or automatic):
             options.setdefault("breakpoints", system.breakpoints)
     return options
 

@@ -14,12 +14,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.problem.validate import ALL, time_span
 from fastdyn.solve.ivp import solve_ivp
 
 from .consistent_start import start
-from .declare import Declared, Derived, State, documented
+from .declare import Declared, Derived, State, documented, of_instance
 from .result import SystemResult
 from .solve_arguments import completed, projection
+
+OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -123,6 +126,7 @@ class System(Declared):
         """
         raise ValueError(f"No exact solution of the {self.name} is known to fastdyn.")
 
+    @of_instance
     def solve(
         self,
         t_span: Any = None,
@@ -157,14 +161,21 @@ class System(Declared):
         -------
         SystemResult
         """
-        options = completed(self, method, options)
+        own = {field.name for field in dataclasses.fields(self)}
+        for name in own.intersection(options):
+            raise TypeError(
+                f"`{name}` is a parameter of the {self.name}, not of `solve`: write "
+                f"{self.name}({name}={options[name]!r}).solve()."
+            )
+        options = completed(self, method, options, "solve", ALL | OF_SOLVE | own)
         if project_with := projection(self, project):
             options["project"] = project_with
-        t_span = (0.0, self.t_end) if t_span is None else t_span
+        t_span = (0.0, self.t_end) if t_span is None else time_span(t_span)
         begin = start(self, t_span[0], y0, project)
         result = solve_ivp(self.rhs, t_span, begin, method=method, args=self.args, **options)
         return SystemResult(result, self.as_started(t_span[0], y0, options.get("on_event")))
 
+    @of_instance
     def ensemble(self, t_span=None, y0=None, method="RK45", **given) -> Any:
         """
         Integrate many trajectories at once; `fastdyn.solve_ensemble` with the system filled in.

@@ -181,14 +181,6 @@ def test_series_with_long_gaps(fun, end, exact):
 
 
 @pytest.mark.parametrize(
-    "fun", [lambda t, y: [t**0.5], lambda t, y: [np.sqrt(y[0])], lambda t, y: [t**1.5]]
-)
-def test_a_start_without_a_series_ends_with_a_sentence(fun):
-    run = solve_ivp(fun, (0.0, 1.0), [0.0], "Taylor")
-    assert run.status == -1 and "Required step size" in run.message
-
-
-@pytest.mark.parametrize(
     ("fun", "y0", "end"),
     [
         (lambda t, y: [-1 / y[0]], [1.0], "0.5000"),

@@ -4,7 +4,8 @@ import numpy as np
 
 from fastdyn.compile.sparse_jacobian import pattern_of
 from fastdyn.kernels.methods import COMPLEX
-from fastdyn.problem import validate
+
+from . import validate
 
 REFUSED = ("breakpoints", "project", "checkpoint", "callback", "on_event")
 

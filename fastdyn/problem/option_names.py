@@ -1,0 +1,33 @@
+"""Names of options that nobody takes: refused, or warned of, with the one that may be meant."""
+
+import difflib
+
+ALIKE = 0.6  # least similarity of what may be meant
+OTHER_WORDS = {  # those of other packages
+    "dt": "step", "h": "step", "tol": "rtol", "reltol": "rtol", "abstol": "atol",
+    "solver": "method", "initialstep": "first_step", "maxstep": "max_step",
+    "h0": "first_step", "hmax": "max_step", "jacobian": "jac", "dfun": "jac",
+    "tspan": "t_span", "x0": "y0", "teval": "t_eval",
+}  # fmt: skip
+
+
+def advice(name, known):
+    """A question, "did you mean `rtol`?", or nothing."""
+    plain = {_plain(each): each for each in known}
+    other = OTHER_WORDS.get(_plain(name))
+    if other in known:
+        return f"did you mean `{other}`?"
+    near = difflib.get_close_matches(_plain(name), plain, n=1, cutoff=ALIKE)
+    return f"did you mean `{plain[near[0]]}`?" if near else ""
+
+
+def _plain(name):
+    return name.lower().replace("_", "")
+
+
+def refuse_unknown(who, given, known):
+    """Raise TypeError for the first name that is not known."""
+    for name in given:
+        if name not in known:
+            said = advice(name, known)
+            raise TypeError(f"{who} takes no `{name}`{f'; {said}' if said else '.'}")
