@@ -155,7 +155,9 @@ class LaidOut:
     def _make_room(self):
         """Let the first piece of the output hold what the last solve stored, within limits."""
         wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)
-        self._lay_out(self._plan(self.problem, max(wanted, output.PIECE)))
+        n = self.plan.n
+        wanted = max(min(wanted, output.PIECE_NUMBERS // n), output.first_piece(n))
+        self._lay_out(self._plan(self.problem, wanted))
         self._lay_times()
         self.grown = None
 

@@ -37,7 +37,6 @@ class Graph:
     def __init__(self):
         self._known, self.nodes, self.values, self.tables = {}, [], [], {}
         self.most = MAX_NODES
-        self.most = MAX_NODES
         self.varying: set[int] = set()  # slots whose value differs between trajectories
         self.true, self.false = self.make("const", (), True), self.make("const", (), False)
 

@@ -15,7 +15,7 @@ from .graph import Graph
 from .masks import Masked
 from .outside import Outside
 from .reads import Reads
-from .refusal import LATEST, Refusal, Untraceable
+from .refusal import LATEST, Refusal, Untraceable, refused_as
 from .symbols import Symbol, symbol
 
 MAX_PATHS, MAX_DECISIONS = 256, 200
@@ -102,6 +102,7 @@ class Trace(NamedTuple):
     error: str
 
 
+@refused_as(Refusal.untraceable)
 def trace(fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=False):
     """Trace ``fun(t, y, *args)``.
 
@@ -128,6 +129,8 @@ def trace(fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=
     Untraceable
     """
     g = Paths()
+    if n * (1 + complex_state) >= g.most:  # soon known
+        raise Untraceable("its state is too long", final=True, said=False)
     g.reads = Reads(g, (fun, *args), varying)
     states: list[Any] = [Symbol(g, g.make("y", (), i)) for i in range(n * (1 + complex_state))]
     states += [Symbol(g, g.const(0.0)) for _ in range(zeros)]

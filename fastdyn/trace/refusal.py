@@ -1,5 +1,6 @@
 """Why a function has no graph: what it raises, on whichever way out."""
 
+import functools
 import threading
 
 
@@ -41,3 +42,22 @@ class Refusal(BaseException):
     def untraceable(self):
         """What it is outside the run."""
         return Untraceable(str(self), **self.flags)
+
+
+def refused_as(error):
+    """Let what works on a graph, while no run of a traced function is on, raise an error instead.
+
+    `error` is made of the sentence: nothing outside `trace` and `compile` meets a Refusal.
+    """
+
+    def decorate(work):
+        @functools.wraps(work)
+        def guarded(*args, **kwargs):
+            try:
+                return work(*args, **kwargs)
+            except Refusal as reason:
+                raise error(reason) from None
+
+        return guarded
+
+    return decorate
