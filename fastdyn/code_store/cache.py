@@ -11,7 +11,6 @@ What makes code is imported when there is code to make: kept code is loaded with
 import hashlib
 import os
 import threading
-import warnings
 from typing import NamedTuple
 
 from . import folders, precompiled
@@ -19,6 +18,7 @@ from .call import laid_out
 from .environment import environment
 from .object_file import NotWhole, is_elf, packed, unpacked
 from .one_at_a_time import alone
+from .quiet import warnings
 
 COUNTS = {"loaded": 0, "compiled": 0, "stored": 0}
 _assembling, _compiling = threading.Lock(), threading.RLock()

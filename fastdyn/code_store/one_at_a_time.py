@@ -7,13 +7,13 @@ or the holder takes longer than anything takes, each makes its own: the same byt
 import contextlib
 import os
 import time
+from typing import Any
 
 from . import folders
 
-try:
+fcntl: Any = None
+with contextlib.suppress(ImportError):  # where the system is not POSIX
     import fcntl
-except ImportError:  # not a POSIX system
-    fcntl = None
 
 LONGEST, PAUSE = 120.0, 0.02  # seconds
 
@@ -29,6 +29,7 @@ def alone(name):
         _lock(file)
         yield
     finally:
+        assert fcntl is not None
         with contextlib.suppress(OSError):
             os.unlink(folders.own() / f"{name}.lock")
             fcntl.flock(file, fcntl.LOCK_UN)  # a forked process may have the file open, too

@@ -6,6 +6,7 @@ call.  What Numba cannot compile is called in Python from the same kernels, with
 """
 
 import functools
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from fastdyn.code_store.numba_settings import DISABLED
 from fastdyn.kernels.calls.block import FAULT, FIRST
 
-from . import by_tracing
+from . import budget, by_tracing
 from .by_tracing import traced_function
 from .callable_parts import Y, parts_of
 from .diagnostics import FoundLater, GaveUp, LeftToSciPy, Uncompilable, warn_once
@@ -81,26 +82,19 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     try:
         if refused:
             raise Uncompilable(refused)
-        found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
-        if found is None and mode in COMPLEX_MODES:
-            raise LeftToSciPy
-        if found is None and by_tracing.has_effect(fun, args, mode, n, varying):
-            raise Uncompilable("it does more than give a value")
-        if found is None:
-            parts = parts_of(fun, args)
-            from .by_numba import compiled_function
-
-            found = *compiled_function(parts, mode, probe), arguments_at(parts)
+        found, late = budget.within(
+            by_tracing.place_of(fun, args, mode, n, varying),
+            lambda: _code(fun, args, mode, n, near, probe, varying),
+        )
+        if late is not None:
+            return _in_python(as_written, keepalive, mode, n, account=late)
         function, parameters, at = found
     except Uncompilable as reason:
         said = None if refused or isinstance(reason, FoundLater) else by_tracing.why(
             fun, args, mode, n, varying
         )  # fmt: skip
         said = functools.partial(warn_once, fun, said or str(reason))
-        callback = Callback(as_written, mode, n, said)
-        block = np.zeros(FIRST, np.int64)
-        block[0] = callback.address
-        return Bound(None, block, as_written, [*keepalive, callback], callback, [], mode)
+        return _in_python(as_written, keepalive, mode, n, said)
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
     block[0], block[FAULT] = function.address, end
@@ -108,6 +102,32 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         pack_all(parameters, block, keepalive)
     keepalive.append(function)
     return Bound(function, block, as_written, keepalive, None, parameters, mode, (), {}, at)
+
+
+def _code(fun, args, mode, n, near, probe, varying):
+    """The compiled function, (kind, value) of its parameters, and which are arguments."""
+    found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
+    if found is None and mode in COMPLEX_MODES:
+        raise LeftToSciPy
+    if found is None and by_tracing.has_effect(fun, args, mode, n, varying):
+        raise Uncompilable("it does more than give a value")
+    if found is None:
+        parts = parts_of(fun, args)
+        if "numba" not in sys.modules:
+            budget.not_here()  # it is not imported in a moment
+        from .by_numba import compiled_function
+
+        found = *compiled_function(parts, mode, probe), arguments_at(parts)
+    return found
+
+
+def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
+    """A function that stays in Python, for good or until its code is made."""
+    callback = Callback(as_written, mode, n, announce)
+    callback.account = account
+    block = np.zeros(FIRST, np.int64)
+    block[0] = callback.address
+    return Bound(None, block, as_written, [*keepalive, callback], callback, [], mode)
 
 
 def bind_matrix(matrix):

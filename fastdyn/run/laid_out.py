@@ -8,6 +8,7 @@ import numpy as np
 
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
+from fastdyn.compile import budget
 from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.compile.python_callback import evaluate, interruptible
 from fastdyn.kernels.calls.block import FAILED, FAULT, RAISED_WORD, TIME
@@ -85,6 +86,8 @@ class LaidOut:
         self._lay_out(plan)
         called = *(b.callback for b in self.bounds), self._matrices.solver
         self._callbacks = [c for c in called if c is not None]
+        late = [getattr(c, "account", None) for c in self._callbacks]
+        self._late = [account for account in late if account is not None]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = [math.inf if b.function is None else b.function.seconds for b in self.bounds]
         self._seconds = self.evaluations * sum(seconds)
@@ -198,7 +201,9 @@ class LaidOut:
         return self._interruptible(self.plan.kernel, words)
 
     def _interruptible(self, kernel, words):
-        with interruptible(self._callbacks):
+        if not self._callbacks:
+            return kernel(words.buffer_info()[0])
+        with budget.in_python(self._late), interruptible(self._callbacks):
             return kernel(words.buffer_info()[0])
 
     def check(self, status):

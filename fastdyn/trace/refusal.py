@@ -22,6 +22,10 @@ class Untraceable(Exception):
         self.final, self.effect, self.said = final or effect, effect, said
 
 
+class NotYet(Untraceable):
+    """Making its code takes longer than this solve may wait for."""
+
+
 class _Latest(threading.local):
     """The first refusal of this run: a bare ``except:`` may have swallowed it."""
 
@@ -42,6 +46,16 @@ class Refusal(BaseException):
     def untraceable(self):
         """What it is outside the run."""
         return Untraceable(str(self), **self.flags)
+
+
+class OutOfTime(Refusal):
+    """It takes longer than it may now."""
+
+    def __init__(self):
+        super().__init__("it takes too long to be compiled while a solve waits", said=False)
+
+    def untraceable(self):
+        return NotYet(str(self), said=False)
 
 
 def refused_as(error):

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from .clock import look
 from .evaluate import evaluate
 from .graph import live
 from .refusal import Untraceable
@@ -71,6 +72,7 @@ def verify(trace, function, compiled, t0, tf, y0, values) -> None:
     """
     compared, failed = 0, "it gives no finite number near the start"
     for t, y in zip(*points(trace, t0, tf, np.asarray(y0, float), values), strict=True):
+        look()
         mine = compiled(t, y)
         try:
             with np.errstate(all="ignore"):
