@@ -18,6 +18,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # started in the backgrou
 
 KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KEPT / "compiled"))
+os.environ.setdefault("FASTDYN_BUDGET", "inf")  # compiled code is there at once
 os.environ.setdefault("DASK_TEMPORARY_DIRECTORY", str(KEPT / "dask"))
 hypothesis.configuration.set_hypothesis_home_dir(KEPT / "hypothesis")
 

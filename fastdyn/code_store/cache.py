@@ -11,16 +11,17 @@ What makes code is imported when there is code to make: kept code is loaded with
 import hashlib
 import os
 import threading
-import warnings
 from typing import NamedTuple
 
 from . import folders, precompiled
 from .call import laid_out
 from .environment import environment
 from .object_file import NotWhole, is_elf, packed, unpacked
+from .one_at_a_time import alone
+from .quiet import warnings
 
 COUNTS = {"loaded": 0, "compiled": 0, "stored": 0}
-_assembling = threading.Lock()
+_assembling, _compiling = threading.Lock(), threading.RLock()
 
 
 class Code(NamedTuple):
@@ -50,6 +51,14 @@ def compiled(key, build, kernel=True):
     found = key and stored(key)
     if found:
         return found
+    if key is None:
+        return _compiled(None, build, kernel)
+    with _compiling, alone(_file(_symbol(key))):
+        return stored(key) or _compiled(key, build, kernel)  # another may have just made it
+
+
+def _compiled(key, build, kernel):
+    """The machine code that `build` leads to."""
     from numba.core.errors import NumbaWarning
 
     from . import emit_object

@@ -6,6 +6,7 @@ call.  What Numba cannot compile is called in Python from the same kernels, with
 """
 
 import functools
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from fastdyn.code_store.numba_settings import DISABLED
 from fastdyn.kernels.calls.block import FAULT, FIRST
 
-from . import by_tracing
+from . import budget, by_tracing
 from .by_tracing import traced_function
 from .callable_parts import Y, parts_of
 from .compare import arrays_unchanged, compare_around, machine_value
@@ -86,18 +87,12 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             raise Uncompilable(refused)
         if reason := by_tracing.left_to_python(fun, args, mode):
             raise FoundLater(reason)
-        found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
-        if found is None and mode in COMPLEX_MODES:
-            raise LeftToSciPy
-        if found is None and by_tracing.has_effect(fun, args, mode, n, varying):
-            raise Uncompilable("it does more than give a value")
-        if found is None:
-            parts = parts_of(fun, args)
-            from .by_numba import check_written, compiled_function
-
-            if by_tracing.writes(fun, args, mode, n, varying):
-                check_written(parts)
-            found = *compiled_function(parts, mode, probe), arguments_at(parts)
+        found, late = budget.within(
+            by_tracing.place_of(fun, args, mode, n, varying),
+            lambda: _code(fun, args, mode, n, near, probe, varying),
+        )
+        if late is not None:
+            return _in_python(as_written, keepalive, mode, n, account=late)
         function, parameters, at = found
         bound = _with_block(function, as_written, keepalive, parameters, mode, n, at)
         if not by_tracing.made(function) and near is not None:
@@ -108,10 +103,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             fun, args, mode, n, varying
         )  # fmt: skip
         said = functools.partial(warn_once, fun, said or str(reason))
-        callback = Callback(as_written, mode, n, said)
-        block = np.zeros(FIRST, np.int64)
-        block[0] = callback.address
-        return Bound(None, block, as_written, [*keepalive, callback], callback, [], mode)
+        return _in_python(as_written, keepalive, mode, n, said)
 
 
 def _with_block(function, as_written, keepalive, parameters, mode, n, at):
@@ -139,6 +131,34 @@ def _compare_with_python(bound, near, n):
         leave_to_python(bound, different)
         raise FoundLater(different)
     _compared.add(place)
+
+
+def _code(fun, args, mode, n, near, probe, varying):
+    """The compiled function, (kind, value) of its parameters, and which are arguments."""
+    found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
+    if found is None and mode in COMPLEX_MODES:
+        raise LeftToSciPy
+    if found is None and by_tracing.has_effect(fun, args, mode, n, varying):
+        raise Uncompilable("it does more than give a value")
+    if found is None:
+        parts = parts_of(fun, args)
+        if "numba" not in sys.modules:
+            budget.not_here()  # it is not imported in a moment
+        from .by_numba import check_written, compiled_function
+
+        if by_tracing.writes(fun, args, mode, n, varying):
+            check_written(parts)
+        found = *compiled_function(parts, mode, probe), arguments_at(parts)
+    return found
+
+
+def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
+    """A function that stays in Python, for good or until its code is made."""
+    callback = Callback(as_written, mode, n, announce)
+    callback.account = account
+    block = np.zeros(FIRST, np.int64)
+    block[0] = callback.address
+    return Bound(None, block, as_written, [*keepalive, callback], callback, [], mode)
 
 
 def bind_matrix(matrix):

@@ -16,6 +16,7 @@ from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.calls.user_function import FORM
 from fastdyn.kernels.jit_options import INLINED
 
+from . import budget
 from .callable_parts import T, Y, codes_of
 from .captured import references, resolve, stored_outside
 from .diagnostics import Uncompilable, explain
@@ -174,6 +175,8 @@ def _compile(parts, mode, layout, outside):
     reasons = []
     dialects = MODES[mode]
     for fresh in (False, True):  # first what is on disk, in any dialect
+        if fresh:
+            budget.not_here()
         for dialect in dialects:
             key = name and repr((name, dialect))
             build = functools.partial(_build, parts, dialect, layout, outside)

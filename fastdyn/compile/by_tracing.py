@@ -1,8 +1,6 @@
 """The first way to machine code: the user's function run on symbols, checked, kept."""
 
-import contextlib
 import functools
-import gc
 import re
 import timeit
 import types as python
@@ -15,9 +13,9 @@ from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.trace.paths import trace
 from fastdyn.trace.places import line_of_refusal, line_of_write
 from fastdyn.trace.reads import flat, pattern
-from fastdyn.trace.refusal import Refusal, Untraceable
+from fastdyn.trace.refusal import NotYet, Refusal, Untraceable, refused_as
 
-from . import elimination
+from . import behind, elimination
 from .callable_parts import codes_of
 from .compare import compare_around
 from .diagnostics import located
@@ -77,14 +75,16 @@ def traced_function(fun, args, mode, n, near, varying=()):
     if found is not None:
         (traced, function, *_), given = found
         return function, list(zip(traced.kinds, given, strict=True)), traced.at
-    place = _place(fun, args, mode, n, varying)
+    place = place_of(fun, args, mode, n, varying)
     if near is None or _refusals.get(place, 0) >= MAX_REFUSALS:
         return None
     error: Any = None
     for lifted in LIFTED:
         try:
-            with _without_collecting():
+            with behind.without_collecting():
                 traced, function, given = _traced(fun, args, mode, n, near, varying, lifted)
+        except NotYet:
+            raise
         except Untraceable as reason:
             error = reason
             if reason.final:
@@ -110,7 +110,7 @@ def traced_function(fun, args, mode, n, near, varying=()):
 
 def known_trace(fun, args, mode, n, varying=()):
     """The Known that holds for what a function uses now, and its values; None if there is none."""
-    known = _known.setdefault(_place(fun, args, mode, n, varying), [])
+    known = _known.setdefault(place_of(fun, args, mode, n, varying), [])
     for i, one in enumerate(known):
         given = one.values(fun, args)
         if given is not None:
@@ -122,12 +122,12 @@ def known_trace(fun, args, mode, n, varying=()):
 
 def why(fun, args, mode, n, varying=()):
     """Why a function was refused, and where; None if it is not known, or of no use to the user."""
-    return _reasons.get(_place(fun, args, mode, n, varying))
+    return _reasons.get(place_of(fun, args, mode, n, varying))
 
 
 def has_effect(fun, args, mode, n, varying=()):
     """Whether a function was refused because it does more than give a value."""
-    return _place(fun, args, mode, n, varying) in _effects
+    return place_of(fun, args, mode, n, varying) in _effects
 
 
 def changes_of_code(fun, args, mode, n):
@@ -156,7 +156,7 @@ def arrays_read(fun, args, mode, n):
 
 def writes(fun, args, mode, n, varying=()):
     """Whether a function was refused because it writes to arrays."""
-    return _place(fun, args, mode, n, varying) in _writers
+    return place_of(fun, args, mode, n, varying) in _writers
 
 
 def _reason(error, fun, args, mode, n):
@@ -188,7 +188,8 @@ def made(function):
     return function.key in _functions
 
 
-def _place(fun, args, mode, n, varying):
+def place_of(fun, args, mode, n, varying=()):
+    """What tells a function from others, by its code."""
     return (*codes(fun, args), mode, n, len(args), tuple(varying))
 
 
@@ -208,6 +209,7 @@ def _code(fun):
     return (type(fun),)
 
 
+@refused_as(Refusal.untraceable)
 def _traced(fun, args, mode, n, near, varying, lifted):
     own, shape, zeros = _shape(mode, n)
     found = trace(fun, args, own, shape, varying, lifted, zeros, mode in COMPLEX_MODES)
@@ -243,18 +245,6 @@ def _compared_place(traced, function, fun, given):
     reads = traced.trace.reads
     same = pattern(reads.found(reads.roots)) if reads.identities else ()
     return function.key, _code(fun), tuple(map(type, given)), same
-
-
-@contextlib.contextmanager
-def _without_collecting():
-    """Graphs are many objects in no circle: looking for circles takes longer than making them."""
-    on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if on:
-            gc.enable()
 
 
 def _shape(mode, n):

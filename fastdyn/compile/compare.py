@@ -10,6 +10,7 @@ import ctypes
 import numpy as np
 
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD
+from fastdyn.trace.clock import look
 from fastdyn.trace.evaluate import evaluate
 from fastdyn.trace.graph import live
 
@@ -101,6 +102,7 @@ def compare_around(function, compiled, near, n, trace=None):
     """
     compared, failed = 0, "it gives no finite number near the start"
     for t, y in zip(*points_around(near, n, trace), strict=True):
+        look()
         real, mine = _value(function, t, y), compiled(t, y)
         if isinstance(real, Exception):
             failed = f"{type(real).__name__}: {real}"

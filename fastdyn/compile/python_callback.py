@@ -52,7 +52,14 @@ class Callback:
         Called once the function has given a value: one that is wrong says so itself.
     n_out : int, optional
         Numbers that it gives, where the mode does not say.
+
+    Attributes
+    ----------
+    account : budget.Account or None
+        Of a function that waits for its code.
     """
+
+    account: Any = None
 
     def __init__(self, fun, mode, n, announce=None, n_out=None):
         self.exception, self.inside, self.pending, self.writes = None, False, None, True

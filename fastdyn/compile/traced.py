@@ -11,6 +11,7 @@ import numpy as np
 from fastdyn import code_store
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.trace.graph import live
+from fastdyn.trace.refusal import Refusal, refused_as
 
 from .parameters import EVENT_MODES, FLOAT, INT, MOMENT_MODES, packer
 from .python_callback import SIGNATURE
@@ -31,6 +32,7 @@ class Traced:
         ``pack(values, block, keepalive)`` writes the values of the groups into a block.
     """
 
+    @refused_as(Refusal.untraceable)
     def __init__(self, trace, mode, n):
         g, self.trace, self.mode, self.n = trace.graph, trace, mode, n
         self.stored = trace.outputs

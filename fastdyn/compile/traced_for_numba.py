@@ -11,6 +11,7 @@ from fastdyn.kernels.calls.user_function import FORM
 from fastdyn.kernels.jit_options import INLINED, INTERNAL, njit
 from fastdyn.kernels.vector.instructions import FUSE
 from fastdyn.trace.emit import Emitter
+from fastdyn.trace.refusal import refused_as
 
 from .diagnostics import Uncompilable
 from .parameters import EVENT_MODES
@@ -37,6 +38,7 @@ def dispatcher(traced):
     return function
 
 
+@refused_as(Uncompilable)
 def build_vector(traced, kinds=None):
     """See `Traced.build_vector`."""
     if traced.trace.error:

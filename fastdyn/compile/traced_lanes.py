@@ -6,6 +6,7 @@ from llvmlite import ir
 
 from fastdyn.code_store.target import processor
 from fastdyn.trace.emit import INDEX, REAL, WORD, Emitter
+from fastdyn.trace.refusal import refused_as
 
 from .taylor.bundles import Single
 from .taylor.lanes import LaneDriver
@@ -19,6 +20,7 @@ from .traced_pointer_form import by_formula
 MAX_STEPS = 400  # of a plan, whose code is written one by one
 
 
+@refused_as(NotSmooth)
 def text(traced, symbol, order, kinds, width):
     """LLVM's text of a module with the kernel; `kinds` are those of the parameters."""
     graph, raising = traced.trace.graph, traced.trace.raising

@@ -3,6 +3,7 @@
 from llvmlite import ir
 
 from fastdyn.trace.emit import BIT, INDEX, REAL, WORD, Emitter
+from fastdyn.trace.refusal import refused_as
 
 from .taylor.bundles import Bundles
 from .taylor.composed import emit
@@ -17,6 +18,7 @@ MAX_ONLINE, MAX_WITH_KINKS = 60, 600  # of `size_of`, where vectors are of order
 INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer()])
 
 
+@refused_as(NotSmooth)
 def text(traced, symbol, order):
     """LLVM's text of a module with the kernel."""
     graph, raising = traced.trace.graph, traced.trace.raising
@@ -52,6 +54,7 @@ def _large(module, plan, order, raises):
     return LargeDriver(bundles, order, lanes, raises, *by_processor(lanes))
 
 
+@refused_as(NotSmooth)
 def text_of_event(traced, symbol, order):
     """The same of the series of an event; NotSmooth if it has none between two steps."""
     plan = Plan(traced.trace.graph, traced.stored, traced.trace.raising)

@@ -14,7 +14,7 @@ from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.trace.derivatives import jacobian, parameter_derivatives
 from fastdyn.trace.jumps import decisions, first_jump
 from fastdyn.trace.reads import flat
-from fastdyn.trace.refusal import Refusal, Untraceable
+from fastdyn.trace.refusal import Untraceable, refused_as
 
 from .bind import Bound
 from .by_tracing import traced_function, why
@@ -93,16 +93,16 @@ def _function(base, groups):
         return _made[place]
 
 
+def _too_many(reason):
+    return Untraceable(f"the equations of its sensitivities: {reason}", final=True)
+
+
+@refused_as(_too_many)
 def _compiled(base, groups):
     traced = base.traced
     graph, stored = traced.trace.graph, traced.stored
     n, columns = len(stored), list(_columns(traced, groups))
-    try:
-        rates = _rates(graph, stored, columns)
-    except Refusal:
-        raise Untraceable(
-            f"the equations of {n} components in {len(columns)} directions are too many", final=True
-        ) from None
+    rates = _rates(graph, stored, columns)
     size = n * (1 + len(columns))
     found: Any = Traced(traced.trace._replace(outputs=[*stored, *rates]), "variational", size)
     key = found.key()

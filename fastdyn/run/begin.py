@@ -94,9 +94,8 @@ def fill_tolerances(image, plan, problem):
 
 def shape_of(problem, pair, n_points=None):
     """What the memory of a problem depends on; `n_points` where each step is stored."""
-    p, m = problem, len(problem.events or ())
-    n_points = (n_points or output.PIECE) if p.t_eval is None else len(p.t_eval)
-    return (
-        p.method.name, pair, len(p.y0), m, n_points,
-        output.PIECE if p.dense_output else 1, output.PIECE if m else 0,
-    )  # fmt: skip
+    p, n, m = problem, len(problem.y0), len(problem.events or ())
+    room = output.first_piece(n)
+    n_points = (n_points or room) if p.t_eval is None else len(p.t_eval)
+    polynomials = output.first_piece(n * (p.method.n_dense + 1)) if p.dense_output else 1
+    return (p.method.name, pair, n, m, n_points, polynomials, room if m else 0)

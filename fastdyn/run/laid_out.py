@@ -9,6 +9,7 @@ import numpy as np
 
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
+from fastdyn.compile import budget
 from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.by_tracing import has_effect
 from fastdyn.compile.diagnostics import GaveUp
@@ -96,6 +97,8 @@ class LaidOut:
             self._followed = followed(problem, bound, others, self._take_over)
         for callback in self._callbacks:
             callback.after = self.follow_again
+        late = [getattr(c, "account", None) for c in self._callbacks]
+        self._late = [account for account in late if account is not None]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = [math.inf if b.function is None else b.function.seconds for b in self.bounds]
         self._seconds = self.evaluations * sum(seconds)
@@ -189,7 +192,9 @@ class LaidOut:
     def _make_room(self):
         """Let the first piece of the output hold what the last solve stored, within limits."""
         wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)
-        self._lay_out(self._plan(self.problem, max(wanted, output.PIECE)))
+        n = self.plan.n
+        wanted = max(min(wanted, output.PIECE_NUMBERS // n), output.first_piece(n))
+        self._lay_out(self._plan(self.problem, wanted))
         self._lay_times()
         self.grown = None
 
@@ -230,7 +235,9 @@ class LaidOut:
         return self._interruptible(self.plan.kernel, words)
 
     def _interruptible(self, kernel, words):
-        with interruptible(self._callbacks):
+        if not self._callbacks:
+            return kernel(words.buffer_info()[0])
+        with budget.in_python(self._late), interruptible(self._callbacks):
             return kernel(words.buffer_info()[0])
 
     def check(self, status):

@@ -27,6 +27,7 @@ from fastdyn.problem.lsoda import NO_BAND
 
 from .begin import jacobian_of
 from .check_jacobian import check_sparsity
+from .enough_memory import check_full_matrices
 from .sparse_solver import SparseSolver
 
 SMALL = 32  # components to which our elimination is as fast as LAPACK's
@@ -96,6 +97,7 @@ def matrices_of(problem, bound, block):
     known = None if _takes_all(p, jacobian) else entries
     layout, words, solver = _layout(n, known, p.mass), _straight_words(p, known), None
     if layout is not None:
+        check_full_matrices(p.method, p.band, n, layout.rows)
         if layout.kind == OUTSIDE:
             solver = SparseSolver(n, entries, p.mass, bound.block)
             routines = solver.addresses()

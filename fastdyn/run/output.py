@@ -11,6 +11,7 @@ from fastdyn.kernels.state.record import STATE
 
 PIECE = 128  # points in the first piece of the output; later ones double
 PIECE_NUMBERS = 2**22  # numbers in one piece at most
+FEWEST = 4  # places in a first piece
 OCCURRENCES = ("events.index", "events.t", "events.y")
 
 
@@ -26,6 +27,11 @@ def _record(words, dtype):
 
 STATE_WORDS, OUTPUT_WORDS = _words(STATE), _words(OUTPUT)
 STATE_RECORD, OUTPUT_RECORD = _record(STATE_WORDS, STATE), _record(OUTPUT_WORDS, OUTPUT)
+
+
+def first_piece(numbers):
+    """Places in the first piece, each of so many numbers."""
+    return min(PIECE, max(PIECE_NUMBERS // numbers, FEWEST))
 
 
 class Output:

@@ -2,6 +2,7 @@
 
 import types as python
 
+from fastdyn.compile import budget
 from fastdyn.compile.bind import bind, bind_matrix, or_in_python
 from fastdyn.compile.by_tracing import Near
 from fastdyn.compile.diagnostics import WritesToState
@@ -22,6 +23,7 @@ from fastdyn.problem.second_order_and_pairs import (
     probe_equations,
 )
 from fastdyn.problem.validate import IMPLICIT, SHARED_METHODS
+from fastdyn.specialise.scalar import shared_kernel, watch_kernel, watch_plain_kernel
 from fastdyn.specialise.series import NoSeries
 
 from .begin import shape_of
@@ -29,8 +31,9 @@ from .check_jacobian import check_jacobian
 from .followed import may_take_other_code, with_room, writes_what_others_use
 from .loop import Run
 from .mass import with_mass
+from .memory import plan
 from .outcome import result_of
-from .stiffness import notice, watch
+from .stiffness import gives_up, notice, watch
 
 MAX_IDLE = 64
 CHANGES = "it may change an array that another function of the solve uses"
@@ -75,6 +78,35 @@ def run_of(problem):
         p = with_mass(p, bound)
     asked = p.mode == "acceleration" and bound.function is None  # by `check_second_order`, twice
     return Run(p, bound, others, 2 if asked else 0)
+
+
+def in_time(problem):
+    """A Run whose functions stay in Python, this time, where compiling them takes too long.
+
+    One that asks for compiled code, or whose method is chosen by it, waits.
+    """
+    p = problem
+    if p.compile != "auto" or p.method.series or p.checkpoint is not None or gives_up():
+        return run_of(p)
+    load_kernels(p)  # which nobody else compiles meanwhile
+    with budget.limited(least_in_python(p)):
+        return run_of(p)
+
+
+def least_in_python(problem):
+    """Seconds that a solve takes at least with a function in Python: of its full matrices."""
+    p = problem
+    if not p.method.n_matrices or p.jac is not None or p.sparsity is not None:
+        return 0.0
+    return (len(p.y0) / 1000) ** 3
+
+
+def load_kernels(problem):
+    """Let the kernels of a solve be there."""
+    p, pair = problem, isinstance(problem.fun, Pair)
+    plan(*shape_of(p, pair), len(p.y0))
+    shared_kernel(p.method.name, pair)
+    (watch_kernel if p.events else watch_plain_kernel)()
 
 
 def _between_steps(problem):
@@ -152,7 +184,7 @@ def _solved(problem):
     place = _place(problem, functions)
 
     def solve():
-        run = _taken(place, problem, functions) or run_of(problem)
+        run = _taken(place, problem, functions) or in_time(problem)
         watch(problem, run)
         result = result_of(problem, run.solve(problem.y0), run)
         notice(problem, run)

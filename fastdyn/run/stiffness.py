@@ -58,6 +58,11 @@ def given_up():
         _gives_up.reset(token)
 
 
+def gives_up():
+    """Whether that is asked for."""
+    return _gives_up.get()
+
+
 def watch(problem, run):
     """Let a run be given up, if that is asked for."""
     run.between_chunks = (lambda: _give_up(problem, run)) if _gives_up.get() else None

@@ -11,10 +11,14 @@ import numpy as np
 from .derivative_rules import LOCAL, inside_tables
 from .domains import LARGEST
 from .graph import MAX_NODES, is_zero, live
-from .refusal import Refusal, Untraceable
+from .refusal import Untraceable, refused_as
 
 SUMS = frozenset(("add", "sub", "neg"))
 WITHOUT = frozenset(("lt", "le", "eq", "and", "or", "not", "round", "search", "const"))
+
+
+def _too_many(reason):
+    return Untraceable(f"its derivatives: {reason}", final=True)
 
 
 class Entries(NamedTuple):
@@ -25,6 +29,7 @@ class Entries(NamedTuple):
     nodes: list
 
 
+@refused_as(_too_many)
 def jacobian(graph, outputs, n):
     """The Entries of d outputs / dy.
 
@@ -36,12 +41,14 @@ def jacobian(graph, outputs, n):
     return entries(partials(graph, outputs, [graph.make("y", (), i) for i in range(n)]))
 
 
+@refused_as(_too_many)
 def time_derivative(graph, outputs):
     """The nodes of d outputs / dt."""
     found = partials(graph, outputs, [graph.make("t")])
     return [row.get(0, graph.const(0.0)) for row in found]
 
 
+@refused_as(_too_many)
 def parameter_derivatives(graph, outputs, slots):
     """The Entries of d outputs / d parameters, of which `slots` are given."""
     return entries(partials(graph, outputs, [graph.make("par", (), slot) for slot in slots]))
@@ -65,10 +72,7 @@ def partials(graph, outputs, inputs):
         Each "t", or a "y" or "par".
     """
     graph.most = len(graph.nodes) + 2 * MAX_NODES
-    try:
-        return _Sweep(graph, outputs, inputs).found(outputs)
-    except Refusal:
-        raise Untraceable("its derivatives take too many operations", final=True) from None
+    return _Sweep(graph, outputs, inputs).found(outputs)
 
 
 class _Sweep:

@@ -8,6 +8,7 @@ from typing import Any
 
 from llvmlite import ir
 
+from .clock import EVERY, look
 from .graph import live
 
 REAL, WORD, BIT, INDEX = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.IntType(32)
@@ -45,6 +46,8 @@ class Emitter:
         """The values of nodes."""
         for node in live(outputs):
             if node.key not in self._values:
+                if len(self._values) % EVERY == 0:
+                    look()
                 args = [self._values[a.key] for a in node.args]
                 self._values[node.key] = self.emit(node, args)
         return [self._values[node.key] for node in outputs]

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
+from .clock import look
 from .emit import BIT, INDEX, REAL, WORD, Emitter
 from .like_nodes import WORKSPACE, Likeness, Loop, is_truth
 from .stretches import neighbours, stretches
@@ -48,6 +49,7 @@ class LoopEmitter:
         room.align = 64
         self._workspace = self.builder.bitcast(room, REAL.as_pointer())
         for step in plan.steps:
+            look()
             self._loop(step) if isinstance(step, Loop) else self._single(step)
         self._copy(outputs, out)
         return self._value(other)

@@ -8,6 +8,7 @@ import hashlib
 
 import numpy as np
 
+from .clock import EVERY, look
 from .operations import COMPUTE
 from .refusal import Refusal
 
@@ -53,6 +54,8 @@ class Graph:
                 raise Refusal("it takes too many operations", said=False)
             node = self._known[place] = Node(op, tuple(args), data, len(self.nodes))
             self.nodes.append(node)
+            if len(self.nodes) % EVERY == 0:
+                look()
             self._evaluate(node)
         if not node.varies and args and all(a.op == "const" for a in args):
             return self.const(node.value)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .clock import EVERY, look
 from .graph import live
 
 COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
@@ -88,6 +89,8 @@ class Likeness:
         """Which nodes are alike, how deep they are, and who uses them."""
         kinds, groups = {}, self.groups
         for i, node in enumerate(self.nodes):
+            if i % EVERY == 0:
+                look()
             args = [self.at[a.key] for a in node.args]
             if node.op in COMMUTE and self.kind[args[1]] < self.kind[args[0]]:
                 args.reverse()
@@ -126,6 +129,7 @@ class Likeness:
         for group in sorted(self.groups, key=lambda group: -self.depth[group[0]]):
             if self.leaf[group[0]] is not None:
                 continue
+            look()
             public = self._parts_of_loops(group)
             if len(public) >= FEWEST and self.nodes[group[0]].op not in ("t", "par"):
                 self._new_loop(public)

@@ -17,7 +17,7 @@ from .handlers import is_handled
 from .masks import Masked
 from .outside import Outside
 from .reads import Reads
-from .refusal import LATEST, Abandoned, Refusal, Untraceable
+from .refusal import LATEST, Abandoned, Refusal, Untraceable, refused_as
 from .symbols import Symbol, symbol
 
 MAX_PATHS, MAX_DECISIONS = 256, 200
@@ -143,6 +143,7 @@ class Trace(NamedTuple):
     error: str
 
 
+@refused_as(Refusal.untraceable)
 def trace(fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=False):
     """Trace ``fun(t, y, *args)``.
 
@@ -169,6 +170,8 @@ def trace(fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=
     Untraceable
     """
     g = Paths()
+    if n * (1 + complex_state) >= g.most:  # soon known
+        raise Untraceable("its state is too long", final=True, said=False)
     g.reads = Reads(g, (fun, *args), varying)
     states: list[Any] = [Symbol(g, g.make("y", (), i)) for i in range(n * (1 + complex_state))]
     states += [Symbol(g, g.const(0.0)) for _ in range(zeros)]

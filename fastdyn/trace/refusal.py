@@ -1,5 +1,6 @@
 """Why a function has no graph: what it raises, on whichever way out."""
 
+import functools
 import threading
 
 
@@ -22,6 +23,10 @@ class Untraceable(Exception):
         super().__init__(why)
         self.final, self.effect, self.said = final or effect, effect, said
         self.writes = writes
+
+
+class NotYet(Untraceable):
+    """Making its code takes longer than this solve may wait for."""
 
 
 class _Latest(threading.local):
@@ -48,3 +53,32 @@ class Refusal(BaseException):
     def untraceable(self):
         """What it is outside the run."""
         return Untraceable(str(self), **self.flags)
+
+
+class OutOfTime(Refusal):
+    """It takes longer than it may now."""
+
+    def __init__(self):
+        super().__init__("it takes too long to be compiled while a solve waits", said=False)
+
+    def untraceable(self):
+        return NotYet(str(self), said=False)
+
+
+def refused_as(error):
+    """Let what works on a graph, while no run of a traced function is on, raise an error instead.
+
+    `error` is made of the sentence: nothing outside `trace` and `compile` meets a Refusal.
+    """
+
+    def decorate(work):
+        @functools.wraps(work)
+        def guarded(*args, **kwargs):
+            try:
+                return work(*args, **kwargs)
+            except Refusal as reason:
+                raise error(reason) from None
+
+        return guarded
+
+    return decorate

@@ -3,8 +3,10 @@
 import math
 from collections import Counter
 
+from fastdyn.trace.refusal import refused_as
+
 from .recurrences import Choice, Integral, Power, Quotient, Root, Sum, operands
-from .rewrite import Rewriter
+from .rewrite import NotSmooth, Rewriter
 from .scaled import Scaled
 from .shared_factors import share_factors
 
@@ -45,6 +47,7 @@ class Plan:
     NotSmooth
     """
 
+    @refused_as(NotSmooth)
     def __init__(self, graph, outputs, raising):
         self.graph, self.rewrite = graph, Rewriter(graph)
         graph.most = math.inf  # of a function that was taken

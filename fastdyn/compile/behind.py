@@ -1,0 +1,221 @@
+"""One thread behind the others, which makes code that no solve waits for any more.
+
+The thread ends when there is nothing to make.  While functions run in Python it works for a short
+time and rests for a longer one: whoever calls Python from compiled code lets go of the interpreter
+at each call, and would get it back a switch interval later each time.  The thread never keeps the
+interpreter from exiting, and a fork waits until it has put its work down.
+"""
+
+import atexit
+import contextlib
+import contextvars
+import functools
+import gc
+import os
+import sys
+import threading
+import time
+from collections import deque
+from time import perf_counter
+from typing import Any
+
+from fastdyn.code_store import quiet
+from fastdyn.trace.clock import CLOCK
+from fastdyn.trace.refusal import NotYet, OutOfTime
+
+WORK, REST = 0.001, 5.0  # seconds without a rest; a rest, in units of the work before it
+EVENTS = 100  # of Python, between two looks at the clock
+AT_EXIT, AT_FORK = 1.0, 60.0  # seconds
+
+_lock = threading.Lock()
+_jobs: deque = deque()
+
+
+class _State:
+    """`thread` is None when nothing is made; `busy` counts what runs in Python and goes first."""
+
+    thread: threading.Thread | None = None
+    busy = 0
+    stop = exits = False
+    worked, calls = 0.0, 0
+
+
+_state = _State()
+
+
+class Job:
+    """Something to make, from now on."""
+
+    make: Any
+    _context: Any
+
+    def __init__(self, make):
+        self.make, self._context = make, contextvars.copy_context()
+        self.waiting, self._done = 0, threading.Event()
+        with _lock:
+            _jobs.append(self)
+            _start()
+
+    def run(self):
+        try:
+            self._context.run(self.make)
+        except NotYet:
+            if _state.stop:
+                return False
+        except BaseException:
+            pass  # raised again where it is made for a solve
+        self.end()
+        return True
+
+    def end(self):
+        """Nothing more is made."""
+        self.make = self._context = None
+        self._done.set()
+
+    def wait(self, seconds):
+        """Whether it is done, after so many seconds at most."""
+        if seconds <= 0 or self._done.is_set():
+            return self._done.is_set()
+        self.waiting += 1
+        try:
+            return self._done.wait(seconds)
+        finally:
+            self.waiting -= 1
+
+
+def is_here():
+    """Whether this is the thread."""
+    return threading.current_thread() is _state.thread
+
+
+@contextlib.contextmanager
+def without_collecting():
+    """Graphs are many objects in no circle: looking for circles takes longer than making them."""
+    on = gc.isenabled() and not is_here()
+    if on:
+        gc.disable()
+    try:
+        yield
+    finally:
+        if on:
+            gc.enable()
+
+
+def give_way(one):
+    """Something begins to run in Python and goes first, or ends: 1 or -1."""
+    with _lock:
+        _state.busy += one
+
+
+def _start():
+    if _state.thread is None and _jobs and not _state.stop:
+        _state.thread = threading.Thread(target=_work, name="fastdyn compiles", daemon=True)
+        _state.thread.start()
+
+
+def _work():
+    quiet.behind()
+    CLOCK.check, _state.worked = _look, perf_counter()
+    while True:
+        with _lock:
+            if not _jobs or _state.stop:
+                _state.thread = None
+                return
+            job = _jobs[0]
+        done = job.run()
+        with _lock:
+            if done and job in _jobs:
+                _jobs.remove(job)
+
+
+def _look():
+    """Rest, if something goes first; stop, if that is asked for."""
+    if _state.stop:
+        raise OutOfTime
+    _rest()
+
+
+def _must_rest():
+    waited_for = bool(_jobs) and _jobs[0].waiting
+    return _state.busy and not waited_for
+
+
+def _rest():
+    worked = perf_counter() - _state.worked
+    if worked < WORK:
+        return
+    if _must_rest() and not _state.stop:
+        time.sleep(REST * min(worked, 0.05))
+    _state.worked = perf_counter()
+
+
+def watch_numba():
+    """Rest while Numba compiles, too: it says when a pass begins."""
+    _watch_calls()
+    _listen()
+
+
+@functools.cache
+def _listen():
+    from numba.core import event
+
+    class Listener(event.Listener):
+        def on_start(self, event):
+            _watch_calls()
+
+        def on_end(self, event):
+            pass
+
+    event.register("numba:run_pass", Listener())
+
+
+def _watch_calls():
+    """Look at the clock at each call in this thread, which costs as much again, while it must."""
+    if is_here() and _must_rest():
+        sys.setprofile(_on_call)
+
+
+def _on_call(frame, what, argument):
+    _state.calls += 1
+    if _state.calls % EVENTS == 0:
+        if _state.exits:
+            raise SystemExit
+        _rest()
+        if not _must_rest():
+            sys.setprofile(None)
+
+
+def _stopped(seconds):
+    """Let the thread end, and wait for that."""
+    _state.stop, thread = True, _state.thread
+    if thread is not None and thread is not threading.current_thread():
+        thread.join(seconds)
+
+
+def _at_exit():
+    _state.exits = True
+    give_way(1)
+    _stopped(AT_EXIT)
+
+
+def _after_fork():
+    """What was to be made is made in the parent."""
+    with _lock:
+        _state.stop = False
+        _start()
+
+
+def _in_child():
+    global _lock
+    _lock = threading.Lock()
+    for job in _jobs:
+        job.end()
+    _jobs.clear()
+    _state.thread, _state.stop, _state.busy = None, False, 0
+
+
+atexit.register(_at_exit)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(
+        before=lambda: _stopped(AT_FORK), after_in_parent=_after_fork, after_in_child=_in_child
+    )

@@ -1,0 +1,38 @@
+"""Whether full matrices of so many components go into this machine, before they are asked for."""
+
+import math
+import os
+
+from fastdyn.compile.diagnostics import LeftToSciPy
+from fastdyn.problem.lsoda import NAME as LSODA
+from fastdyn.problem.lsoda import NO_BAND
+
+SHARE = 0.9  # of the memory
+
+
+class KeepsBands(LeftToSciPy, MemoryError):
+    """SciPy's LSODA keeps no more than the band that it is given."""
+
+
+def memory_of_machine():
+    """Bytes; infinite where the system does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return math.inf
+
+
+def check_full_matrices(method, band, n, rows):
+    """Raise MemoryError for matrices of n columns and so many rows that no memory holds."""
+    wanted, there = 8 * n * method.rows(rows), memory_of_machine()
+    if wanted > SHARE * there:
+        how = (
+            "give solve_ivp `lband` and `uband`" if method.name == LSODA
+            else "name the elements of the Jacobian that are not zero by `jac_sparsity`, or return "
+            "sparse matrices from `jac`"
+        )  # fmt: skip
+        raise (MemoryError if band == NO_BAND else KeepsBands)(
+            f"{method.name} keeps {method.n_matrices} matrices of {rows} rows and {n} columns, "
+            f"{wanted / 1e9:.0f} GB, and this machine has {there / 1e9:.0f}: {how}, or take an "
+            "explicit method."
+        )

@@ -1,0 +1,197 @@
+"""No solve waits long for compiled code: it runs in Python, and a later one finds the code."""
+
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+import types
+import warnings
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn.compile import behind, budget
+from fastdyn.run import solve_problem
+
+TEXT = """
+def {name}(t, y):
+    total, k, x = 0.0, 0, y[0]
+    while x < 50.0 and k < 300:
+        x = x * 1.01 + abs(np.sin(y[1]))
+        k += 1
+        total += x
+    return np.array([y[1], -y[0] + 1e-9 * total * {number}])
+"""
+START = [0.3, 0.5]
+
+
+def for_numba():
+    """A function that only Numba compiles, and that nobody has seen."""
+    names = {"np": np}
+    exec(TEXT.format(name="looped", number=random.random()), names)
+    return names["looped"]
+
+
+def for_tracing(n):
+    names = {"sin": math.sin, "n": n, "factor": random.random()}
+    exec("def rates(t, y): return [factor * sin(y[i - 1]) * y[i] for i in range(n)]", names)
+    return names["rates"]
+
+
+@pytest.fixture
+def seen(monkeypatch):
+    """Whether each solve ran compiled code."""
+    found, result_of = [], solve_problem.result_of
+
+    def noted(problem, status, run):
+        found.append(run.bounds[0].function is not None)
+        return result_of(problem, status, run)
+
+    monkeypatch.setattr(solve_problem, "result_of", noted)
+    return found
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_left():
+    yield
+    finish()
+
+
+def finish():
+    end = time.monotonic() + 120
+    while behind._state.thread is not None and time.monotonic() < end:
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("make", [for_numba, lambda: for_tracing(300)], ids=["Numba", "trace"])
+@pytest.mark.parametrize("method", ["RK45", "BDF"])
+def test_a_solve_goes_on_in_python_and_the_next_is_compiled(make, method, seen, monkeypatch):
+    fun = make()
+    y0 = START if fun.__name__ == "looped" else np.linspace(0.1, 1, 300)
+    monkeypatch.setattr(budget, "SECONDS", 0.001)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        first = fastdyn.solve_ivp(fun, (0, 1), y0, method, rtol=1e-9, atol=1e-9)
+        finish()
+        second = fastdyn.solve_ivp(fun, (0, 1), y0, method, rtol=1e-9, atol=1e-9)
+    assert seen == [False, True]
+    assert np.allclose(first.y[:, -1], second.y[:, -1], rtol=1e-7, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"compile": "inlined"}, {"compile": "shared"}, {"method": "auto", "rtol": 1e-3}],
+    ids=str,
+)
+def test_who_asks_for_compiled_code_waits(options, seen, monkeypatch):
+    monkeypatch.setattr(budget, "SECONDS", 0.001)
+    fastdyn.solve_ivp(for_numba(), (0, 1), START, **options)
+    fastdyn.prepare(for_numba(), (0, 1), START)
+    assert seen == [True]
+
+
+def test_solves_wait_no_longer_than_the_budget_in_all(monkeypatch):
+    monkeypatch.setattr(budget, "SECONDS", 0.2)
+    go_on = threading.Event()
+    monkeypatch.setattr(behind.Job, "run", lambda job: go_on.wait(60) and (job.end() or True))
+    fun, begin = for_numba(), time.monotonic()
+    for _ in range(20):
+        fastdyn.solve_ivp(fun, (0, 1), START)
+    assert time.monotonic() - begin < 3
+    go_on.set()
+
+
+def test_ctrl_c_ends_the_waiting(monkeypatch):
+    monkeypatch.setattr(budget, "SECONDS", 60.0)
+    go_on = threading.Event()
+    monkeypatch.setattr(behind.Job, "run", lambda job: go_on.wait(60) and (job.end() or True))
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        fastdyn.solve_ivp(for_numba(), (0, 1), START)
+    assert time.monotonic() - begin < 10
+    go_on.set()
+
+
+@pytest.mark.parametrize("make", [for_numba, lambda: for_tracing(2000)], ids=["Numba", "trace"])
+def test_what_is_made_behind_rests_while_functions_run_in_python(make, monkeypatch):
+    monkeypatch.setattr(budget, "SECONDS", 0.001)
+    spent, rested, run = [], [], behind.Job.run
+
+    def timed(job):
+        begin = time.thread_time()
+        done = run(job)
+        spent.append(time.thread_time() - begin)
+        return done
+
+    monkeypatch.setattr(behind.Job, "run", timed)
+    monkeypatch.setattr(behind, "time", types.SimpleNamespace(sleep=rested.append))
+    fun = make()
+    with budget.in_python([]):
+        y0 = START if fun.__name__ == "looped" else np.ones(2000)
+        fastdyn.solve_ivp(fun, (0, 1e-3), y0)
+        finish()
+    assert len(spent) == 1 and sum(rested) > 2 * spent[0]
+
+
+def test_the_filters_of_warnings_stay_those_of_the_user(monkeypatch):
+    monkeypatch.setattr(budget, "SECONDS", 0.001)
+    before = warnings.filters[:], warnings._showwarnmsg_impl
+    with warnings.catch_warnings(record=True):
+        fastdyn.solve_ivp(for_numba(), (0, 1), START)
+        time.sleep(0.3)  # Numba has entered its own, and not left it
+    finish()
+    assert (warnings.filters, warnings._showwarnmsg_impl) == before
+
+
+SCRIPT = """
+import os, sys, time
+import numpy as np
+import fastdyn
+from fastdyn.compile import behind
+{function}
+fastdyn.solve_ivp(looped, (0, 1), [0.3, 0.5])
+assert behind._state.thread is not None
+"""
+FORK = """
+def solved():
+    return fastdyn.solve_ivp(looped, (0, 1), [0.3, 0.5]).success
+
+child = os.fork()
+if not child:
+    ok = solved()
+    while behind._state.thread is not None:
+        time.sleep(0.01)
+    os._exit(not (ok and solved()))
+assert solved()
+_, status = os.waitpid(child, 0)
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+
+
+def script(more=""):
+    function = TEXT.format(name="looped", number=random.random())
+    text = SCRIPT.format(function=function) + textwrap.dedent(more)
+    environment = {**os.environ, "FASTDYN_BUDGET": "0.001"}
+    done = subprocess.run(
+        [sys.executable, "-c", text], env=environment, capture_output=True, text=True, timeout=120
+    )
+    return done.returncode, done.stderr
+
+
+def test_it_does_not_keep_the_interpreter_from_exiting():
+    for pause in (0.0, 0.05, 0.3, 0.7):
+        begin = f"time.sleep({pause}); begin = time.monotonic()\n"
+        ends = "import atexit; atexit.register(lambda: os.write(1, b''))\n"
+        assert script(begin + ends) == (0, "")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_it_survives_a_fork():
+    assert script(FORK) == (0, "")
