@@ -62,7 +62,7 @@ def _module(parts, flags, light, draw):
     own = f"t, y, {params}" if params else "t, y"
     n = draw.choice([1, 1, 2, 2, 3, 4, 6])
     setup = "\n".join(p["setup"] for p in parts if p["setup"])
-    body = _body(parts, draw, own)
+    body = _body(parts, draw, own, "real" in flags)
     out, extra = _result(n, draw, flags)
     setup = "\n".join(filter(None, [setup, extra, *body[0]]))
     text = f"def fun({own}):\n" + textwrap.indent("\n".join([*body[1], out]), "    ")
@@ -82,11 +82,11 @@ def _module(parts, flags, light, draw):
     return f"{HEADER}\n{text}\n\nHOW = {how!r}\n"
 
 
-def _body(parts, draw, own):
-    """(lines of the module, lines of the function): inline, or in functions of their own."""
+def _body(parts, draw, own, returns):
+    """(lines of the module, lines of the function): inline, or, unless they return, in others."""
     outside, inside, given = [], [], own
     for j, part in enumerate(parts):
-        if draw.random() < 0.3 or len(parts) > 1:
+        if not returns and (draw.random() < 0.3 or len(parts) > 1):
             indented = textwrap.indent(part["body"], "    ")
             outside.append(f"def part{j}({own}):\n{indented}\n    return k")
             inside.append(f"k{j} = part{j}({given})")
