@@ -68,9 +68,6 @@ def _module(parts, flags, light, draw):
     text = f"def fun({own}):\n" + textwrap.indent("\n".join([*body[1], out]), "    ")
     watch = ", ".join(p["watch"] for p in parts if p.get("watch"))
     how = _how(n, bool(changes), flags, light, draw)
-    if "buffer" in text:  # SciPy keeps what it was given: other calls between change its memory
-        how |= {"two": False, "way": "once" if how["way"] == "events" else how["way"]}
-        how["method"] = "LSODA" if how["method"] in ("Radau", "BDF") else how["method"]
     after = _after("\n".join(changes), watch, how, draw, "event" in flags)
     if not params and "module" not in flags and draw.random() < 0.3:
         lines = "\n".join([setup, text, after, "return fun, change, watched, hook"])
