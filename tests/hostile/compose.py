@@ -62,15 +62,12 @@ def _module(parts, flags, light, draw):
     own = f"t, y, {params}" if params else "t, y"
     n = draw.choice([1, 1, 2, 2, 3, 4, 6])
     setup = "\n".join(p["setup"] for p in parts if p["setup"])
-    body = _body(parts, draw, own)
+    body = _body(parts, draw, own, "real" in flags)
     out, extra = _result(n, draw, flags)
     setup = "\n".join(filter(None, [setup, extra, *body[0]]))
     text = f"def fun({own}):\n" + textwrap.indent("\n".join([*body[1], out]), "    ")
     watch = ", ".join(p["watch"] for p in parts if p.get("watch"))
     how = _how(n, bool(changes), flags, light, draw)
-    if "buffer" in text:  # SciPy keeps what it was given: other calls between change its memory
-        how |= {"two": False, "way": "once" if how["way"] == "events" else how["way"]}
-        how["method"] = "LSODA" if how["method"] in ("Radau", "BDF") else how["method"]
     after = _after("\n".join(changes), watch, how, draw, "event" in flags)
     if not params and "module" not in flags and draw.random() < 0.3:
         lines = "\n".join([setup, text, after, "return fun, change, watched, hook"])
@@ -82,11 +79,11 @@ def _module(parts, flags, light, draw):
     return f"{HEADER}\n{text}\n\nHOW = {how!r}\n"
 
 
-def _body(parts, draw, own):
-    """(lines of the module, lines of the function): inline, or in functions of their own."""
+def _body(parts, draw, own, returns):
+    """(lines of the module, lines of the function): inline, or, unless they return, in others."""
     outside, inside, given = [], [], own
     for j, part in enumerate(parts):
-        if draw.random() < 0.3 or len(parts) > 1:
+        if not returns and (draw.random() < 0.3 or len(parts) > 1):
             indented = textwrap.indent(part["body"], "    ")
             outside.append(f"def part{j}({own}):\n{indented}\n    return k")
             inside.append(f"k{j} = part{j}({given})")

@@ -120,6 +120,8 @@ class ByScipy(Solver):
             if self.calls > MOST_CALLS:
                 raise TooMany
             f = self.module.fun(t, y, *args)
+            if isinstance(f, np.ndarray):  # SciPy keeps it, and what is written to it later
+                f = f.copy()
             if self.draw is None:
                 return f
             try:

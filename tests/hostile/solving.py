@@ -1,6 +1,7 @@
 """A module solved, by SciPy or by fastdyn: all that a user could see of it."""
 
 import contextlib
+import decimal
 import io
 import linecache
 import sys
@@ -8,6 +9,8 @@ import time
 import types
 import warnings
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from .solvers import ByFastdyn, ByScipy
 from .ways import WAYS
@@ -47,7 +50,7 @@ def outcome(source, by, name="drawn", noise=0, rtol=None):
     solver: Any = ByScipy(module, how, noise) if by == "scipy" else ByFastdyn(module, how)
     solver.again = lambda: loaded(source, name)
     raised, left, began = None, None, time.perf_counter()
-    with warnings.catch_warnings(record=True) as caught, contextlib.redirect_stdout(io.StringIO()):
+    with _settings_kept(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             WAYS[how["way"]](solver)
@@ -58,6 +61,17 @@ def outcome(source, by, name="drawn", noise=0, rtol=None):
     seconds = time.perf_counter() - began
     said = [str(w.message) for w in caught if w.category.__name__ == "CompileWarning"]
     return Outcome(solver.runs, raised, solver.nfev, left, said, seconds)
+
+
+@contextlib.contextmanager
+def _settings_kept():
+    """What a module sets for the whole process holds for one outcome."""
+    limit = sys.getrecursionlimit()
+    with np.errstate(), decimal.localcontext(), contextlib.redirect_stdout(io.StringIO()):
+        try:
+            yield
+        finally:
+            sys.setrecursionlimit(limit)
 
 
 def _in_module(error, module):

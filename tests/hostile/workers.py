@@ -9,12 +9,18 @@ import sys
 import threading
 import time
 
+from .solvers import EXPLICIT, OWN
+
+METHODS = (*EXPLICIT, "Radau", "BDF", "LSODA", *OWN)
 HANG = 20.0  # seconds that fastdyn may take for one case
 START = 300.0  # seconds for a process to have its kernels, which one with an empty cache compiles
 
 
-def serve():
-    """A worker: sources from the standard input, verdicts to the standard output."""
+def serve(*methods):
+    """A worker: sources from the standard input, verdicts to the standard output.
+
+    The kernels of the methods are made first: no case waits for them.
+    """
     say = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what C code prints
 
@@ -22,10 +28,9 @@ def serve():
         print(json.dumps(what), file=say, flush=True)
 
     from .compare import verdict
-    from .solvers import EXPLICIT, OWN
     from .solving import outcome
 
-    for method in (*EXPLICIT, "Radau", "BDF", "LSODA", *OWN):
+    for method in methods:
         outcome(WARM.replace("METHOD", method), "fastdyn", "warm")
     tell(ready=True)
     for line in sys.stdin:
@@ -46,12 +51,12 @@ HOW = {"way": "once", "method": "METHOD", "rtol": 1e-6, "atol": 1e-8, "span": (0
 class Worker:
     """A process that judges one case after the other."""
 
-    def __init__(self):
-        package = str(__package__)
+    def __init__(self, methods=METHODS):
+        package, begin = str(__package__), f"serve(*{methods!r})"
         root = pathlib.Path(__file__).resolve().parents[package.count(".") + 1]
         paths = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
         self.process = subprocess.Popen(
-            [sys.executable, "-W", "ignore", "-c", f"from {package}.workers import serve; serve()"],
+            [sys.executable, "-W", "ignore", "-c", f"from {package}.workers import serve; {begin}"],
             env=os.environ | {"PYTHONPATH": paths}, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL, text=True,
         )  # fmt: skip
@@ -92,7 +97,7 @@ class Worker:
         self.process.wait()
 
 
-def judged(cases, n_workers, report):
+def judged(cases, n_workers, report, methods=METHODS):
     """Have workers judge all cases; ``report(case, verdict, details, seconds)`` for each."""
     todo: queue.Queue = queue.Queue()
     for case in cases:
@@ -106,7 +111,7 @@ def judged(cases, n_workers, report):
                 case = todo.get_nowait()
             except queue.Empty:
                 break
-            worker = worker or Worker()
+            worker = worker or Worker(methods)
             began = time.perf_counter()
             found, details, alive = worker.judge(case.source)
             with lock:
