@@ -108,6 +108,11 @@ class Folder:
             self._drop(beside)
             raise
 
+    def open_lock(self, name):
+        """A descriptor of a file that processes lock, made if it is not there."""
+        how = os.O_RDWR | os.O_CREAT | PLAIN
+        return os.open(self._name(name), how, 0o600, dir_fd=self._fd)
+
     def _drop(self, name):
         with contextlib.suppress(OSError):  # another process has dropped it
             os.unlink(name, dir_fd=self._fd)

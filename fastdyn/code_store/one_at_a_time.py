@@ -10,6 +10,8 @@ import time
 from typing import Any
 
 from . import folders
+from .folder import Folder
+from .trust import Doubt
 
 fcntl: Any = None
 with contextlib.suppress(ImportError):  # where the system is not POSIX
@@ -31,19 +33,21 @@ def alone(name):
     finally:
         assert fcntl is not None
         with contextlib.suppress(OSError):
-            os.unlink(folders.own() / f"{name}.lock")
+            os.unlink(os.path.join(folders.own(), f"{name}.lock"))
             fcntl.flock(file, fcntl.LOCK_UN)  # a forked process may have the file open, too
         os.close(file)
 
 
 def _opened(name):
     """A descriptor of the lock file in the user's folder; None if there can be none."""
+    path = folders.own()
+    if path is None:
+        return None
     try:
-        folder = folders.own()
-        folder.mkdir(parents=True, exist_ok=True, mode=0o755)
-        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
-        return os.open(folder / name, flags, 0o600)
-    except (OSError, RuntimeError):  # no home
+        with Folder(path, make=True) as folder:
+            folder.check()
+            return folder.open_lock(name)
+    except (OSError, Doubt):  # its entries are not kept either
         return None
 
 

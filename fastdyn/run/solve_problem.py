@@ -19,6 +19,7 @@ from fastdyn.compile.sparse_jacobian import (
 )
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
+    Pair,
     bind_equations,
     probe_equations,
 )
