@@ -9,7 +9,7 @@ import ctypes
 
 import numpy as np
 
-from fastdyn.kernels.calls.block import FAULT, RAISED_WORD
+from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.trace.clock import look
 from fastdyn.trace.evaluate import evaluate
 from fastdyn.trace.graph import live
@@ -150,14 +150,14 @@ def machine_value(bound, t, y):
     """What the machine code of a function gives; None where it raises."""
     block, n = bound.block, len(y)
     out = np.empty(_n_results(bound.mode, n))
-    kept = block.copy()
+    kept = block[RAISED_WORD : TIME + 1].copy()
     block[RAISED_WORD] = 0
     call, given = ctypes.cast(bound.function.address, SIGNATURE), y.copy()
     left = np.zeros(1, np.int64)  # where Numba's code leaves what it raised
     at = left.ctypes.data
     call(at, at, t, given.ctypes.data, n, block.ctypes.data, out.ctypes.data)
     failed = block[RAISED_WORD]
-    block[:] = kept
+    block[RAISED_WORD : TIME + 1] = kept
     return None if failed else out
 
 

@@ -11,6 +11,7 @@ from fastdyn.kernels.state.record import Y
 
 from .output import Output
 
+MOST_NUMBERS = 2**18  # of the states that are compared
 AT_FIRST, LATER = 16, 4  # states that functions are compared at, after the first solve and others
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 HALVES = {"velocity": 1, "force": 0}  # of the state, which the function is given
@@ -40,17 +41,17 @@ def compare(run, count):
     t, y = states_of(run, count)
     for bound in bounds:
         half = HALVES.get(bound.mode)
-        given = y if half is None else np.split(y, 2, axis=1)[half]
+        given = y if half is None else [np.split(each, 2)[half] for each in y]
         compare_along(bound, t, given)
 
 
 def states_of(run, count):
-    """Times (k,) and states (k, n) of the last solve, at most `count`, the last among them."""
+    """Times and states of the last solve, at most `count`, the last among them."""
     state, work = run.view("solve.state")[0], run.view("solve.work")
+    count = max(1, min(count, MOST_NUMBERS // max(run.plan.n, 1)))
     t, y = (run.grown or Output(run.plan, run.memory)).points()
-    chosen = np.unique(np.linspace(0, len(t) - 1, count).astype(int)) if len(t) else []
-    inside = (t[chosen], y[chosen]) if len(t) else (t, y)
-    times = np.append(inside[0], state["t"])
-    states = np.concatenate([inside[1], work[Y][None]])
-    good = np.isfinite(times) & np.isfinite(states).all(axis=1)
-    return times[good], states[good]
+    chosen = np.unique(np.linspace(0, len(t) - 1, count - 1).astype(int)) if len(t) else []
+    times = [float(state["t"]), *(float(t[i]) for i in chosen)]
+    states = [work[Y].copy(), *(y[i] for i in chosen)]
+    good = [i for i, each in enumerate(states) if np.isfinite(each).all()]
+    return [times[i] for i in good], [states[i] for i in good]
