@@ -23,7 +23,7 @@ MAX_STEPS = 400  # of a plan, whose code is written one by one
 @refused_as(NotSmooth)
 def text(traced, symbol, order, kinds, width):
     """LLVM's text of a module with the kernel; `kinds` are those of the parameters."""
-    graph, raising = traced.trace.graph, traced.trace.raising
+    graph, raising = traced.trace.graph, traced.trace.failing
     if traced.trace.error:
         raise NotSmooth(f"what can raise ({traced.trace.error}), in vectors,")
     plan = Plan(graph, traced.stored, graph.false)
@@ -115,7 +115,7 @@ def _raises(module, traced, kinds, width):
     form = ir.FunctionType(kind, [kind, REAL.as_pointer(), WORD.as_pointer()])
     function = ir.Function(module, form, "fastdyn_raises")
     builder, emitter = _emitter(function, traced, kinds, kind, *function.args)
-    (truth,) = emitter.nodes([traced.trace.raising])
+    (truth,) = emitter.nodes([traced.trace.failing])
     builder.ret(builder.uitofp(truth, kind))
 
 

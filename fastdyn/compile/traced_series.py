@@ -21,7 +21,7 @@ INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer(
 @refused_as(NotSmooth)
 def text(traced, symbol, order):
     """LLVM's text of a module with the kernel."""
-    graph, raising = traced.trace.graph, traced.trace.raising
+    graph, raising = traced.trace.graph, traced.trace.failing
     plan = Plan(graph, traced.stored, raising)
     large = size_of(plan) > MAX_ONLINE and plan_of_rows(traced)
     plan = large or plan
@@ -57,7 +57,7 @@ def _large(module, plan, order, raises):
 @refused_as(NotSmooth)
 def text_of_event(traced, symbol, order):
     """The same of the series of an event; NotSmooth if it has none between two steps."""
-    plan = Plan(traced.trace.graph, traced.stored, traced.trace.raising)
+    plan = Plan(traced.trace.graph, traced.stored, traced.trace.failing)
     if plan.watched or plan.outputs[0][1] is None or plan.raises():
         raise NotSmooth("an event with a kink")
     module = _invariants(traced, plan)

@@ -19,6 +19,9 @@ from .symbolic import Symbolic, graph_of, hand_over, is_symbolic, refuse
 from .symbols import Symbol, by_name, symbol
 
 
+LARGE, SMALL = 1e300, 1e-280  # sums of squares, between which squares lose nothing
+
+
 def _not(a):
     a = a != 0 if isinstance(a, Symbol) else a
     return negated(a)
@@ -73,8 +76,16 @@ def _signbit(a):
 
 
 def hypotenuse(a, *others):
-    """The root of a sum of squares: the same expression however it is written."""
-    return total([v * v for v in (a, *others)]).call("sqrt")
+    """The root of a sum of squares, whose squares neither overflow nor vanish."""
+    squares = total([v * v for v in (a, *others)])
+    g, node = squares.g, squares.node
+    g.stays_below(g.compare(node, g.const(LARGE), "gt"))
+    nonzero = g.false
+    for v in (a, *others):
+        zero = g.compare(symbol(g, v).node, g.const(0.0), "eq")
+        nonzero = g.both(nonzero, g.negation(zero), "or")
+    g.stays_below(g.both(g.compare(node, g.const(SMALL), "lt"), nonzero))
+    return squares.call("sqrt")
 
 
 BY_OPERATOR = {

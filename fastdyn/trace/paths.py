@@ -32,6 +32,7 @@ class Paths(Graph):
 
     def __init__(self):
         super().__init__()
+        self.sizes = self.false
         self.begin(())
 
     def begin(self, script):
@@ -86,7 +87,13 @@ class Paths(Graph):
         """Let Python go on where a condition holds, whatever handlers there are."""
         if node is self.true:
             self.abandon("it leaves the range of its compiled form")
+        if node is self.false:
+            return
         self.raising = self.both(self.raising, node, "or")
+
+    def stays_below(self, node):
+        """Let Python go on where a condition holds: one of sizes, which a series need not ask."""
+        self.sizes = self.both(self.sizes, node, "or")
 
     def abandon(self, why):
         """Leave this path to Python."""
@@ -131,8 +138,8 @@ class Leaf(NamedTuple):
 class Trace(NamedTuple):
     """What a function computes.
 
-    `outputs` are nodes; `raising` is the condition under which it raises; `error` what it raised
-    on some path, in words.
+    `outputs` are nodes; `raising` is the condition under which it raises, or is left to Python, and
+    `failing` that without the sizes of numbers; `error` what it raised on some path, in words.
     """
 
     graph: Paths
@@ -141,6 +148,7 @@ class Trace(NamedTuple):
     reads: Reads
     n_paths: int
     error: str
+    failing: Any = None
 
 
 @refused_as(Refusal.untraceable)
@@ -192,7 +200,8 @@ def trace(fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=
     if not counts:
         raise Untraceable(errors[0])
     outputs, raising = _merged(g, leaves, 0, counts[0])
-    return Trace(g, outputs, raising, g.reads, len(leaves), errors[0] if errors else "")
+    whole = g.both(raising, g.sizes, "or")
+    return Trace(g, outputs, whole, g.reads, len(leaves), errors[0] if errors else "", raising)
 
 
 def _run(g, script, outside, fun, args, states, shape):
