@@ -19,7 +19,9 @@ PYTHON = frozenset("PyGILState_Ensure PyGILState_Release Py_FatalError".split())
 PREFIX = "numba_"
 
 _lock = threading.Lock()
+PIECES = 32  # of code that a linker has
 _loaded: list = []
+_linkers: list = []
 
 
 class UnknownSymbol(Exception):
@@ -75,10 +77,12 @@ def initialise():
     llvm.initialize_native_asmprinter()
 
 
-@functools.cache
 def _linker():
+    """The linker of the next library; each has a few, as what one keeps grows faster than they."""
     initialise()
-    return llvm.create_lljit_compiler()
+    if len(_loaded) % PIECES == 0:
+        _linkers.append(llvm.create_lljit_compiler())
+    return _linkers[-1]
 
 
 def load(code, symbol, needs):
@@ -86,11 +90,11 @@ def load(code, symbol, needs):
 
     Blocks and kernels hold addresses as numbers, which would keep nothing in place.
     """
-    linker = _linker()  # first: it makes the symbols of the process known to LLVM
-    builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
-    for name in needs:
-        builder.import_symbol(name, _address(name))
     with _lock:
+        linker = _linker()  # first: it makes the symbols of the process known to LLVM
+        builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
+        for name in needs:
+            builder.import_symbol(name, _address(name))
         library = builder.link(linker, f"{symbol} {len(_loaded)}")
         _loaded.append(library)
     return library[symbol]
