@@ -70,10 +70,9 @@ def time_span(t_span):
     try:
         t0, tf = map(float, t_span)
     except TypeError as error:
-        if np.ndim(t_span):
-            raise
-        said = f"(`t_span` must be start and end; got {t_span}: (0, {t_span})?)"
-        raise TypeError(f"{error} {said}") from None
+        if np.ndim(t_span) == 0:  # the exception is SciPy's
+            error.add_note(f"`t_span` must be start and end; got {t_span}: (0, {t_span})?")
+        raise
     if not math.isfinite(t0) or math.isnan(tf):
         raise ValueError(f"`t_span` must be two times that are not NaN; got ({t0}, {tf}).")
     return t0, tf

@@ -7,13 +7,12 @@ import math
 import numpy as np
 
 from fastdyn.plot import pendulums
-from fastdyn.problem.validate import time_span
 from fastdyn.solve.phases import Phase, solve_phases
 
 from .base import System, derived, event, initial, parameter, quantity
 from .base.declare import of_instance
 from .base.result import SystemResult
-from .base.solve_arguments import completed, full_state
+from .base.solve_arguments import completed, full_state, span
 from .pendulum_xy import PendulumXY, motion
 
 NOTHING = 1e-9  # of a length, a speed or a weight
@@ -121,7 +120,7 @@ class Cable(System):
         if project not in (None, True):
             raise ValueError("`project` of the cable is always its own: it is held on the circle.")
         options = {"dense_output": True} | completed(self, method, options)
-        t_span = (0.0, self.t_end) if t_span is None else time_span(t_span)
+        t_span = span(self, t_span)
         phases = {
             "cable": Phase(self.rhs, slack, after_slack, {"project": self.project}),
             "flight": Phase(self.falling, taut, after_flight),

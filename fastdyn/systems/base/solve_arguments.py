@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.problem.option_names import refuse_unknown
-from fastdyn.problem.validate import ALL, MATLAB_METHODS, method_named
+from fastdyn.problem.validate import ALL, MATLAB_METHODS, method_named, time_span
 
 OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
 TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
@@ -53,6 +53,15 @@ def _refuse_unknown(system, options, of_ensemble):
             f"{system.name}({name}={options[name]!r}).solve()."
         )
     refuse_unknown(f"`solve` of the {system.name}", options, ALL | OF_SOLVE | own)
+
+
+def span(system, t_span):
+    """Start and end of a solve."""
+    if t_span is None:
+        return 0.0, system.t_end
+    if np.ndim(t_span) == 0:
+        raise TypeError(f"`t_span` must be start and end; got {t_span}: (0, {t_span})?")
+    return time_span(t_span)
 
 
 def projection(system, project):

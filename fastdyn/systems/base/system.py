@@ -14,13 +14,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fastdyn.problem.validate import time_span
 from fastdyn.solve.ivp import solve_ivp
 
 from .consistent_start import start
 from .declare import Declared, Derived, State, documented, of_instance
 from .result import SystemResult
-from .solve_arguments import completed, projection
+from .solve_arguments import completed, projection, span
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,7 +156,7 @@ class System(Declared):
         options = completed(self, method, options)
         if project_with := projection(self, project):
             options["project"] = project_with
-        t_span = (0.0, self.t_end) if t_span is None else time_span(t_span)
+        t_span = span(self, t_span)
         begin = start(self, t_span[0], y0, project)
         result = solve_ivp(self.rhs, t_span, begin, method=method, args=self.args, **options)
         return SystemResult(result, self.as_started(t_span[0], y0, options.get("on_event")))
