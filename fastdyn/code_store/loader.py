@@ -22,7 +22,9 @@ PYTHON = frozenset("PyGILState_Ensure PyGILState_Release Py_FatalError".split())
 PREFIX = "numba_"
 
 _lock = threading.Lock()
+PIECES = 32  # of code that a linker has
 _loaded: list = []
+_linkers: list = []
 _numbers = itertools.count()  # of the libraries, those that did not link included
 
 
@@ -79,10 +81,12 @@ def initialise():
     llvm.initialize_native_asmprinter()
 
 
-@functools.cache
 def _linker():
+    """The linker of the next library; each has a few, as what one keeps grows faster than they."""
     initialise()
-    return llvm.create_lljit_compiler()
+    if len(_loaded) % PIECES == 0:
+        _linkers.append(llvm.create_lljit_compiler())
+    return _linkers[-1]
 
 
 def load(code, symbol, needs):
@@ -91,14 +95,14 @@ def load(code, symbol, needs):
     Blocks and kernels hold addresses as numbers, which would keep nothing in place.  Raises
     UnknownSymbol, or NotWhole for what cannot be linked.
     """
-    linker = _linker()  # first: it makes the symbols of the process known to LLVM
-    builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
-    for name in needs:
-        builder.import_symbol(name, _address(name))
-    try:
-        with _lock:
+    with _lock:
+        linker = _linker()  # first: it makes the symbols of the process known to LLVM
+        builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
+        for name in needs:
+            builder.import_symbol(name, _address(name))
+        try:
             library = builder.link(linker, f"{symbol} {next(_numbers)}")
             _loaded.append(library)
-        return library[symbol]
-    except RuntimeError as error:  # all that LLVM says
-        raise NotWhole(f"it cannot be linked: {error}") from None
+            return library[symbol]
+        except RuntimeError as error:  # all that LLVM says
+            raise NotWhole(f"it cannot be linked: {error}") from None

@@ -7,6 +7,8 @@ import functools
 from typing import Any
 
 import llvmlite.binding as llvm
+from llvmlite.binding.ffi import ObjectRef
+from llvmlite.binding.newpassmanagers import NewPassManager
 
 from .loader import UnknownSymbol, initialise, provider
 from .numba_settings import chosen, setting, settings
@@ -63,7 +65,7 @@ def translated(text, symbol, scheduled=False):
     Of `scheduled` text only the places on the stack are made values.
     """
     initialise()
-    module = llvm.parse_assembly(text)
+    module = llvm.parse_assembly(text, llvm.create_context())  # what one keeps is never let go
     module.triple, module.data_layout = processor()[0], str(target().target_data)
     for function in module.functions:
         if not function.is_declaration and function.name != symbol:
@@ -72,7 +74,7 @@ def translated(text, symbol, scheduled=False):
         builder = llvm.create_pass_builder(target(), llvm.create_pipeline_tuning_options(0))
         passes = llvm.create_new_module_pass_manager()
         passes.add_sroa_pass()
-        passes.run(module, builder)
+        _finish(passes, module, builder)
         return emitted(module, symbol, target(2))
     if text.count("\n") > STRAIGHT:
         return emitted(module, symbol, target(0))
@@ -99,7 +101,17 @@ def _run(module, level, loops, words, prepare):
         passes.add_loop_rotate_pass()
         passes.add_instruction_combine_pass()
         passes.add_jump_threading_pass()
+    _finish(passes, module, builder)
+
+
+def _finish(passes, module, builder):
+    """Run passes for the first and the last time.
+
+    llvmlite 0.50 would let go of their memory, but a base class hides the method that does.
+    """
     passes.run(module, builder)
+    if type(passes)._dispose is ObjectRef._dispose:
+        NewPassManager._dispose(passes)
 
 
 def drop_unused(module):
@@ -108,7 +120,7 @@ def drop_unused(module):
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
     passes.add_strip_dead_prototype_pass()
-    passes.run(module, builder)
+    _finish(passes, module, builder)
 
 
 def emitted(module, symbol, machine=None):

@@ -21,6 +21,12 @@ def advice(name, known):
     return f"did you mean `{plain[near[0]]}`?" if near else ""
 
 
+def advice_on(names, known):
+    """The same of several, behind a sentence."""
+    found = [(name, advice(name, known)) for name in names if name not in known]
+    return "".join(f" `{name}`: {said}" for name, said in found if said)
+
+
 def _plain(name):
     return name.lower().replace("_", "")
 

@@ -6,7 +6,6 @@ SciPy loop for ever or answer wrongly (NaN in a tolerance, a time, or t_eval) ra
 
 import inspect
 import math
-import numbers
 import warnings
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ from fastdyn.kernels.methods import METHODS
 
 from . import jacobian, lsoda, mass, step_options
 from .events import acting, endless, event_list
-from .option_names import advice
+from .option_names import advice_on
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy's, too
@@ -68,9 +67,12 @@ class Problem(NamedTuple):
 
 def time_span(t_span):
     """The two ends; the second may be infinite."""
-    if np.ndim(t_span) == 0 and isinstance(t_span, numbers.Real | np.ndarray):
-        raise TypeError(f"`t_span` must be two times, start and end; got {t_span}: (0, {t_span})?")
-    t0, tf = map(float, t_span)
+    try:
+        t0, tf = map(float, t_span)
+    except TypeError as error:
+        if np.ndim(t_span) == 0:  # the exception is SciPy's
+            error.add_note(f"`t_span` must be start and end; got {t_span}: (0, {t_span})?")
+        raise
     if not math.isfinite(t0) or math.isnan(tf):
         raise ValueError(f"`t_span` must be two times that are not NaN; got ({t0}, {tf}).")
     return t0, tf
@@ -197,13 +199,9 @@ def warn_unused(options, used):
     """Warn, as SciPy does, of options that the method does not look at."""
     if not used.issuperset(options):
         unused = sorted(options.keys() - used)
-        meant = [f" `{name}`: {advice(name, ALL)}" for name in unused if name not in ALL]
-        warnings.warn(
-            "The following arguments have no effect for a chosen solver: "
-            f"{', '.join(f'`{name}`' for name in unused)}."
-            + "".join(each for each in meant if each[-1] == "?"),
-            stacklevel=4,
-        )
+        said = ", ".join(f"`{name}`" for name in unused)
+        said = f"The following arguments have no effect for a chosen solver: {said}."
+        warnings.warn(said + advice_on(unused, ALL), stacklevel=4)
 
 
 def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, options):

@@ -10,8 +10,9 @@ from fastdyn.plot import pendulums
 from fastdyn.solve.phases import Phase, solve_phases
 
 from .base import System, derived, event, initial, parameter, quantity
+from .base.declare import of_instance
 from .base.result import SystemResult
-from .base.solve_arguments import completed, full_state
+from .base.solve_arguments import completed, full_state, span
 from .pendulum_xy import PendulumXY, motion
 
 NOTHING = 1e-9  # of a length, a speed or a weight
@@ -92,6 +93,7 @@ class Cable(System):
         """Zero where the mass is below the pivot, or above it."""
         return w[0]
 
+    @of_instance
     def solve(self, t_span=None, y0=None, method="RK45", project=None, **options):
         """
         Solve through the phases of the cable; see `fastdyn.solve.phases.solve_phases`.
@@ -118,7 +120,7 @@ class Cable(System):
         if project not in (None, True):
             raise ValueError("`project` of the cable is always its own: it is held on the circle.")
         options = {"dense_output": True} | completed(self, method, options)
-        t_span = (0.0, self.t_end) if t_span is None else t_span
+        t_span = span(self, t_span)
         phases = {
             "cable": Phase(self.rhs, slack, after_slack, {"project": self.project}),
             "flight": Phase(self.falling, taut, after_flight),
@@ -128,6 +130,7 @@ class Cable(System):
         run = solve_phases(phases, first, t_span, w, method, args=self.args, **options)
         return CableResult(run, self.as_started(t_span[0], y0))
 
+    @of_instance
     def ensemble(self, t_span=None, y0=None, method="RK45", **given):
         """Refused: a motion in phases is solved one by one."""
         raise ValueError("A cable that goes slack is solved one by one: call `solve` in a loop.")

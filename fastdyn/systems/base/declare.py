@@ -98,7 +98,7 @@ class of_instance:
 
     def __init__(self, method):
         self._method = method
-        functools.update_wrapper(self, method)
+        self.__doc__ = method.__doc__
 
     def __get__(self, instance, owner) -> Any:
         if instance is not None:

@@ -8,11 +8,11 @@ import numpy as np
 
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.problem.members import Shared
-from fastdyn.problem.validate import ALL, time_span
+from fastdyn.problem.validate import ALL
 
 from .consistent_start import check_members
 from .declare import checked
-from .solve_arguments import completed, projection
+from .solve_arguments import completed, projection, span
 
 
 def fields_of(system):
@@ -64,11 +64,11 @@ def ensemble(system, t_span, y0, method, given):
         names = ", ".join(f"`{name}`" for name in starts)
         raise ValueError(f"{names} of the {system.name} and `y0` both set the start; give one.")
     known = ALL | {*inspect.signature(solve_ensemble).parameters} | {*fields_of(system)}
-    options = completed(system, method, options, "ensemble", known)
+    options = completed(system, method, options, known)
     if "project" in options:
         options["project"] = projection(system, options["project"])
     args = tuple(columns.get(f.name, _shared(system, f)) for f in system.parameter_fields())
-    t_span = (0.0, system.t_end) if t_span is None else time_span(t_span)
+    t_span = span(system, t_span)
     if y0 is not None and system.constraints:
         check_members(system, t_span[0], y0, columns)
     result = solve_ensemble(

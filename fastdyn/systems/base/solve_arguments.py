@@ -1,21 +1,23 @@
 """The arguments of a solve that a system fills in: events, tolerances, projection."""
 
+import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from fastdyn.problem.option_names import refuse_unknown
-from fastdyn.problem.validate import MATLAB_METHODS, method_named
+from fastdyn.problem.validate import ALL, MATLAB_METHODS, method_named, time_span
 
+OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
 TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
 MATLAB_TOLERANCES = {"rtol": 1e-3, "atol": 1e-6}
 
 
-def completed(system, method, options, takes, known) -> dict[str, Any]:
+def completed(system, method, options, of_ensemble=None) -> dict[str, Any]:
     """Options of a solver with the system's events and breakpoints, and default tolerances.
 
-    `takes` is the method of the system that is given them, `known` the names of all that it knows.
+    `of_ensemble` has the names of all that `ensemble` knows, if the options are for that.
     """
     if "args" in options:
         raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
@@ -27,7 +29,7 @@ def completed(system, method, options, takes, known) -> dict[str, Any]:
     automatic = isinstance(method, str) and method == "auto"
     ours = None if automatic else method_named(method)
     if ours is not None or automatic:
-        refuse_unknown(f"`{takes}` of the {system.name}", options, known)
+        _refuse_unknown(system, options, of_ensemble)
     options = dict(options)
     if "events" in options:
         options["events"] = event_functions(system, options["events"])
@@ -37,6 +39,29 @@ def completed(system, method, options, takes, known) -> dict[str, Any]:
         if system.breakpoints is not None and (ours is not None or automatic):
             options.setdefault("breakpoints", system.breakpoints)
     return options
+
+
+def _refuse_unknown(system, options, of_ensemble):
+    """Raise TypeError for a name that the solver of a system does not know."""
+    if of_ensemble is not None:
+        refuse_unknown(f"`ensemble` of the {system.name}", options, of_ensemble)
+        return
+    own = {field.name for field in dataclasses.fields(system)}
+    for name in own.intersection(options):
+        raise TypeError(
+            f"`{name}` is a parameter of the {system.name}, not of `solve`: write "
+            f"{system.name}({name}={options[name]!r}).solve()."
+        )
+    refuse_unknown(f"`solve` of the {system.name}", options, ALL | OF_SOLVE | own)
+
+
+def span(system, t_span):
+    """Start and end of a solve."""
+    if t_span is None:
+        return 0.0, system.t_end
+    if np.ndim(t_span) == 0:
+        raise TypeError(f"`t_span` must be start and end; got {t_span}: (0, {t_span})?")
+    return time_span(t_span)
 
 
 def projection(system, project):

@@ -14,15 +14,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fastdyn.problem.validate import ALL, time_span
 from fastdyn.solve.ivp import solve_ivp
 
 from .consistent_start import start
 from .declare import Declared, Derived, State, documented, of_instance
 from .result import SystemResult
-from .solve_arguments import completed, projection
-
-OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
+from .solve_arguments import completed, projection, span
 
 
 @dataclasses.dataclass(frozen=True)
@@ -128,12 +125,7 @@ class System(Declared):
 
     @of_instance
     def solve(
-        self,
-        t_span: Any = None,
-        y0: Any = None,
-        method: Any = "RK45",
-        project: Any = None,
-        **options: Any,
+        self, t_span: Any = None, y0: Any = None, method: Any = "RK45", project=None, **options: Any
     ) -> SystemResult:
         """
         Integrate the equations of motion; `fastdyn.solve_ivp` with the system filled in.
@@ -161,16 +153,10 @@ class System(Declared):
         -------
         SystemResult
         """
-        own = {field.name for field in dataclasses.fields(self)}
-        for name in own.intersection(options):
-            raise TypeError(
-                f"`{name}` is a parameter of the {self.name}, not of `solve`: write "
-                f"{self.name}({name}={options[name]!r}).solve()."
-            )
-        options = completed(self, method, options, "solve", ALL | OF_SOLVE | own)
+        options = completed(self, method, options)
         if project_with := projection(self, project):
             options["project"] = project_with
-        t_span = (0.0, self.t_end) if t_span is None else time_span(t_span)
+        t_span = span(self, t_span)
         begin = start(self, t_span[0], y0, project)
         result = solve_ivp(self.rhs, t_span, begin, method=method, args=self.args, **options)
         return SystemResult(result, self.as_started(t_span[0], y0, options.get("on_event")))
