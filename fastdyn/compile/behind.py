@@ -107,6 +107,13 @@ def give_way(one):
         _state.busy += one
 
 
+def finish(seconds=120.0):
+    """Wait until nothing is left to make."""
+    thread = _state.thread
+    if thread is not None:
+        thread.join(seconds)
+
+
 def _start():
     if _state.thread is None and _jobs and not _state.stop:
         _state.thread = threading.Thread(target=_work, name="fastdyn compiles", daemon=True)
