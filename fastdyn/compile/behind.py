@@ -25,6 +25,7 @@ from fastdyn.trace.refusal import NotYet, OutOfTime
 
 WORK, REST = 0.001, 5.0  # seconds without a rest; a rest, in units of the work before it
 EVENTS = 100  # of Python, between two looks at the clock
+LONGEST = 0.5  # seconds of work that a rest is for
 AT_EXIT, AT_FORK = 1.0, 60.0  # seconds
 
 _lock = threading.Lock()
@@ -107,6 +108,13 @@ def give_way(one):
         _state.busy += one
 
 
+def finish(seconds=120.0):
+    """Wait until nothing is left to make."""
+    thread = _state.thread
+    if thread is not None:
+        thread.join(seconds)
+
+
 def _start():
     if _state.thread is None and _jobs and not _state.stop:
         _state.thread = threading.Thread(target=_work, name="fastdyn compiles", daemon=True)
@@ -145,7 +153,7 @@ def _rest():
     if worked < WORK:
         return
     if _must_rest() and not _state.stop:
-        time.sleep(REST * min(worked, 0.05))
+        time.sleep(REST * min(worked, LONGEST))
     _state.worked = perf_counter()
 
 

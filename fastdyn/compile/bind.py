@@ -15,6 +15,7 @@ from fastdyn.code_store.numba_settings import DISABLED
 from fastdyn.kernels.calls.block import FAULT, FIRST
 
 from . import budget, by_tracing
+from .at_sight import refuse_at_sight
 from .by_tracing import traced_function
 from .callable_parts import Y, parts_of
 from .compare import arrays_unchanged, compare_around, machine_value
@@ -142,6 +143,7 @@ def _code(fun, args, mode, n, near, probe, varying):
         raise Uncompilable("it does more than give a value")
     if found is None:
         parts = parts_of(fun, args)
+        refuse_at_sight(parts)
         if "numba" not in sys.modules:
             budget.not_here()  # it is not imported in a moment
         from .by_numba import check_written, compiled_function

@@ -10,6 +10,7 @@ import numpy as np
 
 from fastdyn import code_store
 from fastdyn.kernels.calls.block import RAISED_WORD
+from fastdyn.trace.clock import EVERY, look
 from fastdyn.trace.graph import live
 from fastdyn.trace.refusal import Refusal, refused_as
 
@@ -51,7 +52,11 @@ class Traced:
         """Everything that the code depends on."""
         g, nodes = self.trace.graph, live([*self.stored, self.trace.raising])
         names = {node.key: i for i, node in enumerate(nodes)}
-        lines = [(node.op, [names[a.key] for a in node.args], node.data) for node in nodes]
+        lines = []
+        for i, node in enumerate(nodes):
+            if i % EVERY == 0:
+                look()
+            lines.append((node.op, [names[a.key] for a in node.args], node.data))
         ends = [names[node.key] for node in (*self.stored, self.trace.raising)]
         tables = sorted(name for name, table in g.tables.items() if isinstance(table, range))
         places = [(group.first, group.shape) for group in self.trace.reads.groups]

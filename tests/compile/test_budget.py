@@ -60,13 +60,7 @@ def seen(monkeypatch):
 @pytest.fixture(autouse=True)
 def nothing_is_left():
     yield
-    finish()
-
-
-def finish():
-    end = time.monotonic() + 120
-    while behind._state.thread is not None and time.monotonic() < end:
-        time.sleep(0.01)
+    behind.finish()
 
 
 @pytest.mark.parametrize("make", [for_numba, lambda: for_tracing(300)], ids=["Numba", "trace"])
@@ -78,7 +72,7 @@ def test_a_solve_goes_on_in_python_and_the_next_is_compiled(make, method, seen, 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         first = fastdyn.solve_ivp(fun, (0, 1), y0, method, rtol=1e-9, atol=1e-9)
-        finish()
+        behind.finish()
         second = fastdyn.solve_ivp(fun, (0, 1), y0, method, rtol=1e-9, atol=1e-9)
     assert seen == [False, True]
     assert np.allclose(first.y[:, -1], second.y[:, -1], rtol=1e-7, atol=1e-7)
@@ -136,7 +130,7 @@ def test_what_is_made_behind_rests_while_functions_run_in_python(make, monkeypat
     with budget.in_python([]):
         y0 = START if fun.__name__ == "looped" else np.ones(2000)
         fastdyn.solve_ivp(fun, (0, 1e-3), y0)
-        finish()
+        behind.finish()
     assert len(spent) == 1 and sum(rested) > 2 * spent[0]
 
 
@@ -146,7 +140,7 @@ def test_the_filters_of_warnings_stay_those_of_the_user(monkeypatch):
     with warnings.catch_warnings(record=True):
         fastdyn.solve_ivp(for_numba(), (0, 1), START)
         time.sleep(0.3)  # Numba has entered its own, and not left it
-    finish()
+    behind.finish()
     assert (warnings.filters, warnings._showwarnmsg_impl) == before
 
 
@@ -166,8 +160,7 @@ def solved():
 child = os.fork()
 if not child:
     ok = solved()
-    while behind._state.thread is not None:
-        time.sleep(0.01)
+    behind.finish()
     os._exit(not (ok and solved()))
 assert solved()
 _, status = os.waitpid(child, 0)
