@@ -4,8 +4,9 @@ import numpy as np
 
 from .arrays import Array, elementwise
 from .conditions import select
-from .symbolic import graph_of, is_symbolic, refuse
-from .symbols import Symbol, symbol
+from .looking_up import table_of
+from .symbolic import is_symbolic, refuse
+from .symbols import Symbol
 
 
 class Piecewise:
@@ -52,7 +53,7 @@ class Piecewise:
         if self.fails and ((v < self.x[0]) | (v > self.x[-1])):
             raise ValueError("outside the range of the interpolation")
         g = v.g
-        tables = tuple([g.table(row) for row in (self.x, *self.c)])
+        tables = tuple([table_of(g, row) for row in (self.x, *self.c)])
         result = Symbol(g, g.make("piecewise", (v.node,), tables))
         if self.left is not None:
             result = select(v < self.x[0], float(self.left), result)
@@ -75,44 +76,6 @@ class Piecewise:
         if self.fails:
             raise ValueError("outside the range of the interpolation")
         return value
-
-
-def interpolated(x, xp, fp, left=None, right=None, period=None):
-    """np.interp; the table may be a parameter."""
-    if period is not None or is_symbolic([left, right]):
-        refuse("np.interp with a period, or ends that are no numbers")
-    xp, fp = Array.of(xp), Array.of(fp)
-    if any(s.node.varies for s in (*xp, *fp) if isinstance(s, Symbol)):
-        refuse("np.interp in a table that depends on the state")
-    knots = [getattr(v, "node", None) for v in xp]
-    known = [v if node is None else node.value for v, node in zip(xp, knots, strict=True)]
-    if len(known) < 2 or not np.all(np.diff(np.array(known, float)) > 0):
-        refuse("np.interp in a table that does not increase")
-    g = graph_of(x, xp, fp)
-    names = g.table(xp), g.table(fp)
-
-    def one(v):
-        v = symbol(g, v)
-        result = Symbol(g, g.make("interpolate", (v.node,), names))
-        result = select(v < xp[0], fp[0] if left is None else float(left), result)
-        result = select(v >= xp[-1], fp[-1], result)
-        return result if right is None else select(v > xp[-1], float(right), result)
-
-    return elementwise(one, x)
-
-
-def whereabouts(a, v, side="left", sorter=None):
-    """np.searchsorted."""
-    if sorter is not None:
-        refuse("np.searchsorted with a sorter")
-    g, a = graph_of(v, a), Array.of(a)
-    known = np.array([getattr(getattr(x, "node", None), "value", x) for x in a.flat], float)
-    if np.any(np.diff(known) < 0):
-        refuse("np.searchsorted in what does not increase")
-    name = g.table(a)
-    return elementwise(
-        lambda x: Symbol(g, g.make("search", (symbol(g, x).node,), (name, side)), 0), v
-    )
 
 
 def of_scipy(value):
