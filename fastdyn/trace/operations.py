@@ -9,8 +9,8 @@ import numpy as np
 def _piecewise(data, x):
     knots, *coefficients = data
     i = np.clip(np.searchsorted(knots, x, "right") - 1, 0, len(knots) - 2)
-    at, result = np.asarray(x) - knots[i], 0.0
-    for c in coefficients:
+    at, result = np.asarray(x) - knots[i], coefficients[0][i]
+    for c in coefficients[1:]:
         result = result * at + c[i]
     return result
 
