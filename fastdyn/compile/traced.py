@@ -124,5 +124,5 @@ class Traced:
 def _kind(group):
     """The kind of a group of parameters: arrays are passed in place, or copied."""
     if group.shape is not None:
-        return ("frozen", "f8", len(group.shape))
+        return ("frozen", group.dtype, len(group.shape))
     return INT if group.whole else FLOAT

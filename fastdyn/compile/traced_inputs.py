@@ -1,10 +1,14 @@
 """Where the code of a trace finds its numbers: the state, and the block of parameters."""
 
+from llvmlite import ir
+
 from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.vector.instructions import splat
-from fastdyn.trace.emit import INDEX, REAL
+from fastdyn.trace.emit import INDEX, REAL, WORD, number_at
 
 from .parameters import n_words
+
+OF_DTYPE = {"f8": REAL, "i8": WORD, "b1": ir.IntType(8)}
 
 
 class Source:
@@ -26,22 +30,24 @@ class Source:
         b, i = self.builder, self.reads.group(slot)
         group, place = self.reads.groups[i], self._word(i)
         if group.shape is not None:
-            return b.load(b.gep(self.table(group.first), [INDEX(slot - group.first)]))
+            return number_at(b, self.table(group.first), INDEX(slot - group.first))
         if group.whole:
             return b.sitofp(b.load(place), REAL)
         return b.load(b.bitcast(place, REAL.as_pointer()))
 
-    def table(self, first):
-        """Where the array whose first slot this is lies."""
-        place = self._word(self.reads.group(first))
-        return self.builder.inttoptr(self.builder.load(place), REAL.as_pointer())
+    def table(self, slot):
+        """Where an array of parameters lies, from this one on."""
+        i, b = self.reads.group(slot), self.builder
+        group = self.reads.groups[i]
+        address = b.inttoptr(b.load(self._word(i)), OF_DTYPE[group.dtype].as_pointer())
+        return address if slot == group.first else b.gep(address, [WORD(slot - group.first)])
 
     def array_of(self, slot):
         """The array in which a parameter lies, by name, and its place there; None of a whole."""
         i = self.reads.group(slot)
         group = self.reads.groups[i]
         if group.shape is not None:
-            return ("array", group.first), slot - group.first
+            return (("array", group.first), slot - group.first) if group.dtype == "f8" else None
         return None if group.whole else ("block", self.places[i])
 
     def array(self, name):

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from .arithmetic import INT
 from .complex_pair import is_complex
 from .conditions import Condition, both, cast, either, select
+from .lazy import complete
+from .looking_up import check_bounds, index_of, table_of
 from .masks import Masked
 from .symbolic import AnswersNumPy, Symbolic, is_symbolic, refuse
 from .symbols import Symbol
@@ -21,6 +22,7 @@ class Array(AnswersNumPy, np.ndarray):
     @classmethod
     def of(cls, value):
         """Any array, or nested list, as one."""
+        value = complete(value)
         if isinstance(value, cls):
             return value
         if isinstance(value, np.ndarray):
@@ -42,11 +44,13 @@ class Array(AnswersNumPy, np.ndarray):
         return elementwise(lambda v: cast(v, dtype), self)
 
     def __getitem__(self, key) -> Any:
+        key = complete(key)
         if is_symbolic(key):
             return _at(self, key)
         return super().__getitem__(_plain_key(key))
 
     def __setitem__(self, key, value):
+        key, value = complete(key), complete(value)
         if isinstance(value, np.ndarray) and value.ndim == 0:
             value = value.item()
         if isinstance(value, Masked) and value.mask is not key:
@@ -75,6 +79,9 @@ class Array(AnswersNumPy, np.ndarray):
 
     def clip(self, min: Any = None, max: Any = None, out: Any = None, **more: Any) -> Any:
         return np.clip(self, min, max, out=out, **more)
+
+    def searchsorted(self, v: Any, side: Any = "left", sorter: Any = None) -> Any:
+        return np.searchsorted(self, v, side, sorter)
 
     def any(self, axis: Any = None, *_: Any, **__: Any) -> Any:
         return reduced(lambda row: functools.reduce(either, row, False), self, axis)
@@ -210,15 +217,10 @@ def _at(array, key):
 
 def look_up(rows, index):
     """``rows[index]``; on a path of its own, an index outside is an IndexError."""
+    index = index_of(index)
     if not isinstance(index, Symbol):
         return rows[index]
-    if not index.node.varies:
-        return rows[index.__index__()]
-    if index.kind != INT:
-        raise TypeError("indices must be integers")
-    n = len(rows)
-    if not (index < n) or not (index >= -n):
-        raise IndexError("index out of range")
+    check_bounds(index, len(rows))
     if isinstance(rows[0], np.ndarray):
         return elementwise(lambda *column: _choice(column, index), *rows)
     return _choice(rows, index)
@@ -231,7 +233,7 @@ def _choice(values, index):
     if not is_symbolic(values):
         if any(not isinstance(v, int | float | np.number) for v in values):
             refuse("a list of other things than numbers, at an index that depends on the state")
-        name = g.table(np.array(values, float))
+        name = table_of(g, np.array(values, float))
         return Symbol(g, g.make("table", (index.node,), name))
     if len(values) > MAX_CHOICES:
         refuse("a long list of parameters, at an index that depends on the state")

@@ -79,23 +79,32 @@ def _fmod(g, node, wanted):
     return factors
 
 
+def _piece(g, knots, x):
+    """The number of the piece in which x lies."""
+    i = g.sub(g.make("search", (x,), (knots, "right")), g.const(1.0))
+    i = g.select(g.compare(i, g.const(0.0), "lt"), g.const(0.0), i)
+    last = g.const(len(g.tables[knots]) - 2)
+    return g.select(g.compare(i, last, "lt"), i, last)
+
+
 def _piecewise(g, node, wanted):
     knots, *coefficients = node.data
-    m = len(coefficients) - 1
+    m, (x,) = len(coefficients) - 1, node.args
     if m == 0:
         return []
-    factors = range(m, 0, -1)
-    names = [g.table(k * g.tables[c]) for k, c in zip(factors, coefficients[:-1], strict=True)]
-    return [(g.make("piecewise", node.args, (knots, *names)), node.args[0])]
+    i = _piece(g, knots, x)
+    at = g.sub(x, g.make("table", (i,), knots))
+    slope = None
+    for k, name in zip(range(m, 0, -1), coefficients[:-1], strict=True):
+        c = g.mul(g.const(float(k)), g.make("table", (i,), name))
+        slope = c if slope is None else g.add(g.mul(slope, at), c)
+    return [(slope, x)]
 
 
 def _slope(g, node):
     """The slope of the piece in which x lies."""
     knots, heights = node.data
-    last = g.const(len(g.tables[knots]) - 2)
-    i = g.sub(g.make("search", node.args, (knots, "right")), g.const(1.0))
-    i = g.select(g.compare(i, g.const(0.0), "lt"), g.const(0.0), i)
-    i = g.select(g.compare(i, last, "lt"), i, last)
+    i = _piece(g, knots, *node.args)
     after = g.add(i, g.const(1.0))
 
     def rise(table):
@@ -122,9 +131,9 @@ def _units(g, name, slots):
     """For each parameter of a table the table that is 1 there, and 0 elsewhere."""
     table = g.tables[name]
     if isinstance(table, range):
-        for slot in table:
-            if slot in slots:
-                yield slot, g.table(np.arange(table.start, table.stop) == slot)
+        for slot in slots:
+            if slot in table:
+                yield slot, g.table(np.arange(len(table)) == table.index(slot))
 
 
 # -- functions of one number: their derivatives from the graph, the argument and the value

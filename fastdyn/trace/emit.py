@@ -6,6 +6,7 @@ allow it, so that the bits of numbers do not depend on what the code is inlined 
 
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 
 from .clock import EVERY, look
@@ -27,8 +28,8 @@ class Emitter:
     kind : ir.Type
         Of numbers: double, or a vector of them.
     source : object, optional
-        Has `t`, ``y(i)``, ``parameter(slot)``, their values, and ``table(first)``, the address of
-        the array of parameters whose first slot this is.
+        Has `t`, ``y(i)``, ``parameter(slot)``, their values, and ``table(slot)``, the address of
+        a parameter in an array.
     function : callable, optional
         ``function(name, values)`` for elementary functions; those of C unless given.
     flags : tuple of str
@@ -119,22 +120,20 @@ class Emitter:
             result = self.builder.insert_element(result, value, INDEX(i))
         return result
 
-    def _address(self, name):
-        """Where a table lies, and its length."""
+    def _row(self, name):
+        """Where a table lies, how many numbers it has, and how far apart they are."""
         table = self.graph.tables[name]
         if isinstance(table, range):
-            return self.source.table(table.start), len(table)
+            return self.source.table(table.start), len(table), table.step
         module, label = self.builder.module, f"fastdyn_table_{name}"
         known: Any = module.globals.get(label)
         if known is None:
-            kind = ir.ArrayType(REAL, len(table))
-            known = ir.GlobalVariable(module, kind, label)
-            known.linkage, known.global_constant = "internal", True
-            known.initializer = ir.Constant(kind, [float(v) for v in table])
-        return self.builder.bitcast(known, REAL.as_pointer()), len(table)
+            known = constant_bytes(module, label, np.ascontiguousarray(table, dtype=float))
+        return self.builder.bitcast(known, REAL.as_pointer()), len(table), 1
 
-    def _entry_at(self, address, i):
-        return self.builder.load(self.builder.gep(address, [i]))
+    def _entry_at(self, row, i):
+        address, _, step = row
+        return number_at(self.builder, address, i, step)
 
     def _between(self, i, low, high):
         b, low, high = self.builder, WORD(low), WORD(high)
@@ -142,52 +141,79 @@ class Emitter:
         return b.select(b.icmp_signed(">", i, high), high, i)
 
     def _table(self, name, x):
-        b, (address, n) = self.builder, self._address(name)
+        b, row = self.builder, self._row(name)
+        n = row[1]
         number = b.fcmp_ordered("<", self._intrinsic("fabs", [x]), REAL(2.0**62))
         i = b.fptosi(b.select(number, x, REAL(0.0)), WORD)
         i = b.select(b.icmp_signed("<", i, WORD(0)), b.add(i, WORD(n)), i)
-        return self._entry_at(address, self._between(i, 0, n - 1))
+        return self._entry_at(row, self._between(i, 0, n - 1))
 
     def _search(self, data, x):
         name, side = data
-        return self.builder.sitofp(self._whereabouts(name, side, x), REAL)
+        return self.builder.sitofp(self._whereabouts(self._row(name), side, x), REAL)
 
-    def _whereabouts(self, name, side, x):
-        address, n = self._address(name)
-        return self.builder.call(_search_function(self.builder.module, side), [address, WORD(n), x])
+    def _whereabouts(self, row, side, x):
+        address, n, step = row
+        function = _search_function(self.builder.module, side, address.type, step)
+        return self.builder.call(function, [address, WORD(n), x])
 
-    def _piece(self, knots, x):
-        """The number of the piece in which x lies, and its first knot's value."""
-        address, n = self._address(knots)
-        i = self.builder.sub(self._whereabouts(knots, "right", x), WORD(1))
-        return self._between(i, 0, n - 2), address
+    def _piece(self, row, x):
+        """The number of the piece in which x lies."""
+        i = self.builder.sub(self._whereabouts(row, "right", x), WORD(1))
+        return self._between(i, 0, row[1] - 2)
 
     def _piecewise(self, data, x):
-        b, (knots, *coefficients) = self.builder, data
-        i, address = self._piece(knots, x)
-        at, result = b.fsub(x, self._entry_at(address, i)), None
-        for name in coefficients:
-            c = self._entry_at(self._address(name)[0], i)
+        b, (knots, *coefficients) = self.builder, map(self._row, data)
+        i = self._piece(knots, x)
+        at, result = b.fsub(x, self._entry_at(knots, i)), None
+        for row in coefficients:
+            c = self._entry_at(row, i)
             result = c if result is None else b.fadd(b.fmul(result, at), c)
         return result
 
     def _interpolate(self, data, x):
-        b, (knots, values) = self.builder, data
-        i, address = self._piece(knots, x)
+        """As NumPy: from the other end where it is no number, and of equal ends that of both."""
+        b, (knots, heights) = self.builder, map(self._row, data)
+        i = self._piece(knots, x)
         after = b.add(i, WORD(1))
-        heights = self._address(values)[0]
-        left, low = self._entry_at(address, i), self._entry_at(heights, i)
-        rise = b.fsub(self._entry_at(heights, after), low)
-        slope = b.fdiv(rise, b.fsub(self._entry_at(address, after), left))
-        return b.fadd(b.fmul(slope, b.fsub(x, left)), low)
+        left, right = self._entry_at(knots, i), self._entry_at(knots, after)
+        low, high = self._entry_at(heights, i), self._entry_at(heights, after)
+        slope = b.fdiv(b.fsub(high, low), b.fsub(right, left))
+        near = b.fadd(b.fmul(slope, b.fsub(x, left)), low)
+        far = b.fadd(b.fmul(slope, b.fsub(x, right)), high)
+        level = b.and_(b.fcmp_unordered("uno", far, far), b.fcmp_ordered("==", low, high))
+        far = b.select(level, low, far)
+        result = b.select(b.fcmp_unordered("uno", near, near), far, near)
+        result = b.select(b.fcmp_ordered("==", x, left), low, result)
+        return b.select(b.fcmp_unordered("uno", x, x), x, result)
 
 
-def _search_function(module, side):
-    """``i64 search(double *a, i64 n, double x)``: how many of a come before x."""
-    name = f"fastdyn_search_{side}"
+def number_at(builder, address, i, step=1):
+    """The number of an array at a place: a whole number and a truth value as a float."""
+    if step != 1:
+        i = builder.mul(i, i.type(step))
+    value = builder.load(builder.gep(address, [i]))
+    if value.type == REAL:
+        return value
+    return (builder.sitofp if value.type == WORD else builder.uitofp)(value, REAL)
+
+
+def constant_bytes(module, label, content):
+    """A constant array in a module; its numbers in words would take longer to write."""
+    data = bytearray(content.tobytes())
+    kind = ir.ArrayType(ir.IntType(8), len(data))
+    found: Any = ir.GlobalVariable(module, kind, label)
+    found.linkage, found.global_constant, found.align = "internal", True, 64
+    found.initializer = ir.Constant(kind, data)
+    return found
+
+
+def _search_function(module, side, pointer, step):
+    """``i64 search(double *a, i64 n, double x)``: how many of a come before x, all before NaN."""
+    name = f"fastdyn_search_{side}_{pointer.pointee}_{step}"
     if name in module.globals:
         return module.globals[name]
-    kind = ir.FunctionType(WORD, [REAL.as_pointer(), WORD, REAL])
+    kind = ir.FunctionType(WORD, [pointer, WORD, REAL])
     function = ir.Function(module, kind, name)
     function.linkage = "internal"
     blocks = [function.append_basic_block(part) for part in ("entry", "loop", "half", "done")]
@@ -198,8 +224,8 @@ def _search_function(module, side):
     b.cbranch(b.icmp_signed("<", low, high), half, done)
     b = ir.IRBuilder(half)
     middle = b.lshr(b.add(low, high), WORD(1))
-    value = b.load(b.gep(function.args[0], [middle]))
-    before = b.fcmp_ordered("<" if side == "left" else "<=", value, function.args[2])
+    value = number_at(b, function.args[0], middle, step)
+    before = b.fcmp_unordered("<" if side == "left" else "<=", value, function.args[2])
     above = b.add(middle, WORD(1))
     low.add_incoming(WORD(0), entry)
     low.add_incoming(b.select(before, above, low), half)

@@ -1,13 +1,12 @@
 """A large graph as machine code: its like nodes as loops over vectors, the others one by one."""
 
 import contextlib
-from typing import Any
 
 import numpy as np
 from llvmlite import ir
 
 from .clock import look
-from .emit import BIT, INDEX, REAL, WORD, Emitter
+from .emit import BIT, INDEX, REAL, WORD, Emitter, constant_bytes
 from .like_nodes import WORKSPACE, Likeness, Loop, is_truth
 from .stretches import neighbours, stretches
 
@@ -185,11 +184,8 @@ class LoopEmitter:
 
     def _table(self, content, kind):
         """Where a constant array lies, of doubles or of indices."""
-        module, data = self.builder.module, bytearray(np.ascontiguousarray(content).tobytes())
-        bytes_ = ir.ArrayType(ir.IntType(8), len(data))
-        table: Any = ir.GlobalVariable(module, bytes_, module.get_unique_name("fastdyn_rows"))
-        table.linkage, table.global_constant, table.align = "internal", True, 64
-        table.initializer = ir.Constant(bytes_, data)  # numbers would take longer to write
+        module = self.builder.module
+        table = constant_bytes(module, module.get_unique_name("fastdyn_rows"), content)
         return self.builder.bitcast(table, kind.as_pointer())
 
     def _row(self, table, r, length):

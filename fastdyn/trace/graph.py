@@ -11,6 +11,7 @@ import numpy as np
 from .clock import EVERY, look
 from .operations import COMPUTE
 from .refusal import Refusal
+from .values import OF_TABLES, Values, contents, ranges_of
 
 MAX_NODES = 60000
 LARGEST_WHOLE = 2**20  # of whole numbers that are parameters
@@ -37,7 +38,8 @@ class Graph:
     """
 
     def __init__(self):
-        self._known, self.nodes, self.values, self.tables = {}, [], [], {}
+        self._known, self.nodes, self.values, self.tables = {}, [], Values(), {}
+        self.kept = {}  # what one run made of things outside, for the next one
         self.most = MAX_NODES
         self.bounds: dict = {}  # sizes that whole numbers do not exceed, see `domains.bound`
         self.largest_whole = LARGEST_WHOLE
@@ -58,7 +60,8 @@ class Graph:
                 look()
             self._evaluate(node)
         if not node.varies and args and all(a.op == "const" for a in args):
-            return self.const(node.value)
+            if not ranges_of(node, self.tables):
+                return self.const(node.value)
         return node
 
     def _evaluate(self, node):
@@ -68,6 +71,9 @@ class Graph:
             node.varies = node.data in self.varying
             node.value = self.values[node.data]
         elif node.args and not any(a.varies for a in node.args):
+            tables = ranges_of(node, self.tables)
+            if any(slot in table for table in tables for slot in self.varying):
+                return
             with np.errstate(all="ignore"):
                 value = self.compute(node, [np.asarray(a.value)[()] for a in node.args])
             node.varies = False
@@ -75,18 +81,9 @@ class Graph:
 
     def compute(self, node, args, values=None):
         """The value of a node from those of its `args`: numbers, or arrays of them."""
-        data, values = node.data, self.values if values is None else values
-
-        def content(name):
-            table = self.tables[name]
-            return np.array([values[i] for i in table]) if isinstance(table, range) else table
-
-        if node.op == "table":
-            data = content(data)
-        elif node.op == "search":
-            data = content(data[0]), data[1]
-        elif node.op in ("piecewise", "interpolate"):
-            data = [content(name) for name in data]
+        data = node.data
+        if node.op in OF_TABLES:
+            data = contents(node, self.tables, self.values if values is None else values)
         return COMPUTE[node.op](data, *args)
 
     def const(self, value):

@@ -12,12 +12,12 @@ from .arrays import Array, elementwise, reduced, stored
 from .complex_functions import of_complex, power
 from .complex_pair import is_complex, total
 from .conditions import Condition, both, either, negated, select
+from .lazy import complete
 from .numpy_functions import STAND_INS
 from .plain_arrays import as_array, lowered, raised
 from .products import matmul
 from .symbolic import Symbolic, graph_of, hand_over, is_symbolic, refuse
 from .symbols import Symbol, by_name, symbol
-
 
 LARGE, SMALL = 1e300, 1e-280  # sums of squares, between which squares lose nothing
 
@@ -88,6 +88,10 @@ def hypotenuse(a, *others):
     return squares.call("sqrt")
 
 
+OF_TABLES = {
+    np.interp, np.searchsorted, np.digitize, np.shape, np.ndim, np.size, np.array, np.asarray,
+    np.asanyarray, np.ascontiguousarray,
+}  # fmt: skip
 BY_OPERATOR = {
     "add": operator.add, "subtract": operator.sub, "multiply": operator.mul,
     "divide": operator.truediv, "true_divide": operator.truediv, "power": operator.pow,
@@ -152,8 +156,9 @@ def of_numbers(ufunc):
 
 def call_ufunc(ufunc, method, args, kwargs):
     """``ufunc(*args)``, or ``ufunc.reduce`` and the like, on arrays that can hold symbols."""
+    args = complete(tuple(args))
     out = kwargs.pop("out", None)
-    where = kwargs.pop("where", True)
+    where = complete(kwargs.pop("where", True))
     if kwargs.get("dtype") in (float, object, None):
         kwargs.pop("dtype", None)
     kwargs.pop("casting", None)
@@ -230,6 +235,8 @@ def _at_places(function, array, key, *others):
 def call_function(function, args, kwargs):
     """A function of NumPy on what may hold symbols."""
     args = tuple(list(a) if isinstance(a, types.GeneratorType) else a for a in args)
+    if function not in OF_TABLES:
+        args, kwargs = complete(args), {k: complete(v) for k, v in kwargs.items()}
     if not is_symbolic(args) and not any(map(is_symbolic, kwargs.values())):
         plain = {name: lowered(value) for name, value in kwargs.items()}
         return _written_back(function, args, kwargs, plain)

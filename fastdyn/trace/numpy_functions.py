@@ -10,13 +10,15 @@ from .arrays import Array, elementwise, reduced, stored
 from .complex_pair import is_complex, product, total
 from .conditions import select
 from .division import to_decimals
+from .interpolation import binned, interpolated, whereabouts
+from .lazy import complete
 from .linear_algebra import determinant, inverse, linear_in_first, norm, solution
-from .piecewise import interpolated, whereabouts
 from .plain_arrays import as_array, lowered, raised
 from .products import matmul
 from .sequences import blocks, convolved, gradient_of, in_order, median, numpys_own, place_of
-from .symbolic import Symbolic, is_symbolic, refuse
+from .symbolic import Lazy, Symbolic, is_symbolic, refuse
 from .symbols import Symbol
+from .tables import Table, as_table
 
 
 def where(condition, *choices):
@@ -83,6 +85,10 @@ def einsum(subscripts, *operands, **_):
 
 
 def array(a, dtype=None, *, copy=True, ndmin=0, **_):
+    if isinstance(a, Lazy):
+        a = as_table(a) if not ndmin and dtype is None else complete(a)
+    if isinstance(a, Table) and not ndmin and dtype is None:
+        return a.copy() if copy else a
     if isinstance(a, Symbol) and not ndmin:
         return Array.scalar(a)
     result = Array.of(np.array(a, dtype=object, ndmin=ndmin, copy=bool(copy) or None))
@@ -97,7 +103,7 @@ def as_it_is(a, dtype=None, **_):
     """np.asarray."""
     if isinstance(a, Array):
         return a if dtype is None else a.astype(dtype)
-    return array(a, dtype)
+    return array(a, dtype, copy=False)
 
 
 def close(a, b, rtol=1e-5, atol=1e-8, **_):
@@ -185,7 +191,7 @@ def _extreme(ufunc):
 STAND_INS = {
     np.where: where, np.clip: clip, np.select: choose_first, np.piecewise: piecewise,
     np.interp: interpolated, np.searchsorted: whereabouts,
-    np.digitize: lambda x, bins, right=False: whereabouts(bins, x, "left" if right else "right"),
+    np.digitize: binned,
     np.dot: lambda a, b, out=None: stored(matmul(a, b, dot=True), out), np.einsum: einsum,
     np.linalg.solve: solution, np.linalg.inv: inverse, np.linalg.det: determinant,
     np.linalg.norm: norm, np.array: array, np.asarray: as_it_is, np.asanyarray: as_it_is,

@@ -9,17 +9,23 @@ import numpy as np
 def _piecewise(data, x):
     knots, *coefficients = data
     i = np.clip(np.searchsorted(knots, x, "right") - 1, 0, len(knots) - 2)
-    at, result = np.asarray(x) - knots[i], 0.0
-    for c in coefficients:
+    at, result = np.asarray(x) - knots[i], coefficients[0][i]
+    for c in coefficients[1:]:
         result = result * at + c[i]
     return result
 
 
 def _interpolate(data, x):
+    """np.interp between its ends."""
     knots, heights = data
+    x = np.asarray(x, float)
     i = np.clip(np.searchsorted(knots, x, "right") - 1, 0, len(knots) - 2)
-    slope = (heights[i + 1] - heights[i]) / (knots[i + 1] - knots[i])
-    return slope * (np.asarray(x) - knots[i]) + heights[i]
+    left, right, low, high = knots[i], knots[i + 1], heights[i], heights[i + 1]
+    slope = (high - low) / (right - left)
+    result = slope * (x - left) + low
+    result = np.where(np.isnan(result), slope * (x - right) + high, result)
+    result = np.where(np.isnan(result) & (low == high), low, result)
+    return np.where(np.isnan(x), x, np.where(x == left, low, result))[()]
 
 
 def _entry(table, x):

@@ -21,6 +21,7 @@ from .copies import OF_NAMED_TUPLES, instance_of, module_of, shadow_of
 from .functions import Functions
 from .graph import LARGEST_WHOLE
 from .reads import MAX_ARRAY, STABLE, real_numbers
+from .shared_copies import SMALL, constant_array, long_array, long_list
 from .stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, root_of
 from .symbolic import refuse
 from .symbols import Symbol
@@ -112,6 +113,10 @@ class Outside:
         if kind is np.ndarray:
             return self._array(value, row)
         if kind is list or kind is tuple:
+            whole = self.lifted == "all"
+            copy = None if self._fixed(row) else long_list(self.graph, value, row, whole)
+            if copy is not None:
+                return self._watched(value, copy)
             reads.expect(row, "length", (kind, len(value)))
             if len(value) > MAX_ARRAY:
                 refuse("a long list among what it uses")
@@ -141,29 +146,31 @@ class Outside:
 
     def _array(self, value, row):
         reads = self.reads
-        if value.dtype == float and row not in (None, STABLE) and self.lifted != "none":
-            if value.size <= MAX_ARRAY:
-                g, copy = self.graph, np.empty(value.shape, dtype=object)
-                flat = copy.reshape(-1)
-                for i, slot in enumerate(reads.parameters(row, value)):
-                    flat[i] = Symbol(g, g.make("par", (), slot))
-                copy = self.keep(value, copy.view(Array))
-                self.watched.append(("an array", copy, list(copy.flat)))
-                return copy
-        if value.dtype == complex and not self._fixed(row) and 2 * value.size <= MAX_ARRAY:
+        if value.dtype == float and not self._fixed(row):
+            if value.size > SMALL:
+                return self._watched(value, long_array(self.graph, value, row))
+            g, copy = self.graph, np.empty(value.shape, dtype=object)
+            flat = copy.reshape(-1)
+            for i, slot in enumerate(reads.parameters(row, value)):
+                flat[i] = Symbol(g, g.make("par", (), slot))
+        elif value.dtype == complex and not self._fixed(row) and 2 * value.size <= MAX_ARRAY:
             reads.expect(row, "complex array", value.shape)
             copy = np.empty(value.shape, dtype=object)
             copy.reshape(-1)[:] = self._pairs(value, row)
-            copy = self.keep(value, copy.view(Array))
-            self.watched.append(("an array", copy, list(copy.flat)))
-            return copy
-        if value.dtype.kind not in "fiubc":
+        elif value.dtype.kind not in "fiubc":
             refuse(f"an array of {value.dtype}")
-        reads.expect(row, "content", value.copy())
-        copy = Array.of(value) if value.dtype.kind in "fc" else value.copy()
-        self.keep(value, copy)
+        elif value.dtype.kind in "iub" or (value.dtype == float and value.size > MAX_ARRAY):
+            return self._watched(value, constant_array(self.graph, value, row))
+        else:
+            reads.expect(row, "content", value.copy())
+            copy = Array.of(value)
+        copy = self.keep(value, copy.view(Array))
         self.watched.append(("an array", copy, list(copy.flat)))
         return copy
+
+    def _watched(self, value, copy):
+        self.watched.append(copy.watch())
+        return self.keep(value, copy)
 
     def _thing(self, value, kind, row):
         """A copy of a module, a class, an object."""

@@ -1,172 +1,85 @@
-"""Tables and splines: polynomials between knots."""
+"""Polynomials between knots, and numbers that hold between them."""
+
+from typing import Any
 
 import numpy as np
 
-from .arrays import Array, elementwise
+from .arithmetic import INT, NUMPY
 from .conditions import select
-from .symbolic import graph_of, is_symbolic, refuse
-from .symbols import Symbol, symbol
+from .looking_up import entry, table_of
+from .symbols import Symbol
 
 
-class Piecewise:
+class Polynomials:
     """sum of c[k] (x - x_i)^(m - k) between knots, as SciPy's PPoly has it.
 
     Parameters
     ----------
-    x : array_like, shape (n + 1,)
+    x : ndarray, shape (n + 1,)
         Knots, increasing.
-    c : array_like, shape (m + 1, n, ...)
-    left, right : float, optional
-        The values outside; the end pieces go on where they are not given.
-    fails : bool
-        Whether a point outside is an error.
+    c : ndarray, shape (m + 1, n)
+    nan : bool
+        Whether what is no number gives none where the pieces are constant, too.
     """
 
-    def __init__(self, x, c, left=None, right=None, fails=False):
+    def __init__(self, x, c, nan=True):
         self.x, self.c = np.ascontiguousarray(x, float), np.ascontiguousarray(c, float)
-        self.left, self.right, self.fails = left, right, fails
+        self.nan = nan
 
     def derivative(self, nu):
         """The nu-th derivative of each piece."""
         c = self.c
         for _ in range(nu):
-            factors = np.arange(len(c) - 1, 0, -1.0).reshape((-1,) + (1,) * (c.ndim - 1))
-            c = c[:-1] * factors if len(c) > 1 else 0 * c
-        outside = (None if end is None else end * 0.0 for end in (self.left, self.right))
-        return Piecewise(self.x, c, *outside, fails=self.fails)
+            c = c[:-1] * np.arange(len(c) - 1, 0, -1.0)[:, None] if len(c) > 1 else 0 * c
+        return Polynomials(self.x, c, self.nan)
 
-    def __call__(self, v, nu=0, *args, **kwargs):
-        if args or kwargs or is_symbolic(nu):
-            refuse("an interpolator with further arguments")
-        if nu:
-            return self.derivative(int(nu))(v)
-        if isinstance(v, np.ndarray | list | tuple):
-            return elementwise(self, v)
-        if self.c.ndim > 2:
-            flat = self.c.reshape(*self.c.shape[:2], -1)
-            ends = self.left, self.right, self.fails
-            columns = [Piecewise(self.x, flat[:, :, j], *ends)(v) for j in range(flat.shape[2])]
-            return Array.of(columns).reshape(self.c.shape[2:])
-        if not isinstance(v, Symbol):
-            return self._number(float(v))
-        if self.fails and ((v < self.x[0]) | (v > self.x[-1])):
-            raise ValueError("outside the range of the interpolation")
+    def at(self, v):
         g = v.g
-        tables = tuple([g.table(row) for row in (self.x, *self.c)])
-        result = Symbol(g, g.make("piecewise", (v.node,), tables))
-        if self.left is not None:
-            result = select(v < self.x[0], float(self.left), result)
-        if self.right is not None:
-            result = select(v > self.x[-1], float(self.right), result)
-        return result
-
-    def _number(self, v):
-        if v < self.x[0] and (self.fails or self.left is not None):
-            return self._outside(self.left)
-        if v > self.x[-1] and (self.fails or self.right is not None):
-            return self._outside(self.right)
-        i = min(max(int(np.searchsorted(self.x, v, "right")) - 1, 0), len(self.x) - 2)
-        result = 0.0
-        for c in self.c[:, i]:
-            result = result * (v - self.x[i]) + c
-        return result
-
-    def _outside(self, value):
-        if self.fails:
-            raise ValueError("outside the range of the interpolation")
-        return value
+        names = tuple([table_of(g, row) for row in (self.x, *self.c)])
+        found = Symbol(g, g.make("piecewise", (v.node,), names))
+        return select(v.nan(), np.nan, found) if len(self.c) == 1 and self.nan else found
 
 
-def interpolated(x, xp, fp, left=None, right=None, period=None):
-    """np.interp; the table may be a parameter."""
-    if period is not None or is_symbolic([left, right]):
-        refuse("np.interp with a period, or ends that are no numbers")
-    xp, fp = Array.of(xp), Array.of(fp)
-    if any(s.node.varies for s in (*xp, *fp) if isinstance(s, Symbol)):
-        refuse("np.interp in a table that depends on the state")
-    knots = [getattr(v, "node", None) for v in xp]
-    known = [v if node is None else node.value for v, node in zip(xp, knots, strict=True)]
-    if len(known) < 2 or not np.all(np.diff(np.array(known, float)) > 0):
-        refuse("np.interp in a table that does not increase")
-    g = graph_of(x, xp, fp)
-    names = g.table(xp), g.table(fp)
+class Steps:
+    """``heights[searchsorted(bounds, x, side) + shift]``, or the nearest there is.
 
-    def one(v):
-        v = symbol(g, v)
-        result = Symbol(g, g.make("interpolate", (v.node,), names))
-        result = select(v < xp[0], fp[0] if left is None else float(left), result)
-        result = select(v >= xp[-1], fp[-1], result)
-        return result if right is None else select(v > xp[-1], float(right), result)
+    `nan` says whether what is no number gives none.
+    """
 
-    return elementwise(one, x)
+    def __init__(self, bounds, heights, side, shift=0, nan=False):
+        self.bounds, self.heights = np.ascontiguousarray(bounds, float), heights
+        self.side, self.shift, self.nan = side, shift, nan
+
+    def derivative(self, nu):
+        return Steps(self.bounds, 0.0 * self.heights, self.side, self.shift, nan=self.nan)
+
+    def at(self, v):
+        g = v.g
+        i = _clipped(_place(self.bounds, v, self.side) + self.shift, 0, len(self.heights) - 1)
+        found = entry(g, table_of(g, self.heights), i.node, NUMPY)
+        return select(v.nan(), np.nan, found) if self.nan else found
 
 
-def whereabouts(a, v, side="left", sorter=None):
-    """np.searchsorted."""
-    if sorter is not None:
-        refuse("np.searchsorted with a sorter")
-    g, a = graph_of(v, a), Array.of(a)
-    known = np.array([getattr(getattr(x, "node", None), "value", x) for x in a.flat], float)
-    if np.any(np.diff(known) < 0):
-        refuse("np.searchsorted in what does not increase")
-    name = g.table(a)
-    return elementwise(
-        lambda x: Symbol(g, g.make("search", (symbol(g, x).node,), (name, side)), 0), v
-    )
+class Line:
+    """Straight lines between points, those at the ends for all outside, as interp1d has them."""
+
+    def __init__(self, x, y):
+        self.x, self.y = np.ascontiguousarray(x, float), np.ascontiguousarray(y, float)
+
+    def at(self, v):
+        g, (x, y) = v.g, (table_of(v.g, row) for row in (self.x, self.y))
+        after = _clipped(_place(self.x, v, "left"), 1, len(self.x) - 1)
+        before = after - 1
+        (left, low), (right, high) = (
+            [entry(g, name, i.node, NUMPY) for name in (x, y)] for i in (before, after)
+        )
+        return (high - low) / (right - left) * (v - left) + low
 
 
-def of_scipy(value):
-    """An interpolator of SciPy as a Piecewise; None if it is none."""
-    from scipy import interpolate
-
-    if isinstance(value, interpolate.interp1d):
-        return _of_interp1d(value)
-    if isinstance(value, interpolate.PPoly):
-        if value.extrapolate == "periodic":
-            return None
-        outside = None if value.extrapolate else np.nan
-        return Piecewise(value.x, value.c, outside, outside)
-    if isinstance(value, interpolate.BSpline) and value.extrapolate is True:
-        pieces = interpolate.PPoly.from_spline(value)
-        return _without_empty(pieces)
-    if isinstance(value, interpolate.UnivariateSpline):
-        pieces = _without_empty(interpolate.PPoly.from_spline(value._eval_args))  # pyright: ignore
-        if value.ext == 3:  # pyright: ignore
-            pieces.left, pieces.right = float(value(pieces.x[0])), float(value(pieces.x[-1]))  # pyright: ignore
-        elif value.ext == 1:  # pyright: ignore
-            pieces.left = pieces.right = 0.0
-        pieces.fails = value.ext == 2  # pyright: ignore
-        return pieces
-    return None
+def _place(bounds, v, side):
+    g = v.g
+    return Symbol(g, g.make("search", (v.node,), (table_of(g, bounds), side)), INT)
 
 
-def _without_empty(pieces):
-    kept = np.flatnonzero(np.diff(pieces.x) > 0)
-    return Piecewise(np.append(pieces.x[kept], pieces.x[kept[-1] + 1]), pieces.c[:, kept])
-
-
-def _of_interp1d(value):
-    from scipy import interpolate
-
-    x, y = np.asarray(value.x, float), np.moveaxis(np.asarray(value.y, float), value.axis, 0)
-    if value._kind == "linear":
-        width = np.diff(x).reshape((-1,) + (1,) * (y.ndim - 1))
-        c = np.array([np.diff(y, axis=0) / width, y[:-1]])
-    elif value._kind in ("previous", "zero"):
-        x, c = np.append(x, np.inf), y[None]
-    elif hasattr(value, "_spline"):
-        t, coefficients, k = value._spline.tck
-        columns = coefficients.reshape(len(coefficients), -1).T
-        pieces = [_without_empty(interpolate.PPoly.from_spline((t, c, k))) for c in columns]
-        x = pieces[0].x
-        c = np.stack([p.c for p in pieces], -1).reshape(*pieces[0].c.shape, *y.shape[1:])
-    else:
-        return None
-    if value._extrapolate:
-        return Piecewise(x, c)
-    fill = value.fill_value
-    left, right = fill if isinstance(fill, tuple) else (fill, fill)
-    if any(len(np.unique(end)) > 1 for end in (left, right)):
-        return None  # another value of each component
-    ends = float(np.ravel(left)[0]), float(np.ravel(right)[0])
-    return Piecewise(x, c, *ends, fails=bool(value.bounds_error))
+def _clipped(i, low, high) -> Any:
+    return select(i < low, low, select(i > high, high, i))

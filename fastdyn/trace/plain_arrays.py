@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
+from .constants import Constants
 from .symbolic import graph_of, is_symbolic
 
 
@@ -23,6 +24,7 @@ def raised(value) -> Any:
     if isinstance(value, np.ndarray) and not isinstance(value, Array):
         if value.dtype == object or (value.dtype.kind in "fc" and value.size <= 4096):
             return Array.of(value) if value.ndim else value
+        return value.view(Constants) if value.dtype.kind in "fib" and value.ndim else value
     if type(value) in (list, tuple):
         return _of_kind(value, map(raised, value))
     return value

@@ -4,17 +4,18 @@ Each thing that was read has a row: where it is found (in an earlier row, by wha
 must be true of it.  Numbers need only be numbers: they are parameters of the code.
 """
 
+import bisect
 import builtins
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from . import table_reads
 from .evaluate import evaluate
-from .refusal import Refusal
 
 MISSING = object()
 STABLE = -1  # the row of what a library holds, which does not change
-MAX_ARRAY = 4096
+MAX_ARRAY = 4096  # numbers that are symbols, one by one
 STEPS: dict[str, Any] = {
     "global": lambda function, name: function.__globals__.get(name, MISSING),
     "builtin": lambda function, name: vars(builtins).get(name, MISSING),
@@ -32,6 +33,7 @@ STEPS: dict[str, Any] = {
     "class": lambda thing, _: type(thing),
     "base": lambda cls, i: cls.__mro__[i],
     "real numbers": lambda value, _: real_numbers(value),
+    **table_reads.STEPS,
 }
 
 
@@ -64,6 +66,7 @@ class Group(NamedTuple):
     first: int
     shape: tuple | None
     whole: bool
+    dtype: str = "f8"  # of an array
 
 
 class Reads:
@@ -76,7 +79,7 @@ class Reads:
         self.graph, self.roots, self.varying = graph, roots, varying
         self.rows: list[Row] = []
         self.groups: list[Group] = []
-        self._known, self._of_row, self._group_of_slot, self._fixed = {}, {}, [], set()
+        self._known, self._of_row, self._firsts, self._fixed = {}, {}, [], set()
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that are one thing
         self.lasting, self.identities = True, False
@@ -116,32 +119,33 @@ class Reads:
         known = self._of_row.get(row)
         if known is None:
             array = isinstance(value, np.ndarray)
-            count = value.size if array else 1
-            if count > MAX_ARRAY:
-                raise Refusal("a large array among the parameters")
             known = len(self.groups)
             first = len(self.graph.values)
             whole = not array and not isinstance(value, float | np.floating)
-            self.groups.append(Group(row, first, value.shape if array else None, whole))
-            self.graph.values += [float(v) for v in (value.reshape(-1) if array else [value])]
-            self._group_of_slot += [known] * count
+            shape, code = (value.shape, value.dtype.str[1:]) if array else (None, "f8")
+            self.groups.append(Group(row, first, shape, whole, code))
+            self.graph.values.extend(value)
+            self._firsts.append(first)
             self._of_row[row] = known
-            if self._root(row) in self.varying:
-                self.graph.varying.update(range(first, first + count))
-            if array:
+            if self.root_of(row) in self.varying:
+                self.graph.varying.update(range(first, len(self.graph.values)))
+            if array and value.dtype == float:
                 self.expect(row, "array", value.shape)
+            elif array:
+                self.expect(row, "numbers", (value.dtype, value.shape))
             else:
                 self.expect(row, "number", type(value))
         group = self.groups[known]
         return range(group.first, group.first + _count(group))
 
-    def _root(self, row):
+    def root_of(self, row):
+        """The number of the root that a row is found from."""
         place = self.rows[row]
-        return place.key if place.parent < 0 else self._root(place.parent)
+        return place.key if place.parent < 0 else self.root_of(place.parent)
 
     def group(self, slot):
         """The number of the group that a slot belongs to."""
-        return self._group_of_slot[slot]
+        return bisect.bisect_right(self._firsts, slot) - 1
 
     def of_arguments(self):
         """For each argument the number of its group; None if it is no parameter."""
@@ -229,15 +233,6 @@ def _same(a, b):
     return a == b or (a != a and b != b)
 
 
-def _equal_arrays(value, expected):
-    return (
-        type(value) is np.ndarray
-        and value.dtype == expected.dtype
-        and value.shape == expected.shape
-        and value.tobytes() == expected.tobytes()
-    )
-
-
 CHECKS: dict[str, Any] = {
     "same": lambda value, expected: value is expected,
     "equal": lambda value, expected: type(value) is type(expected) and value == expected,
@@ -248,7 +243,6 @@ CHECKS: dict[str, Any] = {
     "complex array": lambda value, shape: (
         type(value) is np.ndarray and value.shape == shape and value.dtype == complex
     ),
-    "content": _equal_arrays,
     "size": lambda cls, expected: len(vars(cls)) == expected,
     "absent": lambda value, _: value is MISSING,
     "type": lambda value, expected: type(value) is expected,
@@ -259,4 +253,5 @@ CHECKS: dict[str, Any] = {
     ),
     "length": lambda value, expected: type(value) is expected[0] and len(value) == expected[1],
     "keys": lambda value, expected: type(value) is expected[0] and list(value) == expected[1],
+    **table_reads.CHECKS,
 }

@@ -7,10 +7,11 @@ import numpy as np
 from .arrays import Array
 from .complex_pair import product, total
 from .linear_algebra import determinant, inverse, linear_in_first, norm, solution
-from .piecewise import of_scipy
 from .plain_arrays import lowered, raised
+from .reads import STABLE
 from .rotation import Rotation
 from .scipy_functions import WRITTEN_OUT
+from .scipy_interpolators import Interpolator, evaluated, maker_of
 from .symbolic import is_symbolic, refuse
 
 FILTERS = {
@@ -18,6 +19,9 @@ FILTERS = {
     "gaussian_filter1d", "gaussian_laplace", "uniform_filter", "uniform_filter1d", "sobel",
 }  # fmt: skip
 LINEAR = {"dct", "idct", "dst", "idst", "fft", "ifft", "rfft", "irfft", "diff", "hilbert"}
+INTERP1D = (
+    "x", "y", "_y", "_call", "_kind", "_extrapolate", "_y_axis", "_y_extra_shape", "bounds_error",
+)  # fmt: skip
 ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
 
 
@@ -29,6 +33,10 @@ def stand_in_of(value):
     name = getattr(value, "__name__", "")
     if name == "Rotation" and isinstance(value, type):
         return Rotation
+    if isinstance(value, type) and module.startswith("scipy.interpolate"):
+        return maker_of(value)
+    if module.startswith("scipy.interpolate") and name == "splev":
+        return _beside(value, evaluated)
     if not isinstance(value, types.FunctionType) and not hasattr(value, "_ua_function"):
         return None
     if module.startswith("scipy.linalg") and name in ALGEBRA:
@@ -55,12 +63,14 @@ def content_of(value):
     if getattr(value, "format", None) in ("csr", "csc"):
         return "data", "indices", "indptr", "shape"
     if isinstance(value, interpolate.PPoly):
-        return "x", "c", "extrapolate"
+        return "x", "c", "extrapolate", "axis"
     if isinstance(value, interpolate.BSpline):
-        return "t", "c", "k", "extrapolate"
+        return "t", "c", "k", "extrapolate", "axis"
+    if isinstance(value, interpolate.UnivariateSpline):
+        return "_eval_args", "ext"
     if isinstance(value, interpolate.interp1d):
-        spline = ("_spline",) if hasattr(value, "_spline") else ()
-        return "x", "_y", "fill_value", "_kind", "_extrapolate", *spline
+        more = "_spline x_bds _x_shift _side _ind _fill_value_below _fill_value_above".split()
+        return INTERP1D + tuple(name for name in more if hasattr(value, name))
     return () if type(value).__name__ == "Rotation" else None
 
 
@@ -70,14 +80,23 @@ def expect_content(reads, value, row):
     if names is None:
         reads.lasting = False  # its content may change
     for name in names or ():
-        part, where = getattr(value, name), reads.step(row, "member", name)
-        if isinstance(part, np.ndarray):
-            reads.expect(where, "content", part.copy())
-        elif content_of(part) is not None:
-            reads.expect(where, "same", part)
-            expect_content(reads, part, where)
-        else:
-            reads.expect(where, "equal" if part == part else "same", part)
+        _expect(reads, getattr(value, name), reads.step(row, "member", name))
+
+
+def _expect(reads, part, where):
+    if where not in (None, STABLE) and reads.rows[where].check is not None:
+        return
+    if isinstance(part, np.ndarray):
+        reads.expect(where, "content", part.copy())
+    elif type(part) is tuple:
+        reads.expect(where, "length", (tuple, len(part)))
+        for i, each in enumerate(part):
+            _expect(reads, each, reads.step(where, "item", i))
+    elif content_of(part) is not None:
+        reads.expect(where, "same", part)
+        expect_content(reads, part, where)
+    else:
+        reads.expect(where, "equal" if part == part else "same", part)
 
 
 def copy_of(value):
@@ -86,10 +105,9 @@ def copy_of(value):
         return Rotation(Array.of(value.as_quat()))
     if hasattr(value, "tocsr") and hasattr(value, "nnz"):
         return Sparse(value)
-    found = of_scipy(value)
-    if found is None:
+    if content_of(value) is None:
         refuse(f"it uses an object of type {type(value).__name__}", final=True)
-    return found
+    return Interpolator(value)
 
 
 class Sparse:

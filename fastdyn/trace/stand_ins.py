@@ -1,5 +1,6 @@
 """What stands for the functions of libraries, and for what a trace cannot follow."""
 
+import bisect
 import builtins
 import cmath
 import logging
@@ -12,13 +13,15 @@ import numpy as np
 from .arrays import look_up
 from .builtin_functions import BUILTINS, MATH, vectorized
 from .complex_functions import CMATH
+from .interpolation import bisected
 from .numpy_calls import call_function
 from .numpy_functions import INDEXED
 from .symbolic import Symbolic, refuse
 
 PURE = set(
     "numpy scipy builtins math cmath numba operator _operator functools itertools collections "
-    "numbers abc types typing copy enum dataclasses fractions decimal statistics string re".split()
+    "numbers abc types typing copy enum dataclasses fractions decimal statistics string re "
+    "bisect".split()
 )
 IMPURE = (set(sys.stdlib_module_names) - PURE) | {"matplotlib", "pandas", "tqdm", "IPython"}
 
@@ -104,6 +107,8 @@ STAND_INS |= {id(np.errstate): _error_state, id(np.seterr): _seterr}
 STAND_INS[id(np.vectorize)] = vectorized
 STAND_INS |= {id(getattr(math, name)): function for name, function in MATH.items()}
 STAND_INS |= {id(getattr(cmath, name)): function for name, function in CMATH.items()}
+STAND_INS[id(bisect.bisect_left)] = bisected(bisect.bisect_left, "left")
+STAND_INS[id(bisect.bisect_right)] = bisected(bisect.bisect_right, "right")
 STAND_INS |= {id(getattr(builtins, name)): function for name, function in BUILTINS.items()}
 
 

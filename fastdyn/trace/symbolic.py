@@ -73,9 +73,22 @@ class Symbolic(AnswersNumPy):
         refuse("a value that depends on the state is pickled")
 
 
+class Lazy:
+    """A long array, list or tuple that holds its elements only where somebody asked for them."""
+
+    __slots__ = ()
+    graph: Any = None  # of what it does not hold; None if it holds all
+
+    def filled(self) -> Any:
+        """The same with all of its elements."""
+        raise NotImplementedError
+
+
 def is_symbolic(value):
     """Whether a value is, or contains, something symbolic."""
     if isinstance(value, Symbolic):
+        return True
+    if isinstance(value, Lazy) and value.graph is not None:
         return True
     if isinstance(value, np.ndarray):
         return value.dtype == object and any(isinstance(v, Symbolic) for v in value.flat)
@@ -87,6 +100,8 @@ def graph_of(*values) -> Any:
     for value in values:
         if isinstance(value, Symbolic):
             return value.g
+        if isinstance(value, Lazy) and value.graph is not None:
+            return value.graph
         if isinstance(value, np.ndarray):
             if value.dtype == object:
                 for v in value.flat:

@@ -1,0 +1,59 @@
+"""The numbers of all parameters, by slot: single ones and whole arrays in one piece of memory."""
+
+import numpy as np
+
+OF_TABLES = frozenset(("table", "search", "piecewise", "interpolate"))  # operations
+
+
+class Values:
+    """Numbers that are only ever added to."""
+
+    def __init__(self):
+        self._room, self._n = np.empty(16), 0
+
+    def extend(self, numbers):
+        numbers = np.ravel(numbers)
+        n = self._n + numbers.size
+        if n > len(self._room):
+            self._room = np.concatenate([self._room, np.empty(max(n, len(self._room)))])
+        self._room[self._n : n] = numbers
+        self._n = n
+
+    def __len__(self):
+        return self._n
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self._room[: self._n], dtype=dtype, copy=copy)
+
+    def __getitem__(self, slot):
+        return float(self._room[: self._n][slot])
+
+    def __setitem__(self, slots, numbers):
+        self._room[: self._n][slots] = numbers
+
+
+def _names(node):
+    """The tables of an operation: a name, names, or a name and the side of a search."""
+    if node.op == "table":
+        return (node.data,)
+    return node.data[:1] if node.op == "search" else node.data
+
+
+def ranges_of(node, tables):
+    """The tables of parameters that a node reads, as their slots."""
+    found = [tables[name] for name in _names(node)] if node.op in OF_TABLES else ()
+    return [table for table in found if isinstance(table, range)]
+
+
+def contents(node, tables, values):
+    """The data of an operation on tables, with their content for their names."""
+    found = [tables[name] for name in _names(node)]
+    found = [entries(values, table) if isinstance(table, range) else table for table in found]
+    if node.op == "table":
+        return found[0]
+    return (found[0], node.data[1]) if node.op == "search" else found
+
+
+def entries(values, slots):
+    """The values of a range of slots."""
+    return np.asarray(values)[slots.start : slots.stop : slots.step]
