@@ -12,6 +12,7 @@ from .lazy import complete
 from .operands import numbers
 from .piecewise import Line, Polynomials, Steps
 from .plain_arrays import lowered, raised
+from .scipy_content import content_of
 from .symbolic import graph_of, is_symbolic, refuse
 from .symbols import Symbol
 
@@ -37,8 +38,6 @@ class Interpolator:
         return form(x)
 
     def __getattr__(self, name):
-        from .scipy_objects import content_of
-
         if name in (content_of(self._original) or ()):
             return raised(getattr(self._original, name))
         if name not in METHODS:

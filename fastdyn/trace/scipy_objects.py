@@ -6,10 +6,11 @@ import numpy as np
 
 from .arrays import Array
 from .complex_pair import product, total
-from .linear_algebra import determinant, inverse, linear_in_first, norm, solution
+from .linear_algebra import linear_in_first
 from .plain_arrays import lowered, raised
 from .reads import STABLE
 from .rotation import Rotation
+from .scipy_content import content_of
 from .scipy_functions import WRITTEN_OUT
 from .scipy_interpolators import Interpolator, evaluated, maker_of
 from .symbolic import is_symbolic, refuse
@@ -19,10 +20,6 @@ FILTERS = {
     "gaussian_filter1d", "gaussian_laplace", "uniform_filter", "uniform_filter1d", "sobel",
 }  # fmt: skip
 LINEAR = {"dct", "idct", "dst", "idst", "fft", "ifft", "rfft", "irfft", "diff", "hilbert"}
-INTERP1D = (
-    "x", "y", "_y", "_call", "_kind", "_extrapolate", "_y_axis", "_y_extra_shape", "bounds_error",
-)  # fmt: skip
-ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
 
 
 def stand_in_of(value):
@@ -54,24 +51,6 @@ def _beside(plain, of_symbols):
         return raised(plain(*map(lowered, args), **kwargs))
 
     return function
-
-
-def content_of(value):
-    """The names of the attributes that make an object of SciPy what it is; None if not known."""
-    from scipy import interpolate
-
-    if getattr(value, "format", None) in ("csr", "csc"):
-        return "data", "indices", "indptr", "shape"
-    if isinstance(value, interpolate.PPoly):
-        return "x", "c", "extrapolate", "axis"
-    if isinstance(value, interpolate.BSpline):
-        return "t", "c", "k", "extrapolate", "axis"
-    if isinstance(value, interpolate.UnivariateSpline):
-        return "_eval_args", "ext"
-    if isinstance(value, interpolate.interp1d):
-        more = "_spline x_bds _x_shift _side _ind _fill_value_below _fill_value_above".split()
-        return INTERP1D + tuple(name for name in more if hasattr(value, name))
-    return () if type(value).__name__ == "Rotation" else None
 
 
 def expect_content(reads, value, row):
