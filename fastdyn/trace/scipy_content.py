@@ -3,7 +3,6 @@
 INTERP1D = (
     "x", "y", "_y", "_call", "_kind", "_extrapolate", "_y_axis", "_y_extra_shape", "bounds_error",
 )  # fmt: skip
-ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
 
 
 def content_of(value):

@@ -15,6 +15,8 @@ from .scipy_functions import WRITTEN_OUT
 from .scipy_interpolators import Interpolator, evaluated, maker_of
 from .symbolic import is_symbolic, refuse
 
+ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
+
 FILTERS = {
     "convolve", "convolve1d", "correlate", "correlate1d", "laplace", "gaussian_filter",
     "gaussian_filter1d", "gaussian_laplace", "uniform_filter", "uniform_filter1d", "sobel",
