@@ -6,7 +6,7 @@ import numpy as np
 
 from .arrays import Array
 from .complex_pair import product, total
-from .linear_algebra import linear_in_first
+from .linear_algebra import determinant, inverse, linear_in_first, norm, solution
 from .plain_arrays import lowered, raised
 from .reads import STABLE
 from .rotation import Rotation
