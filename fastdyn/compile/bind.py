@@ -14,7 +14,7 @@ import numpy as np
 from fastdyn.code_store.numba_settings import DISABLED
 from fastdyn.kernels.calls.block import FAULT, FIRST
 
-from . import budget, by_tracing
+from . import budget, by_tracing, numpy_errors
 from .at_sight import refuse_at_sight
 from .by_tracing import traced_function
 from .callable_parts import Y, parts_of
@@ -84,6 +84,8 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         return keepalive[0](t, y, *keepalive[1])
 
     try:
+        if numpy_errors.are_heard():
+            refused = "NumPy's errors are exceptions here (np.errstate, np.seterr)"
         if refused:
             raise Uncompilable(refused)
         if reason := by_tracing.left_to_python(fun, args, mode):

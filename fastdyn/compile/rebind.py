@@ -7,7 +7,7 @@ import numpy as np
 from fastdyn.kernels.calls.block import FAULT
 from fastdyn.trace.reads import flat
 
-from . import by_tracing
+from . import by_tracing, numpy_errors
 from .callable_parts import parts_of
 from .captured import references, resolve
 from .diagnostics import Uncompilable
@@ -29,7 +29,7 @@ def rebind(bound, fun, args):
     function = bound.function
     if function is None or bound.mode == CONSTANT:
         return function is not None
-    if by_tracing.left_to_python(fun, args, bound.mode):
+    if numpy_errors.are_heard() or by_tracing.left_to_python(fun, args, bound.mode):
         return False
     again = bound.seen.get("again")
     if again is not None and again(fun, args):

@@ -102,8 +102,12 @@ def _seterr(*_, **__):
     refuse("it changes how NumPy treats errors", effect=True)
 
 
+def _geterr(*_, **__):
+    refuse("it asks how NumPy treats errors", final=True)
+
+
 STAND_INS |= INDEXED
-STAND_INS |= {id(np.errstate): _error_state, id(np.seterr): _seterr}
+STAND_INS |= {id(np.errstate): _error_state, id(np.seterr): _seterr, id(np.geterr): _geterr}
 STAND_INS[id(np.vectorize)] = vectorized
 STAND_INS |= {id(getattr(math, name)): function for name, function in MATH.items()}
 STAND_INS |= {id(getattr(cmath, name)): function for name, function in CMATH.items()}
