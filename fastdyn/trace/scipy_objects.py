@@ -13,7 +13,7 @@ from .plain_arrays import lowered, raised
 from .reads import STABLE
 from .rotation import Rotation
 from .scipy_functions import WRITTEN_OUT
-from .scipy_interpolators import Interpolator, evaluated, maker_of
+from .scipy_interpolators import Interpolator, evaluated, maker_of, numbers_in
 from .symbolic import is_symbolic, refuse
 
 FILTERS = {
@@ -21,9 +21,6 @@ FILTERS = {
     "gaussian_filter1d", "gaussian_laplace", "uniform_filter", "uniform_filter1d", "sobel",
 }  # fmt: skip
 LINEAR = {"dct", "idct", "dst", "idst", "diff", "hilbert"}
-INTERP1D = (
-    "x", "y", "_y", "_call", "_kind", "_extrapolate", "_y_axis", "_y_extra_shape", "bounds_error",
-)  # fmt: skip
 ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
 
 
@@ -64,20 +61,9 @@ def _beside(plain, of_symbols):
 
 def content_of(value):
     """The names of the attributes that make an object of SciPy what it is; None if not known."""
-    from scipy import interpolate
-
     if getattr(value, "format", None) in ("csr", "csc"):
         return "data", "indices", "indptr", "shape"
-    if isinstance(value, interpolate.PPoly):
-        return "x", "c", "extrapolate", "axis"
-    if isinstance(value, interpolate.BSpline):
-        return "t", "c", "k", "extrapolate", "axis"
-    if isinstance(value, interpolate.UnivariateSpline):
-        return "_eval_args", "ext"
-    if isinstance(value, interpolate.interp1d):
-        more = "_spline x_bds _x_shift _side _ind _fill_value_below _fill_value_above".split()
-        return INTERP1D + tuple(name for name in more if hasattr(value, name))
-    return () if type(value).__name__ == "Rotation" else None
+    return () if type(value).__name__ == "Rotation" else numbers_in(value)
 
 
 def expect_content(reads, value, row):
