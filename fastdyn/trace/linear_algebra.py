@@ -122,7 +122,7 @@ def linear_in_first(function, a, *args, **kwargs):
     """A linear function of an array in somebody's C code, as the matrix that it is."""
     a = Array.of(a)
     if a.size > MAX_COLUMNS or is_symbolic([*args, *kwargs.values()]):
-        refuse(f"{function.__name__} of so much that depends on the state")
+        refuse(f"{function.__name__} of so much that depends on the state", final=True)
     args, kwargs = lowered(args), {name: lowered(value) for name, value in kwargs.items()}
     units = np.eye(a.size).reshape(-1, *a.shape)
     columns = [np.asarray(function(e, *args, **kwargs)) for e in units]

@@ -10,9 +10,10 @@ from .arrays import Array, elementwise, reduced, stored
 from .complex_pair import is_complex, product, total
 from .conditions import select
 from .division import to_decimals
+from .fourier import transform
 from .interpolation import binned, interpolated, whereabouts
 from .lazy import complete
-from .linear_algebra import determinant, inverse, linear_in_first, norm, solution
+from .linear_algebra import determinant, inverse, norm, solution
 from .plain_arrays import as_array, lowered, raised
 from .products import matmul
 from .sequences import blocks, convolved, gradient_of, in_order, median, numpys_own, place_of
@@ -224,7 +225,7 @@ STAND_INS = {
 for _name in ("argsort", "unique", "nonzero", "flatnonzero"):
     STAND_INS[getattr(np, _name)] = _refused(_name)
 for _name in ("fft", "ifft", "rfft", "irfft"):
-    STAND_INS[getattr(np.fft, _name)] = functools.partial(linear_in_first, getattr(np.fft, _name))
+    STAND_INS[getattr(np.fft, _name)] = transform(_name)
 
 
 def _sinc(v):

@@ -5,8 +5,11 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
+from .budget import check_operations
 from .complex_pair import product, total
-from .symbolic import refuse
+from .symbolic import is_symbolic, refuse
+
+FEW = 4096  # products
 
 
 def matmul(a, b, dot=False) -> Any:
@@ -14,6 +17,7 @@ def matmul(a, b, dot=False) -> Any:
     a, b = (x if isinstance(x, np.ndarray) else np.array(x, dtype=object) for x in (a, b))
     if dot and (a.ndim == 0 or b.ndim == 0):
         return a * b
+    _check(a, b)
     a, b = (np.asarray(x, dtype=object).view(np.ndarray) for x in (a, b))
     if a.ndim > 2 or b.ndim > 2:
         return _stacked(a, b, dot)
@@ -29,6 +33,15 @@ def matmul(a, b, dot=False) -> Any:
     if a.ndim == 1:
         result = result[0]
     return result[..., 0] if b.ndim == 1 else result
+
+
+def _check(a, b):
+    """Refuse a matrix times a vector, or another matrix, that is too much to write out."""
+    if a.size > FEW and a.ndim == 2 and b.ndim and is_symbolic([a, b]):
+        plain = np.array([type(v) in (int, float) for v in a.flat]) if a.dtype == object else None
+        terms = np.count_nonzero(a if plain is None else a.reshape(-1)[plain])
+        others = 0 if plain is None else a.size - np.count_nonzero(plain)
+        check_operations(2 * (terms + others) * (b.size // max(1, b.shape[0])))
 
 
 def _stacked(a, b, dot):

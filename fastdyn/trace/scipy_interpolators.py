@@ -12,11 +12,31 @@ from .lazy import complete
 from .operands import numbers
 from .piecewise import Line, Polynomials, Steps
 from .plain_arrays import lowered, raised
-from .scipy_content import content_of
 from .symbolic import graph_of, is_symbolic, refuse
 from .symbols import Symbol
 
 METHODS = {"derivative", "antiderivative", "integrate", "solve", "roots", "integral", "derivatives"}
+
+
+INTERP1D = (
+    "x", "y", "_y", "_call", "_kind", "_extrapolate", "_y_axis", "_y_extra_shape", "bounds_error",
+)  # fmt: skip
+
+
+def numbers_in(value):
+    """The names of the attributes that make an interpolator what it is; None if not known."""
+    from scipy import interpolate
+
+    if isinstance(value, interpolate.PPoly):
+        return "x", "c", "extrapolate", "axis"
+    if isinstance(value, interpolate.BSpline):
+        return "t", "c", "k", "extrapolate", "axis"
+    if isinstance(value, interpolate.UnivariateSpline):
+        return "_eval_args", "ext"
+    if isinstance(value, interpolate.interp1d):
+        more = "_spline x_bds _x_shift _side _ind _fill_value_below _fill_value_above".split()
+        return INTERP1D + tuple(name for name in more if hasattr(value, name))
+    return None
 
 
 class Interpolator:
@@ -38,7 +58,7 @@ class Interpolator:
         return form(x)
 
     def __getattr__(self, name):
-        if name in (content_of(self._original) or ()):
+        if name in (numbers_in(self._original) or ()):
             return raised(getattr(self._original, name))
         if name not in METHODS:
             refuse(f"it uses `{name}` of an interpolator")

@@ -6,22 +6,22 @@ import numpy as np
 
 from .arrays import Array
 from .complex_pair import product, total
+from .convolution import convolved_2d
+from .fourier import transform
 from .linear_algebra import determinant, inverse, linear_in_first, norm, solution
 from .plain_arrays import lowered, raised
 from .reads import STABLE
 from .rotation import Rotation
-from .scipy_content import content_of
 from .scipy_functions import WRITTEN_OUT
-from .scipy_interpolators import Interpolator, evaluated, maker_of
+from .scipy_interpolators import Interpolator, evaluated, maker_of, numbers_in
 from .symbolic import is_symbolic, refuse
-
-ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
 
 FILTERS = {
     "convolve", "convolve1d", "correlate", "correlate1d", "laplace", "gaussian_filter",
     "gaussian_filter1d", "gaussian_laplace", "uniform_filter", "uniform_filter1d", "sobel",
 }  # fmt: skip
-LINEAR = {"dct", "idct", "dst", "idst", "fft", "ifft", "rfft", "irfft", "diff", "hilbert"}
+LINEAR = {"dct", "idct", "dst", "idst", "diff", "hilbert"}
+ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
 
 
 def stand_in_of(value):
@@ -34,12 +34,16 @@ def stand_in_of(value):
         return Rotation
     if isinstance(value, type) and module.startswith("scipy.interpolate"):
         return maker_of(value)
+    if module.startswith("scipy.signal") and name == "convolve2d":
+        return _beside(value, convolved_2d)
     if module.startswith("scipy.interpolate") and name == "splev":
         return _beside(value, evaluated)
-    if not isinstance(value, types.FunctionType) and not hasattr(value, "_ua_function"):
+    if not isinstance(value, types.FunctionType) and type(value).__module__ != "uarray":
         return None
     if module.startswith("scipy.linalg") and name in ALGEBRA:
         return _beside(value, ALGEBRA[name])
+    if "fft" in module and name in ("fft", "ifft", "rfft", "irfft"):
+        return _beside(value, transform(name))
     if ("fft" in module and name in LINEAR) or ("ndimage" in module and name in FILTERS):
         return _beside(value, lambda a, *more, **kw: linear_in_first(value, a, *more, **kw))
     written_out = WRITTEN_OUT.get(".".join(module.split(".")[:2]), {}).get(name)
@@ -53,6 +57,13 @@ def _beside(plain, of_symbols):
         return raised(plain(*map(lowered, args), **kwargs))
 
     return function
+
+
+def content_of(value):
+    """The names of the attributes that make an object of SciPy what it is; None if not known."""
+    if getattr(value, "format", None) in ("csr", "csc"):
+        return "data", "indices", "indptr", "shape"
+    return () if type(value).__name__ == "Rotation" else numbers_in(value)
 
 
 def expect_content(reads, value, row):

@@ -12,6 +12,7 @@ from .symbolic import graph_of, is_symbolic, refuse
 from .symbols import symbol
 
 MAX_SORTED = 32
+MAX_PRODUCTS = 4096  # of a convolution
 
 
 def numpys_own(function: Any):
@@ -122,6 +123,8 @@ def convolved(a, v, mode="full"):
     if is_symbolic(v) and not is_symbolic(a):
         a, v = v, a
     n, m = len(a), len(v)
+    if n * m > MAX_PRODUCTS:  # NumPy's own is as fast
+        refuse("np.convolve of so much that depends on the state", final=True, said=False)
     whole = [
         total(product(a[i], v[k - i]) for i in range(max(0, k - m + 1), min(n, k + 1)))
         for k in range(n + m - 1)

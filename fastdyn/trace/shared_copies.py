@@ -6,7 +6,13 @@ from .table_lists import Items, LongList, LongTuple
 from .table_reads import Nature, held
 from .tables import Elements, Table
 
+MOST = 4_000_000  # numbers of an array that a graph may refer to
 SMALL = 16  # numbers of an array or a list that are parameters one by one
+
+
+def _check(count):
+    if count > MOST:
+        refuse(f"an array of {count} numbers", final=True, said=False)
 
 
 def _shared(g, value, make):
@@ -34,6 +40,7 @@ def _noting(reads, row, content):
 
 def long_array(g, value, row):
     """A copy of an array of floats whose elements stay where they lie."""
+    _check(value.size)
 
     def make():
         slots, content = g.reads.parameters(row, value), value.copy(order="C")
@@ -45,6 +52,7 @@ def long_array(g, value, row):
 
 def constant_array(g, value, row):
     """A copy of an array that may not change."""
+    _check(value.size)
 
     def make():
         content = value.copy(order="C")

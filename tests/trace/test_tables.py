@@ -37,7 +37,7 @@ LIST, TUPLE, INTS = TAB.tolist(), tuple(TAB.tolist()), WHOLE.tolist()
 MIXED = [int(v) if i % 3 else v for i, v in enumerate(10 * TAB)]
 SWITCHES, ROWS = TRUE.tolist(), WIDE.tolist()
 TUPLES = [tuple(row) for row in ROWS]
-ONE = [1.0]
+ONE, FEW = [1.0], np.array([0.0, 1.0, 3.0])
 ORDER = np.arange(N)[::-1].copy()
 
 
@@ -82,6 +82,7 @@ USES = {
     "copied": lambda t, y: np.array(LIST)[k(t, y)] - np.asarray(TUPLE)[k(t, y)] * y,
     "written": lambda t, y: _written(TAB.copy(), t, y),
     "interp": lambda t, y: np.interp(t + 0.01 * y, KNOTS, HEIGHTS) - y,
+    "a known place": lambda t, y: np.interp(0.5, KNOTS, HEIGHTS) - TAB[np.searchsorted(FEW, 2)] * y,
     "interp of lists": lambda t, y: np.interp(t, KNOTS, LIST, -1.0, y[0]) - y,
     "interp of columns": lambda t, y: np.interp(t, KNOTS, WIDE[:, 2]) - y,
     "interp of rows": lambda t, y: np.interp(t, KNOTS, WIDE.T[1]) - y,
@@ -107,7 +108,8 @@ CHANGES = {
     "entry": (TAB, slice(None)), "two columns": (WIDE, slice(None)), "sum": (WIDE, 0),
     "whole numbers": (WHOLE, slice(None)), "list": (LIST, 3), "of tuples": (TUPLES, 2),
     "of rows": (ROWS, 3), "mixed": (MIXED, 30), "interp": (HEIGHTS, 100), "search": (KNOTS, 120),
-    "truth": (TRUE, slice(0, 50)), "iteration": (LIST, 8), "elements": (WIDE, 0),
+    "a known place": (HEIGHTS, slice(None)), "truth": (TRUE, slice(0, 50)),
+    "iteration": (LIST, 8), "elements": (WIDE, 0),
 }  # fmt: skip
 
 
