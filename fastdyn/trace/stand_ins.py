@@ -20,7 +20,7 @@ from .symbolic import Symbolic, refuse
 
 PURE = set(
     "numpy scipy builtins math cmath numba operator _operator functools itertools collections "
-    "numbers abc types typing copy enum dataclasses fractions decimal statistics string re "
+    "numbers abc types typing copy enum dataclasses fractions statistics string re "
     "bisect".split()
 )
 IMPURE = (set(sys.stdlib_module_names) - PURE) | {"matplotlib", "pandas", "tqdm", "IPython"}

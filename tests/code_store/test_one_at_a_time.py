@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import pathlib
 import signal
 import subprocess
 import sys
@@ -59,7 +60,7 @@ def test_one_who_died_blocks_nobody(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     holder = start(HOLD, tmp_path)
     assert holder.stdout.readline() == "held\n"
-    with open(folders.own() / "entry.lock") as file, pytest.raises(BlockingIOError):
+    with open(pathlib.Path(folders.own()) / "entry.lock") as file, pytest.raises(BlockingIOError):
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     holder.send_signal(signal.SIGKILL)
     holder.wait()

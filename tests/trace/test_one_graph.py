@@ -60,10 +60,16 @@ def in_a_loop(t, w):
 
 
 @pytest.mark.parametrize(
-    "fun", [root_of_squares, hypotenuse, norm, dot, by_methods, in_a_loop], ids=lambda f: f.__name__
+    "fun", [root_of_squares, norm, dot, by_methods, in_a_loop], ids=lambda f: f.__name__
 )
 def test_the_way_of_writing_does_not_matter(fun):
     assert key(fun, 4) == key(power, 4)
+
+
+def test_a_hypotenuse_adds_only_where_its_squares_overflow_or_vanish():
+    one, other = (trace(f, (), 4, (4,)) for f in (power, hypotenuse))
+    a, b = ([(n.op, n.data) for n in live(each.outputs)] for each in (one, other))
+    assert a == b and other.failing is other.graph.false and other.raising is not other.failing
 
 
 def test_functions_of_math_add_only_what_raises():
