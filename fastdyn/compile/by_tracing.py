@@ -19,14 +19,13 @@ from . import behind, elimination
 from .callable_parts import codes_of
 from .compare import compare_around
 from .diagnostics import located
-from .follow import NO_ATTRIBUTES, Follower
+from .follow import Follower
 from .function import Function
 from .parameters import COMPLEX_MODES, EVENT_MODES, MOMENT_MODES, n_words, pack_all
 from .python_callback import evaluate
 from .traced import Traced
 
 LIFTED = ("all", "floats", "none")  # what becomes a parameter, in the order in which it is tried
-LASTING = python.ModuleType | python.BuiltinFunctionType | np.ufunc
 MAX_KNOWN, MAX_REFUSALS = 16, 3  # of one piece of code
 
 
@@ -39,7 +38,7 @@ class Near(NamedTuple):
 
 
 class Known(NamedTuple):
-    """A trace that later calls may take; `zeros` are the parameters that were 0 at its check."""
+    """A trace that later calls may take; `zeros` are parameters that were 0 at its check."""
 
     traced: Traced
     function: Function
@@ -50,9 +49,8 @@ class Known(NamedTuple):
     def values(self, fun, args):
         """The values of its parameters if the trace holds for what `fun` uses now; else None."""
         given = self.follow((fun, *args))
-        if given is None or (self.zeros.size and flat(given)[self.zeros].any()):
-            return None
-        return given
+        unseen = given is not None and self.zeros.size and flat(given)[self.zeros].any()
+        return None if unseen else given
 
 
 elimination.stand_in()
@@ -121,37 +119,13 @@ def known_trace(fun, args, mode, n, varying=()):
 
 
 def why(fun, args, mode, n, varying=()):
-    """Why a function was refused, and where; None if it is not known, or of no use to the user."""
+    """Why and where a function was refused; None if not known, or of no use to the user."""
     return _reasons.get(place_of(fun, args, mode, n, varying))
 
 
 def has_effect(fun, args, mode, n, varying=()):
     """Whether a function was refused because it does more than give a value."""
     return place_of(fun, args, mode, n, varying) in _effects
-
-
-def changes_of_code(fun, args, mode, n):
-    """Whether other values of what a function reads from outside may take other code.
-
-    Numbers of one type are parameters of its code.
-    """
-    known = known_trace(fun, args, mode, n)
-    return known is None or any(
-        row.parent >= 0
-        and row.check not in (None, "number", "array", "complex array", "absent", "code")
-        and not (row.check == "same" and isinstance(row.expected, LASTING))
-        and row[1:] != NO_ATTRIBUTES
-        for row in known[0].traced.trace.reads.rows
-    )
-
-
-def arrays_read(fun, args, mode, n):
-    """The arrays that a traced function reads; None if that is not known."""
-    known = known_trace(fun, args, mode, n)
-    if known is None:
-        return None
-    found = known[0].traced.trace.reads.found((fun, *args))
-    return [value for value in found if isinstance(value, np.ndarray)]
 
 
 def writes(fun, args, mode, n, varying=()):

@@ -6,6 +6,7 @@ decisions found there (`compare_around`), and at states of the solution (`compar
 
 import contextlib
 import ctypes
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,9 @@ def points_around(near, n, trace=None):
     t0, tf, y0 = near.t0, near.tf, np.resize(np.asarray(near.y0, float), n)
     rng = np.random.default_rng(0)
     k, decisions = CANDIDATES, []
+    graph: Any = None
     if trace is not None:
+        graph = trace.graph
         decisions = [
             node.args[0] for node in live([*trace.outputs, trace.raising]) if node.op == "select"
         ]
@@ -56,7 +59,7 @@ def points_around(near, n, trace=None):
     t[0], y[:, 0] = t0, y0
     chosen = list(range(COUNT))
     if decisions:
-        sides = evaluate(trace.graph, [], t, y, trace.graph.values, decisions)[1].astype(bool)
+        sides = evaluate(graph, [], t, y, graph.values, decisions)[1].astype(bool)
         seen = {(row, side) for row, side in zip(*_sides(sides[:, :COUNT]), strict=True)}
         for i in range(COUNT, k):
             new = set(zip(*_sides(sides[:, i : i + 1]), strict=True)) - seen
@@ -148,7 +151,7 @@ def _is_value(found):
     return not isinstance(found, Exception)
 
 
-def python_value(bound, t, y):
+def python_value(bound, t, y) -> Any:
     """What a function gives in Python, or the exception that it raises."""
     return _value(lambda t, y: in_python(bound.python, bound.mode, t, y), t, y)
 
@@ -189,7 +192,7 @@ def arrays_unchanged(bound):
             array[...] = content
 
 
-def _value(function, t, y):
+def _value(function, t, y) -> Any:
     try:
         with np.errstate(all="ignore"):
             return function(np.float64(t), y.copy())  # as a solver of SciPy's gives it

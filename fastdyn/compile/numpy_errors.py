@@ -3,12 +3,10 @@
 from typing import Any
 
 import numpy as np
+from numpy._core import umath
 
-state: Any = None  # what NumPy looks at; the object is another one where a setting was changed
-try:
-    from numpy._core.umath import _extobj_contextvar as state
-except ImportError:  # of another version
-    pass
+# What NumPy looks at: another object where a setting was changed; of some versions only.
+state: Any = getattr(umath, "_extobj_contextvar", None)
 _usual = None if state is None else state.get()
 
 

@@ -5,11 +5,14 @@ before the next evaluation.  Where other values take other code, that code takes
 block, or the function itself, in Python.
 """
 
+import types as python
+
 import numpy as np
 
 from fastdyn.compile.bind import bind
-from fastdyn.compile.by_tracing import Near, arrays_read, changes_of_code
+from fastdyn.compile.by_tracing import Near, known_trace
 from fastdyn.compile.compare import arrays_given
+from fastdyn.compile.follow import NO_ATTRIBUTES
 from fastdyn.compile.jacobian_block import CONSTANT
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.rebind import rebind
@@ -17,6 +20,7 @@ from fastdyn.kernels.calls.block import FAULT, FIRST, JACOBIAN
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import Pair
 
+LASTING = python.ModuleType | python.BuiltinFunctionType | np.ufunc
 ROOM = 64  # words for parameters, of code that may have to give way to other code
 
 
@@ -74,7 +78,8 @@ def may_take_other_code(bound):
 
 def _given(bound):
     """What a compiled function was bound with: itself, its arguments, its mode, the length of y."""
-    return *bound.keepalive[:2], bound.mode, len(bound.block) - int(bound.block[FAULT])
+    fun, args = bound.keepalive[:2]
+    return fun, args, bound.mode, len(bound.block) - int(bound.block[FAULT])
 
 
 def by_numba(bound):
@@ -101,6 +106,30 @@ def _read_by(bound, unknown):
         return arrays_given(bound)
     found = None if bound.pair else arrays_read(*_given(bound))
     return [unknown] if found is None else found
+
+
+def changes_of_code(fun, args, mode, n):
+    """Whether other values of what a function reads from outside may take other code.
+
+    Numbers of one type are parameters of its code.
+    """
+    known = known_trace(fun, args, mode, n)
+    return known is None or any(
+        row.parent >= 0
+        and row.check not in (None, "number", "array", "complex array", "absent", "code")
+        and not (row.check == "same" and isinstance(row.expected, LASTING))
+        and row[1:] != NO_ATTRIBUTES
+        for row in known[0].traced.trace.reads.rows
+    )
+
+
+def arrays_read(fun, args, mode, n):
+    """The arrays that a traced function reads; None if that is not known."""
+    known = known_trace(fun, args, mode, n)
+    if known is None:
+        return None
+    found = known[0].traced.trace.reads.found((fun, *args))
+    return [value for value in found if isinstance(value, np.ndarray)]
 
 
 class Followed:

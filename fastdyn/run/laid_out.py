@@ -1,6 +1,5 @@
 """A problem laid out for the kernels: its functions, its memory, its arguments in words."""
 
-import contextlib
 import ctypes
 import math
 from typing import Any
@@ -10,23 +9,20 @@ import numpy as np
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.compile import budget
-from fastdyn.compile.bind import leave_to_python
-from fastdyn.compile.by_tracing import has_effect
 from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.compile.python_callback import evaluate, interruptible
 from fastdyn.kernels.calls.block import FAILED, FAULT, RAISED_WORD, TIME
 from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
-from fastdyn.problem.events import between_steps
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel, watch_plain_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 
 from . import output
 from .begin import event_table, fill, fill_tolerances, jacobian_of, shape_of
-from .followed import followed
 from .mass import mass_of
 from .matrices import matrices_of
 from .memory import MEMORY, Y0, lay, plan
+from .python_between import PythonBetween
 
 MOST_PIECES = 16  # that the output of a solve gets at once, if an earlier one needed them
 
@@ -51,7 +47,7 @@ def new_memory(size):
     return np.empty(size)
 
 
-class LaidOut:
+class LaidOut(PythonBetween):
     """A problem as the kernels take it: functions, memory, words.
 
     Parameters
@@ -91,41 +87,13 @@ class LaidOut:
         self._lay_out(plan)
         called = *(b.callback for b in self.bounds), self._matrices.solver
         self._callbacks = [c for c in called if c is not None]
-        self._followed: Any = None
-        self._watched: Any = None
-        if self._callbacks or problem.callback is not None:
-            self._followed = followed(problem, bound, others, self._take_over)
-        for callback in self._callbacks:
-            callback.after = self.follow_again
+        self._follow(problem, bound, others)
         late = [getattr(c, "account", None) for c in self._callbacks]
         self._late = [account for account in late if account is not None]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = [math.inf if b.function is None else b.function.seconds for b in self.bounds]
         self._seconds = self.evaluations * sum(seconds)
         self.take(problem)
-
-    def follow_again(self):
-        """Let compiled functions read what they use again: Python code of the user has run."""
-        for function in self._followed or ():
-            function()
-
-    def compiled(self):
-        """The Bounds of all compiled functions, as they are now."""
-        if self._followed is not None:
-            return [each.bound for each in self._followed if each.bound.function is not None]
-        return [b for b in self.bounds if b.function is not None and not b.pair]
-
-    def holds(self):
-        """Let compiled functions read what they use again; whether all keep their code."""
-        if self._watched is None:
-            self._watched = followed(self.problem, self._own, self._others, self._take_over)
-        kept = [function.holds() for function in self._watched]
-        return all(kept)
-
-    def _take_over(self, callback):
-        """Let a function run in Python from now on."""
-        callback.after = self.follow_again
-        self._callbacks.append(callback)
 
     def _plan(self, problem, n_points=None):
         return plan(*shape_of(problem, bool(self._own.pair), n_points), self._matrices.rows)
@@ -250,22 +218,6 @@ class LaidOut:
                 raise_kept(self.bounds)
         if status == FAILED:
             raise MemoryError("a kernel had no memory left")
-
-    @contextlib.contextmanager
-    def not_repeated(self):
-        """Raise RuntimeError in place of a GaveUp, where a solve cannot be repeated in Python."""
-        try:
-            yield
-        except GaveUp as reason:
-            p, n = self.problem, len(self.problem.y0)
-            functions = zip((p.fun, *(f for f, _ in between_steps(p))), self.bounds, strict=False)
-            if any(b.function is None and has_effect(f, p.args, b.mode, n) for f, b in functions):
-                leave_to_python(reason.bound, str(reason))
-                raise RuntimeError(
-                    f"{reason}, and the solve is not repeated, as functions of it have changed "
-                    "what they use; the next one runs in Python."
-                ) from None
-            raise
 
     def go_on_from(self, own):
         """Take over the memory of a Run of the same plan, which holds no pieces of output."""

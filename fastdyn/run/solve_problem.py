@@ -25,20 +25,19 @@ from fastdyn.problem.second_order_and_pairs import (
 )
 from fastdyn.problem.validate import IMPLICIT, SHARED_METHODS
 from fastdyn.specialise.scalar import shared_kernel, watch_kernel, watch_plain_kernel
-from fastdyn.specialise.series import NoSeries
 
 from .begin import shape_of
 from .check_jacobian import check_jacobian
-from .followed import may_take_other_code, with_room, writes_what_others_use
+from .followed import with_room, writes_what_others_use
 from .loop import Run
 from .mass import with_mass
 from .memory import plan
 from .outcome import result_of
+from .python_between import of_python_between
 from .stiffness import gives_up, notice, watch
 
 MAX_IDLE = 64
 CHANGES = "it may change an array that another function of the solve uses"
-FEW = 64  # components, up to which differences cost little
 
 _verified: set = set()
 _idle: dict = {}  # runs, by what tells those that may solve a problem
@@ -63,7 +62,7 @@ def run_of(problem):
     p = problem
     n = len(p.y0)
     bound, others = bind_functions(p)
-    p = _of_python_between(p, bound, others)
+    p = of_python_between(p, bound, others)
     verify(bound, lambda: probe_equations(p), n)
     for each in others:
         if each.mode in ("jump", "derivative", "matrix"):
@@ -136,26 +135,6 @@ def bind_functions(problem):
     if p.callback is None and all(b.function is not None for b in (bound, *bounds)):
         return bound, bounds
     return with_room(bound), [with_room(b) for b in bounds]
-
-
-def _of_python_between(problem, bound, others):
-    """The problem where Python code runs between evaluations of compiled functions.
-
-    What the equations read may then take other code, which has another Jacobian and other series.
-    """
-    p = problem
-    if p.callback is None and all(b.function is not None for b in others):
-        return p
-    if not may_take_other_code(bound):
-        return p
-    if p.method.series:
-        raise NoSeries(
-            "Taylor keeps to the formulas with which a solve begins, and here Python functions run "
-            "meanwhile that may change what `fun` uses. Take Vern9 instead."
-        )
-    if p.method.n_matrices and p.jac is None and len(p.y0) <= FEW:
-        return p._replace(differences=True)
-    return p
 
 
 def _bind(problem, fun, mode, near):

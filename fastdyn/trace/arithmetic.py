@@ -13,13 +13,15 @@ from .domains import (
     bound,
     divided_by_zero,
     failures,
-    overflows,
-    too_large_a_power,
-    zero_to_a_negative_power,
 )
+from .powers import note_power
 from .symbolic import Symbolic, refuse
 
 NUMPY, FLOAT, INT = 2, 1, 0  # whose rules hold: NumPy gives inf or nan where Python raises
+
+
+def _comparison(sign) -> Any:
+    return lambda self, other: self._compare(other, sign)
 
 
 class Arithmetic(Symbolic):
@@ -122,27 +124,8 @@ class Arithmetic(Symbolic):
         else:
             result = g.make("call", (self.node, o.node), "pow")
         if kind != NUMPY:
-            self._python_power(o, result, kind)
+            note_power(self, o, result, kind)
         return self.made(result, kind)
-
-    def _python_power(self, o, result, kind):
-        """Note where a power of Python's numbers raises, or is another kind of number."""
-        g, value, zero = self.g, o.node.value, self.g.const(0.0)
-        negative = g.compare(self.node, zero, "lt")
-        if kind != INT and (o.node.varies or value != np.rint(value)):
-            if o.node.varies:
-                whole = g.compare(g.make("round", (o.node,), "floor"), o.node, "eq")
-                negative = g.both(negative, g.negation(whole))
-            g.leaves_to_python_if(negative)  # Python gives a complex number
-        if kind != INT and (o.node.varies or value < 0):
-            at_zero = g.compare(self.node, zero, "eq")
-            if o.node.varies:
-                at_zero = g.both(at_zero, g.compare(o.node, zero, "lt"))
-            g.raises_if(at_zero, zero_to_a_negative_power)
-        if kind == INT:
-            g.keep_exact(result)
-        elif result.op in ("call", "sqrt", "mul", "div"):
-            g.raises_if(overflows(g, result, (self.node, o.node)), too_large_a_power)
 
     def __rpow__(self, other):
         o = self.lift(other)
@@ -242,23 +225,9 @@ class Arithmetic(Symbolic):
         of_python = max(self.kind, o.kind) < NUMPY
         return self.g.condition(self.g.compare(self.node, o.node, sign), of_python)
 
-    def __lt__(self, other):
-        return self._compare(other, "lt")
-
-    def __le__(self, other):
-        return self._compare(other, "le")
-
-    def __gt__(self, other):
-        return self._compare(other, "gt")
-
-    def __ge__(self, other):
-        return self._compare(other, "ge")
-
-    def __eq__(self, other):
-        return self._compare(other, "eq")
-
-    def __ne__(self, other):
-        return self._compare(other, "ne")
+    __lt__, __le__ = _comparison("lt"), _comparison("le")
+    __gt__, __ge__ = _comparison("gt"), _comparison("ge")
+    __eq__, __ne__ = _comparison("eq"), _comparison("ne")
 
     def __bool__(self):
         return bool(self != 0.0)

@@ -66,8 +66,8 @@ class Condition(Symbolic):
         """Not this."""
         return self.g.condition(self.g.negation(self.node), self.python)
 
-    def __neg__(self):
-        return -self.number() if self.python else -np.True_  # which raises
+    def __neg__(self) -> Any:
+        return -self.number() if self.python else np.negative(np.True_)  # which raises
 
     def choose(self, a, b):
         """a where this is true, else b."""

@@ -4,6 +4,7 @@ import builtins
 import dis
 import functools
 import types
+from typing import Any
 
 from .arithmetic import INT
 from .builtin_functions import BUILTINS, impure, vectorized
@@ -187,7 +188,7 @@ def _plain(value):
 @functools.lru_cache(1024)
 def _compares_identities(code):
     """Whether a piece of code asks whether two things are one, neither of them a constant."""
-    before = None
+    before: Any = None
     for i in dis.get_instructions(code):
         if i.opname == "IS_OP" and not (
             before.opname == "LOAD_CONST" and any(before.argval is c for c in CONSTANTS)

@@ -12,14 +12,13 @@ from .arrays import Array, elementwise, reduced, stored
 from .complex_functions import of_complex, power
 from .complex_pair import is_complex, total
 from .conditions import Condition, both, either, negated, select
+from .hypotenuse import hypotenuse
 from .lazy import complete
 from .numpy_functions import STAND_INS
 from .plain_arrays import as_array, lowered, raised
 from .products import matmul
 from .symbolic import Symbolic, graph_of, hand_over, is_symbolic, refuse
 from .symbols import Symbol, by_name, symbol
-
-LARGE, SMALL = 1e300, 1e-280  # sums of squares, between which squares lose nothing
 
 
 def _not(a):
@@ -73,19 +72,6 @@ def _copysign(a, b):
 
 def _signbit(a):
     return (a < 0) | ((a == 0) & (1.0 / a.as_numpy() < 0))
-
-
-def hypotenuse(a, *others):
-    """The root of a sum of squares, whose squares neither overflow nor vanish."""
-    squares = total([v * v for v in (a, *others)])
-    g, node = squares.g, squares.node
-    g.stays_below(g.compare(node, g.const(LARGE), "gt"))
-    nonzero = g.false
-    for v in (a, *others):
-        zero = g.compare(symbol(g, v).node, g.const(0.0), "eq")
-        nonzero = g.both(nonzero, g.negation(zero), "or")
-    g.stays_below(g.both(g.compare(node, g.const(SMALL), "lt"), nonzero))
-    return squares.call("sqrt")
 
 
 OF_TABLES = {

@@ -17,7 +17,7 @@ from .arrays import Array
 from .builtin_functions import impure
 from .changes import changed
 from .complex_pair import Pair
-from .copies import OF_NAMED_TUPLES, instance_of, module_of, shadow_of
+from .copies import has_functions, instance_of, is_instance, module_of, shadow_of
 from .functions import Functions
 from .graph import LARGEST_WHOLE
 from .reads import MAX_ARRAY, STABLE, real_numbers
@@ -175,7 +175,7 @@ class Outside:
     def _thing(self, value, kind, row):
         """A copy of a module, a class, an object."""
         reads = self.reads
-        reads.expect(row, "type" if _is_instance(value, kind) else "same", _expected(value, kind))
+        reads.expect(row, "type" if is_instance(value, kind) else "same", _expected(value, kind))
         if isinstance(value, types.ModuleType):
             return self.keep(value, module_of(self, value, row))
         if isinstance(value, enum.Enum) or (
@@ -199,7 +199,7 @@ class Outside:
             return self.keep(value, scipy_objects.copy_of(value))
         package = root_of(value if isinstance(value, type) else kind)
         if isinstance(value, type):
-            made_by_user = any(map(_has_functions, value.__mro__[:-1]))
+            made_by_user = any(map(has_functions, value.__mro__[:-1]))
             if package in PURE | IMPURE or (
                 issubclass(value, BaseException | tuple | list | dict) and not made_by_user
             ):
@@ -207,7 +207,7 @@ class Outside:
             if issubclass(value, list | dict):
                 refuse(f"the class {value.__name__} is a list or a dict with functions of its own")
             return shadow_of(self, value, row)
-        if _is_instance(value, kind):
+        if is_instance(value, kind):
             return instance_of(self, value, row)
         if isinstance(value, logging.Logger):
             reads.lasting = False  # its level may change
@@ -242,22 +242,5 @@ class Outside:
         return found
 
 
-def _has_functions(cls):
-    """Whether a class of a user has functions, but for those that all named tuples have."""
-    return root_of(cls) not in PURE and any(
-        isinstance(v, types.FunctionType | property | classmethod | staticmethod)
-        and not (issubclass(cls, tuple) and name in OF_NAMED_TUPLES)
-        for name, v in vars(cls).items()
-    )
-
-
-def _is_instance(value, kind):
-    made_in_python = kind.__flags__ & (1 << 9)
-    if isinstance(value, types.SimpleNamespace):
-        return True
-    simple = not isinstance(value, type | types.ModuleType | list | dict | set | str | enum.Enum)
-    return bool(made_in_python and simple and root_of(kind) not in PURE | IMPURE)
-
-
 def _expected(value, kind):
-    return kind if _is_instance(value, kind) else value
+    return kind if is_instance(value, kind) else value

@@ -10,121 +10,16 @@ import numpy as np
 
 from .arrays import Array
 from .complex_pair import Pair, is_complex, parts
-from .conditions import Condition
-from .domains import WHOLE, bound
-from .graph import Graph
-from .handlers import is_handled
+from .decisions import Paths
 from .masks import Masked
 from .outside import Outside
 from .reads import Reads
 from .refusal import LATEST, Abandoned, Refusal, Untraceable, refused_as
 from .symbols import Symbol, symbol
 
-MAX_PATHS, MAX_DECISIONS = 256, 200
+MAX_PATHS = 256
 STATE = "the state that it is given"
 IN_PLACE = {STATE, "an array"}  # what machine code can write to, too
-
-
-class Paths(Graph):
-    """A graph, and the decisions of the run that adds to it."""
-
-    reads: Reads
-
-    def __init__(self):
-        super().__init__()
-        self.sizes = self.false
-        self.begin(())
-
-    def begin(self, script):
-        self.script, self.known, self.taken, self.raising = script, {}, [], self.false
-        self.texts, self.abandoned = False, None
-
-    def condition(self, node, python=False):
-        """A Condition, or the truth where parameters alone decide; of Python's type, or NumPy's."""
-        if node.varies:
-            return Condition(self, node, python)
-        self.assume(node)
-        return bool(node.value)
-
-    def pair(self, real, imag):
-        """A complex number."""
-        return Pair(real, imag)
-
-    def assume(self, node):
-        self.reads.assume(node)
-
-    def is_array(self, slots):
-        group = self.reads.groups[self.reads.group(slots[0])]
-        return group.first == slots[0] and group.shape == (len(slots),)
-
-    def as_text(self):
-        """What stands for a number in a text: an error may say it, nothing else."""
-        self.texts = True
-        return "..."
-
-    def raises_if(self, node, raising):
-        """Let the function do what raises where a condition holds.
-
-        Where the user's code has a handler, that is a path of its own.
-        """
-        if node is self.false:
-            return
-        if node.op == "const":
-            raising()
-        if self.in_handler():
-            if not node.varies:
-                self.assume(node)
-            if self.decide(node) if node.varies else node.value:
-                raising()
-            return
-        self.raising = self.both(self.raising, node, "or")
-
-    def in_handler(self):
-        """Whether the user's code may catch what is raised now."""
-        return is_handled(_run.__code__)
-
-    def leaves_to_python_if(self, node):
-        """Let Python go on where a condition holds, whatever handlers there are."""
-        if node is self.true:
-            self.abandon("it leaves the range of its compiled form")
-        if node is self.false:
-            return
-        self.raising = self.both(self.raising, node, "or")
-
-    def stays_below(self, node):
-        """Let Python go on where a condition holds: one of sizes, which a series need not ask."""
-        self.sizes = self.both(self.sizes, node, "or")
-
-    def abandon(self, why):
-        """Leave this path to Python."""
-        self.abandoned = why
-        raise Abandoned(why)
-
-    def keep_exact(self, node):
-        """Leave to Python where a whole number is beyond those that floats are."""
-        if bound(self, node) <= WHOLE:
-            return
-        size = self.make("abs", (node,))
-        if node.varies:
-            self.leaves_to_python_if(self.compare(size, self.const(float(WHOLE)), "gt"))
-        elif size.value > WHOLE:
-            raise Refusal("a whole number beyond 2**53")
-        else:
-            self.reads.assume(self.compare(size, self.const(float(WHOLE)), "le"))
-        self.bounds[node.key] = WHOLE
-
-    def decide(self, node):
-        """The truth of a condition on this path."""
-        flip = node.op == "not"
-        node = node.args[0] if flip else node
-        if node.key not in self.known:
-            i = len(self.taken)
-            if i >= MAX_DECISIONS:
-                raise Refusal("it decides too often", final=True, said=False)
-            value = self.script[i] if i < len(self.script) else True
-            self.taken.append((node, value))
-            self.known[node.key] = value
-        return self.known[node.key] != flip
 
 
 class Leaf(NamedTuple):
@@ -206,6 +101,7 @@ def trace(fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=
 
 def _run(g, script, outside, fun, args, states, shape):
     """One path: its results, or None and in words what it raised."""
+    g.until = _run.__code__
     g.begin(script)
     LATEST.refusal = None
     results, errors, written = None, [], []

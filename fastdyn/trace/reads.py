@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import table_reads
+from .checks import CHECKS, MISSING
 from .evaluate import evaluate
 
-MISSING = object()
 STABLE = -1  # the row of what a library holds, which does not change
 MAX_ARRAY = 4096  # numbers that are symbols, one by one
 STEPS: dict[str, Any] = {
@@ -231,27 +231,3 @@ def _count(group):
 
 def _same(a, b):
     return a == b or (a != a and b != b)
-
-
-CHECKS: dict[str, Any] = {
-    "same": lambda value, expected: value is expected,
-    "equal": lambda value, expected: type(value) is type(expected) and value == expected,
-    "number": lambda value, expected: type(value) is expected,
-    "array": lambda value, shape: (
-        type(value) is np.ndarray and value.shape == shape and value.dtype == float
-    ),
-    "complex array": lambda value, shape: (
-        type(value) is np.ndarray and value.shape == shape and value.dtype == complex
-    ),
-    "size": lambda cls, expected: len(vars(cls)) == expected,
-    "absent": lambda value, _: value is MISSING,
-    "type": lambda value, expected: type(value) is expected,
-    "code": lambda value, expected: (
-        getattr(value, "__code__", None) is expected[0]
-        and value.__globals__ is expected[1]
-        and (len(value.__defaults__ or ()), len(value.__kwdefaults__ or ())) == expected[2:]
-    ),
-    "length": lambda value, expected: type(value) is expected[0] and len(value) == expected[1],
-    "keys": lambda value, expected: type(value) is expected[0] and list(value) == expected[1],
-    **table_reads.CHECKS,
-}
