@@ -12,7 +12,7 @@ from fastdyn import code_store
 from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.trace.paths import trace
 from fastdyn.trace.places import line_of_refusal, line_of_write
-from fastdyn.trace.reads import flat, pattern
+from fastdyn.trace.reads import flat
 from fastdyn.trace.refusal import NotYet, Refusal, Untraceable, refused_as
 
 from . import behind, elimination
@@ -216,8 +216,7 @@ def _traced(fun, args, mode, n, near, varying, lifted):
 
 def _compared_place(traced, function, fun, given):
     """What tells the comparisons of machine code: the function, and the types of its numbers."""
-    reads = traced.trace.reads
-    same = pattern(reads.found(reads.roots)) if reads.identities else ()
+    same = traced.trace.reads.same_things()
     return function.key, _code(fun), tuple(map(type, given)), same
 
 

@@ -173,6 +173,10 @@ class Reads:
             return []
         return found
 
+    def same_things(self):
+        """Which of the things that were read are one, if the function asks that."""
+        return pattern(self.found(self.roots)) if self.identities else ()
+
     def values(self):
         """The values of all groups, as they were read."""
         found = self.found(self.roots)
@@ -193,7 +197,7 @@ class Reads:
             return None
         if any(found[a] is not found[b] for a, b in self.aliases):
             return None
-        if self.identities and pattern(found) != pattern(self.found(self.roots)):
+        if self.identities and pattern(found) != self.same_things():
             return None
         given = [found[group.row] for group in self.groups]
         return given if self._holds(given) else None
