@@ -153,7 +153,8 @@ class Functions:
                     reads.expect(reads.step(row, "inside", "otypes"), "equal", None)
                     if value.otypes is not None or value.excluded or value.signature:
                         refuse("np.vectorize with options")
-                inner = outside.copy(getattr(value, name), reads.step(row, "inside", name))
+                with outside.numbers_fixed(name == "py_func"):  # Numba keeps what it compiled with
+                    inner = outside.copy(getattr(value, name), reads.step(row, "inside", name))
                 return outside.keep(value, vectorized(inner) if name == "pyfunc" else inner)
         if isinstance(value, types.MethodType):
             reads.expect(row, "type", kind)

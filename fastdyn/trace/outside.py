@@ -4,6 +4,7 @@ Copies are made as they are asked for, compared with what they were after each r
 that is read has a row in `Reads`.
 """
 
+import contextlib
 import enum
 import logging
 import types
@@ -41,6 +42,15 @@ class Outside:
         self._made, self._held, self._first = {}, [], {}
         self._enumerations: dict = {}
         self.watched: list = []
+
+    @contextlib.contextmanager
+    def numbers_fixed(self, fixed=True):
+        """Numbers that are copied meanwhile are part of the code."""
+        before, self.lifted = self.lifted, "none" if fixed else self.lifted
+        try:
+            yield
+        finally:
+            self.lifted = before
 
     def keep(self, value, copy):
         """Remember the copy of a value, which is held so that its id stays taken."""
@@ -175,7 +185,7 @@ class Outside:
     def _thing(self, value, kind, row):
         """A copy of a module, a class, an object."""
         reads = self.reads
-        reads.expect(row, "type" if is_instance(value, kind) else "same", _expected(value, kind))
+        reads.expect(row, *(("type", kind) if is_instance(value, kind) else ("same", value)))
         if isinstance(value, types.ModuleType):
             return self.keep(value, module_of(self, value, row))
         if isinstance(value, enum.Enum) or (
@@ -240,7 +250,3 @@ class Outside:
                 vars(member).update(before)
                 found.append("an attribute of an enumeration")
         return found
-
-
-def _expected(value, kind):
-    return kind if is_instance(value, kind) else value

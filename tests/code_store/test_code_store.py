@@ -153,6 +153,15 @@ def test_a_jitted_function_is_what_python_makes_of_it():
     assert abs(end - np.exp(-1)) < 1e-6
 
 
+@pytest.mark.filterwarnings("ignore")
+def test_a_jitted_function_keeps_its_globals_as_in_python():
+    space = {"K": 1.0, "njit": njit}
+    exec("@njit\ndef fun(t, y):\n    return [-K * y[0]]", space)
+    for space["K"] in (1.0, 2.0, 3.0):
+        end = fastdyn.solve_ivp(space["fun"], (0, 1), [1.0], rtol=1e-8).y[0, -1]
+        assert abs(end - np.exp(-1)) < 1e-6
+
+
 def test_code_from_numbas_own_cache_is_not_linked(tmp_path, monkeypatch):
     class Loaded:
         _disable_inspection, _linking_libraries = True, ()
