@@ -22,6 +22,7 @@ from fastdyn.problem.second_order_and_pairs import (
     probe_equations,
 )
 from fastdyn.run.checkpoint import Checkpoint, fingerprint
+from fastdyn.run.followed import keep_true
 from fastdyn.run.laid_out import raise_kept
 from fastdyn.run.loop import announce, progress_bar
 from fastdyn.run.outcome import outcome
@@ -167,6 +168,14 @@ class _Run:
             raise ValueError("there is no period to count in: give `period`, or times.")
         return period
 
+    def _keep_true(self, bounds, bound, followed, t_end):
+        """Have compiled functions read again what others may change that run in Python."""
+        equations = self.fun if bound.pair else (self.fun,)
+        functions = [*zip(bound.pair or (bound,), equations, strict=True)]
+        functions += zip(followed, self.invariants.values(), strict=True)
+        callbacks = [b.callback for b in bounds if b.callback is not None]
+        keep_true(functions, self.args, Near(0.0, t_end, self.y0), callbacks)
+
     def follow(self, t_end, options, samples, every, checkpoint, progress):
         """Run, and return the Study."""
         n = len(self.y0)
@@ -191,6 +200,7 @@ class _Run:
             evaluate(one.python, "event", 0.0, self.y0.copy())
         survey = Survey(p, bound, followed, samples, every)
         announce(survey.bounds)
+        self._keep_true(survey.bounds, bound, followed, t_end)
         file = None
         if checkpoint is not None:
             header = {

@@ -132,16 +132,35 @@ def arrays_read(fun, args, mode, n):
     return [value for value in found if isinstance(value, np.ndarray)]
 
 
+def keep_true(functions, args, near, callbacks):
+    """Have compiled functions read what they use again when others have run in Python.
+
+    `functions` are (Bound, function); CannotFollow is raised where that takes other code.
+    """
+    every = [Followed(b, f, args, near, None) for b, f in functions if b.function is not None]
+
+    def look():
+        for each in every:
+            if not each.holds():
+                raise CannotFollow(
+                    f"`{getattr(each.fun, '__name__', 'fun')}` reads what another function "
+                    "changes meanwhile, and would be another function then."
+                )
+
+    for callback in callbacks:
+        callback.after = look
+
+
 class Followed:
     """A compiled function whose block is kept true: call it when Python code has run."""
 
     def __init__(self, bound, fun, args, near, ran):
-        self.bound, self._fun, self._args, self._near = bound, fun, args, near
+        self.bound, self.fun, self._args, self._near = bound, fun, args, near
         self._ran, self._held = ran, []
 
     def holds(self):
         """Whether its code is right for what the function reads now, which its block has."""
-        return self.bound.function is None or rebind(self.bound, self._fun, self._args)
+        return self.bound.function is None or rebind(self.bound, self.fun, self._args)
 
     def __call__(self):
         if not self.holds():
@@ -152,10 +171,10 @@ class Followed:
         block, n = own.block, len(own.block) - int(own.block[FAULT])
         if block[JACOBIAN]:
             raise CannotFollow(
-                f"`{getattr(self._fun, '__name__', 'fun')}` reads what other functions of the "
+                f"`{getattr(self.fun, '__name__', 'fun')}` reads what other functions of the "
                 'solve change, and its Jacobian is that of before: give `jac="2-point"`.'
             )
-        new = bind(self._fun, self._args, own.mode, n, self._near)
+        new = bind(self.fun, self._args, own.mode, n, self._near)
         room = int(block[FAULT]) - FIRST
         self._held.append(new)
         if new.function is None or new.function.n_words > room:

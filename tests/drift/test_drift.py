@@ -204,3 +204,29 @@ def test_memory_does_not_depend_on_the_number_of_steps():
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0] + 100_000
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_an_invariant_that_changes_what_the_equations_read():
+    ends = []
+    for in_python in False, True:
+        force, seen, kept = {"k": 1.0}, [], []
+
+        def spring(t, y, force=force):
+            return [y[1], -force["k"] * y[0]]
+
+        def in_full(t, y, kept=kept, spring=spring):
+            kept.append(t)
+            return spring(t, y)
+
+        def energy(t, y, force=force, seen=seen):
+            seen.append(t)
+            force["k"] = 1.0 if len(seen) < 200 else 4.0
+            return 0.5 * (y[0] ** 2 + y[1] ** 2)
+
+        study = fastdyn.energy_drift(
+            in_full if in_python else spring, "RK4", y0=[1.0, 0.0], invariants={"energy": energy},
+            step=0.01, n_steps=1000,
+        )  # fmt: skip
+        ends.append(study.y)
+    assert np.array_equal(*ends) and np.abs(ends[0]).max() > 1.1
