@@ -9,7 +9,7 @@ import hashlib
 import numpy as np
 
 from fastdyn import code_store
-from fastdyn.kernels.calls.block import RAISED_WORD
+from fastdyn.kernels.calls.block import MOST_DECISIONS, RAISED_WORD
 from fastdyn.trace.clock import EVERY, look
 from fastdyn.trace.graph import live
 from fastdyn.trace.refusal import Refusal, refused_as
@@ -27,6 +27,8 @@ class Traced:
         Of the groups of parameters, in the order in which they lie in a block.
     stored : list of Node
         The numbers of the pointer form.
+    decisions : list of Node
+        Those of which the pointer form notes in its block what sides they take.
     at : tuple of int or None
         The group that an argument is.
     pack : callable
@@ -44,6 +46,7 @@ class Traced:
             means = own if "mean" in mode else []
             squares = [g.mul(y, y) for y in own] if "rms" in mode else []
             self.stored = [*trace.outputs, *means, *squares]
+        self.decisions = _decisions(self) if mode in ("derivative", "event", "jump") else []
         self.kinds = [_kind(group) for group in trace.reads.groups]
         self.at = trace.reads.of_arguments()
         self.pack = packer(self.kinds)
@@ -119,6 +122,12 @@ class Traced:
             return None if raised else out
 
         return function
+
+
+def _decisions(traced):
+    nodes = live([*traced.stored, traced.trace.raising])
+    found = {node.args[0].key: node.args[0] for node in nodes if node.op == "select"}
+    return list(found.values())[:MOST_DECISIONS]
 
 
 def _kind(group):

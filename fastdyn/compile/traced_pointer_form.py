@@ -5,7 +5,7 @@ import functools
 import numpy as np
 from llvmlite import ir
 
-from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
+from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, SIDES, TIME
 from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
 from fastdyn.trace.emit import BIT, INDEX, REAL, WORD, Emitter
@@ -42,9 +42,21 @@ def body(traced, builder, t, y, n, block, out):
         *values, raises = emitter.nodes([*stored, raising])
         for i, value in enumerate(values):
             builder.store(value, builder.gep(out, [INDEX(i)]))
+        if traced.decisions:
+            _note_sides(builder, emitter.nodes(traced.decisions), block)
     if raising is not graph.false:
         with builder.if_then(raises, likely=False):
             _note(traced, builder, t, y, block, out)
+
+
+def _note_sides(builder, truths, block):
+    """Note in the block which sides decisions have taken."""
+    place = builder.gep(block, [INDEX(SIDES)])
+    sides = builder.load(place)
+    for i, truth in enumerate(truths):
+        side = builder.select(truth, WORD(1 << 2 * i), WORD(2 << 2 * i))
+        sides = builder.or_(sides, side)
+    builder.store(sides, place)
 
 
 def _in_loops(traced, module):

@@ -7,6 +7,7 @@ import numpy as np
 from fastdyn.compile.compare import compare_along
 from fastdyn.compile.jacobian_block import CONSTANT
 from fastdyn.compile.sparse_jacobian import ENTRIES
+from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import Y
 
 from .output import Output
@@ -19,18 +20,36 @@ LEFT_OUT = (CONSTANT, ENTRIES, "variational")
 
 
 class Compared:
-    """When the functions of a Run are compared: after solves 1, 2, 4, 8, ..."""
+    """When the functions of a Run are compared.
 
-    def __init__(self, when=None):
+    After solves 1, 2, 4, 8, ..., and when a decision took a side that none before had taken.
+    """
+
+    def __init__(self, run, when=None):
         self._when = WHEN if when is None else when
-        self.n_solves, self.next = 0, 1 if self._when != "never" else -1
+        self._n_solves, self._next = 0, 1 if self._when != "never" else -1
+        functions = [(b.block, b.function) for b in run.bounds if b.function is not None]
+        traced = [(block, f.traced) for block, f in functions if f.traced is not None]
+        self._deciding = [block for block, each in traced if each.decisions]
+        self._sides = [0] * len(self._deciding)
 
-    def now(self, run):
-        """After a solve whose turn it is: raise Different where code is not its function."""
-        first = self.n_solves == 1
-        self.next = self.n_solves + 1 if self._when == "always" else 2 * self.n_solves
+    def after(self, run):
+        """After a solve: raise Different where it is the turn, and code is not its function."""
+        self._n_solves += 1
+        if self._n_solves == self._next:
+            first = self._n_solves == 1
+            self._next = self._n_solves + 1 if self._when == "always" else 2 * self._n_solves
+            self._now(run, AT_FIRST if first else LATER)
+        elif self._deciding and self._next > 0:
+            if any(b[SIDES] & ~seen for b, seen in zip(self._deciding, self._sides, strict=True)):
+                self._now(run, AT_FIRST)
+
+    def _now(self, run, count):
+        self._sides = [int(block[SIDES]) | seen for block, seen in zip(
+            self._deciding, self._sides, strict=True
+        )]  # fmt: skip
         with run.not_repeated():
-            compare(run, AT_FIRST if first else LATER)
+            compare(run, count)
 
 
 def compare(run, count):

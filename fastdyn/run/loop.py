@@ -79,7 +79,7 @@ class Run(LaidOut):
 
     def __init__(self, *given):
         super().__init__(*given)
-        self.compared = Compared()
+        self._compared = Compared(self)
         self._by_numba = [bound for bound in self.bounds if by_numba(bound)]
 
     def solve(self, y0):
@@ -112,9 +112,7 @@ class Run(LaidOut):
             return INTERRUPTED
         if status != FINISHED:
             self.check(status)
-        self.compared.n_solves += 1
-        if self.compared.n_solves == self.compared.next:
-            self.compared.now(self)
+        self._compared.after(self)
         return status
 
     def _go_on(self, status, n_steps, spent):

@@ -1,10 +1,10 @@
 """The words of a block, with which a function of the user is called; what kernels return.
 
 ``block`` is an int64 array that carries what belongs to one solve: the address of the function,
-whether it raised, and when; where the state is kept when it raised; of a derivative, the address of
-the block of its Jacobian, or 0 if there is none, that of its mass matrix (`algebra/mass.py`), or
-0, and that of the matrices of an implicit method (`algebra/matrices.py`), or 0; then its
-parameters.
+whether it raised, and when (until then, which sides its decisions took: SIDES); where the state is
+kept when it raised; of a derivative, the address of the block of its Jacobian, or 0 if there is
+none, that of its mass matrix (`algebra/mass.py`), or 0, and that of the matrices of an implicit
+method (`algebra/matrices.py`), or 0; then its parameters.
 
 A Jacobian of the user is called as any function, and fills n x n numbers, row by row.  The block
 of a constant one names no function: its numbers take the place of parameters.
@@ -17,6 +17,9 @@ GROUPS of columns, also where an exact entry is not finite; or they are numbers 
 """
 
 ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, FIRST = range(8)
+
+# Two bits for each of the first decisions of a function: whether they were true, and false.
+SIDES, MOST_DECISIONS = TIME, 31
 
 # Of the block of a Jacobian; N_ENTRIES is 0 if it is full.
 N_ENTRIES, GROUPS, OWN_BLOCK = JACOBIAN, MASS, MATRICES

@@ -10,17 +10,19 @@ import scipy.integrate
 import fastdyn
 from fastdyn.compile import compare
 from fastdyn.run import compared
+from fastdyn.trace.graph import Graph
 
 
 @pytest.fixture
 def wrong_choices(monkeypatch):
-    """Code that takes the first side of each decision, and a first comparison that sees nothing."""
-    monkeypatch.setattr(
-        "fastdyn.trace.graph.Graph.select", lambda g, condition, a, b: a, raising=True
-    )
+    """Code with three times what is right on one side, and a first comparison that sees nothing."""
+    select = Graph.select
+
+    def wrong(g, condition, a, b):
+        return select(g, condition, a, g.mul(g.const(3.0), b))
+
+    monkeypatch.setattr(Graph, "select", wrong)
     monkeypatch.setattr("fastdyn.compile.by_tracing.compare_around", lambda *_: None)
-    yield
-    monkeypatch.undo()
 
 
 def test_a_wrong_side_of_a_decision_is_found_on_the_solution(wrong_choices):
@@ -54,6 +56,28 @@ def test_when_functions_are_compared(monkeypatch):
             fastdyn.solve_ivp(fun, (0, 1), [1.0])
             found.append(bool(seen))
         assert found == expected
+
+
+def test_a_side_that_is_new_is_compared(monkeypatch):
+    seen = []
+    monkeypatch.setattr(compared, "compare", lambda run, count: seen.append(count))
+    solver = fastdyn.prepare(lambda t, y: [-y[0] if y[0] < 5.5 else 1.0 - y[0]], (0, 1), [1.0])
+    for start in (1.0, 1.5, 1.2, 1.1, 7.0, 8.0, 1.0):
+        solver([start])
+    assert seen == [compared.AT_FIRST, compared.LATER, compared.LATER, compared.AT_FIRST]
+
+
+def test_a_wrong_side_taken_late_is_found(wrong_choices):
+    def fun(t, y):
+        return [-y[0] if y[0] < 5.25 else -2.0 * y[0]]
+
+    solver = fastdyn.prepare(fun, (0, 1), [1.0], rtol=1e-8)
+    for start in (1.0, 1.5, 1.2, 1.1, 1.3):
+        solver([start])
+    with pytest.warns(fastdyn.CompileWarning, match="compiled form gives"):
+        ours = solver([8.0])
+    theirs = scipy.integrate.solve_ivp(fun, (0, 1), [8.0], rtol=1e-8)
+    assert abs(ours.y[0, -1] - theirs.y[0, -1]) < 1e-9
 
 
 def test_a_prepared_solver_compares_too(monkeypatch):
