@@ -127,11 +127,17 @@ def _sum(values, /, start=0):
     return functools.reduce(operator.add, values)
 
 
+def varies(value):
+    """Whether something symbolic depends on more than parameters."""
+    found = value.number()
+    return found is None or found.node.varies
+
+
 def _exact_sum(values):
     """math.fsum: of two numbers, one sum is exact but for its last rounding."""
     values = list(values)
-    if not is_symbolic(values):
-        return math.fsum(values)
+    if not any(isinstance(v, Symbolic) and varies(v) for v in values):
+        return math.fsum(map(float, values))  # part of the code
     if len(values) > 2:
         refuse("math.fsum of what depends on the state")
     return Float(_sum(values))
