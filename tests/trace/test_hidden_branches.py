@@ -96,8 +96,6 @@ def _type(y):
     return y if type(y[0]) is np.float64 else -y
 
 
-
-
 @pytest.mark.parametrize(
     "term",
     [
