@@ -21,7 +21,7 @@ from .compare import compare_around
 from .diagnostics import located
 from .follow import Follower
 from .function import Function
-from .parameters import COMPLEX_MODES, EVENT_MODES, MOMENT_MODES, n_words, pack_all
+from .parameters import COMPLEX_MODES, lengths, n_words, pack_all
 from .python_callback import evaluate
 from .traced import Traced
 
@@ -128,6 +128,12 @@ def has_effect(fun, args, mode, n, varying=()):
     return place_of(fun, args, mode, n, varying) in _effects
 
 
+def may_have_effect(fun, args, mode, n):
+    """Whether a function that runs in Python may do more than give a value."""
+    place = place_of(fun, args, mode, n)
+    return place not in _refusals or place in _effects | _writers
+
+
 def writes(fun, args, mode, n, varying=()):
     """Whether a function was refused because it writes to arrays."""
     return place_of(fun, args, mode, n, varying) in _writers
@@ -140,7 +146,7 @@ def _reason(error, fun, args, mode, n):
     if not error.said or not (error.final or isinstance(refusal, Refusal)):
         return None
     if not isinstance(refusal, Refusal):
-        return located(what, line_of_write(fun, args, *_shape(mode, n)))
+        return located(what, line_of_write(fun, args, *lengths(mode, n)))
     what = re.sub(
         r"it uses ((numpy\.)?random|random numbers|secrets)$", "it draws random numbers", what
     )
@@ -153,7 +159,7 @@ def leave_to_python(fun, args, mode, reason):
 
 
 def left_to_python(fun, args, mode):
-    """Why a function was left to Python; None if it was not."""
+    """Why it was; None if it was not."""
     return _left.get((codes(fun, args), mode)) if _left else None
 
 
@@ -185,7 +191,7 @@ def _code(fun):
 
 @refused_as(Refusal.untraceable)
 def _traced(fun, args, mode, n, near, varying, lifted):
-    own, shape, zeros = _shape(mode, n)
+    own, shape, zeros = lengths(mode, n)
     found = trace(fun, args, own, shape, varying, lifted, zeros, mode in COMPLEX_MODES)
     traced, given = Traced(found, mode, n), found.reads.values()
     if any(traced.at[j - 1] is None for j in varying):
@@ -218,18 +224,6 @@ def _compared_place(traced, function, fun, given):
     """What tells the comparisons of machine code: the function, and the types of its numbers."""
     same = traced.trace.reads.same_things()
     return function.key, _code(fun), tuple(map(type, given)), same
-
-
-def _shape(mode, n):
-    """How many components are given, the shape of the result, how many zeros follow."""
-    own = n
-    if mode in COMPLEX_MODES:
-        own = n // 2
-    if mode in MOMENT_MODES:
-        own = n // (1 + len(mode.split()))
-    shape = None if mode in EVENT_MODES else (n, 1) if mode == "column" else (own,)
-    shape = (n * n,) if mode == "matrix" else shape
-    return (n, (2 * n,), n) if mode == "acceleration" else (own, shape, 0)
 
 
 def _compiled(traced, address, given):

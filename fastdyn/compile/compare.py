@@ -195,7 +195,8 @@ def arrays_unchanged(bound):
 def _value(function, t, y) -> Any:
     try:
         with np.errstate(all="ignore"):
-            return function(np.float64(t), y.copy())  # as a solver of SciPy's gives it
+            found = function(np.float64(t), y.copy())  # as a solver of SciPy's gives it
+            return np.array(found)  # which may be a buffer of the function
     except Exception as error:
         return error
 

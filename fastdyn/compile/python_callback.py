@@ -64,7 +64,7 @@ class Callback:
     def __init__(self, fun, mode, n, announce=None, n_out=None):
         self.exception, self.inside, self.pending, self.writes = None, False, None, True
         self.after: Any = None
-        self._time: Any = float  # of the first time, as in SciPy; the others are NumPy's
+        self._time, self.later = float, np.float64  # the first time is Python's, as in SciPy
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._announcement = announce
         self._n_out = n_out or {"event": 1, "matrix": n * n}.get(mode, n)
@@ -104,7 +104,7 @@ class Callback:
                 state = self._array(y, n)
                 given = state.copy()  # which it may keep
                 target[:] = evaluate(self._fun, self._mode, self._time(t), given)
-                self._time = np.float64
+                self._time = self.later
                 if given.tobytes() != state.tobytes():
                     self._written(state, given)
                 self.announce()

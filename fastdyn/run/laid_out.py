@@ -14,6 +14,7 @@ from fastdyn.compile.python_callback import evaluate, interruptible
 from fastdyn.kernels.calls.block import FAILED, FAULT, RAISED_WORD, TIME
 from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
+from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel, watch_plain_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 
@@ -88,6 +89,9 @@ class LaidOut(PythonBetween):
         called = *(b.callback for b in self.bounds), self._matrices.solver
         self._callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
+        if problem.method.name == LSODA:  # in SciPy, all its times are Python's
+            for callback in self._callbacks:
+                callback.later = float
         late = [getattr(c, "account", None) for c in self._callbacks]
         self._late = [account for account in late if account is not None]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1

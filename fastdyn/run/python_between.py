@@ -4,7 +4,7 @@ import contextlib
 from typing import Any
 
 from fastdyn.compile.bind import leave_to_python
-from fastdyn.compile.by_tracing import has_effect
+from fastdyn.compile.by_tracing import may_have_effect
 from fastdyn.compile.diagnostics import GaveUp
 from fastdyn.problem.events import between_steps
 from fastdyn.specialise.series import NoSeries
@@ -83,7 +83,9 @@ class PythonBetween:
         except GaveUp as reason:
             p, n = self.problem, len(self.problem.y0)
             functions = zip((p.fun, *(f for f, _ in between_steps(p))), self.bounds, strict=False)
-            if any(b.function is None and has_effect(f, p.args, b.mode, n) for f, b in functions):
+            if any(
+                b.function is None and may_have_effect(f, p.args, b.mode, n) for f, b in functions
+            ):
                 leave_to_python(reason.bound, str(reason))
                 raise RuntimeError(
                     f"{reason}, and the solve is not repeated, as functions of it have changed "

@@ -14,7 +14,14 @@ from .symbolic import refuse
 
 ATOMS = (type(None), bool, str, bytes, complex, slice, range, frozenset, np.generic, np.dtype)
 OF_NAMED_TUPLES = frozenset(vars(collections.namedtuple("Any", "a"))) - {"a", "__doc__"}
-LEFT_OUT = ("__new__", "__init_subclass__", "__class_getitem__", "__getattribute__", "__del__")
+LEFT_OUT = (
+    "__new__",
+    "__init_subclass__",
+    "__class_getitem__",
+    "__getattribute__",
+    "__del__",
+    "_abc_impl",
+)
 
 
 def module_of(outside, module, row):

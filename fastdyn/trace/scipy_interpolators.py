@@ -59,7 +59,7 @@ class Interpolator:
 
     def __getattr__(self, name):
         if name in (numbers_in(self._original) or ()):
-            return raised(getattr(self._original, name))
+            return _only_read(raised(getattr(self._original, name)))
         if name not in METHODS:
             refuse(f"it uses `{name}` of an interpolator")
 
@@ -69,6 +69,14 @@ class Interpolator:
             return Interpolator(found) if callable(found) else raised(found)
 
         return method
+
+
+def _only_read(value):
+    """What is written to a copy would be lost."""
+    if isinstance(value, np.ndarray):
+        value = value.view()
+        value.flags.writeable = False
+    return value
 
 
 def maker_of(cls):

@@ -1,4 +1,4 @@
-"""Handlers, types and whole numbers: functions that machine code gets wrong where it is careless."""
+"""Handlers, types, whole numbers: functions that careless machine code gets wrong."""
 
 import math
 import random
