@@ -8,17 +8,15 @@ from llvmlite import ir
 
 from fastdyn.trace.batches.pieces import Irregular
 from fastdyn.trace.batches.plan import Plan
+from fastdyn.trace.batches.singles.needed import Needed
 from fastdyn.trace.batches.sparsity import Dense, Sparsity
-from fastdyn.trace.emit.batches import BatchEmitter
-from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, Untraceable, refused_as
 
 from .. import calling_convention
 from ..parameters import packer
 from .code import kind_of_group
-from .inputs import Source
-from .pointer_form import by_formula
+from .pointer_form import in_loops, plan_of, worth_loops
 from .python_form import PythonForm
 
 
@@ -36,23 +34,29 @@ class TracedInBatches(PythonForm):
     def __init__(self, trace, mode, n):
         self.trace, self.mode, self.n = trace, mode, n
         self.table = trace.graph.batches
-        outputs = trace.outputs
-        self.nodes = [*outputs, trace.raising] if isinstance(outputs, list) else [trace.raising]
-        self.result = np.empty(0, np.int32) if isinstance(outputs, list) else outputs
-        self.n_stored = len(outputs)
+        self.n_stored = len(trace.outputs)
         self.kinds = [kind_of_group(group) for group in trace.reads.groups]
         self.at = trace.reads.of_arguments()
         self.pack = packer(self.kinds)
         try:
-            self.plan = Plan(self.table, self.result, self.nodes)
+            self.plan, self.nodes = self._planned(trace.outputs, trace.raising)
         except Irregular:
             raise Untraceable("its arrays are indexed without order", said=False) from None
+
+    def _planned(self, outputs, raising):
+        """The Plan, and the nodes behind its loops: single outputs, and whether it raises."""
+        needed = Needed(self.table, outputs, raising)
+        if worth_loops(needed.nodes):
+            return plan_of(self, needed)
+        nodes = [*outputs, raising] if needed.single else [raising]
+        result = np.empty(0, np.int32) if needed.single else outputs
+        return Plan(self.table, result, nodes), nodes
 
     @functools.cached_property
     def pattern(self):
         """Where the Jacobian may differ from zero, rows and columns, by columns; None if full."""
         try:
-            return Sparsity(self.plan, self.n).of_results()
+            return Sparsity(self.plan, self.n, self.nodes[:-1]).of_results()
         except Dense:
             return None
 
@@ -76,39 +80,13 @@ class TracedInBatches(PythonForm):
         ends = [node.key for node in self.nodes]
         text = repr((self.mode, self.n, lines, ends, str(tables), places, self.kinds))
         digest.update(text.encode())
-        digest.update(self.result.tobytes())
+        digest.update(self.plan.result.tobytes())
         return f"traced in batches {digest.hexdigest()}"
 
     @refused_as(Refusal.untraceable)
     def text(self, symbol):
         """LLVM's text of a module with the pointer form."""
         module = ir.Module()
-        calling_convention.define(module, symbol, self._body)
+        body = functools.partial(in_loops, self, self.plan, self.nodes)
+        calling_convention.define(module, symbol, body)
         return str(module)
-
-    def _body(self, builder, t, y, n, block, out):
-        raises = builder.call(self._loops(builder.module), [t, y, block, out])
-        if self.trace.raising is not self.trace.graph.false:
-            with builder.if_then(raises, likely=False):
-                lengths = WORD(self.n), WORD(self.n_stored)
-                calling_convention.note_fault(builder, t, y, block, out, *lengths)
-
-    def _loops(self, module):
-        """A function of its own that stores the results: whether it raises."""
-        kind = ir.FunctionType(BIT, [REAL, REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()])
-        function = ir.Function(module, kind, "fastdyn_batches")
-        function.linkage = "internal"
-        function.attributes.add("noinline")
-        t, y, block, out = function.args
-        for array in (y, block, out):
-            array.add_attribute("noalias")
-        builder = ir.IRBuilder(function.append_basic_block())
-        source = Source(builder, self, t, y, block, self.kinds)
-        emitter = BatchEmitter(
-            builder, self.trace.graph, self.plan, source, functools.partial(by_formula, builder)
-        )
-        *values, raises = emitter.store(out, self.nodes)
-        for i, value in enumerate(values):
-            builder.store(value, builder.gep(out, [INDEX(i)]))
-        builder.ret(raises)
-        return function

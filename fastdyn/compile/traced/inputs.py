@@ -1,5 +1,8 @@
 """Where the code of a trace finds its numbers: the state, and the block of parameters."""
 
+import itertools
+import math
+
 from llvmlite import ir
 
 from fastdyn.kernels.calls.block import FIRST
@@ -11,16 +14,36 @@ from ..parameters import n_words
 OF_DTYPE = {"f8": REAL, "i8": WORD, "b1": ir.IntType(8)}
 
 
+def places_of(kinds):
+    """The places in a block of groups of parameters, and the end of the last."""
+    return list(itertools.accumulate(map(n_words, kinds), initial=FIRST))
+
+
+def array_of(reads, kinds):
+    """The function that gives the array in which a parameter lies, and its place there.
+
+    The array is ("array", slots), or ("block", words) of a number; None of a whole number.
+    """
+    *places, end = places_of(kinds)
+
+    def of_slot(slot):
+        i = reads.group(slot)
+        group = reads.groups[i]
+        if group.shape is None:
+            return None if group.whole else (("block", end), places[i])
+        slots = range(group.first, group.first + math.prod(group.shape))
+        return ("array", slots), slot - group.first
+
+    return of_slot
+
+
 class Source:
     """Where the pointer form finds its numbers."""
 
     def __init__(self, builder, traced, t, y, block, kinds):
         self.builder, self.t, self._y, self._block = builder, t, y, block
         self.reads, self.kinds = traced.trace.reads, kinds
-        self.places, at = [], FIRST
-        for each in self.kinds:
-            self.places.append(at)
-            at += n_words(each)
+        *self.places, _ = places_of(kinds)
 
     def y(self, i):
         return self.builder.load(self.builder.gep(self._y, [INDEX(i)]))
@@ -42,21 +65,11 @@ class Source:
         address = b.inttoptr(b.load(self._word(i)), OF_DTYPE[group.dtype].as_pointer())
         return address if slot == group.first else b.gep(address, [WORD(slot - group.first)])
 
-    def array_of(self, slot):
-        """The array in which a parameter lies, by name, and its place there; None of a whole."""
-        i = self.reads.group(slot)
-        group = self.reads.groups[i]
-        if group.shape is not None:
-            return (("array", group.first), slot - group.first) if group.dtype == "f8" else None
-        return None if group.whole else ("block", self.places[i])
-
     def array(self, name):
-        """The address of an array: "y", "block", or of parameters."""
+        """The address of an array of doubles: "y", or the "block" of parameters."""
         if name == "y":
             return self._y
-        if name == "block":
-            return self.builder.bitcast(self._block, REAL.as_pointer())
-        return self.table(name[1])
+        return self.builder.bitcast(self._block, REAL.as_pointer())
 
     def _word(self, i):
         return self.builder.gep(self._block, [INDEX(self.places[i])])

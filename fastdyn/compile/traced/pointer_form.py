@@ -2,44 +2,66 @@
 
 import functools
 
+import numpy as np
 from llvmlite import ir
 
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
-from fastdyn.trace.emit.loops import LoopEmitter, worth_loops
+from fastdyn.trace.batches.pieces import Irregular
+from fastdyn.trace.batches.plan import Plan
+from fastdyn.trace.batches.singles.needed import Needed
+from fastdyn.trace.batches.singles.settle import Settled
+from fastdyn.trace.batches.table import ID, Table
+from fastdyn.trace.emit.batches import BatchEmitter, TooManyEdges
 from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD, Emitter
 from fastdyn.trace.graph.expressions import live
 
 from .. import calling_convention
-from .inputs import Source
+from .inputs import Source, array_of
 
+FEWEST_CALLS, FEWEST_NODES = 64, 400
 MAX_STRAIGHT = 16  # numbers of a state, up to which kernels take functions in, one by one
 
 
 def text(traced, symbol):
     """LLVM's text of a module with the pointer form."""
+    if traced.n > MAX_STRAIGHT and worth_loops(live([*traced.stored, traced.trace.raising])):
+        try:
+            return _text(symbol, functools.partial(in_loops, traced, *_plan(traced)))
+        except (Irregular, TooManyEdges):
+            pass
+    return _text(symbol, functools.partial(body, traced))
+
+
+def _text(symbol, body):
     module = ir.Module()
-    calling_convention.define(module, symbol, functools.partial(body, traced))
+    calling_convention.define(module, symbol, body)
     return str(module)
+
+
+def worth_loops(nodes):
+    """Whether a graph is so large that loops pay."""
+    return len(nodes) > FEWEST_NODES or sum(n.op == "call" for n in nodes) > FEWEST_CALLS
 
 
 def body(traced, builder, t, y, n, block, out):
     """Emit the pointer form: `stored` at `out`, and a mark in the block where it raises."""
     graph, raising, stored = traced.trace.graph, traced.trace.raising, traced.stored
-    if traced.n > MAX_STRAIGHT and worth_loops(live([*stored, raising])):
-        raises = builder.call(_in_loops(traced, builder.module), [t, y, block, out])
-    else:
-        source = Source(builder, traced, t, y, block, traced.kinds)
-        emitter = Emitter(builder, graph, REAL, source)
-        *values, raises = emitter.nodes([*stored, raising])
-        for i, value in enumerate(values):
-            builder.store(value, builder.gep(out, [INDEX(i)]))
-        if traced.decisions:
-            _note_sides(builder, emitter.nodes(traced.decisions), block)
-    if raising is not graph.false:
+    source = Source(builder, traced, t, y, block, traced.kinds)
+    emitter = Emitter(builder, graph, REAL, source)
+    *values, raises = emitter.nodes([*stored, raising])
+    for i, value in enumerate(values):
+        builder.store(value, builder.gep(out, [INDEX(i)]))
+    if traced.decisions:
+        _note_sides(builder, emitter.nodes(traced.decisions), block)
+    _note_fault(traced, builder, raises, t, y, block, out)
+
+
+def _note_fault(traced, builder, raises, t, y, block, out):
+    if traced.trace.raising is not traced.trace.graph.false:
         with builder.if_then(raises, likely=False):
-            lengths = WORD(traced.n), WORD(len(stored))
+            lengths = WORD(traced.n), WORD(traced.n_stored)
             calling_convention.note_fault(builder, t, y, block, out, *lengths)
 
 
@@ -53,18 +75,53 @@ def _note_sides(builder, truths, block):
     builder.store(sides, place)
 
 
-def _in_loops(traced, module):
-    """A function of its own, with like nodes in loops: whether it raises."""
+# -- in loops
+
+
+def _plan(traced):
+    n = traced.mode.given(traced.n)[0]
+    table = Table(traced.trace.graph, n)
+    needed = Needed(table, traced.stored, traced.trace.raising)
+    return plan_of(traced, needed)
+
+
+def plan_of(traced, needed):
+    """The Plan of the loops of a trace, its single nodes in batches, and the nodes behind them."""
+    of_slot = array_of(traced.trace.reads, traced.kinds)
+    settled = Settled(traced.trace.graph, needed, of_slot)
+    try:
+        behind = [settled.condition]
+        return Plan(settled.table, settled.numbers(), behind), behind
+    except Irregular:
+        if not needed.single:
+            raise
+        behind = [*settled.alone(), settled.condition]
+        return Plan(settled.table, np.empty(0, ID), behind), behind
+
+
+def in_loops(traced, plan, nodes, builder, t, y, n, block, out):
+    """Emit the pointer form of a plan; the values of all `nodes` but the last go to `out`."""
+    raises = builder.call(_loops(traced, plan, nodes, builder.module), [t, y, block, out])
+    _note_fault(traced, builder, raises, t, y, block, out)
+
+
+def _loops(traced, plan, nodes, module):
+    """A function of its own that stores the results: whether it raises."""
     kind = ir.FunctionType(BIT, [REAL, REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()])
-    function = ir.Function(module, kind, module.get_unique_name("fastdyn_loops"))
+    function = ir.Function(module, kind, "fastdyn_loops")
     function.linkage = "internal"
     function.attributes.add("noinline")
     t, y, block, out = function.args
+    for array in (y, block, out):
+        array.add_attribute("noalias")
     builder = ir.IRBuilder(function.append_basic_block())
     source = Source(builder, traced, t, y, block, traced.kinds)
     in_vectors = functools.partial(by_formula, builder)
-    emitter = LoopEmitter(builder, traced.trace.graph, source, in_vectors)
-    builder.ret(emitter.store(traced.stored, out, traced.trace.raising))
+    emitter = BatchEmitter(builder, traced.trace.graph, plan, source, in_vectors)
+    *values, raises = emitter.store(out, nodes)
+    for i, value in enumerate(values):
+        builder.store(value, builder.gep(out, [INDEX(i)]))
+    builder.ret(raises)
     return function
 
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .pieces import place_of
+from .table import IN_MEMORY
 
 SMALL = 16  # a box is an edge where its loop is so many times as large
 FEWEST = 3  # edges with the same operations, which become one loop
@@ -83,7 +84,7 @@ class Formula:
         if b.op == "one":
             return Value("one", b.data, (), (0,) * len(strides))
         kept = b.number in self.plan.kept and b.number != self._target
-        if kept or b.op in ("y", "par"):
+        if kept or b.op in IN_MEMORY:
             return Value("read", (name_of(b), at, strides), (), strides)
         args = tuple(self._operand(b, j, at, strides) for j in range(len(b.operands)))
         return Value("op", (b.op, b.data), args, strides)
@@ -151,8 +152,10 @@ class Formula:
 
 
 def name_of(batch):
-    """The name of the array in which a batch lies: the state, parameters, or room of its own."""
-    return {"y": "y", "par": ("par", batch.data)}.get(batch.op, batch.number)
+    """The name of the array in which a batch lies, which is room of its own unless it is a leaf."""
+    if batch.op in ("y", "block"):
+        return batch.op
+    return ("par", batch.data) if batch.op == "par" else batch.number
 
 
 def formula_of_one(plan, batch, i):

@@ -10,7 +10,6 @@ from ..numpy.calls import WITH_EFFECTS
 from ..numpy.of_numbers import of_numbers
 from ..symbols.masks import Masked
 from ..symbols.symbolic import BATCHES, NOW, Batched, refuse
-from . import islands as islands  # which answers for libraries
 from .columns import Columns
 from .filters import FILTERS
 from .formulas import as_columns, elementwise

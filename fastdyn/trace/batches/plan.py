@@ -49,12 +49,12 @@ class Plan(Edges):
     """
 
     def __init__(self, table, result, nodes):
-        super().__init__(table, result, [i for node in nodes for i in table.items_of(node)])
-        self._choose()
+        super().__init__(table, result, table.items_of(*nodes))
+        self._choose(self._read_one_by_one(nodes))
         self._make_roots()
 
-    def _choose(self):
-        """Keep in memory what takes many operations and is read at several places."""
+    def _choose(self, fixed):
+        """Keep in memory what takes many operations and is read at several places, and `fixed`."""
         table, cost, uses = self.table, {}, {}
         for b in table.batches:
             if b.number in self.live:
@@ -63,7 +63,7 @@ class Plan(Edges):
                     DEEP, WEIGHT.get(b.op, 1) + max((cost[i] for i in below), default=0)
                     + sum(min(cost[i], 20) for i in below) // 2,
                 )  # fmt: skip
-        fixed = {source.number for source, _ in self.places.values()}
+        fixed |= {source.number for source, _ in self.places.values()}
         fixed |= {b.operands[0] for b in table.batches if b.op in PRODUCTS}
         for piece in self.out_pieces:
             uses.setdefault(piece.batch.number, set()).add("out")
@@ -83,6 +83,18 @@ class Plan(Edges):
                     places = uses.setdefault(piece.batch.number, set())
                     if len(places) < MOST_USES:
                         places |= mine if isinstance(operand, int) else {(m, shift) for m in mine}
+
+    def _read_one_by_one(self, nodes):
+        """The numbers of the batches of which nodes of the graph read many numbers."""
+        nodes = [
+            *nodes,
+            *(b.data for b in self.table.batches if b.op == "one" and b.number in self.live),
+        ]
+        items = self.table.items_of(*nodes)
+        numbers, times = np.unique(
+            [self.table.batch_of(i).number for i in items], return_counts=True
+        )
+        return set(numbers[times >= MOST_USES])
 
     def _below(self, b):
         return {p.batch.number for j in range(len(b.operands)) for p in self.edges[b.number, j]}

@@ -1,14 +1,15 @@
-"""Products of long arrays, by matrices of numbers above all, and running sums."""
+"""Products of long arrays, most often by matrices of numbers; running sums; calls of libraries."""
 
 from typing import Any
 
 import numpy as np
 
 from ..reads.table_reads import held
-from ..symbols.symbolic import Batched, refuse
-from .columns import Columns, ids_of
+from ..symbols.symbolic import BATCHES, Batched, refuse
+from .columns import Columns, ids_and_truth, ids_of
 from .formulas import as_columns, operand_of
 from .reductions import reduce
+from .table import ID
 
 MOST_PRODUCTS = 20_000_000  # that are node numbers
 
@@ -121,3 +122,20 @@ def whole(table, x):
     if isinstance(operand, int):
         return operand
     return table.make("copy", None, x.shape, [operand]).number
+
+
+def island(table, parts, data):
+    """What an island gives for numbers, arrays and single symbols, as one array.
+
+    `data` are the slot of its address, and how many numbers it is given and gives, without the
+    last, which says whether it failed.
+    """
+    found = [ids_and_truth(table, part) for part in parts]
+    if any(truth for _, truth in found):
+        refuse("truth values are given to a library")
+    ids = np.concatenate([np.ravel(i) for i, _ in found]).astype(ID)
+    given = whole(table, Columns(table, ids))
+    return Columns(table, None, table.make("island", ("island", *data), (data[2] + 1,), [given]))
+
+
+BATCHES["island"] = island

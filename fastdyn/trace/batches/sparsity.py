@@ -17,17 +17,18 @@ class Dense(Exception):
 class Sparsity:
     """The patterns of a plan, by loops as they run: sparse matrices of ones."""
 
-    def __init__(self, plan, n):
+    def __init__(self, plan, n, nodes):
         from scipy import sparse
 
         self._sparse: Any = sparse
-        self.plan, self.n, self._kept = plan, n, {}
+        self.plan, self.n, self.nodes, self._kept = plan, n, nodes, {}
+        self._n_results = len(plan.result) + len(nodes)
         self._items: dict = {}
 
     def of_results(self):
         """(rows, columns) of the elements that may differ from zero, by columns; Dense."""
         found: list = []
-        size = len(self.plan.result)
+        size = self._n_results
         for group in self.plan.groups:
             if group[0].reduction in PRODUCTS:
                 for root in group:
@@ -44,6 +45,9 @@ class Sparsity:
                     found.append(matrix)
                 else:
                     self._kept[target] = matrix
+        rows = [np.full(1, i) for i in range(len(self.nodes))]
+        pairs = [self._of_node(node, row, size) for node, row in zip(self.nodes, rows, strict=True)]
+        found.append(self._sum([pair for pair in pairs if pair is not None], size))
         total = self._sum_of(found, size).tocsc()
         total.sort_indices()
         columns = np.repeat(np.arange(self.n), np.diff(total.indptr))
@@ -91,7 +95,7 @@ class Sparsity:
 
     def _of_read(self, formula, v, rows, store):
         if v.kind == "one":
-            return self._of_node(v.data, rows, store)
+            return self._of_node(v.data, rows, self._size(store))
         if v.kind == "read":
             name, at, strides = v.data
             places = grid_of(at, strides, formula.shape)
@@ -100,13 +104,13 @@ class Sparsity:
             name, places = name_of(source), table[grid_of(at, strides, formula.shape)]
         if name == "y":
             return rows, places
-        if isinstance(name, tuple):
+        if name not in self._kept:  # of parameters and constants
             return None
         return self._through(rows, places, store, self._kept[name])
 
     def _size(self, store):
         if store.target == "out":
-            return len(self.plan.result)
+            return self._n_results
         return self.plan.table.batches[store.target].size
 
     def _through(self, rows, places, store, pattern):
@@ -115,14 +119,14 @@ class Sparsity:
         self._check(found.nnz, max(self._size(store), self.n))
         return found.astype(bool).astype(np.int8)
 
-    def _of_node(self, node, rows, store):
+    def _of_node(self, node, rows, size):
         """What a node of the graph depends on, at each of the rows."""
         columns = np.unique(np.concatenate(
             [self._of_item(i) for i in self.plan.table.items_of(node)] or [np.empty(0, np.int64)]
         ))  # fmt: skip
         if not len(columns):
             return None
-        self._check(len(rows) * len(columns), max(self._size(store), self.n))
+        self._check(len(rows) * len(columns), max(size, self.n))
         return np.repeat(rows, len(columns)), np.tile(columns, len(rows))
 
     def _of_item(self, i):
@@ -142,7 +146,7 @@ class Sparsity:
                     found += [self._of_item(j) for j in self.plan.table.items_of(v.data)]
                 elif v.kind == "read" and v.data[0] == "y":
                     found.append(np.array([v.data[1]]))
-                elif v.kind == "read" and not isinstance(v.data[0], tuple):
+                elif v.kind == "read" and v.data[0] in self._kept:
                     found.append(self._kept[v.data[0]][v.data[1]].indices)
                 elif v.kind == "gather":
                     raise Dense

@@ -26,20 +26,22 @@ MOST_BATCHES = 4000
 TRUTHS = frozenset(("lt", "le", "eq", "and", "or", "not"))
 REDUCTIONS = frozenset(("sum", "top", "low"))
 PRODUCTS = frozenset(("dense", "csr", "running", "island"))  # loops of their own
-LEAVES = frozenset(("y", "par", "one"))
+IN_MEMORY = frozenset(("y", "par", "block", "const"))  # before any loop
+LEAVES = IN_MEMORY | {"one"}
 
 
 class Batch:
     """The nodes `first`, ... of one operation on arrays of a shape.
 
     An operand is the number of a batch (all of it, in order), an array of no axis (one node for
-    all), or a flat array of node numbers.  `truth` says whether the nodes are truth values.
+    all), or a flat array of node numbers.  `truth` says whether the nodes are truth values; `at`
+    is how many nodes the graph had when the batch was made.
     """
 
-    __slots__ = ("data", "first", "number", "op", "operands", "shape", "size", "truth")
+    __slots__ = ("at", "data", "first", "number", "op", "operands", "shape", "size", "truth")
 
-    def __init__(self, number, op, data, shape, operands, truth, first):
-        self.number, self.op, self.data, self.shape = number, op, data, shape
+    def __init__(self, number, op, data, shape, operands, truth, first, at):
+        self.at, self.number, self.op, self.data, self.shape = at, number, op, data, shape
         self.operands, self.truth, self.first = list(operands), truth, first
         self.size = int(np.prod(shape, dtype=np.int64))
 
@@ -60,7 +62,9 @@ class Table:
         if known is not None:
             return known
         look()
-        batch = Batch(len(self.batches), op, data, shape, operands, truth, self.next)
+        batch = Batch(
+            len(self.batches), op, data, shape, operands, truth, self.next, len(self.g.nodes)
+        )
         self.next += batch.size + 1  # a gap: no run of numbers goes on into the next batch
         if self.next > MOST or len(self.batches) > MOST_BATCHES:
             refuse("it takes too many operations", said=False)
@@ -103,9 +107,9 @@ class Table:
             return Symbol(self.g, node)
         return self.g.condition(node) if node.op != "const" else node.data
 
-    def items_of(self, node):
-        """The node numbers, of batches, that a node of the graph needs."""
-        return [each.data for each in live([node]) if each.op in ("item", "y")]
+    def items_of(self, *nodes):
+        """The node numbers, of batches, that nodes of the graph need."""
+        return [each.data for each in live(nodes) if each.op in ("item", "y")]
 
     # -- arrays from outside
 

@@ -28,9 +28,14 @@ class BatchValues(Memory):
         """The address of an array: the state, parameters, a batch that is kept, the outputs."""
         if name == "out":
             return self._out
+        if name in ("y", "block"):
+            return self.source.array(name)
         if isinstance(name, tuple):
             return self.source.table(name[1].start)
-        return self.source.array("y") if name == "y" else self._at[name]
+        if name not in self._at:  # constants
+            content = np.frombuffer(self.table_of.batches[name].data)
+            self._at[name] = self.table(content, REAL)
+        return self._at[name]
 
     def _load(self, name, place):
         value = self.builder.load(self.builder.gep(self._array(name), [place]))

@@ -15,6 +15,10 @@ ON_STACK = 4096  # numbers that are kept between loops
 BYTES, VOID = ir.IntType(8).as_pointer(), ir.VoidType()
 
 
+class TooManyEdges(Refusal):
+    """The loops of a plan have more boxes than code is written for."""
+
+
 class BatchEmitter(BatchLoops):
     """Emits a plan through an LLVM builder at the start of a function.
 
@@ -44,7 +48,7 @@ class BatchEmitter(BatchLoops):
                     self._fill(root)
             alone, alike = boxes_of(self.plan, group)
             if len(alone) + len(alike) > MOST_BOXES:
-                raise Refusal("its arrays have too many edges", said=False)
+                raise TooManyEdges("its arrays have too many edges", said=False)
             for formula in alone:
                 self._box(formula)
             for formulas in alike:

@@ -42,7 +42,7 @@ class Memory:
         """Where a constant array lies, of doubles or of indices."""
         module = self.builder.module
         table = constant_bytes(module, module.get_unique_name("fastdyn_rows"), content)
-        return self.builder.bitcast(table, kind.as_pointer())
+        return table.bitcast(kind.as_pointer())
 
     def row(self, table, r, length):
         """The whole numbers of a row of a table of indices."""

@@ -1,4 +1,4 @@
-"""Large functions in loops over like nodes: the bits of straight code, and the values of NumPy."""
+"""Single nodes in batches: the bits of straight code, and the values of NumPy."""
 
 import math
 
@@ -7,32 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fastdyn
-from fastdyn.code_store.loader import load
-from fastdyn.code_store.target import translated
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.parameters import n_words, pack_all
-from fastdyn.compile.traced import pointer_form as module
 from fastdyn.compile.traced.code import Traced
-from fastdyn.kernels.calls.block import FAULT, FIRST
-from fastdyn.trace.emit.like_nodes import Likeness, Loop
-from fastdyn.trace.emit.stretches import stretches
 from fastdyn.trace.paths.runs import trace
-
-
-def compiled(fun, n, args, loops, monkeypatch):
-    """``function(t, y)`` in loops, or straight."""
-    monkeypatch.setattr(module, "worth_loops", lambda nodes: loops)
-    traced = Traced(trace(fun, args, n, (n,)), DERIVATIVE, n)
-    symbol = f"fastdyn_test_{np.random.default_rng().integers(1 << 60)}"
-    code, needs = translated(traced.text(symbol), symbol)
-    end = FIRST + sum(map(n_words, traced.kinds))
-    block, held = np.zeros(end + n, np.int64), []
-    block[FAULT] = end
-    given = traced.trace.reads.values()
-    pack_all(zip(traced.kinds, given, strict=True), block, held)
-    library = load(code, symbol, needs)
-    call, kept = traced.python(library.address, block), (held, library)
-    return lambda t, y: (kept, call(t, y))[1]
+from tests.support.pointer_forms import compiled
 
 
 def steps_of(rng, n):
@@ -170,29 +148,3 @@ def test_new_parameters_need_no_new_code():
         mine = fastdyn.solve_ivp(phases, (0, 3), y0, args=(omega, strength))
         other = solve_ivp(phases, (0, 3), y0, args=(omega, strength))
         assert np.allclose(mine.y[:, -1], other.y[:, -1], rtol=1e-10, atol=1e-10)
-
-
-def test_what_belongs_to_one_instance_is_part_of_its_formula():
-    """sin(y_j - y_i): one loop; its sums: another; nothing is left alone but a quotient."""
-    n = 20
-    found = trace(phases, (np.ones(n), 2.0), n, (n,))
-    plan = Likeness(found.outputs, lambda slot: ("array", slot)).plan()
-    loops = [step for step in plan.steps if isinstance(step, Loop)]
-    longer = [loop for loop in loops if len(loop.operations) > 1]
-    assert sum(len(loop.operands[0].places) for loop in longer) > n
-    assert len(plan.steps) - len(loops) <= 2
-
-
-def test_stretches_cover_each_instance_once():
-    rng = np.random.default_rng(3)
-    for _ in range(50):
-        places = np.cumsum(rng.integers(0, 2, (60, 2)) * rng.integers(1, 3, (60, 1)), axis=0)
-        places[20:40] = np.arange(20)[:, None] + [5, 90]
-        strides, runs, rest = stretches(places, 8)
-        seen = [k for k, *_ in rest]
-        for first, count, *start in runs:
-            expected = np.array(start) + np.arange(count)[:, None] * strides
-            assert np.array_equal(places[first : first + count], expected)
-            seen += range(first, first + count)
-        assert sorted(seen) == list(range(60))
-        assert np.array_equal(rest[:, 1:], places[rest[:, 0]])
