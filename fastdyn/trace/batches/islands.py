@@ -1,4 +1,4 @@
-"""Calls of a library on long arrays: an island is a batch of what it gives."""
+"""Calls of libraries on long arrays: one call is one batch, whose elements are the results."""
 
 import numpy as np
 
@@ -9,10 +9,11 @@ from .table import ID
 
 
 def island(table, parts, data):
-    """What an island gives for numbers, arrays and single symbols, as one array.
+    """The results of a library's call as one array.
 
-    `data` are the slot of its address, and how many numbers it is given and gives, without the
-    last, which says whether it failed.
+    `parts` are the arguments: numbers, arrays and symbols.  `data` are the slot of the function's
+    address, the number of inputs, and the number of results.  The batch has one more element, which
+    tells whether the call failed.
     """
     found = [ids_and_truth(table, part) for part in parts]
     if any(truth for _, truth in found):

@@ -1,4 +1,4 @@
-"""Functions of NumPy that put the elements of arrays elsewhere."""
+"""NumPy's functions that only move elements: they act on node numbers."""
 
 import numpy as np
 
