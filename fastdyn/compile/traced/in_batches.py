@@ -1,4 +1,4 @@
-"""A trace in batches as a function of the pointer form."""
+"""A trace in batches as a compiled function."""
 
 import functools
 import hashlib
@@ -23,9 +23,9 @@ from .python_form import PythonForm
 
 
 class TracedInBatches(PythonForm):
-    """A trace in batches in a mode; see `Traced`, whose attributes it has.
+    """A trace in batches in a mode, with the attributes of `Traced`.
 
-    It has no form for kernels to inline, none on vectors, and no series.
+    It has no form that kernels inline, no form on vectors, and no Taylor series.
     """
 
     decisions = ()
@@ -50,14 +50,14 @@ class TracedInBatches(PythonForm):
 
     @functools.cached_property
     def pattern(self):
-        """Where the Jacobian may differ from zero, rows and columns, by columns; None if full."""
+        """(rows, columns) of possible nonzeros of the Jacobian, sorted by column; None if dense."""
         try:
             return Sparsity(self.plan, self.n).of_results()
         except Dense:
             return None
 
     def key(self):
-        """Everything that the code depends on."""
+        """A digest of everything that the code depends on."""
         g, table = self.trace.graph, self.table
         digest = hashlib.sha256()
         singles = []
@@ -81,7 +81,7 @@ class TracedInBatches(PythonForm):
 
     @refused_as(Refusal.untraceable)
     def text(self, symbol):
-        """LLVM's text of a module with the pointer form."""
+        """The text of an LLVM module with the pointer form."""
         module = ir.Module()
         calling_convention.define(module, symbol, self._body)
         return str(module)
@@ -94,7 +94,7 @@ class TracedInBatches(PythonForm):
                 calling_convention.note_fault(builder, t, y, block, out, *lengths)
 
     def _loops(self, module):
-        """A function of its own that stores the results: whether it raises."""
+        """A separate function that stores the results and returns whether the function raises."""
         kind = ir.FunctionType(BIT, [REAL, REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()])
         function = ir.Function(module, kind, "fastdyn_batches")
         function.linkage = "internal"

@@ -1,4 +1,4 @@
-"""Where the code of a trace finds its numbers: the state, and the block of parameters."""
+"""The inputs of a trace's machine code: the state, and the block of parameters."""
 
 from llvmlite import ir
 
@@ -12,7 +12,7 @@ OF_DTYPE = {"f8": REAL, "i8": WORD, "b1": ir.IntType(8)}
 
 
 class Source:
-    """Where the pointer form finds its numbers."""
+    """The inputs of the pointer form."""
 
     def __init__(self, builder, traced, t, y, block, kinds):
         self.builder, self.t, self._y, self._block = builder, t, y, block
@@ -36,14 +36,14 @@ class Source:
         return b.load(b.bitcast(place, REAL.as_pointer()))
 
     def table(self, slot):
-        """Where an array of parameters lies, from this one on."""
+        """The address of a parameter in its array."""
         i, b = self.reads.group(slot), self.builder
         group = self.reads.groups[i]
         address = b.inttoptr(b.load(self._word(i)), OF_DTYPE[group.dtype].as_pointer())
         return address if slot == group.first else b.gep(address, [WORD(slot - group.first)])
 
     def array_of(self, slot):
-        """The array in which a parameter lies, by name, and its place there; None of a whole."""
+        """The (name of the array, place) of a parameter; None for a whole number."""
         i = self.reads.group(slot)
         group = self.reads.groups[i]
         if group.shape is not None:
@@ -51,7 +51,7 @@ class Source:
         return None if group.whole else ("block", self.places[i])
 
     def array(self, name):
-        """The address of an array: "y", "block", or of parameters."""
+        """The address of an array: "y", "block", or an array of parameters."""
         if name == "y":
             return self._y
         if name == "block":
@@ -63,7 +63,7 @@ class Source:
 
 
 class VectorSource(Source):
-    """Where the form on vectors does."""
+    """The inputs of the form on vectors."""
 
     def y(self, i):
         return self.builder.extract_value(self._y, i)

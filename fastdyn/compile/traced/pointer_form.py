@@ -1,4 +1,4 @@
-"""The pointer form of a trace, as LLVM writes it.  Without Numba."""
+"""Emits the pointer form of a trace.  Needs no Numba."""
 
 import functools
 
@@ -14,18 +14,18 @@ from fastdyn.trace.graph.expressions import live
 from .. import calling_convention
 from .inputs import Source
 
-MAX_STRAIGHT = 16  # numbers of a state, up to which kernels take functions in, one by one
+MAX_STRAIGHT = 16  # up to so many components, kernels inline functions as straight-line code
 
 
 def text(traced, symbol):
-    """LLVM's text of a module with the pointer form."""
+    """The text of an LLVM module with the pointer form."""
     module = ir.Module()
     calling_convention.define(module, symbol, functools.partial(body, traced))
     return str(module)
 
 
 def body(traced, builder, t, y, n, block, out):
-    """Emit the pointer form: `stored` at `out`, and a mark in the block where it raises."""
+    """Emit the pointer form: store results at `out`, and mark the block if the function raises."""
     graph, raising, stored = traced.trace.graph, traced.trace.raising, traced.stored
     if traced.n > MAX_STRAIGHT and worth_loops(live([*stored, raising])):
         raises = builder.call(_in_loops(traced, builder.module), [t, y, block, out])
@@ -44,7 +44,7 @@ def body(traced, builder, t, y, n, block, out):
 
 
 def _note_sides(builder, truths, block):
-    """Note in the block which sides decisions have taken."""
+    """Emit the note, in the block, of the sides that decisions take."""
     place = builder.gep(block, [INDEX(SIDES)])
     sides = builder.load(place)
     for i, truth in enumerate(truths):
@@ -54,7 +54,7 @@ def _note_sides(builder, truths, block):
 
 
 def _in_loops(traced, module):
-    """A function of its own, with like nodes in loops: whether it raises."""
+    """A separate function, with equal nodes in loops; it returns whether the function raises."""
     kind = ir.FunctionType(BIT, [REAL, REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()])
     function = ir.Function(module, kind, module.get_unique_name("fastdyn_loops"))
     function.linkage = "internal"
@@ -69,7 +69,7 @@ def _in_loops(traced, module):
 
 
 def by_formula(builder, name, values):
-    """An elementary function of vectors."""
+    """Emit an elementary function of vectors."""
     values = [Lanes(builder, v) for v in values]
     if name in BY_NAME:
         return BY_NAME[name](*values).value

@@ -10,7 +10,7 @@ from ..graph.operations import FUNCTIONS
 from .arithmetic import Arithmetic
 from .symbolic import graph_of, kind_of, refuse
 
-MAX_INDEX = 8  # a symbolic number that is needed as a plain index gets a path for each of 0, ..., 7, -1
+MAX_INDEX = 8  # a symbol as a plain index gets paths for the values 0, ..., 7 and -1
 NAMES = {  # NumPy's and Python's names of functions in C
     "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh",
     "arctanh": "atanh", "arctan2": "atan2", "gamma": "tgamma", "gammaln": "lgamma",
