@@ -32,11 +32,11 @@ class Kinks:
             self.text.store(ZERO, place)
 
     def sides(self):
-        """By key, the signs behind the start of the step of differences that are zero there."""
+        """By key, the signs, just behind the start, of differences that are zero at the start."""
         return {key: self.text.load(place) for key, place in self._side.items()}
 
     def begin(self, start):
-        """Take over the values of order 0."""
+        """Take the truth of `raising` from order 0."""
         if self.plan.raises():
             self.raising = start.truth(self.plan.raising)
 
@@ -51,7 +51,7 @@ class Kinks:
             text.store(values[key], text.at(row, i))
 
     def decide(self):
-        """A truth value: a side was wrong, and the series must be computed again."""
+        """Emit a truth value: a side was wrong, so that the series must be computed again."""
         text, again = self.text, "false"
         for i, key in enumerate(self.plan.watched):
             if key not in self._side:
