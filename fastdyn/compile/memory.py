@@ -1,4 +1,4 @@
-"""What a process remembers of functions: one bounded store with one lock.
+"""The memory of a process for functions: one bounded store with one lock.
 
 A user of an entry holds the entry's value: a run holds its functions, a function its machine code.
 Above the bound, the store therefore releases the entries that were unused for longest, of any kind.

@@ -142,7 +142,7 @@ class LargeDriver(Kernel):
         return each[0]
 
     def _end(self, x):
-        """Store the state at x in `new`, its rounding error in `rest`, an inner state in `probe`."""
+        """Store the state at x in `new`, its rounding error in `rest`, an inner one in `probe`."""
         wide = self.wide
         powers, nearer = (
             powers_of(wide, wide.splat(at, self.width), self.order)

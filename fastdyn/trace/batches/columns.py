@@ -55,7 +55,7 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         return self._ids
 
     def whole(self):
-        """The batch whose elements in order are this array; None if none is, or after a write."""
+        """The batch that this array equals, in order; None if it equals none or was written to."""
         return None if self._store.written else self._batch
 
     def written(self):
@@ -212,7 +212,7 @@ for _name in "sum mean max min std var prod any all dot clip round ptp cumsum".s
 def ids_of(table, value, truth=None) -> Any:
     """The node numbers of an array-like, in its shape.
 
-    `truth` True converts numbers to truth values, False truth values to numbers, None nothing.
+    If `truth` is True, numbers become truth values; if False, truth values become numbers.
     """
     found, is_truth = ids_and_truth(table, value)
     if truth is None or truth == is_truth or not np.size(found):

@@ -9,7 +9,7 @@ from numpy.lib.stride_tricks import as_strided
 
 from .table import PRODUCTS, REDUCTIONS
 
-FEW, LIMIT = 8, 64  # cuts along an axis; beyond, an array is tried in rows, or read through a table
+FEW, LIMIT = 8, 64  # most cuts along an axis before rows, or a table of places, are tried
 MOST_TURNS = 4096
 
 

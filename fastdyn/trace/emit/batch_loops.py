@@ -45,7 +45,7 @@ class BatchLoops(BatchValues):
         totals = self._totals(reduced, wide)
         emitter, width = (self._wide, WIDTH) if wide else (self._one, 1)
         count = shape[axis]
-        exact = any(s.reduction for s in formula.stores)  # takes no element twice
+        exact = any(s.reduction for s in formula.stores)  # each element counts once
         whole = count - count % width if exact else count
         with self.each(WORD(whole), width) as k:
             here, within = list(values), (*ks, (axis, k))
@@ -175,7 +175,7 @@ class BatchLoops(BatchValues):
 
 
 def _depth(v, axes):
-    """The number of loops around a read; the innermost loop is one along which the read varies."""
+    """The depth of the innermost loop along whose axis a read varies; 0 for other values."""
     if v.kind in ("one", "op"):
         return 0
     return max((i + 1 for i, axis in enumerate(axes) if v.strides[axis]), default=0)

@@ -1,7 +1,7 @@
 """Exact partial derivatives of a graph, as nodes of the same graph.
 
 Forward accumulation: each node gets its derivatives with respect to the inputs that it depends on.
-At a kink, a derivative is the one of one side.
+At a kink, the derivatives are one-sided.
 """
 
 from typing import NamedTuple

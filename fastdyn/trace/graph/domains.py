@@ -4,7 +4,7 @@ import math
 
 from .expressions import Graph
 
-# function in C: (comparison, limit, whether of the absolute value); it has no value where true
+# C function: (comparison, limit, whether |x| is compared); it is undefined where this is true
 OUTSIDE = {
     "sin": ("eq", float("inf"), True), "cos": ("eq", float("inf"), True),
     "tan": ("eq", float("inf"), True), "asin": ("gt", 1.0, True), "acos": ("gt", 1.0, True),

@@ -41,7 +41,7 @@ class Graph:
     def __init__(self):
         self._known, self.nodes, self.values, self.tables = {}, [], Values(), {}
         self.batches: Any = None  # the Table of long arrays, see `trace.batches`
-        self.kept, self.islands = {}, {}  # copies for the next run; libraries, by slots
+        self.kept, self.islands = {}, {}  # copies for later runs; Islands and InCs, by slot
         self.most = MAX_NODES
         self.bounds: dict = {}  # upper bounds of whole numbers, see `domains.bound`
         self.largest_whole = LARGEST_WHOLE
@@ -108,7 +108,7 @@ class Graph:
         return name
 
     def is_array(self, slots):
-        """Whether these slots are those of one whole array."""
+        """Whether these slots are all slots of one array."""
         return False
 
     # -- arithmetic

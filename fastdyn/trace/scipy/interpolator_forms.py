@@ -27,7 +27,7 @@ class Form:
     outside : None, RAISE or ((...), (...))
         Values of the components below and above the range; None extrapolates.
     axis : int
-        The place of the argument's axes among those of `shape`.
+        The place of the argument's axes among the axes of `shape`.
     period : float or None
     finite : bool
         Whether infinite arguments are left to Python, because the result depends on the order of

@@ -43,7 +43,7 @@ class Online:
         The address of the coefficients; order k has `row` numbers from k row on.  Order 0 is
         already stored.
     scale : str
-        The unit of time s: coefficients are those of t / s.
+        The unit of time s: the series are in powers of t / s.
     kinks : Kinks
     """
 
@@ -59,7 +59,7 @@ class Online:
         self.updates = Updates(self)
 
     def _chains(self):
-        """{i: j} with y_i' = y_j, where y_j' is no state: the next order of y_i is known earlier."""
+        """{i: j} with y_i' = y_j and y_j' no state: the next order of y_i is known earlier."""
         one, rates = self.plan.one, self.plan.outputs
         return {
             i: core.data

@@ -10,7 +10,7 @@ import numpy as np
 #     1e-8   2.7   1.4   1.1   1.1   1.1   1.2   1.3
 #     1e-12  5.0   2.0   1.4   1.1   1.0   1.1   1.1
 ORDERS = ((1e-5, 13), (1e-8, 17), (0.0, 25))  # above these tolerances
-# The largest last terms, in units of the tolerance, with which the errors are those of DOP853 at
+# The largest last terms, in units of the tolerance, with which the errors equal DOP853's errors at
 # equal tolerances, in the geometric mean.
 ALLOWANCE = {13: 2.0, 17: 6.0, 25: 6.0}
 # Near rounding, the truncation error, which has one sign in all steps, is kept below rounding.
