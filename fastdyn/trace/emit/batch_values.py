@@ -64,7 +64,7 @@ class BatchValues(Memory):
         values : list
             The values of the formula so far; the operands of `v` are among them.
         emitter : Emitter
-            For numbers or for vectors.
+            The emitter of numbers, or of vectors.
         inner : int or None
             The axis along which vectors extend.
         ks : tuple of (axis, index)

@@ -7,7 +7,7 @@ Each thread has its own callback, or none.
 import threading
 from typing import Any
 
-EVERY = 256  # nodes
+EVERY = 256  # nodes between two calls of `look`
 
 
 class _Clock(threading.local):

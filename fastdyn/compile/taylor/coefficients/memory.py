@@ -16,7 +16,7 @@ class Memory:
     Parameters
     ----------
     text : Text
-        For numbers.
+        A Text with one lane.
     plan : bundles.Bundles
     places : places.Places
     order, width : int

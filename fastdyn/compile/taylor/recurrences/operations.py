@@ -78,7 +78,7 @@ def leaves(step):
 
 
 def operands(step):
-    """The varying nodes whose coefficients of a step's own order the step needs."""
+    """The varying operands of a step whose coefficients of order k give the step's c[k]."""
     if isinstance(step, Sum):
         return [a for _, a in step.terms] + [x for _, a, b in step.products for x in (a, b)]
     if isinstance(step, Quotient):
