@@ -96,7 +96,7 @@ class Given:
         self.fixed = False
         pairs = list(map(parts, flat))
         at, middle = self._take([real for real, _ in pairs], size)
-        self._take([imag for _, imag in pairs], size)  # apart, as loops need
+        self._take([imag for _, imag in pairs], size)  # after all real parts
 
         def of_complexes(v):
             found = np.empty(size, complex)

@@ -16,7 +16,7 @@ MAX_KNOWN = 1000  # pairs of memory addresses whose arguments are kept
 
 
 class Address(float):
-    """An address as a float, which is exact; `of` keeps the object at the address alive."""
+    """An address, exact as a float; `of` keeps the object at the address alive."""
 
     of: Any
 

@@ -24,7 +24,7 @@ def transform(name):
         size = 2 * (rows.shape[-1] - 1) if n is None and name == "irfft" else n
         size = rows.shape[-1] if size is None else int(size)
         count = int(np.prod(rows.shape[:-1]))
-        # factor 3: a function often transforms there and back
+        # times 3, because functions often transform back, too
         check_operations(3 * count * 5 * size * max(1, size.bit_length() - 1))
         results = [_of_row(name, list(row), size, norm) for row in rows.reshape(count, -1)]
         found = np.empty((count, len(results[0])), dtype=object)

@@ -1,4 +1,4 @@
-"""Tables in the arguments of NumPy's functions, without symbols for each number."""
+"""Tables in the arguments of NumPy's functions, without a symbol for each number."""
 
 from typing import Any, NamedTuple
 

@@ -202,7 +202,7 @@ def _of_all(name):
 
 
 def _of_places(name):
-    """A method that returns a view where NumPy's does."""
+    """A method that returns a view where NumPy's method does."""
 
     def method(self, *args, **kwargs):
         if self._at is not None and self._at.flags.c_contiguous:

@@ -37,7 +37,7 @@ def changed(copy, before):
 
 
 def facts(function):
-    """The attributes of a function whose change changes the function."""
+    """The attributes that determine what a function does."""
     return [getattr(function, name) for name in OF_FUNCTIONS]
 
 

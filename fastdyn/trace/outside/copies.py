@@ -202,7 +202,7 @@ def instance_of(outside, thing, row):
         if name not in mine and not name.startswith("__"):
             if name in own:
                 load(mine, name)
-            else:  # found in the class, as long as the object has none
+            else:  # the class has it, and the object must not get its own
                 outside.reads.expect(outside.reads.step(row, "own", name), "absent")
         return base.__getattribute__(self, name)
 

@@ -146,7 +146,7 @@ class Functions:
             given = [_plain(v) for v in args], {k: _plain(v) for k, v in named.items()}
             empty = not cached.cache_info().currsize
             found = cached(*given[0], **given[1])
-            if empty:  # a later value may differ, which the cache would then keep
+            if empty:  # the cache would keep the value, and later values may differ
                 cached.cache_clear()
             return self.outside.copy(found)
 
@@ -167,7 +167,7 @@ class Functions:
                     reads.expect(reads.step(row, "inside", "otypes"), "equal", None)
                     if value.otypes is not None or value.excluded or value.signature:
                         refuse("np.vectorize with options")
-                with outside.numbers_fixed(name == "py_func"):  # as Numba's values are
+                with outside.numbers_fixed(name == "py_func"):  # as in Numba's code
                     inner = outside.copy(getattr(value, name), reads.step(row, "inside", name))
                 return outside.keep(value, vectorized(inner) if name == "pyfunc" else inner)
         if isinstance(value, types.MethodType):

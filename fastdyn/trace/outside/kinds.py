@@ -10,7 +10,7 @@ OF_NAMED_TUPLES = frozenset(vars(collections.namedtuple("Any", "a"))) - {"a", "_
 
 
 def has_functions(cls):
-    """Whether a user's class defines functions, apart from the ones of every named tuple."""
+    """Whether a user's class defines functions, apart from the functions of every named tuple."""
     return root_of(cls) not in PURE and any(
         isinstance(v, types.FunctionType | property | classmethod | staticmethod)
         and not (issubclass(cls, tuple) and name in OF_NAMED_TUPLES)

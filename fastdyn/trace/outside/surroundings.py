@@ -33,7 +33,7 @@ from .unwritten import UNWRITTEN
 
 ATOMS = (
     type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis),
-    np.bool_, np.complexfloating, np.dtype, np.integer, np.floating,  # small types wrap around
+    np.bool_, np.complexfloating, np.dtype, np.integer, np.floating,  # sums may overflow
 )  # fmt: skip
 
 
@@ -68,7 +68,7 @@ class Outside:
     nothing = UNWRITTEN
 
     def unwritten(self, thing, kind):
-        """The names, in an object, of places that the function writes before it reads."""
+        """The names of an object's places that the function writes before it reads them."""
         return self.stores.of(thing, kind) if self.stores else ()
 
     def pairs(self):

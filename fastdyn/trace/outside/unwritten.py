@@ -47,8 +47,7 @@ UNWRITTEN = Unwritten()
 class Stores:
     """The places that a function writes to, as (id of the owner, kind, name).
 
-    Given `places`, the runs are checked: each path must write to all of them, and to no other
-    place.
+    Given `places`, the runs are checked: each path must write to exactly these places.
     """
 
     def __init__(self, places=()):
@@ -63,7 +62,7 @@ class Stores:
         return True
 
     def of(self, thing, kind):
-        """The names of places, in an object, that the function writes before it reads."""
+        """The names of an object's places that the function writes before it reads them."""
         if not self.known:
             return []
         return [name for owner, k, name in self.places if owner == id(thing) and k == kind]

@@ -13,7 +13,7 @@ _entries: Any = vars(dis)["_parse_exception_table"]
 
 
 def is_handled(until):
-    """Whether a frame between the caller and that of the code `until` is in a ``try`` or ``with``.
+    """Whether a frame, from the caller's up to the code `until`, is in a ``try`` or ``with``.
 
     Frames of NumPy, SciPy and this package do not count.
     """

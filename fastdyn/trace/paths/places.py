@@ -18,7 +18,7 @@ PACKAGES = {"fastdyn", "numba", "numpy", "llvmlite", "scipy"}
 
 @functools.lru_cache(4096)
 def of_user(filename):
-    """Whether a file is neither of Python, nor of the libraries that compile."""
+    """Whether a file belongs neither to Python nor to the libraries that compile functions."""
     path = os.path.realpath(filename)
     if filename.startswith("<frozen") or filename in ("<string>", "<__array_function__ internals>"):
         return False

@@ -50,8 +50,8 @@ class Trace(NamedTuple):
     """The graph of a function.
 
     `outputs` are nodes.  `raising` is the condition under which the function raises or is left to
-    Python; `failing` is that condition without the limits of sizes.  `error` is the message of an
-    exception that a path raised, or empty.
+    Python; `failing` leaves out the conditions of `Paths.stays_below`.  `error` is the message of
+    an exception that a path raised, or empty.
     """
 
     graph: Paths

@@ -64,7 +64,7 @@ class Row(NamedTuple):
 
 
 class Group(NamedTuple):
-    """The parameters of one row: a number (`whole`: of whole type), or the elements of an array."""
+    """The parameters of one row: a number (`whole`: an integer), or the elements of an array."""
 
     row: int
     first: int

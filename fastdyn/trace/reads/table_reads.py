@@ -58,7 +58,7 @@ class Nature:
 
     @classmethod
     def of(cls, value):
-        """The Nature of a list of numbers; None of all others."""
+        """The Nature of a list of numbers; None for any other list."""
         try:
             found = cls(value)
             found.numbers(value)

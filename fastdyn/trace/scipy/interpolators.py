@@ -80,7 +80,7 @@ class Interpolator(Unwritten):
 
 
 def maker_of(cls):
-    """A function that makes stand-ins of an interpolator class, or None; numbers are constants."""
+    """A function that makes interpolators of a class from constants; None for another class."""
     from scipy import interpolate
 
     known = interpolate.interp1d, interpolate.PPoly, interpolate.BSpline
@@ -121,7 +121,7 @@ def _is_ascending(x, least=2):
 
 
 def _columns(c, at):
-    """The components of coefficients, whose axes from `at` on belong to the value."""
+    """Split coefficients into one array for each component; the axes from `at` on count these."""
     return np.moveaxis(c.reshape(*c.shape[:at], -1), -1, 0)
 
 

@@ -30,7 +30,7 @@ def is_known(value):
 
 
 def is_factor(kind):
-    """Whether a type is that of the factors of a sparse matrix."""
+    """Whether a type is SciPy's type of sparse LU factors."""
     return kind.__name__ == "SuperLU"
 
 
@@ -43,7 +43,7 @@ def content_of(value):
 
 
 def _is_distribution(value):
-    return hasattr(value, "rvs") and hasattr(value, "numargs")  # not frozen
+    return hasattr(value, "rvs") and hasattr(value, "numargs")  # not a frozen one
 
 
 def _holds_numbers(part):

@@ -111,7 +111,7 @@ class Arithmetic(Symbolic):
         if whole and o.node.varies:
             g.leaves_to_python_if(g.compare(o.node, g.const(0.0), "lt"))
             kind = INT
-        if not o.node.varies and 2 * value == np.rint(2 * value):  # a constant
+        if not o.node.varies and 2 * value == np.rint(2 * value):  # constant exponent
             g.assume(o.node)
             result = g.power(self.node, value)
         else:

@@ -13,7 +13,7 @@ from .masks import Masked
 from .real import Symbol
 from .symbolic import BATCHES, NOW, AnswersNumPy, Symbolic, in_batches, is_symbolic, refuse
 
-MAX_CHOICES = 64  # limit of a choice by a symbolic index among symbols
+MAX_CHOICES = 64  # most symbols among which a symbolic index chooses
 
 
 class Array(AnswersNumPy, np.ndarray):
@@ -177,7 +177,7 @@ def elementwise(function, *values) -> Any:
 
 
 def reduced(function, array, axis=None, keepdims=False) -> Any:
-    """Apply a function of lists along axes."""
+    """Apply a function of a list of numbers along axes."""
     array = np.asarray(array, dtype=object).view(np.ndarray)
     axes = range(array.ndim) if axis is None else np.atleast_1d(axis)
     axes = [int(a) % array.ndim for a in axes]

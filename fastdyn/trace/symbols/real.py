@@ -11,7 +11,7 @@ from .arithmetic import Arithmetic
 from .symbolic import graph_of, kind_of, refuse
 
 MAX_INDEX = 8  # a symbol as a plain index gets paths for the values 0, ..., 7 and -1
-NAMES = {  # NumPy's and Python's names of functions in C
+NAMES = {  # name in NumPy or Python: name in C
     "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh",
     "arctanh": "atanh", "arctan2": "atan2", "gamma": "tgamma", "gammaln": "lgamma",
 }  # fmt: skip
