@@ -23,9 +23,9 @@ from fastdyn.code_store import quiet
 from fastdyn.trace.graph.clock import CLOCK
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
-WORK, REST = 0.001, 5.0  # seconds of work before a rest; length of a rest over the work before
+WORK, REST = 0.001, 5.0  # seconds of work before a rest; a rest as a multiple of the work
 EVENTS = 100  # calls in Python between two looks at the clock
-LONGEST = 0.5  # seconds of work that determine the longest rest
+LONGEST = 0.5  # most seconds of work that count for the length of a rest
 AT_EXIT, AT_FORK = 1.0, 60.0  # seconds to wait for the thread
 
 _lock = threading.Lock()
@@ -181,7 +181,7 @@ def _listen():
 
 
 def _watch_calls():
-    """Count this thread's calls, while it must rest; the profiler doubles the cost of a call."""
+    """Look at the clock every EVENTS calls, while the thread must rest; calls then cost double."""
     if is_here() and _must_rest():
         sys.setprofile(_on_call)
 

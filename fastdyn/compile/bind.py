@@ -33,9 +33,9 @@ from .traced.find import made, traced_function
 class Bound(NamedTuple):
     """A function with the parameter values of one solve.
 
-    `python(t, y)` is the function as written.  `values` has a (type, value) for each parameter, and
-    `at` the parameters that are arguments.  `pair` has the two functions of a Pair.  `seen` stores
-    facts for `rebind`.
+    `python(t, y)` is the function as written.  `values` has a (type, value) for each parameter;
+    `at` has the indices of the arguments in `values`.  `pair` has the two functions of a Pair.
+    `seen` stores facts for `rebind`.
     """
 
     function: Function | None

@@ -1,7 +1,7 @@
 """Limits how long a solve waits for compiled code.
 
 The thread of the solve traces the function itself, against a clock.  Slower work, and Numba's
-compilation, which cannot be interrupted, goes to the background thread.  The solve waits for the
+compilation, which cannot be interrupted, go to the background thread.  The solve waits for the
 rest of its time and continues in Python.  A later solve finds the code.
 """
 
@@ -18,14 +18,14 @@ from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 from . import behind, memory
 
 SECONDS = float(os.environ.get("FASTDYN_BUDGET", "0.3"))  # seconds; "inf" waits for all code
-SHARE = 0.2  # of the time of earlier solves in Python: the limit, if larger
-ROUNDS = 3  # background jobs without lasting code, after which solves wait for the code
+SHARE = 0.2  # share of the time of earlier solves in Python that is the limit, if larger
+ROUNDS = 3  # after so many background jobs whose code did not last, solves wait for the code
 
 _accounts = memory.Table()
 
 
 class _Here(threading.local):
-    least: Any = None  # the least time of this thread's solve in Python, s; None: wait for code
+    least: Any = None  # lower bound, s, of the solve's time in Python; None: wait for code
     end = math.inf
 
 
@@ -67,7 +67,7 @@ def within(place, make) -> tuple[Any, Any]:
     place : tuple
         The identity of the function.
     make : callable
-        Makes the code, and finds code that it has made before.
+        Makes the code; a later call must find the code that an earlier call has made.
     """
     if _here.least is None or SECONDS == math.inf:
         return make(), None

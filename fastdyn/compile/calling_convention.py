@@ -54,7 +54,7 @@ def define(module, symbol, body):
 
 
 def note_fault(builder, t, y, block, out, n, n_results):
-    """Emit the note of an exception: time and state of the first one; the results become NaN.
+    """Emit the note of an exception: time and state of the first exception; NaN as results.
 
     `n` and `n_results` are LLVM values, the lengths of y and out.
     """

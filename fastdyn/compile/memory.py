@@ -55,7 +55,7 @@ _clear: list[Callable] = []  # called by `forget`
 class Table:
     """A table of entries of one kind; the store may release any of them.
 
-    The size of an entry is about one for each 50 kB.
+    The size of an entry is in units of about 50 kB.
     """
 
     def __init__(self):

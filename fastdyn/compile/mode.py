@@ -124,7 +124,7 @@ DERIVATIVE = _mode(
     "derivative", acts_on_state=True, long_arrays=True, notes_sides=True, probed=True,
     by_numba=True, in_vectors=True,
 )  # fmt: skip
-IN_PLACE = _mode("in place", writes_to_state=True)  # of Numba's code for a derivative
+IN_PLACE = _mode("in place", writes_to_state=True)  # Numba's code for a derivative
 COLUMN = _mode("column", column=True, acts_on_state=True, by_numba=True)
 ACCELERATION = _mode("acceleration", second_order=True, in_vectors=True, by_numba=True)
 VELOCITY = _mode("velocity", argument="velocity", half=1, by_numba=True)

@@ -80,7 +80,7 @@ def decides(bound):
 
 
 def jump_of(bound, times, solution):
-    """The first time at which such a decision makes a function jump; see `trace.graph.jumps`."""
+    """The first time at which a decision makes the function jump: see `jumps.first_jump`."""
     trace, nodes = bound.function.notes[DECISIONS]
     values = flat([value for _, value in bound.values])
     return first_jump(trace.graph, trace.outputs, nodes, times, solution, values)
@@ -119,7 +119,7 @@ def _compiled(base, groups):
 
 
 def _columns(traced, groups):
-    """The column directions: None for a component of the initial state, or a parameter's slot."""
+    """Yield each column's direction: a parameter's slot, None for a component of the start."""
     for group in groups:
         if group is None:
             yield from [None] * len(traced.stored)

@@ -44,7 +44,7 @@ class LeftToSciPy(Exception):
 
 
 class WritesToState(ValueError):
-    """Raised if a function writes to its state in a solve that cannot act on that as SciPy does.
+    """Raised if a function writes to its state in a solve that cannot treat writes as SciPy does.
 
     `begun` tells whether functions have been called before.
     """

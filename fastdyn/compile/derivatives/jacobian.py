@@ -1,6 +1,6 @@
 """Compiles the exact Jacobian of a traced function: the entries that are not zero everywhere.
 
-It is called as the function is, ``jacobian(t, y, n, block, out)``, with the function's own block.
+The Jacobian is called like the function, ``jacobian(t, y, n, block, out)``, with the same block.
 Where the function raises, the entries are meaningless.
 """
 

@@ -83,7 +83,7 @@ def is_exact(block):
 
 
 def pattern_of_batches(function, n):
-    """The Entries of a Jacobian in batches; None if it is dense, or the function not in batches."""
+    """The Entries of the Jacobian of a function in batches; None if dense, or not in batches."""
     if function is None or function.traced is None or not function.traced.in_batches:
         return None
     found = function.traced.pattern if function.traced.n_stored == n else None

@@ -42,7 +42,7 @@ class LaneDriver(Kernel):
     order, width : int
         The order of the series, and the lanes of a vector.
     raises : bool
-        True if there is ``fastdyn_raises(t, y, block)``, not 0 in lanes where the function raises.
+        True if the function may raise: ``fastdyn_raises(t, y, block)`` is then not 0 in such lanes.
     fused : str
         See `Text`.
     together : int

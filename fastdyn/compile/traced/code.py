@@ -33,7 +33,7 @@ class Traced(PythonForm):
         The group of each argument.
     n_stored : int
     in_batches : bool
-        Whether the trace is one of long arrays, a `TracedInBatches`.
+        Whether long arrays were traced in batches: see `TracedInBatches`.
     pack : callable
         ``pack(values, block, keepalive)`` writes the values of the groups into a block.
     """

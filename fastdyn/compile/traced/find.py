@@ -28,8 +28,8 @@ from .code import Traced
 from .follow import Follower
 from .met import NOTHING, TABLE, Known, Met, acts, code_of, known_trace, place_of
 
-LONG = 64  # a state of so many components is one long array
-STORES = "stores"  # a way of tracing: `trace_with_stores`
+LONG = 64  # a state of at least so many components is one long array
+STORES = "stores"  # stands for tracing by `trace_with_stores`
 SLOWER = 1.2  # code that calls libraries may take so many times Python's time
 LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
 MAX_KNOWN, MAX_REFUSALS = 16, 3  # limits for one code object
@@ -53,7 +53,7 @@ class Near(NamedTuple):
 elimination.stand_in()
 _functions = memory.Table()  # by the keys of their code
 _verified = memory.Table()  # comparisons, and the parameters that were 0 in each of them
-NODES, COMPONENTS = 100, 1000  # take as much memory as a small function
+NODES, COMPONENTS = 100, 1000  # so many take as much memory as a small function
 
 
 def traced_function(fun, args, mode, n, near, varying=()):
@@ -220,7 +220,7 @@ def _compiled(traced, address, given):
 
 
 def _seconds(compiled, near, n):
-    """The time of one evaluation; it depends on no values, because a trace has no such loop.
+    """The time of one evaluation, for all values: no loop of a trace depends on values.
 
     The time is measured from Python, and so an upper bound.
     """

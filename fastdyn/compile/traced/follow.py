@@ -108,7 +108,7 @@ class Follower:
 
 
 def _without_attributes(reads, root):
-    """The row that says that a function without defaults has no attributes, either; else None."""
+    """The row that checks for no attributes, if the root function has no defaults; else None."""
     rows = reads.rows
     _, _, key, check, expected = rows[root]
     if check != "code" or expected[2:] != NO_DEFAULTS:

@@ -63,7 +63,7 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
 
 
 def why(fun, args, mode, n, varying=()):
-    """Why and where a function was refused, in words for its user; None if there are none."""
+    """Why and where a function was refused, if its user should see the reason; else None."""
     return _met_at(fun, args, mode, n, varying).reason
 
 
@@ -72,7 +72,7 @@ def _met_at(*place):
 
 
 def refusal(fun, args, mode, n, batches=False):
-    """Why and where tracing refused a function, also in words not for its user; else None."""
+    """Why and where tracing refused a function, even if its user should not see; else None."""
     met = _met_at(fun, args, mode, n, (), batches)
     return met.reason or met.whole
 
@@ -91,7 +91,7 @@ def acts(fun, args, mode, n, varying=()):
 def may_have_effect(fun, args, mode, n):
     """Whether a function that runs in Python may have a side effect."""
     met = _met_at(fun, args, mode, n)
-    known = met.refusals or left_to_python(fun, args, mode)  # after compilation
+    known = met.refusals or left_to_python(fun, args, mode)
     return not known or met.effect or met.writes
 
 

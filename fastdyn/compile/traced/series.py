@@ -15,7 +15,7 @@ from ..taylor.recurrences.rewrite import NotSmooth
 from .inputs import Source
 from .lanes import by_processor, functions
 
-MAX_ONLINE, MAX_WITH_KINKS = 60, 600  # of `size_of`; above, code for rows of like nodes is made
+MAX_ONLINE, MAX_WITH_KINKS = 60, 600  # limits of `size_of`; above the first, lanes hold like nodes
 INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer()])
 
 

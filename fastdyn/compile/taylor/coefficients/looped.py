@@ -10,7 +10,7 @@ from .convolutions import convolutions, n_partial
 from .places import n_kept
 
 MANY = 40  # sums of products of vectors, beyond which straight-line code compiles slowly
-FEWEST, FEWEST_OF_MANY = 32, 4  # vectors in a loop
+FEWEST, FEWEST_OF_MANY = 32, 4  # fewest vectors in a loop: with few sums, with MANY
 
 
 class Part(NamedTuple):

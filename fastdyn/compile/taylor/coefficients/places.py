@@ -31,7 +31,7 @@ class Places:
         Places of order 0: of nodes, by key; of invariants, by ("factor", key); of values that steps
         keep, by ("kept", key).
     history : set
-        The keys of nodes of which all orders are stored; of other nodes only the present order is.
+        The keys of nodes whose orders are all stored; other nodes store the current order only.
     size : int
     """
 

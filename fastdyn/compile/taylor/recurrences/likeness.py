@@ -15,7 +15,7 @@ WASTE = 1.5  # factor by which finer groups may increase the number of vectors
 
 
 class Likeness:
-    """The colours of the steps of a plan: equal where steps are alike."""
+    """The colours of a plan's steps: like steps have equal colours."""
 
     def __init__(self, plan):
         self.plan = plan

@@ -82,7 +82,7 @@ class Plan:
     # -- nodes
 
     def _operands(self, core):
-        """The nodes of which a recurrence needs the coefficient of its own order."""
+        """The nodes whose coefficients of order k the recurrence for order k needs."""
         inner = self.scaled(core)[1]
         if inner is not core:  # a multiple with a use of its own
             return [inner]

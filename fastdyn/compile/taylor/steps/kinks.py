@@ -17,7 +17,7 @@ class Kinks:
     plan : Plan
     text : Text
     order : int
-        The order of the series of the differences: one less than that of the states.
+        The order of the series of the differences: one less than the states' order.
     """
 
     def __init__(self, plan, text, order):
@@ -69,7 +69,7 @@ class Kinks:
         return again
 
     def limited(self, x, t, scale):
-        """The length x, or a shorter one that ends a little behind the first change."""
+        """The length x, or a shorter length that ends a little behind the first change."""
         text = self.text
         size = text.call("llvm.fabs.f64", "double", x)
         t = text.div(text.call("llvm.fabs.f64", "double", t), scale)

@@ -1,6 +1,6 @@
 """A step from its coefficients: its length, and the state at its end.
 
-The length keeps the last three terms of the series below the tolerance (A.  Jorba and M.  Zou, see
+The length keeps the last three terms of the series below the tolerance (A. Jorba and M. Zou, see
 `rewrite.py`, section 3.2.1; three, because every other term may vanish).  Terms of lower orders may
 be larger, by the ratio of the terms of exp.  This second bound detects a series with gaps, for
 example in t^5.
