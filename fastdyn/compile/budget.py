@@ -18,7 +18,7 @@ from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 from . import behind, memory
 
 SECONDS = float(os.environ.get("FASTDYN_BUDGET", "0.3"))  # seconds; "inf" waits for all code
-SHARE = 0.2  # share of the time of earlier solves in Python that is the limit, if larger
+SHARE = 0.2  # the limit is at least this share of the time of earlier solves in Python
 ROUNDS = 3  # after so many background jobs whose code did not last, solves wait for the code
 
 _accounts = memory.Table()

@@ -23,7 +23,7 @@ from .python_callback import evaluate as in_python
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
 FEWEST, MOST_NUMBERS = 4, 2**19  # for long states: fewest points, most numbers in all points
 TOLERANCE, CANCELLED, EPS = 1e-9, 1e-12, np.finfo(float).eps
-ROUNDINGS = 1e3  # code may differ by so many times the function's response to rounding of y
+ROUNDINGS = 1e3  # largest difference, in units of the function's response to rounding of y
 SPREADS = np.array([0.01, 0.1, 0.5, 1.5, 10.0, 100.0])
 
 

@@ -1,4 +1,4 @@
-"""`solve_linear` and `constrained` on symbols: the elimination that numbers take."""
+"""`solve_linear` and `constrained` on symbols, by the elimination that solves for numbers."""
 
 from typing import Any
 

@@ -72,7 +72,7 @@ def _met_at(*place):
 
 
 def refusal(fun, args, mode, n, batches=False):
-    """Why and where tracing refused a function, even if its user should not see; else None."""
+    """Why and where tracing refused a function, even a reason not for its user; else None."""
     met = _met_at(fun, args, mode, n, (), batches)
     return met.reason or met.whole
 
@@ -106,7 +106,7 @@ def writes_to_state(fun, args, mode, n):
 
 
 def leave_to_python(fun, args, mode, reason):
-    """Make a function run in Python from now on, because its code differs from it."""
+    """Make a function run in Python from now on, because its machine code gave other values."""
     _left.put((codes(fun, args), mode), reason)
 
 

@@ -15,8 +15,8 @@ from .refusal import Refusal
 from .values import OF_TABLES, Values, contents, ranges_of
 
 MAX_NODES = 60000
-LARGEST_WHOLE = 2**20  # of whole numbers that are parameters
-MAX_EXPONENT = 16  # of powers that become products
+LARGEST_WHOLE = 2**20  # largest whole number that is a parameter
+MAX_EXPONENT = 16  # largest exponent of a power that becomes a product
 
 
 class Node:

@@ -82,7 +82,7 @@ class Rewriter:
         return g.select(g.compare(x, g.const(0.0), "lt"), g.neg(x), x)
 
     def _comparison(self, op, left, right):
-        """A comparison of finite numbers; |x| compared with a constant: two comparisons of x.
+        """A comparison of finite numbers; two comparisons if |x| is compared with a constant.
 
         `left` and `right` are (original node, rewritten node).
         """
