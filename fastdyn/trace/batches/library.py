@@ -15,7 +15,7 @@ from .products import einsum, matmul, running_sum
 from .reductions import reduce
 from .structure import joined, padded
 
-MOST_TERMS = 32  # of a convolution
+MOST_TERMS = 32  # of a convolution that is written out
 
 EXTREMES = {np.maximum: "top", np.minimum: "low", np.fmax: "", np.fmin: ""}
 

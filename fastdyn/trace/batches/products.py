@@ -115,7 +115,7 @@ def sparse(table, matrix, x):
 
 
 def whole(table, x):
-    """The number of the batch that equals an array, in order; if there is none, of a copy."""
+    """The number of the batch that equals an array; if there is none, of a new copy."""
     x = as_columns(table, x)
     operand = operand_of(x, x.shape)
     if isinstance(operand, int):

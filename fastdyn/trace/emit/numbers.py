@@ -1,6 +1,6 @@
 """Emits a graph as machine code: on numbers, or on vectors with one trajectory in each lane.
 
-LLVM's operations are those of the graph: nothing is fused or reordered unless `flags` allow it.
+LLVM's operations are the graph's: nothing is fused or reordered unless `flags` allow fusion.
 The bits of a result then do not depend on the code around it.
 """
 
@@ -187,7 +187,7 @@ class Emitter:
         return result
 
     def _interpolate(self, data, x):
-        """np.interp: from the left knot, if NaN from the right one, if NaN the equal heights."""
+        """np.interp: by the left knot; if that gives NaN, by the right knot, or equal heights."""
         b, (knots, heights) = self.builder, map(self._row, data)
         i = self._piece(knots, x)
         after = b.add(i, WORD(1))

@@ -9,7 +9,7 @@ from .runs import trace
 def trace_with_stores(*given, where):
     """The Trace of a function that writes to places outside before it reads them.
 
-    The arguments are those of `trace`.  After a solve, the caller must call the function itself at
+    Takes the arguments of `trace`.  After a solve, the caller must call the function itself at
     the end point, so that the places hold the values of the last call.
 
     Raises

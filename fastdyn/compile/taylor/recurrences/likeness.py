@@ -1,7 +1,7 @@
 """Groups of recurrences with equal formulas, and their order in vectors.
 
-Two steps are alike if they have equal formulas and levels.  Steps that like formulas use at equal
-places, for example the first coordinates of all distances, form a group in the order of these
+Two steps are alike if they have equal formulas and levels.  The operands at one place of like
+formulas, for example the first coordinates of all distances, form a group in the order of these
 formulas: then whole vectors are combined with whole vectors.
 """
 

@@ -78,8 +78,9 @@ def wildness(text, t, size, scale):
 def chosen(text, clock, x, size, scale, limited=None):
     """The Pace of a step whose terms allow the length x, in units of `scale`.
 
-    `size`, the size of these terms, is finite if the series is.  `limited` (for one trajectory)
-    shortens a length with its sign; the step is not `wild` then.
+    `size`, the size of these terms, is finite if the series is.  `limited`, for one trajectory only,
+    takes a length with its sign and returns the length or a shorter one.  A caller that gives
+    `limited` has excluded a `wild` step.
     """
     wild, shorter, short = wildness(text, clock.t, size, scale)
     h = text.mul(text.smaller(x, hexadecimal(GROWTH)), scale)
