@@ -1,9 +1,9 @@
 """Binds functions: compiled code for the function, and a block with its parameters.
 
 `bind` takes a function as the user wrote it (function, lambda, method, partial, callable object,
-jitted or not) and the current values that the function uses.  It returns a block that kernels can
-call.  A function that cannot be compiled is called in Python from the same kernels, after one
-warning.
+jitted or not) and the current values that the function uses.  It returns a Bound, whose block
+kernels can call.  A function that cannot be compiled is called in Python from the same kernels,
+after one warning.
 """
 
 import functools
@@ -55,7 +55,7 @@ class Bound(NamedTuple):
 
 
 def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
-    """A block that calls ``fun(t, y, *args)`` with the current values.
+    """The Bound of ``fun(t, y, *args)`` with the current values.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
 
     keepalive = [fun, args]
 
-    def as_written(t, y):  # the arguments that `rebind` was given last
+    def as_written(t, y):  # `rebind` replaces the content of keepalive
         return keepalive[0](t, y, *keepalive[1])
 
     try:
@@ -137,7 +137,7 @@ def _compare_with_python(bound, near, n):
 
 
 def _code(fun, args, mode, n, near, probe, varying):
-    """The compiled function, (type, value) of its parameters, and the arguments' parameters."""
+    """(Function, (type, value) of each parameter, indices of the arguments among them)."""
     found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
     if found is None and mode.complex_numbers:
         raise LeftToSciPy

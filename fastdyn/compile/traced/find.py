@@ -57,7 +57,7 @@ NODES, COMPONENTS = 100, 1000  # so many take as much memory as a small function
 
 
 def traced_function(fun, args, mode, n, near, varying=()):
-    """The compiled function, the (type, value) of its parameters, and the parameters of arguments.
+    """(Function, (type, value) of each parameter, indices of the arguments among them), or None.
 
     None if the function cannot be traced.  `varying` are the positions, from 1, of the arguments
     that vary between trajectories.

@@ -23,7 +23,7 @@ class Places:
     plan : Bundles or Single
     order, lanes : int
     together : int
-        The most sums in one loop, by the number of registers.
+        The most sums in one loop, limited by the number of registers.
 
     Attributes
     ----------

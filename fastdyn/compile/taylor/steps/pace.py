@@ -78,9 +78,9 @@ def wildness(text, t, size, scale):
 def chosen(text, clock, x, size, scale, limited=None):
     """The Pace of a step whose terms allow the length x, in units of `scale`.
 
-    `size`, the size of these terms, is finite if the series is.  `limited`, for one trajectory only,
-    takes a length with its sign and returns the length or a shorter one.  A caller that gives
-    `limited` has excluded a `wild` step.
+    `size`, the size of these terms, is finite if the series is.  ``limited(x)``, for one trajectory
+    only, returns the signed length x or a shorter one.  A caller that gives `limited` has excluded
+    a `wild` step.
     """
     wild, shorter, short = wildness(text, clock.t, size, scale)
     h = text.mul(text.smaller(x, hexadecimal(GROWTH)), scale)

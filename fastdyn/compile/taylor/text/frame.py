@@ -10,8 +10,8 @@ from .instructions import ZERO
 AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
 FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first")
 WORDS = {"state": (0, "ptr"), "work": (2, "ptr"), "block": (5, "ptr"), "n_steps": (7, "i64")}
-RETRY = 0.125  # share of a step at whose end the function raises
-HALF = 0.5  # share of a step on which the argument of a root may touch zero
+RETRY = 0.125  # factor of a step's length if the function raises at the step's end
+HALF = 0.5  # factor of a step's length if the argument of a root may touch zero
 
 
 class Kernel:
