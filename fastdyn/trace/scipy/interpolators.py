@@ -121,7 +121,7 @@ def _is_ascending(x, least=2):
 
 
 def _columns(c, at):
-    """Split coefficients into one array for each component; the axes from `at` on count these."""
+    """The coefficients of each component; the components lie along the axes from `at` on."""
     return np.moveaxis(c.reshape(*c.shape[:at], -1), -1, 0)
 
 
