@@ -38,6 +38,7 @@ class Constant(NamedTuple):
 
 
 def is_function(value):
+    """Whether a value is a Python function or an `@njit` function."""
     return isinstance(value, python.FunctionType) or is_jitted(value)
 
 

@@ -166,6 +166,7 @@ def evaluate(fun, mode, t, y):
 
 
 def is_sparse(matrix):
+    """Whether a matrix is one of scipy.sparse."""
     return hasattr(matrix, "tocsc")
 
 

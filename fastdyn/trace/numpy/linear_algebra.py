@@ -89,10 +89,12 @@ def _eliminate(rows, k, i):
 
 
 def inverse(a):
+    """np.linalg.inv."""
     return solution(a, np.eye(len(a)))
 
 
 def determinant(a):
+    """np.linalg.det, expanded along the first row; refuses more than six rows."""
     a = np.array(a, dtype=object)
     if len(a) > 6:
         refuse("the determinant of a large matrix")
@@ -107,6 +109,7 @@ def determinant(a):
 
 
 def norm(x, ord=None, axis=None, keepdims=False):
+    """np.linalg.norm for the orders None, 1, 2, inf and "fro"."""
     x = Array.of(x)
     if ord in (None, 2, "fro") and (axis is not None or x.ndim == 1 or ord != 2):
         squares = elementwise(lambda v: total([p * p for p in parts(v)]), x)

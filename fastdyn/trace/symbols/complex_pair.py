@@ -12,6 +12,7 @@ NUMBER = bool | int | float | complex | np.bool_ | np.number
 
 
 def is_complex(value):
+    """Whether a value is a complex number, symbolic or not."""
     return isinstance(value, Pair | complex | np.complexfloating)
 
 

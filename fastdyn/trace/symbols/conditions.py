@@ -144,6 +144,7 @@ def both(a, b):
 
 
 def either(a, b):
+    """a or b, for truth values, numbers, Conditions and Symbols."""
     a, b = (v != 0 if isinstance(v, Symbol) else v for v in (a, b))
     if isinstance(a, Condition):
         return a | b

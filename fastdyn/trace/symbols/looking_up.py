@@ -87,6 +87,7 @@ def namer(g, content):
 
 
 def part_of(slots, places):
+    """The slots of the elements at these places of an array, both as ranges."""
     first = slots[0]
     return range(first + places.start, first + places.stop, places.step)
 
