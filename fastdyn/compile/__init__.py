@@ -1,1 +1,1 @@
-"""The user's functions -> machine code of one known form; their values -> parameters."""
+"""Turns the user's functions into machine code of one form, and their values into parameters."""

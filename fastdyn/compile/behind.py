@@ -1,9 +1,9 @@
-"""One thread behind the others, which makes code that no solve waits for any more.
+"""A background thread that makes code for which no solve waits any longer.
 
-The thread ends when there is nothing to make.  While functions run in Python it works for a short
-time and rests for a longer one: whoever calls Python from compiled code lets go of the interpreter
-at each call, and would get it back a switch interval later each time.  The thread never keeps the
-interpreter from exiting, and a fork waits until it has put its work down.
+The thread ends when its queue is empty.  While functions run in Python, the thread alternates short
+work with long rests: compiled code that calls Python releases the interpreter at each call, and
+would wait a switch interval to get the interpreter back.  The thread never keeps the interpreter
+from exiting.  A fork waits until the thread has stopped.
 """
 
 import atexit
@@ -23,17 +23,20 @@ from fastdyn.code_store import quiet
 from fastdyn.trace.graph.clock import CLOCK
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
-WORK, REST = 0.001, 5.0  # seconds without a rest; a rest, in units of the work before it
-EVENTS = 100  # of Python, between two looks at the clock
-LONGEST = 0.5  # seconds of work that a rest is for
-AT_EXIT, AT_FORK = 1.0, 60.0  # seconds
+WORK, REST = 0.001, 5.0  # seconds of work before a rest; a rest as a multiple of the work
+EVENTS = 100  # calls in Python between two looks at the clock
+LONGEST = 0.5  # most seconds of work that count for the length of a rest
+AT_EXIT, AT_FORK = 1.0, 60.0  # seconds to wait for the thread
 
 _lock = threading.Lock()
 _jobs: deque = deque()
 
 
 class _State:
-    """`thread` is None when nothing is made; `busy` counts what runs in Python and goes first."""
+    """The state of the thread.
+
+    `thread` is None if nothing is to be made.  `busy` counts the functions that run in Python now.
+    """
 
     thread: threading.Thread | None = None
     busy = 0
@@ -45,7 +48,7 @@ _state = _State()
 
 
 class Job:
-    """Something to make, from now on."""
+    """A task of the thread, queued when it is created."""
 
     make: Any
     _context: Any
@@ -64,17 +67,17 @@ class Job:
             if _state.stop:
                 return False
         except BaseException:
-            pass  # raised again where it is made for a solve
+            pass  # a solve that needs the code makes it again, and raises
         self.end()
         return True
 
     def end(self):
-        """Nothing more is made."""
+        """Mark the task as done."""
         self.make = self._context = None
         self._done.set()
 
     def wait(self, seconds):
-        """Whether it is done, after so many seconds at most."""
+        """Wait at most `seconds`; return whether the task is done."""
         if seconds <= 0 or self._done.is_set():
             return self._done.is_set()
         self.waiting += 1
@@ -85,13 +88,13 @@ class Job:
 
 
 def is_here():
-    """Whether this is the thread."""
+    """Whether the current thread is the background thread."""
     return threading.current_thread() is _state.thread
 
 
 @contextlib.contextmanager
 def without_collecting():
-    """Graphs are many objects in no circle: looking for circles takes longer than making them."""
+    """Switch off garbage collection: a graph is many objects without reference cycles."""
     on = gc.isenabled() and not is_here()
     if on:
         gc.disable()
@@ -103,13 +106,13 @@ def without_collecting():
 
 
 def give_way(one):
-    """Something begins to run in Python and goes first, or ends: 1 or -1."""
+    """Count a function that begins (1) or stops (-1) to run in Python, while the thread rests."""
     with _lock:
         _state.busy += one
 
 
 def finish(seconds=120.0):
-    """Wait until nothing is left to make."""
+    """Wait until the queue is empty."""
     thread = _state.thread
     if thread is not None:
         thread.join(seconds)
@@ -137,7 +140,7 @@ def _work():
 
 
 def _look():
-    """Rest, if something goes first; stop, if that is asked for."""
+    """Rest if a function runs in Python; raise OutOfTime if the thread must stop."""
     if _state.stop:
         raise OutOfTime
     _rest()
@@ -158,7 +161,7 @@ def _rest():
 
 
 def watch_numba():
-    """Rest while Numba compiles, too: it says when a pass begins."""
+    """Make the thread rest while Numba compiles, too: between Numba's passes, and in calls."""
     _watch_calls()
     _listen()
 
@@ -178,7 +181,7 @@ def _listen():
 
 
 def _watch_calls():
-    """Look at the clock at each call in this thread, which costs as much again, while it must."""
+    """Look at the clock every EVENTS calls, while the thread must rest; calls then cost double."""
     if is_here() and _must_rest():
         sys.setprofile(_on_call)
 
@@ -194,7 +197,7 @@ def _on_call(frame, what, argument):
 
 
 def _stopped(seconds):
-    """Let the thread end, and wait for that."""
+    """Stop the thread, and wait for its end."""
     _state.stop, thread = True, _state.thread
     if thread is not None and thread is not threading.current_thread():
         thread.join(seconds)
@@ -207,7 +210,7 @@ def _at_exit():
 
 
 def _after_fork():
-    """What was to be made is made in the parent."""
+    """Continue the work in the parent."""
     with _lock:
         _state.stop = False
         _start()

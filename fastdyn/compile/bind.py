@@ -1,8 +1,9 @@
-"""The user's functions -> compiled functions of one known form; their arguments -> parameters.
+"""Binds functions: compiled code for the function, and a block with its parameters.
 
-`bind` takes what the user wrote (function, lambda, method, partial, callable object, already
-jitted or not) and the current values of everything it uses, and returns a block that kernels can
-call.  What Numba cannot compile is called in Python from the same kernels, with one warning.
+`bind` takes a function as the user wrote it (function, lambda, method, partial, callable object,
+jitted or not) and the current values that the function uses.  It returns a Bound, whose block
+kernels can call.  A function that cannot be compiled is called in Python from the same kernels,
+after one warning.
 """
 
 import functools
@@ -30,10 +31,11 @@ from .traced.find import made, traced_function
 
 
 class Bound(NamedTuple):
-    """A function with the values of one solve, (type, value) each.
+    """A function with the parameter values of one solve.
 
-    `python(t, y)` is the function as written; of a Pair, `pair` are its two functions; `seen` is
-    a place for what `rebind` remembers.
+    `python(t, y)` is the function as written.  `values` has a (type, value) for each parameter;
+    `at` has the indices of the arguments in `values`.  `pair` has the two functions of a Pair.
+    `seen` stores facts for `rebind`.
     """
 
     function: Function | None
@@ -48,12 +50,12 @@ class Bound(NamedTuple):
     at: tuple = ()
 
     def word(self, j):
-        """The word of the block at which argument j lies."""
+        """The index of the block's first word for argument j."""
         return FIRST + sum([n_words(k) for k, _ in self.values[: self.at[j]]])
 
 
 def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
-    """A block to call `fun(t, y, *args)` by, with the values that hold now.
+    """The Bound of ``fun(t, y, *args)`` with the current values.
 
     Parameters
     ----------
@@ -61,15 +63,15 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     args : tuple
     mode : mode.Mode
     n : int
-        Length of the y that the function gets.
+        Length of the compiled function's y.
     near : traced.find.Near, optional
-        Where it will be called; a function is not traced without.
+        The region of the first calls; without it, the function is not traced.
     probe : callable, optional
-        Called before a function is compiled, to find in Python what is wrong with it.
+        Called before Numba compiles, to find the user's mistakes in Python.
     refused : str, optional
-        Why the function must run in Python.
+        The reason why the function must run in Python.
     varying : tuple of int
-        The positions of arguments that differ from one call of the block to the next.
+        The positions of arguments that vary between calls of the block.
 
     Returns
     -------
@@ -78,7 +80,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
 
     keepalive = [fun, args]
 
-    def as_written(t, y):  # for whatever `rebind` was given last
+    def as_written(t, y):  # `rebind` replaces the content of keepalive
         return keepalive[0](t, y, *keepalive[1])
 
     try:
@@ -110,7 +112,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
 def _with_block(function, as_written, keepalive, parameters, mode, n, at):
     """The Bound of a compiled function."""
     end = FIRST + function.n_words
-    block = np.zeros(end + n, np.int64)  # the state is kept behind the parameters on a fault
+    block = np.zeros(end + n, np.int64)  # after a fault, the state is kept behind the parameters
     block[0], block[FAULT] = function.address, end
     if parameters:
         pack_all(parameters, block, keepalive)
@@ -119,7 +121,7 @@ def _with_block(function, as_written, keepalive, parameters, mode, n, at):
 
 
 def _compare_with_python(bound, near, n):
-    """Raise Uncompilable where what Numba made is not the function; asked once."""
+    """Compare Numba's code with the function once for each n; raise FoundLater if they differ."""
     compared = bound.function.notes.setdefault("compared", set())
     if n in compared:
         return
@@ -135,7 +137,7 @@ def _compare_with_python(bound, near, n):
 
 
 def _code(fun, args, mode, n, near, probe, varying):
-    """The compiled function, (kind, value) of its parameters, and which are arguments."""
+    """(Function, (type, value) of each parameter, indices of the arguments among them)."""
     found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
     if found is None and mode.complex_numbers:
         raise LeftToSciPy
@@ -145,7 +147,7 @@ def _code(fun, args, mode, n, near, probe, varying):
         parts = parts_of(fun, args)
         refuse_at_sight(parts)
         if "numba" not in sys.modules:
-            budget.not_here()  # it is not imported in a moment
+            budget.not_here()  # the import takes long
         from .by_numba.find import check_written, compiled_function
 
         if met.writes(fun, args, mode, n, varying):
@@ -155,7 +157,7 @@ def _code(fun, args, mode, n, near, probe, varying):
 
 
 def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
-    """A function that stays in Python, for good or until its code is made."""
+    """The Bound of a function that runs in Python, for good or until its code is made."""
     callback = Callback(as_written, mode, n, announce)
     callback.account = account
     block = np.zeros(FIRST, np.int64)
@@ -164,7 +166,7 @@ def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
 
 
 def bind_matrix(matrix):
-    """A constant Jacobian, (n, n) floats, as a Bound."""
+    """The Bound of a constant Jacobian, an (n, n) array of floats."""
     return Bound(
         constant_function(matrix), constant_block(matrix), lambda t, y: matrix, [matrix], None, [],
         CONSTANT,
@@ -172,15 +174,15 @@ def bind_matrix(matrix):
 
 
 def arguments_at(parts):
-    """Among the parameters of a function that Numba compiles, those of its arguments."""
+    """The indices of the parameters that are arguments, for a function that Numba compiles."""
     before = parts.positional.index(Y) - 1
     return tuple(range(before, before + len(parts.positional)))
 
 
 def or_in_python(solve):
-    """``solve()``, repeated with a function left to Python where its code is not the function.
+    """Call ``solve()``; if compiled code gives up, leave its function to Python and repeat.
 
-    A whole number grew beyond 64 bits, a matrix has complex eigenvalues: Python goes on.
+    Compiled code gives up, for example, where an integer exceeds 64 bits.
     """
     while True:
         try:
@@ -190,6 +192,6 @@ def or_in_python(solve):
 
 
 def leave_to_python(bound, reason):
-    """Let a function run in Python from now on, whatever values it gets."""
+    """Make a function run in Python from now on, for all values."""
     fun, args = bound.keepalive[:2]
     met.leave_to_python(fun, args, bound.mode, reason)

@@ -1,8 +1,8 @@
-"""How long a solve waits for compiled code, and the thread that makes it when that is over.
+"""Limits how long a solve waits for compiled code.
 
-The caller follows his function on symbols himself, against a clock.  What takes longer, and what
-Numba compiles, which nothing can interrupt, is made in one thread behind; the solve waits for what
-is left of its time, and goes on in Python.  A later solve finds the code made.
+The thread of the solve traces the function itself, against a clock.  Slower work, and Numba's
+compilation, which cannot be interrupted, go to the background thread.  The solve waits for the
+rest of its time and continues in Python.  A later solve finds the code.
 """
 
 import contextlib
@@ -17,15 +17,15 @@ from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
 from . import behind, memory
 
-SECONDS = float(os.environ.get("FASTDYN_BUDGET", "0.3"))  # of waiting; "inf": as long as it takes
-SHARE = 0.2  # of the time that solves in Python have taken, if that is more
-ROUNDS = 3  # of a function whose code was made behind and did not serve: then solves wait for it
+SECONDS = float(os.environ.get("FASTDYN_BUDGET", "0.3"))  # seconds; "inf" waits for all code
+SHARE = 0.2  # the limit is at least this share of the time of earlier solves in Python
+ROUNDS = 3  # after so many background jobs whose code did not last, solves wait for the code
 
 _accounts = memory.Table()
 
 
 class _Here(threading.local):
-    least: Any = None  # seconds that the solve of this thread takes in Python; None: it waits
+    least: Any = None  # lower bound, s, of the solve's time in Python; None: wait for code
     end = math.inf
 
 
@@ -33,22 +33,22 @@ _here = _Here()
 
 
 class Account:
-    """What a function has taken: seconds of waiting, and of solves in Python."""
+    """The time that a function has taken: seconds of waiting, and of solves in Python."""
 
     def __init__(self):
         self.waited, self.in_python, self.rounds = 0.0, 0.0, 0
         self.job: Any = None
 
     def left(self):
-        """Seconds that a solve may wait."""
+        """The seconds that a solve may still wait."""
         return max(SECONDS, SHARE * self.in_python, SHARE * _here.least) - self.waited
 
 
 @contextlib.contextmanager
 def limited(least=0.0):
-    """Within, functions that are not compiled in time run in Python.
+    """Within the context, functions that are not compiled in time run in Python.
 
-    `least` is what the solve takes in Python at least, in seconds.
+    `least` is a lower bound, in seconds, for the time of the solve in Python.
     """
     before = _here.least, _here.end
     _here.least = least
@@ -60,14 +60,14 @@ def limited(least=0.0):
 
 
 def within(place, make) -> tuple[Any, Any]:
-    """``(make(), None)``, or ``(None, account)`` where that takes longer than this solve waits.
+    """``(make(), None)``, or ``(None, account)`` if `make` takes longer than the solve may wait.
 
     Parameters
     ----------
     place : tuple
-        What tells the function from others.
+        The identity of the function.
     make : callable
-        Makes its code; what it has made it finds again.
+        Makes the code; a later call must find the code that an earlier call has made.
     """
     if _here.least is None or SECONDS == math.inf:
         return make(), None
@@ -101,7 +101,7 @@ def _made(account, make, end):
 
 
 def _against(end, make):
-    """``make()`` under a clock, which raises NotYet."""
+    """Call ``make()`` under a clock that raises NotYet after the time `end`."""
 
     def check():
         if perf_counter() > end:
@@ -115,7 +115,7 @@ def _against(end, make):
 
 
 def not_here():
-    """Raise NotYet where a clock runs that Numba, which comes now, would not hear."""
+    """Raise NotYet if a clock runs: Numba, which is called next, does not look at clocks."""
     if behind.is_here():
         behind.watch_numba()
     elif CLOCK.check is not None:
@@ -124,7 +124,7 @@ def not_here():
 
 @contextlib.contextmanager
 def in_python(accounts):
-    """While a kernel calls functions in Python: what is made behind lets them go first."""
+    """The context of a kernel that calls functions in Python; the background thread rests."""
     begin = perf_counter()
     behind.give_way(1)
     try:

@@ -1,8 +1,8 @@
-"""``function(t, y, n, block, out)``: how compiled code calls a function, and notes that it raised.
+"""The calling convention of compiled functions: ``function(t, y, n, block, out)``.
 
-The convention is Numba's: a status is returned, and the places of a result and of an exception come
-first.  It is written here alone: for C, for LLVM, as text.  The words of a block are those of
-`kernels/calls/block.py`.
+Numba defines the convention: a function returns a status, and takes the addresses of a result and
+of an exception first.  This file alone spells out the convention: for C, for LLVM, and as text.
+`kernels/calls/block.py` defines the words of a block.
 """
 
 import ctypes
@@ -18,9 +18,9 @@ WORDS = ctypes.POINTER(ctypes.c_int64)
 
 
 def call(function, t, y, block, out, left=None):
-    """Call a function of SIGNATURE: whether it raised, which the block does not say any more.
+    """Call a function of SIGNATURE; return whether it raised, and clear the block's mark.
 
-    `left` is the address of a word where Numba's code leaves what it raised.
+    `left` is the address of a word where Numba's code stores the exception.
     """
     block[RAISED_WORD] = 0
     function(left, left, t, y.ctypes.data, len(y), block.ctypes.data, out.ctypes.data)
@@ -29,12 +29,12 @@ def call(function, t, y, block, out, left=None):
 
 
 def mark(block):
-    """Note at the address of a block that a function in Python raised."""
+    """Mark the block at an address: a function in Python has raised."""
     ctypes.cast(block, WORDS)[RAISED_WORD] = 1
 
 
 def form():
-    """The type of a function as LLVM has it."""
+    """The LLVM type of a compiled function."""
     from llvmlite import ir
 
     pointer, real, word = ir.IntType(8).as_pointer(), ir.DoubleType(), ir.IntType(64)
@@ -43,7 +43,7 @@ def form():
 
 
 def define(module, symbol, body):
-    """A function of this form in a module of LLVM; ``body(builder, t, y, n, block, out)``."""
+    """Define a function in an LLVM module; ``body(builder, t, y, n, block, out)`` emits code."""
     from llvmlite import ir
 
     kind = form()
@@ -54,9 +54,9 @@ def define(module, symbol, body):
 
 
 def note_fault(builder, t, y, block, out, n, n_results):
-    """Emit that the function raised: when and where, if it is the first time; the result is NaN.
+    """Emit the note of an exception: time and state of the first exception; NaN as results.
 
-    `n` and `n_results` are values of LLVM, the lengths of y and out.
+    `n` and `n_results` are LLVM values, the lengths of y and out.
     """
     from fastdyn.trace.emit.memory import Memory
     from fastdyn.trace.emit.numbers import INDEX, REAL, WORD
@@ -77,11 +77,11 @@ def note_fault(builder, t, y, block, out, n, n_results):
 
 
 def call_as_text(function, t, y, n, out):
-    """LLVM's text of a call with the block %block."""
+    """The text of an LLVM call with the block %block."""
     given = f"ptr null, ptr null, double {t}, ptr {y}, i64 {n}, ptr %block, ptr {out}"
     return f"call i32 {function}({given})"
 
 
 def raised_word_as_text():
-    """LLVM's text of the address of the word of %block that says whether the function raised."""
+    """The text of the address of %block's word that tells whether a function raised."""
     return f"getelementptr i64, ptr %block, i64 {RAISED_WORD}"

@@ -1,6 +1,6 @@
-"""Machine code beside the function that it was made from.
+"""Compares machine code with the function that it was made from.
 
-Code is used where it was compared with the function: at the start, around it, on each side of the
+Code is used only after a comparison at the start, around the start and on each side of the
 decisions found there (`compare_around`), and at states of the solution (`compare_along`).
 """
 
@@ -21,16 +21,16 @@ from .calling_convention import SIGNATURE, call
 from .python_callback import evaluate as in_python
 
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
-FEWEST, MOST_NUMBERS = 4, 2**19  # points, and numbers of their states, of long ones
+FEWEST, MOST_NUMBERS = 4, 2**19  # for long states: fewest points, most numbers in all points
 TOLERANCE, CANCELLED, EPS = 1e-9, 1e-12, np.finfo(float).eps
-ROUNDINGS = 1e3  # by so many roundings of the state may code differ, if its function does, too
+ROUNDINGS = 1e3  # largest difference, in units of the function's response to rounding of y
 SPREADS = np.array([0.01, 0.1, 0.5, 1.5, 10.0, 100.0])
 
 
 def points_around(near, n, trace=None):
-    """The start, points near and far, and each that shows a new side of a decision of a trace.
+    """The start, points near and far, and a point for each new side of a trace's decisions.
 
-    Times of shape (k,) and states of shape (k, n).
+    Returns times, shape (k,), and states, shape (k, n).
     """
     t0, tf, y0 = near.t0, near.tf, np.resize(np.asarray(near.y0, float), n)
     rng = np.random.default_rng(0)
@@ -51,7 +51,7 @@ def points_around(near, n, trace=None):
     each = np.arange(k)
     spread = np.where(each < COUNT, SPREADS[each % 4], SPREADS[each % 6])
     y = y0[:, None] + spread * size[:, None] * rng.standard_normal((n, k))
-    positive = each % 3 == 2  # the signs of the start: concentrations, radii
+    positive = each % 3 == 2  # keep the signs of the start: concentrations, radii
     y[:, positive] = np.abs(y[:, positive]) * np.where(y0 < 0, -1.0, 1.0)[:, None]
     at_rest = (each % 7 == 3) & ~positive
     rest = np.where(each % 2, 0.0, 1.0) * y0[:, None]
@@ -77,7 +77,7 @@ def _sides(table):
 
 
 class Different(GaveUp):
-    """Machine code gives another value than its function."""
+    """Raised if machine code and its function give different values."""
 
     def __init__(self, bound, t, y, of_python, of_code):
         super().__init__(bound, t)
@@ -88,25 +88,25 @@ class Different(GaveUp):
 
 
 def compare_around(function, compiled, near, n, trace=None):
-    """Why machine code is not what it was made from, in words; None if both agree.
+    """The reason why machine code differs from its function; None if they agree.
 
-    A trace must agree at some points, and raise where its function does.  Other code may raise
-    where its function does not: that is noticed when it happens.
+    The code of a trace must agree at ENOUGH points, and raise where the function raises.  Numba's
+    code may raise where the function does not: a solve notices that later.
 
     Parameters
     ----------
     function : callable
-        ``function(t, y)``, as the user wrote it; an array of floats.
+        ``function(t, y)``, as the user wrote it; it returns an array of floats.
     compiled : callable
-        The same of the machine code; None where it raises.
+        ``compiled(t, y)`` calls the machine code; None if the code raises.
     near : traced.find.Near
     n : int
         Length of y.
     trace : trace.paths.Trace, optional
-        Of the function, with the values of its parameters in its graph.
+        The trace of the function, with the parameter values in its graph.
     """
     compared, failed = 0, "it gives no finite number near the start"
-    time: Any = float  # of the first call, as SciPy makes it
+    time: Any = float  # SciPy's first call passes a float
     for t, y in zip(*points_around(near, n, trace), strict=True):
         look()
         real, mine = _value(function, time(t), y), compiled(t, y)
@@ -129,15 +129,16 @@ def compare_around(function, compiled, near, n, trace=None):
 
 
 def compare_along(bound, times, states, time: Any = np.float64):
-    """Raise Different where machine code is not its function at states of a solution.
+    """Raise Different if machine code and its function differ at states of a solution.
 
     Parameters
     ----------
     bound : bind.Bound
-        With machine code.
+        Has machine code.
     times : iterable of float
     states : iterable of ndarray, shape (n,)
-    time : type, of the times that a solver of SciPy's gives to functions
+    time : type
+        The type of the times that SciPy's solver passes to functions.
     """
     n = len(bound.block) - int(bound.block[FAULT])
     found = []
@@ -157,12 +158,12 @@ def _is_value(found):
 
 
 def python_value(bound, t, y) -> Any:
-    """What a function gives in Python, or the exception that it raises."""
+    """The function's value in Python, or the exception that it raises."""
     return _value(lambda t, y: in_python(bound.python, bound.mode, t, y), t, y)
 
 
 def machine_value(bound, t, y):
-    """What the machine code of a function gives; None where it raises."""
+    """The value of a function's machine code; None if the code raises."""
     block, out = bound.block, np.empty(bound.mode.n_results(len(y)))
     kept = block[RAISED_WORD : TIME + 1].copy()
     code, left = ctypes.cast(bound.function.address, SIGNATURE), np.zeros(1, np.int64)
@@ -174,14 +175,14 @@ def machine_value(bound, t, y):
 
 
 def arrays_given(bound):
-    """The arrays that lie behind the words of a block, where machine code may write to them."""
+    """The writable arrays behind the words of a block, to which machine code may write."""
     held = bound.keepalive[2:]
     return [a for a in held if isinstance(a, np.ndarray) and a.flags.writeable]
 
 
 @contextlib.contextmanager
 def arrays_unchanged(bound):
-    """Whatever is written meanwhile to the arrays that a function is given."""
+    """Restore, after the context, the arrays that a function may write to."""
     before = [(a, a.copy()) for a in arrays_given(bound)] if bound.function.traced is None else []
     try:
         yield
@@ -194,13 +195,13 @@ def _value(function, t, y) -> Any:
     try:
         with np.errstate(all="ignore"):
             found = function(t, y.copy())
-            return np.array(found)  # which may be a buffer of the function
+            return np.array(found)  # a copy: the array may be a buffer of the function
     except Exception as error:
         return error
 
 
 def _agree(bound, real, mine, t, y, largest):
-    """Whether two results are one, or differ by what rounding does where large terms cancel."""
+    """Whether two results agree, up to roundings that large cancelling terms amplify."""
     if not _is_value(real) or mine is None:
         return not _is_value(real) and mine is None
     if real.shape != mine.shape:
@@ -208,7 +209,7 @@ def _agree(bound, real, mine, t, y, largest):
     if not differ(real, mine, largest):
         return True
     spread, signs = np.zeros(real.shape), np.random.default_rng(0).choice((-1.0, 1.0), (3, len(y)))
-    for sign in signs:  # the function itself may follow each rounding
+    for sign in signs:  # the function itself may respond to each rounding
         moved = python_value(bound, type(t)(t * (1.0 + sign[0] * EPS)), y * (1.0 + sign * EPS))
         if not _is_value(moved) or moved.shape != real.shape:
             return True
@@ -217,10 +218,10 @@ def _agree(bound, real, mine, t, y, largest):
 
 
 def differ(real, mine, largest=0.0, of_solution=True):
-    """Whether two results are one but for roundings.
+    """Whether two results differ by more than rounding.
 
-    `largest` is the size of a result along the solution, of which roundings are no difference.
-    What is not finite, far from the solution, need only not be finite on both sides.
+    `largest` is the largest size of a result along the solution; its roundings are no difference.
+    Away from a solution (`of_solution` False), any two non-finite numbers agree.
     """
     if np.array_equal(real, mine, equal_nan=True):
         return False

@@ -1,6 +1,6 @@
-"""What Numba calls when it first compiles: the functions of fastdyn that `@njit` may call."""
+"""Numba's entry point: it registers the functions of fastdyn that `@njit` code may call."""
 
 
 def init():
-    """Teach Numba `solve_linear` and `constrained`."""
+    """Register `solve_linear` and `constrained`."""
     from fastdyn.kernels.algebra import for_numba  # noqa: F401

@@ -1,4 +1,4 @@
-"""What tells a value, or a function with all that it uses, from every other one."""
+"""Tokens that identify a value, or a function with everything that it uses."""
 
 import hashlib
 import sys
@@ -14,7 +14,7 @@ from .parameters import Constant
 
 
 class Opaque:
-    """The token of a value that only this process can tell from others; it keeps the value."""
+    """The token of a value that has an identity in this process only; it keeps the value alive."""
 
     def __init__(self, value):
         self.value = value
@@ -27,7 +27,7 @@ class Opaque:
 
 
 def frozen(value: Any, seen=()) -> Any:
-    """A hashable token that tells a constant from every other one; Opaque if there is none."""
+    """A hashable token; equal tokens mean equal constants.  Opaque if no other token exists."""
     if isinstance(value, bool | int | str | bytes | type(None) | type(Ellipsis)):
         return (type(value).__name__, value)
     if isinstance(value, float):
@@ -68,7 +68,7 @@ LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operat
 
 
 def is_named(value, module, name):
-    """Whether this very object is what a library calls by this name (others may claim it)."""
+    """Whether a library has this very object under this name; other objects may claim the name."""
     if module.split(".")[0] not in LIBRARIES and not module.startswith(KERNELS):
         return False
     found = sys.modules.get(module)
@@ -78,7 +78,7 @@ def is_named(value, module, name):
 
 
 def of_library(function):
-    """Whether Numba, or a kernel, knows a Python function by itself."""
+    """Whether Numba or a kernel implements a Python function."""
     return is_named(function, function.__module__ or "", function.__qualname__)
 
 
@@ -90,7 +90,7 @@ def _frozen_function(function, seen, owner=None):
     seen = (*seen, function)
     try:
         outside = references(function, owner is not None)
-    except Exception:  # Numba says why when it is asked to compile
+    except Exception:  # Numba gives the reason when it compiles
         return Opaque(function)
     values = tuple((r, frozen(resolve(r, function, owner)[0], seen)) for r in outside)
     defaults = (function.__defaults__, *sorted((function.__kwdefaults__ or {}).items()))
@@ -99,7 +99,7 @@ def _frozen_function(function, seen, owner=None):
 
 @memory.cached
 def code_token(code):
-    """Everything of a code object that machine code depends on."""
+    """A digest of everything in a code object that machine code depends on."""
     parts = [code.co_code, code.co_exceptiontable, code.co_names, code.co_varnames]
     parts += [code.co_freevars, code.co_cellvars, code.co_flags]
     parts += [code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount]
@@ -116,7 +116,7 @@ def frozen_constant(constant):
 
 
 def contains_opaque(token):
-    """Whether a token has a part that only this process can identify."""
+    """Whether a token has a part that is valid in this process only."""
     if isinstance(token, Opaque):
         return True
     if isinstance(token, Constant):
@@ -125,7 +125,7 @@ def contains_opaque(token):
 
 
 def calls_itself(token):
-    """Whether a token has a function that refers to itself."""
+    """Whether a token contains a function that refers to itself."""
     if isinstance(token, Constant):
         return calls_itself(token.token)
     if not isinstance(token, tuple):

@@ -1,8 +1,8 @@
-"""What a process remembers of the functions that it has met: one store, one lock, one bound.
+"""The memory of a process for functions: one bounded store with one lock.
 
-Whoever uses an entry holds it: a run holds its functions, a function holds its machine code.  So
-beyond the bound the store releases the entries that were not used for longest, whatever they are:
-what somebody holds stays, and what is asked for again is made again.
+A user of an entry holds the entry's value: a run holds its functions, a function its machine code.
+Above the bound, the store therefore releases the entries that were unused for longest, of any kind.
+A value that is in use survives; a value that is needed again is made again.
 """
 
 import functools
@@ -13,11 +13,11 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any
 
-MOST = int(os.environ.get("FASTDYN_MEMORY", "4096"))  # sizes of all entries together
+MOST = int(os.environ.get("FASTDYN_MEMORY", "4096"))  # the limit of the entries' total size
 
 
 class _Entry:
-    """A value of a table, its size, and whether it was used since the store last looked at it."""
+    """A value of a table, its size, and whether it was used since the store last visited it."""
 
     __slots__ = ("key", "size", "table", "used", "value")
 
@@ -26,7 +26,7 @@ class _Entry:
 
 
 class _Store:
-    """All entries, in the order in which the store looks at them, and their sizes together."""
+    """All entries, in the order of the next visits, and their total size."""
 
     def __init__(self):
         self.entries: OrderedDict[_Entry, None] = OrderedDict()
@@ -41,7 +41,7 @@ class _Store:
         self.size -= entry.size
 
     def oldest(self):
-        """The first entry that was not used since the last look at it."""
+        """The first entry that was not used since the last visit."""
         while (entry := next(iter(self.entries))).used:
             entry.used = False
             self.entries.move_to_end(entry)
@@ -49,20 +49,20 @@ class _Store:
 
 
 _store = _Store()
-_clear: list[Callable] = []  # what ends when everything is forgotten
+_clear: list[Callable] = []  # called by `forget`
 
 
 class Table:
-    """Entries of one kind by keys, each of which may be gone the next time.
+    """A table of entries of one kind; the store may release any of them.
 
-    An entry counts as its size against the bound: about one for 50 kB.
+    The size of an entry is in units of about 50 kB.
     """
 
     def __init__(self):
         self.entries: dict[Any, _Entry] = {}
 
     def get(self, key) -> Any:
-        """The value of an entry, which is used now; None without.  No lock is taken: 0.1 us."""
+        """The value of a key, marked as used; None if there is none.  Takes no lock: 0.1 us."""
         found = self.entries.get(key)
         if found is None:
             return None
@@ -70,7 +70,7 @@ class Table:
         return found.value
 
     def put(self, key, value, size=1):
-        """Keep a value, release what is beyond the bound, return the value."""
+        """Store a value, release entries above the bound, and return the value."""
         gone = []
         with _store.lock:
             before = self.entries.get(key)
@@ -82,21 +82,21 @@ class Table:
             while _store.size > MOST and len(_store.entries) > 1:
                 gone.append(_store.oldest())
                 _store.remove(gone[-1])
-        return value  # what is in `gone` ends here, where no lock is held
+        return value  # the released values are destroyed here, without the lock
 
 
 def cached(function):
-    """`functools.lru_cache` of a function of small results, forgotten with the rest."""
+    """functools.lru_cache for a function with small results; `forget` clears it."""
     remembering = functools.lru_cache(MOST)(function)
     _clear.append(remembering.cache_clear)
     return remembering
 
 
 def forget():
-    """Release everything that is remembered: functions, what was found out about them, their code.
+    """Release everything that the process remembers: functions, facts about them, their code.
 
-    Solvers that exist (`prepare`, `Stepper`) and solves in other threads keep what they use.  The
-    next solve of a function reads its kept code from disk.
+    Existing solvers (`prepare`, `Stepper`) and solves in other threads keep what they use.  The
+    next solve of a function reads its code from disk.
     """
     with _store.lock:
         gone = list(_store.entries)
@@ -110,13 +110,13 @@ def forget():
 
 
 def remembered():
-    """How many entries there are, and their sizes together."""
+    """The number of entries, and their total size."""
     with _store.lock:
         return len(_store.entries), _store.size
 
 
 def _in_child():
-    _store.lock = threading.RLock()  # another thread of the parent may have held the lock
+    _store.lock = threading.RLock()  # a thread of the parent may have held the lock
 
 
 if hasattr(os, "register_at_fork"):

@@ -1,7 +1,7 @@
-"""The modes: what kinds of functions there are, and how each is called.  Nothing else asks a name.
+"""The modes of functions: how each kind of function is called.  No other file compares names.
 
-A compiled function gets n numbers and gives `n_results(n)`; the user's own gets and gives what
-`given` and the flags say.
+A mode relates two lengths: the compiled function takes n numbers and gives ``n_results(n)``;
+`given` and the flags tell what the user's function takes and returns.
 """
 
 from dataclasses import dataclass
@@ -14,44 +14,44 @@ class Mode:
     Attributes
     ----------
     name : str
-        In keys of kept code.
+        Part of the keys of kept code.
     argument : str
-        What the user's function is for him, in sentences.
+        The name of the user's argument, for messages.
     one_number, matrix : bool
-        Whether the result is one real number, or n rows of n; otherwise it is like the state.
+        Whether the result is one real number, or a matrix (n, n); else it has the state's shape.
     complex_numbers : bool
-        Whether y is half as many complex numbers.
+        Whether the user's y has n / 2 complex numbers.
     column : bool
-        Whether y is given as (n, 1), as `vectorized=True` has it.
+        Whether the user's y has shape (n, 1), as for `vectorized=True`.
     second_order : bool
-        Whether y is given with as many zeros behind it, velocities, and only the second half of
-        the result counts.
+        Whether the user's y has n zeros, the velocities, behind the n numbers; then only the second
+        half of the user's result counts.
     moments : tuple of str
         Integrals that follow the state: "mean" of the state, "rms" of its squares.
     half : int or None
-        Which half of a state [q, p] it is given.
+        The half of a state [q, p] that the user's function takes.
     constant : bool
-        Whether there is no function: a matrix that stays the same.
+        Whether there is no function but a constant matrix.
     entries : bool
-        Whether the result is the entries of a sparse matrix, however many.
+        Whether the result is the entries of a sparse matrix, in any number.
     sensitivities : bool
-        Whether the derivative is made from that of the user, and followed by sensitivities.
+        Whether the function is the user's derivative extended by sensitivities.
     writes_to_state : bool
         Whether the machine code writes to y, and so changes the state.
     acts_at_events : bool
-        Whether it gives the state after an event, for which it may write to y.
+        Whether the function gives the state after an event, and may write to y.
     acts_on_state : bool
-        Whether a function in Python that writes to y changes the state, as in SciPy.
+        Whether a Python function that writes to y changes the state, as in SciPy.
     long_arrays : bool
-        Whether its trace may keep arrays long.
+        Whether long arrays may be traced in batches.
     notes_sides : bool
-        Whether its machine code notes which sides its decisions take.
+        Whether the machine code notes the sides that its decisions take.
     probed : bool
-        Whether it is called in Python before a solve, for the mistakes in it.
+        Whether the function is called in Python before a solve, to find mistakes.
     by_numba : bool
-        Whether Numba may compile it.
+        Whether Numba may compile the function.
     in_vectors : bool
-        Whether kernels may evaluate the stages of a step at once on vectors.
+        Whether kernels may evaluate the stages of a step together, as vectors.
     """
 
     name: str
@@ -83,18 +83,18 @@ class Mode:
 
     @property
     def n_copies(self):
-        """How many times the user's state fits into the state, with the moments that follow."""
+        """The size of the state over the size of the user's state; moments follow the state."""
         return 1 + len(self.moments)
 
     @property
     def compared(self):
-        """Whether machine code of a solve is compared with the function at its states."""
+        """Whether machine code is compared with the function at states of a solution."""
         return not (self.constant or self.entries or self.sensitivities)
 
     def given(self, n):
-        """Numbers that the user's function gets, the shape of its result, zeros behind them.
+        """(length of the user's y, shape of the user's result, number of zeros behind y).
 
-        The shape is None of one number.
+        The shape is None for a single number.
         """
         own = n // 2 if self.complex_numbers else n // self.n_copies
         if self.one_number:
@@ -104,7 +104,7 @@ class Mode:
         return own, (n * n,) if self.matrix else (n, 1) if self.column else (own,), 0
 
     def n_results(self, n):
-        """Numbers that the compiled function gives, where the mode says that."""
+        """The number of results of the compiled function."""
         return 1 if self.one_number else n * n if self.matrix else n
 
 
@@ -124,7 +124,7 @@ DERIVATIVE = _mode(
     "derivative", acts_on_state=True, long_arrays=True, notes_sides=True, probed=True,
     by_numba=True, in_vectors=True,
 )  # fmt: skip
-IN_PLACE = _mode("in place", writes_to_state=True)  # of Numba's code for a derivative
+IN_PLACE = _mode("in place", writes_to_state=True)  # Numba's code for a derivative
 COLUMN = _mode("column", column=True, acts_on_state=True, by_numba=True)
 ACCELERATION = _mode("acceleration", second_order=True, in_vectors=True, by_numba=True)
 VELOCITY = _mode("velocity", argument="velocity", half=1, by_numba=True)

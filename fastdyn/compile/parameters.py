@@ -1,8 +1,8 @@
-"""Python values as parameters of compiled code: their type, and their words in a block.
+"""Parameters of compiled code: the type of a Python value, and its words in a block.
 
-The type of a value (`parameter_type`) is what machine code depends on: "a float", "a C-contiguous
-array of int64 with 2 dimensions", "the constant None".  Numbers and arrays are run-time data, so
-their type does not name their value, and a changed value costs nothing.
+Machine code depends on the type of a value (`parameter_type`): "a float", "a C-contiguous array of
+int64 with 2 dimensions", "the constant None".  The type of a number or array does not contain the
+value, so that a new value needs no new code.
 """
 
 import struct
@@ -22,7 +22,7 @@ FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
 
 
 class Constant(NamedTuple):
-    """A value that is part of the code; `token` tells it from every other one."""
+    """A value that is part of the code; `token` identifies it."""
 
     token: Any
     value: Any
@@ -38,6 +38,7 @@ class Constant(NamedTuple):
 
 
 def is_function(value):
+    """Whether a value is a Python function or an `@njit` function."""
     return isinstance(value, python.FunctionType) or is_jitted(value)
 
 
@@ -48,14 +49,14 @@ def parameter_type(value, freeze):
     ----------
     value : object
     freeze : callable
-        Gives the token of anything that has to be a constant.
+        Returns the token of a value that must be a constant.
 
     Returns
     -------
     tuple or Constant
         FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", types), ("lanes", width) or
         a Constant.  ("frozen", dtype, ndim) is an array that the function must not write to,
-        because the kernel has a copy of it; ("list", dtype, 1) a list, which is one too.
+        because the kernel has a copy; ("list", dtype, 1) is a list, which is copied, too.
     """
     cls = value.__class__
     if cls is float:
@@ -94,7 +95,7 @@ def _array_type(value, freeze):
 
 
 def may_write(parameter_type):
-    """Whether a parameter of this type is, or holds, an array of the caller."""
+    """Whether a parameter of this type is, or contains, an array of the caller."""
     if isinstance(parameter_type, Constant):
         return False
     return parameter_type[0] == "array" or (
@@ -103,7 +104,7 @@ def may_write(parameter_type):
 
 
 def n_words(parameter_type: Any) -> int:
-    """Words that a value of this type takes in a block."""
+    """The number of words that a value of this type takes in a block."""
     if isinstance(parameter_type, Constant):
         return 0
     if parameter_type[0] in ARRAYS:
@@ -116,10 +117,11 @@ def n_words(parameter_type: Any) -> int:
 
 
 def pack(parameter_type, value, words, floats, at, keepalive):
-    """Write a value into `words` from index `at`; the index after it.  `floats` views `words`.
+    """Write a value into `words` from index `at` on; return the next index.
 
-    Memory that the words point to is appended to `keepalive`, to be held as long as they are used.
-    A contiguous array is passed in place: the function sees, and may make, later changes.
+    `floats` is a view of `words`.  `keepalive` collects the memory that the words point to; it must
+    live as long as the words.  A contiguous array is passed in place, so that the function sees
+    later changes.
     """
     if isinstance(parameter_type, Constant):
         return at
@@ -147,7 +149,7 @@ def pack(parameter_type, value, words, floats, at, keepalive):
 
 
 def pack_all(parameters, block, keepalive):
-    """Write all parameters, (type, value) each, into a block."""
+    """Write all parameters, given as (type, value), into a block."""
     at, floats = FIRST, block.view(np.float64)
     for k, value in parameters:
         at = pack(k, value, block, floats, at, keepalive)

@@ -1,7 +1,7 @@
-"""A function that stays in Python, callable from compiled kernels.
+"""A function that runs in Python, called from compiled kernels.
 
-The kernels run without the interpreter lock; ctypes takes it for each call.  An exception cannot
-cross compiled code, so it is kept here, the block is marked, and `run.laid_out.raise_kept` raises
+Kernels run without the interpreter lock; ctypes takes the lock for each call.  An exception cannot
+cross compiled code: the Callback keeps it and marks the block, and `run.laid_out.raise_kept` raises
 it again.
 """
 
@@ -25,10 +25,10 @@ SPARSE = "`jac` is sparse here and now, and was not before, or is not taken: ret
 
 
 class Callback:
-    """The C function around ``fun(t, y)``; `exception` holds what it raised.
+    """A C function that calls ``fun(t, y)``; `exception` keeps what `fun` raised.
 
-    Set `writes` to False where only SciPy does what a function does that changes the state, and
-    `after` to a function that is called when this one has run.
+    Set `writes` to False if writes of `fun` to the state must raise WritesToState.  Set `after` to
+    a function that is to be called after each call.
 
     Parameters
     ----------
@@ -36,14 +36,14 @@ class Callback:
     mode : Mode
     n : int
     announce : callable, optional
-        Called once the function has given a value: one that is wrong says so itself.
+        Called after the first value: a function that raises needs no announcement.
     n_out : int, optional
-        Numbers that it gives, where the mode does not say.
+        Number of results, if the mode does not determine it.
 
     Attributes
     ----------
     account : budget.Account or None
-        Of a function that waits for its code.
+        The account of a function that waits for its code.
     """
 
     account: Any = None
@@ -59,17 +59,17 @@ class Callback:
         self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
 
     def begin(self):
-        """A solve begins: the first time is Python's, as in SciPy."""
+        """Begin a solve: the first time is passed as a float, as in SciPy."""
         self._time = float
 
     def announce(self):
-        """Say, once, that the function runs in Python."""
+        """Tell the user, once, that the function runs in Python."""
         if self._announcement is not None:
             said, self._announcement = self._announcement, None
             said()
 
     def _written(self, state, given):
-        """The function has changed the state that it was given, and so the state of the solve."""
+        """React to a function that has written to its y: copy the write to the state, or raise."""
         if self.writes is False:
             raise WritesToState(begun=True)
         if self._mode.acts_on_state:
@@ -92,7 +92,7 @@ class Callback:
                 if self.pending is not None:
                     self.pending()
                 state = self._array(y, n)
-                given = state.copy()  # which it may keep
+                given = state.copy()  # a copy, because the function may keep it
                 target[:] = evaluate(self._fun, self._mode, self._time(t), given)
                 self._time = self.later
                 if given.tobytes() != state.tobytes():
@@ -111,10 +111,9 @@ class Callback:
 
 @contextlib.contextmanager
 def interruptible(callbacks):
-    """Keep Ctrl-C from being lost at the edge of a callback, where nothing can catch it.
+    """Keep Ctrl-C from being lost at the edge of a callback, where no handler catches it.
 
-    A signal that arrives inside the user's function acts as it always does; one that arrives
-    outside waits for the next call.
+    A signal inside the user's function acts as always; any other signal waits for the next call.
     """
     handler = signal.getsignal(signal.SIGINT)
     main = threading.current_thread() is threading.main_thread()
@@ -136,7 +135,7 @@ def interruptible(callbacks):
 
 
 def evaluate(fun, mode, t, y):
-    """``fun(t, y)`` in Python, as the kernel wants it: checked, real, of the right length."""
+    """Call ``fun(t, y)`` in Python; return a checked array of real numbers, as kernels need it."""
     n = len(y)
     if mode.complex_numbers:
         y = y.view(complex)
@@ -167,11 +166,12 @@ def evaluate(fun, mode, t, y):
 
 
 def is_sparse(matrix):
+    """Whether a matrix is one of scipy.sparse."""
     return hasattr(matrix, "tocsc")
 
 
 def check_shape(matrix, n, name="jac"):
-    """Raise ValueError for a matrix that is not of (n, n)."""
+    """Raise ValueError unless a matrix has shape (n, n)."""
     if matrix.shape != (n, n):
         raise ValueError(
             f"`{name}` is expected to have shape {(n, n)}, but actually has {matrix.shape}."
@@ -179,7 +179,7 @@ def check_shape(matrix, n, name="jac"):
 
 
 def matrix(value, n):
-    """A Jacobian as an array of (n, n) floats, ValueError if it is not one."""
+    """A Jacobian as an (n, n) array of floats; ValueError if it is none."""
     if is_sparse(value):
         raise ValueError(SPARSE)
     array = np.asarray(value, dtype=float)
@@ -188,13 +188,13 @@ def matrix(value, n):
 
 
 def derivative(value, n, mode: Mode = DERIVATIVE):
-    """A returned derivative as an array of n floats; raises with a sentence if it is not one."""
+    """The user's derivative as an array of n floats; raise a sentence if it is none."""
     array = np.asarray(value)
     name = mode.argument
     if value is None or array.dtype.kind not in "fiubc":
         error = ValueError if array.dtype.kind in "US" else TypeError
         if array.dtype.kind == "O" and not any(v is None for v in array.flat):
-            try:  # numbers of another library, maybe
+            try:  # perhaps numbers of another library
                 return derivative(array.astype(float), n, mode)
             except (TypeError, ValueError) as reason:
                 error = type(reason)

@@ -1,4 +1,4 @@
-"""Other arguments for a function that is bound: what a prepared solver does at each call."""
+"""Gives new arguments to a bound function, as a prepared solver does at each call."""
 
 import types as python
 
@@ -16,16 +16,16 @@ from .parameters import pack_all, parameter_type
 from .traced import met
 from .traced.find import made
 
-UNCHANGING = (  # the same object is the same value
+UNCHANGING = (  # an identical object has an equal value
     float, int, complex, str, bytes, type(None), np.generic, np.ufunc, python.BuiltinFunctionType
 )  # fmt: skip
 
 
 def rebind(bound, fun, args):
-    """Let a block have other arguments, and what holds now of all else that the function uses.
+    """Write new arguments, and the current outside values of the function, into a block.
 
-    `bound` is what `bind` gave for the same `fun`.  False if that takes other code, and the block
-    is as it was.
+    `bound` is the result of `bind` for `fun`.  Returns False, with the block unchanged, if the new
+    values need other code.
     """
     function = bound.function
     if function is None or bound.mode.constant:
@@ -61,7 +61,7 @@ def rebind(bound, fun, args):
 
 
 def _by_trace(known, bound):
-    """A function that does what `rebind` does as long as this trace holds, and says whether."""
+    """A fast form of `rebind` for one trace; it returns False if the trace does not hold."""
     follow, zeros, function, block = known.follow, known.zeros, bound.function, bound.block
     pack, kept = known.traced.pack, bound.keepalive
 
@@ -77,7 +77,7 @@ def _by_trace(known, bound):
 
 
 def _remember(seen, fun, parameters, n_args):
-    """Note what a plain function uses from outside, if that cannot change but by assignment."""
+    """Store the outside values of a plain function, if only assignment can change them."""
     seen.clear()
     if fun.__class__ is not python.FunctionType or fun.__kwdefaults__:
         return
@@ -89,7 +89,7 @@ def _remember(seen, fun, parameters, n_args):
 
 
 def _same_parameters(seen, fun, args):
-    """(type, value) of all parameters if plainly the same code takes them; else None."""
+    """The (type, value) of all parameters, if the stored facts still hold; else None."""
     if fun.__class__ is not python.FunctionType or seen.get("code") is not fun.__code__:
         return None
     if fun.__defaults__ is not seen["defaults"]:

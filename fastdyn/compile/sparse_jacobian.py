@@ -1,4 +1,4 @@
-"""Sparse Jacobians of the user: a constant one, and functions that return them, in Python."""
+"""Sparse Jacobians from the user: constant matrices, and Python functions that return them."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from .python_callback import Callback, check_shape, is_sparse
 
 
 class WiderPattern(Exception):
-    """A sparse Jacobian has elements where there were none before; `entries` are all of them."""
+    """Raised if a sparse Jacobian gets elements outside its pattern; `entries` has all elements."""
 
     def __init__(self, entries):
         super().__init__("the pattern of a sparse Jacobian changes")
@@ -19,9 +19,9 @@ class WiderPattern(Exception):
 
 
 def pattern_of(matrix, n, name="jac"):
-    """The Entries of a sparse matrix, or of an array; of zeros, one.
+    """The Entries of a sparse matrix or an array; one entry if all elements are zero.
 
-    Raises ValueError if its shape is not (n, n).
+    Raises ValueError if the shape is not (n, n).
     """
     if not is_sparse(matrix):
         matrix = np.asarray(matrix)
@@ -34,7 +34,7 @@ def pattern_of(matrix, n, name="jac"):
 
 
 def _coordinates(matrix):
-    """Rows, columns, numbers of a sparse matrix, none twice."""
+    """Rows, columns and numbers of a sparse matrix, with duplicates summed."""
     matrix = matrix.tocsc(copy=True)
     matrix.sum_duplicates()
     matrix = matrix.tocoo()
@@ -42,13 +42,13 @@ def _coordinates(matrix):
 
 
 def in_order(rows, columns, n):
-    """Entries of places in any order, each once."""
+    """The Entries of places in any order, without duplicates."""
     columns, rows = np.divmod(np.unique(columns * n + rows), n)
     return Entries(rows, columns)
 
 
 def entries_of_matrix(matrix, entries, n):
-    """The numbers of a sparse matrix at these entries; WiderPattern if it has others."""
+    """The numbers of a sparse matrix at `entries`; raise WiderPattern if it has other elements."""
     check_shape(matrix, n)
     rows, columns, data = _coordinates(matrix)
     places, own = entries.columns * n + entries.rows, columns * n + rows
@@ -62,7 +62,7 @@ def entries_of_matrix(matrix, entries, n):
 
 
 def bind_sparse_matrix(matrix):
-    """A constant sparse Jacobian as a Bound."""
+    """The Bound of a constant sparse Jacobian."""
     n = matrix.shape[0]
     entries = pattern_of(matrix, n)
     block = entries_block(entries, n, entries_of_matrix(matrix, entries, n))
@@ -70,7 +70,7 @@ def bind_sparse_matrix(matrix):
 
 
 def bind_sparse_function(fun, args, n, entries):
-    """A function that returns sparse matrices with these entries at most, as a Bound."""
+    """The Bound of a function that returns sparse matrices within the pattern `entries`."""
 
     def as_entries(t, y):
         matrix = fun(t, y, *args)

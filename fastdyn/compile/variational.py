@@ -1,7 +1,7 @@
-"""The variational equations of a traced function, compiled: y' = f, S' = df/dy S + df/dp.
+"""Compiles the variational equations of a traced function: y' = f, S' = df/dy S + df/dp.
 
-S has a row for each component of y and a column for each direction; it follows y in the state,
-row by row.
+S has a row for each component of y and a column for each direction.  In the state, S follows y row
+by row.
 """
 
 import functools
@@ -26,7 +26,7 @@ from .traced.code import Traced
 from .traced.find import traced_function
 from .traced.met import why
 
-DECISIONS = "decisions"  # among the notes of a function
+DECISIONS = "decisions"  # a key of a Function's notes
 
 
 def bind_variational(equations, args, near, refused=None):
@@ -37,14 +37,14 @@ def bind_variational(equations, args, near, refused=None):
     equations : problem.sensitivities.Variational
     args : tuple
     near : traced.find.Near
-        Of the state alone.
+        The region of the state, without sensitivities.
     refused : str, optional
-        Why the function must run in Python.
+        The reason why the function must run in Python.
 
     Raises
     ------
     Uncompilable
-        Where `fun` has no trace, or no derivative.
+        If `fun` has no trace, or a derivative is missing.
     """
     if refused:
         raise Uncompilable(refused)
@@ -75,12 +75,12 @@ def bind_variational(equations, args, near, refused=None):
 
 
 def decides(bound):
-    """Whether the function may jump where the state, or a parameter, passes some value."""
+    """Whether decisions of a function depend on the state or on a differentiated parameter."""
     return bool(bound.function.notes[DECISIONS][1])
 
 
 def jump_of(bound, times, solution):
-    """The first time at which it does so on a solution; see `trace.jumps.first_jump`."""
+    """The first time at which a decision makes the function jump: see `jumps.first_jump`."""
     trace, nodes = bound.function.notes[DECISIONS]
     values = flat([value for _, value in bound.values])
     return first_jump(trace.graph, trace.outputs, nodes, times, solution, values)
@@ -119,7 +119,7 @@ def _compiled(base, groups):
 
 
 def _columns(traced, groups):
-    """The direction of each column: None for a component of the start, or a slot."""
+    """Yield each column's direction: a parameter's slot, None for a component of the start."""
     for group in groups:
         if group is None:
             yield from [None] * len(traced.stored)

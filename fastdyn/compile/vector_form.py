@@ -1,4 +1,4 @@
-"""A user's function as it is compiled on vectors, from its trace."""
+"""The form of a traced function that is compiled on vectors."""
 
 import functools
 from typing import Any, NamedTuple
@@ -14,11 +14,11 @@ from .traced.met import why
 
 
 class VectorForm(NamedTuple):
-    """What a kernel on vectors needs of a function.
+    """A function in the form that a kernel on vectors needs.
 
-    `parameters` are (type, value) each; ``build()`` gives the function on vectors,
-    ``series(order)`` its kernel of the Taylor method on them, and ``jacobian(time)`` its Jacobian.
-    The value is nan where the function raises, if it `raises`.
+    `parameters` has a (type, value) for each parameter.  ``build()`` makes the function on vectors,
+    ``series(order)`` its Taylor kernel on vectors, ``jacobian(time)`` its Jacobian.  `raises` tells
+    whether the function may raise; its value is then NaN.
     """
 
     key: str
@@ -31,7 +31,7 @@ class VectorForm(NamedTuple):
 
 
 def vector_form(fun, args, varying, mode, n, near, width):
-    """The form of a function, `args[j]` one number a lane where `varying[j]`."""
+    """The VectorForm of a function; `args[j]` has one number for each lane if `varying[j]`."""
     places = tuple([j for j, v in enumerate(varying, 1) if v])
     found = None if DISABLED else traced_function(fun, args, mode, n, near, places)
     if found is None:
@@ -51,7 +51,7 @@ def vector_form(fun, args, varying, mode, n, near, width):
 
 
 def _jacobian(function, kinds, time):
-    """The `compile.jacobian.Jacobian` of a function, and what builds it on vectors."""
+    """The `derivatives.jacobian.Jacobian` of a function, and the builder of its form on vectors."""
     try:
         found: Any = jacobian(function, time)
     except Untraceable as reason:

@@ -36,7 +36,7 @@ def build(folder="docs/gallery", write=print):
         "",
         "Every figure of `fastdyn tour`, in the order of the course, and a moving picture of every",
         "system. The page and its pictures are written by `fastdyn gallery`; a test compares them",
-        "with those of the present code.",
+        "with pictures of the current code.",
     ]
     for (name, system), (heading, figures) in zip(SYSTEMS.items(), board.sections, strict=True):
         lines += ["", f"## {heading}", "", f"`fastdyn.systems.{name}`, {system.source}."]

@@ -1,4 +1,4 @@
-"""What Numba can never take, told by a look at the values, before Numba is imported."""
+"""Refuses functions with values that Numba cannot type, before Numba is imported."""
 
 import builtins
 import dis
@@ -15,15 +15,15 @@ from .captured import HEAP_TYPE, MISSING
 from .diagnostics import EMPTY, Uncompilable, located
 from .parts import T, Y
 
-KNOWN = (  # Numba has types of them, or they are looked into
+KNOWN = (  # Numba has types for these, or their contents are inspected
     int, float, complex, str, bytes, type(None), type(Ellipsis), slice, range, type,
     python.ModuleType, np.ndarray, np.generic, np.dtype,
 )  # fmt: skip
-DEEPEST = 3  # functions that call functions
+DEEPEST = 3  # depth of functions that call functions
 
 
 class Chain(NamedTuple):
-    """A name from outside and the attributes that are taken of it, on a line."""
+    """A name from outside, the attributes that are taken of it, and the line."""
 
     root: str
     name: str
@@ -33,7 +33,7 @@ class Chain(NamedTuple):
 
 @memory.cached
 def chains(code):
-    """All that a piece of code, with those inside, refers to outside itself."""
+    """The outside names that a code object and its nested functions use."""
     found: list[Any] = []
     line, before = code.co_firstlineno, False
     first = code.co_varnames[0] if code.co_argcount else None
@@ -59,7 +59,7 @@ def chains(code):
 
 
 def refuse_at_sight(parts):
-    """Raise Uncompilable, with name and line, for what no compiled code can hold."""
+    """Raise Uncompilable, with name and line, for a value that compiled code cannot hold."""
     for value in parts.positional:
         if value is not T and value is not Y and _never(value):
             raise Uncompilable(
@@ -88,7 +88,7 @@ def _look(function, owner, depth):
 
 
 def _value(chain, function, owner):
-    """What a chain leads to, as far as no code of the user runs, and how many attributes."""
+    """(value of a chain, number of attributes followed); stops before the user's code would run."""
     if chain.root == "global":
         value = function.__globals__.get(chain.name, vars(builtins).get(chain.name, MISSING))
     elif chain.root == "free":
@@ -108,7 +108,7 @@ def _value(chain, function, owner):
 
 
 def _never(value):
-    """Whether Numba has no type for a value that is neither looked into nor called."""
+    """Whether Numba has no type for a value; values that are inspected or called do not count."""
     if isinstance(value, KNOWN) or callable(value):
         return False
     if isinstance(value, list | tuple):
@@ -120,9 +120,9 @@ def _never(value):
 
 
 def _untyped(value):
-    if hasattr(type(value), "_numba_type_"):  # of a class that Numba has compiled
+    if hasattr(type(value), "_numba_type_"):  # an instance of a class that Numba has compiled
         return False
-    asked = any("__getattr__" in vars(kind) for kind in type(value).__mro__)  # by Numba
+    asked = any("__getattr__" in vars(kind) for kind in type(value).__mro__)  # Numba would call it
     if "numba" not in sys.modules or asked:
         return True
     from numba import typeof

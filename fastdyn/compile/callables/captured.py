@@ -1,7 +1,7 @@
-"""What a function refers to outside itself: globals, closure variables, attributes of `self`.
+"""Finds what a function uses from outside: globals, closure variables, attributes of `self`.
 
-Found in Numba's own reading of the bytecode, so that what is found is what is compiled; it is
-imported when there is something to read.
+Numba's own bytecode reader finds the names, so that no compiled name is missed.  Numba is imported
+on first use.
 """
 
 import builtins
@@ -15,12 +15,12 @@ import numpy as np
 from .. import memory
 
 MISSING = object()
-HEAP_TYPE = 1 << 9  # of the flags of a class that is written in Python
-TUPLES = "__fastdyn_tuples__"  # on a function whose returned list may be a tuple where it is called
+HEAP_TYPE = 1 << 9  # the flag of classes written in Python
+TUPLES = "__fastdyn_tuples__"  # marks a function whose returned list may become a tuple
 
 
 class Reference(NamedTuple):
-    """A root, "global", "free" or "self", and attributes taken of it."""
+    """A root ("global", "free" or "self"), a name, and the attributes that are taken of it."""
 
     root: str
     name: str
@@ -30,8 +30,8 @@ class Reference(NamedTuple):
 def track(blocks, n_definitions, owned):
     """Yield (block, position, statement, path) for each use of an outside name in Numba IR.
 
-    `owned` says that the first argument is bound (`self`).  A path is a Reference; attributes
-    taken of a path extend it, and every prefix is yielded too.
+    `owned` tells that the first argument is bound (`self`).  A path is a Reference.  Each attribute
+    extends the path; every prefix of a path is yielded, too.
     """
     from numba.core import ir
 
@@ -60,7 +60,7 @@ def track(blocks, n_definitions, owned):
 
 
 def count_definitions(blocks):
-    """How often each variable is assigned."""
+    """The number of assignments to each variable."""
     from numba.core import ir
 
     counts = {}
@@ -107,9 +107,9 @@ _known = memory.Table()
 
 
 def references(function, owned):
-    """The outside names that a Python function uses, as long paths.
+    """The outside names that a Python function uses, as longest paths.
 
-    Raises what Numba raises on bytecode that it cannot read.
+    Raises Numba's exceptions for bytecode that Numba cannot read.
     """
     code = function.__code__
     known = _known.get((id(code), owned))  # hashing the code itself would take a microsecond
@@ -119,7 +119,7 @@ def references(function, owned):
 
 
 def walks_into(value):
-    """Whether attributes of a value are looked up here, because Numba could not."""
+    """Whether attributes of a value are looked up here, because Numba cannot."""
     if isinstance(value, python.ModuleType | type):
         return True
     plain = (str, bytes, int, float, complex, tuple, list, np.ndarray, np.generic, type(None))
@@ -127,7 +127,7 @@ def walks_into(value):
 
 
 def resolve(reference, function, owner):
-    """The value that a path leads to now, and the number of attributes that were followed."""
+    """(current value of a path, number of attributes followed)."""
     if reference.root == "self":
         value = owner
     elif reference.root == "global":
@@ -152,7 +152,7 @@ def resolve(reference, function, owner):
 
 
 def _runs_code(value, name):
-    """Whether an attribute of an object of the user is what a function of the user gives."""
+    """Whether the attribute lookup would run code of the user."""
     kind = type(value)
     if isinstance(value, python.ModuleType) or not kind.__flags__ & HEAP_TYPE:
         return False
@@ -170,7 +170,7 @@ def _runs_code(value, name):
 
 
 def draws_random(value):
-    """Whether a value is a generator of random numbers, or one of its methods."""
+    """Whether a value is a random number generator, or one of its methods."""
     bound = isinstance(value, python.BuiltinFunctionType | python.MethodType)
     owner = value.__self__ if bound and value.__self__ is not None else value
     kind = owner if isinstance(owner, type | python.ModuleType) else type(owner)
@@ -182,7 +182,7 @@ STORES = ("STORE_GLOBAL", "DELETE_GLOBAL", "STORE_DEREF", "DELETE_DEREF")
 
 
 def stored_outside(code):
-    """A global or enclosing variable that a function assigns to, or None."""
+    """A global or enclosing variable that a function assigns to; None if there is none."""
     todo, free = [code], set(code.co_freevars)
     while todo:
         one = todo.pop()

@@ -1,4 +1,4 @@
-"""A compiled function of the user, however it was made."""
+"""A compiled function of the user, by tracing or by Numba."""
 
 import math
 from dataclasses import dataclass, field
@@ -9,13 +9,26 @@ from ..mode import DERIVATIVE, Mode
 
 @dataclass(eq=False, slots=True)
 class Function:
-    """A compiled function of the user; `key` is None if only this process can identify it.
+    """A compiled function of the user.
 
-    `build` makes the dispatcher of its pointer form, `build_vector`, of a traced one, that of its
-    form on vectors, ``series(order)`` its kernel of the Taylor method; `seconds` is what an
-    evaluation takes at most, where it is known; `traced` is its trace, if it has one.  `notes` is
-    what else is found out about it, which ends with it: kernels around it, its Jacobian, where it
-    was compared.  The machine code is in the process as long as `keepalive` is.
+    Attributes
+    ----------
+    key : str or None
+        None if only this process can identify the function.
+    build : callable
+        Makes the dispatcher of the pointer form.
+    keepalive : object
+        Keeps the machine code in memory.
+    build_vector : callable
+        Makes the dispatcher of the form on vectors, if the function is traced.
+    seconds : float
+        An upper bound for the time of an evaluation, if known.
+    series : callable
+        ``series(order)`` is the Taylor kernel.
+    traced : Traced or None
+        The trace.
+    notes : dict
+        Facts that live as long as the function: kernels around it, its Jacobian, comparisons.
     """
 
     key: str | None

@@ -1,4 +1,4 @@
-"""Why a function cannot be compiled, in one sentence, said once."""
+"""The reasons why a function cannot be compiled, each one sentence that is said once."""
 
 import functools
 import inspect
@@ -24,15 +24,15 @@ class CompileWarning(UserWarning):
 
 
 class Uncompilable(Exception):
-    """Why a function cannot be compiled."""
+    """The reason why a function cannot be compiled."""
 
 
 class FoundLater(Uncompilable):
-    """The same, which its compiled form showed as it ran."""
+    """The reason why a function cannot be compiled, found when its compiled form ran."""
 
 
 class GaveUp(Exception):
-    """A compiled function raised where the Python function gives a value."""
+    """Raised if compiled code fails where the Python function gives a value."""
 
     def __init__(self, bound, t):
         super().__init__(f"its compiled form could not go on at t = {t:.10g}")
@@ -40,13 +40,13 @@ class GaveUp(Exception):
 
 
 class LeftToSciPy(Exception):
-    """A function of complex numbers cannot be traced: neither Numba nor the kernels take it."""
+    """Raised for a function of complex numbers that cannot be traced: SciPy solves instead."""
 
 
 class WritesToState(ValueError):
-    """A function writes to the state that it is given, where only SciPy does what SciPy does.
+    """Raised if a function writes to its state in a solve that cannot treat writes as SciPy does.
 
-    `begun` says whether functions have been called meanwhile.
+    `begun` tells whether functions have been called before.
     """
 
     def __init__(self, begun=False):
@@ -58,7 +58,7 @@ class WritesToState(ValueError):
 
 
 SWITCHED_OFF = "NUMBA_DISABLE_JIT is set"
-_warned = memory.Table()  # functions of which a warning was given
+_warned = memory.Table()  # functions that the user was warned of
 EMPTY = CellType()
 WRAPPERS: Any = (
     (functools.partial, "func"), (MethodType, "__func__"), (np.vectorize, "pyfunc"),
@@ -67,7 +67,7 @@ NAMED = FunctionType | BuiltinFunctionType | type
 PACKAGE = f"{__name__.partition('.')[0]}."
 
 
-# What Numba says -> what it means to the user; \\1 and \\2 are the groups of the pattern.
+# Numba's message -> its meaning for the user; \1 and \2 are the groups of the pattern.
 SENTENCES = (
     (r"Untyped global name '([\w.]+)':? ?Cannot type empty list", r"it uses `\1`, an empty list"),
     (
@@ -100,14 +100,14 @@ SENTENCES = (
     (r"it calls _numba_hash\w+", "it looks up text in a set or a dict"),
     (r"it calls _?(?:numba|Py|NRT)\w+", "it goes back to Python"),
 )
-INSIDE = r"0x[0-9a-f]{6}| object at |\bfastdyn\b|(?i:numba)|\$"  # what says nothing to the user
+INSIDE = r"0x[0-9a-f]{6}| object at |\bfastdyn\b|(?i:numba)|\$"  # means nothing to the user
 AT = re.compile(r"^File \"(.+)\", line (\d+)")
 ANY = "it does what only Python can do"
 
 
 def explain(error):
-    """One sentence: what Numba could not compile, and the line of the user."""
-    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))  # colours of terminals
+    """One sentence: the construct that Numba could not compile, and the user's line."""
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))  # terminal colours
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     skip = ("Failed in", "During:", "File ", "<source", "- Resolution", "There are", "[", "raised")
     what = [s for s in lines if not s.startswith(skip) and "type inference" not in s]
@@ -126,17 +126,17 @@ def explain(error):
 
 
 def _whole(file):
-    """The path of a file that Numba names from where Python runs."""
+    """The absolute path of a file that Numba names relative to the working directory."""
     return os.path.abspath(file) if os.path.exists(file) else file
 
 
 def located(sentence, place):
-    """A sentence with (file, line) behind it, if that is known."""
+    """Append (file, line) to a sentence, if known."""
     return f"{sentence} ({place[0]}, line {place[1]})" if place else sentence
 
 
 def warn_once(fun, reason):
-    """Say that a function runs in Python, at the line of the user who called."""
+    """Warn, at the user's line, that a function runs in Python; once for each function."""
     plain = _plain(fun)
     if reason != SWITCHED_OFF and not re.search(r", line \d+\)$", reason):
         code = plain.__code__ if isinstance(plain, FunctionType) else None
@@ -154,7 +154,7 @@ def warn_once(fun, reason):
 
 
 def _plain(fun):
-    """The Python function in a callable, or what is innermost."""
+    """The innermost Python function of a callable; the innermost object if there is none."""
     while not isinstance(fun, FunctionType):
         name = next((name for kind, name in WRAPPERS if isinstance(fun, kind)), None)
         name = "py_func" if is_jitted(fun) else name
@@ -166,10 +166,10 @@ def _plain(fun):
 
 
 def _identity(fun, depth=3):
-    """What tells a callable from others: its code, and that of the callables that it holds."""
+    """The identity of a callable: its code, and the code of the callables that it holds."""
     plain = _plain(fun)
     held: list[Any] = []
-    if isinstance(plain, FunctionType):  # other things may answer anything
+    if isinstance(plain, FunctionType):  # other objects may answer to any attribute
         held += [cell.cell_contents for cell in plain.__closure__ or () if cell != EMPTY]
         held += plain.__defaults__ or ()
     if isinstance(fun, functools.partial):
@@ -181,7 +181,7 @@ def _identity(fun, depth=3):
 
 
 def levels_inside():
-    """The `stacklevel` of a warning given by the caller: that of the first line outside."""
+    """The `stacklevel` at which the caller's warning names the first line outside fastdyn."""
     frame, level = sys._getframe(1), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(PACKAGE):
         frame, level = frame.f_back, level + 1

@@ -1,4 +1,4 @@
-"""A callable taken apart: the Python function in it, its `self`, its positional arguments."""
+"""Takes a callable apart: the Python function in it, its `self`, its positional arguments."""
 
 import functools
 import inspect
@@ -10,12 +10,12 @@ from fastdyn.code_store.numba_settings import DISABLED
 from .diagnostics import EMPTY, SWITCHED_OFF, Uncompilable
 from .jitted import is_jitted
 
-T, Y = object(), object()  # where t and y go among the arguments
+T, Y = object(), object()  # the places of t and y among the arguments
 KEYWORDS = inspect.CO_VARKEYWORDS
 
 
 class Parts(NamedTuple):
-    """What a callable is made of: a Python function, its `self`, and its positional arguments."""
+    """A callable's Python function, its `self`, its positional arguments, its `@njit` options."""
 
     function: Any
     owner: Any
@@ -24,7 +24,7 @@ class Parts(NamedTuple):
 
 
 def parts_of(fun, args):
-    """Take a callable apart; raises Uncompilable for what has no Python code."""
+    """Take a callable apart; raise Uncompilable if it has no Python code."""
     if DISABLED:
         raise Uncompilable(SWITCHED_OFF)
     leading, keywords, options, owner = (), {}, {}, None
@@ -58,7 +58,7 @@ def parts_of(fun, args):
 
 
 def codes_of(function):
-    """The code of a Python function, and of the functions that its variables from outside hold."""
+    """The code of a Python function, and of the functions in its closure."""
     held = [cell.cell_contents for cell in function.__closure__ or () if cell != EMPTY]
     inner = [v.__code__ for v in held if isinstance(v, python.FunctionType)]
     return (function.__code__, *inner)

@@ -1,7 +1,7 @@
-"""The exact Jacobian of a traced function, compiled: its entries that are not zero everywhere.
+"""Compiles the exact Jacobian of a traced function: the entries that are not zero everywhere.
 
-It is called as the function is, ``jacobian(t, y, n, block, out)``, with the function's own block
-of parameters; where the function raises, its entries have no meaning.
+The Jacobian is called like the function, ``jacobian(t, y, n, block, out)``, with the same block.
+Where the function raises, the entries are meaningless.
 """
 
 import functools
@@ -18,15 +18,15 @@ from fastdyn.trace.graph.expressions import is_zero
 from ..mode import ENTRIES
 from ..traced.code import Traced
 
-GROWING = threading.Lock()  # a graph that grows belongs to one thread
+GROWING = threading.Lock()  # only one thread may extend a graph
 
 
 class Jacobian(NamedTuple):
-    """What `out` gets: entries by columns, rows ascending; then df/dt, n numbers, if asked for.
+    """A compiled Jacobian: `out` gets its entries by columns, rows ascending, then maybe df/dt.
 
-    `build` makes the dispatcher of its pointer form, `build_vector` that of its form on vectors,
-    as those of a `Function` do; `size` is the length of `out`.  `autonomous` says that df/dt is
-    zero, if it was asked for.
+    `time` tells whether df/dt (n numbers) follows the entries, and `autonomous` whether df/dt is
+    zero.  `size` is the length of `out`.  `build` makes the dispatcher of the pointer form,
+    `build_vector` the dispatcher of the form on vectors, as for a `Function`.
     """
 
     key: str
@@ -42,12 +42,12 @@ class Jacobian(NamedTuple):
 
 
 def jacobian(function, time=False):
-    """The Jacobian of a compiled Function; None of one that is not compiled from a trace.
+    """The Jacobian of a compiled Function; None for a function that was not traced.
 
     Raises
     ------
     trace.refusal.Untraceable
-        Where an operation has no derivative, or there are too many entries.
+        If an operation has no derivative, or there are too many entries.
     """
     if function is None or function.traced is None:
         return None

@@ -1,6 +1,6 @@
-"""Jacobians as kernels take them: a matrix that stays the same, or exact ones of traced functions.
+"""Jacobians in the form that kernels take: constant matrices, or exact Jacobians of traces.
 
-See `kernels/calls/block.py` for the words.
+`kernels/calls/block.py` defines the words.
 """
 
 import hashlib
@@ -16,11 +16,11 @@ from ..mode import CONSTANT
 from .jacobian import jacobian
 
 NONE = np.empty(0)
-MANY = 1000  # columns, which SciPy puts in groups in less time
+MANY = 1000  # columns; above, SciPy groups them faster
 
 
 def constant_function(matrix):
-    """What `bind` puts in place of a compiled function: it names the numbers."""
+    """The Function of a constant matrix; its key is the digest of the numbers."""
     digest = hashlib.sha256(matrix.tobytes()).hexdigest()
     return Function(f"constant {digest}", 0, 0, None, matrix, CONSTANT, seconds=0.0)
 
@@ -33,23 +33,25 @@ def constant_block(matrix):
 
 
 class Entries(NamedTuple):
-    """Where a matrix has elements that are not zero everywhere, column by column."""
+    """The places of a matrix's elements that are not zero everywhere, column by column."""
 
     rows: np.ndarray
     columns: np.ndarray
 
 
 def entries_block(entries, n, numbers=NONE, own=False):
-    """The block of a Jacobian that is known by its entries; places are those of a full matrix.
+    """The block of a Jacobian that is given by its entries.
+
+    The words hold the entries' places in the full matrix, by columns.
 
     Parameters
     ----------
     entries : Entries
     n : int
     numbers : array of float, optional
-        The entries of a constant one.
+        The entries of a constant Jacobian.
     own : bool
-        Whether their function takes this block, and not that of the derivative.
+        Whether the Jacobian's function takes this block instead of the derivative's block.
     """
     places = entries.columns * n + entries.rows
     numbers = np.ascontiguousarray(numbers).view(np.int64)
@@ -59,7 +61,7 @@ def entries_block(entries, n, numbers=NONE, own=False):
 
 
 def with_groups(block, entries, n):
-    """The same block, where the entries may also be found by differences."""
+    """A block with groups of columns, so that finite differences can also find the entries."""
     group = groups_of(entries, n)
     begins = np.searchsorted(entries.columns, np.arange(n + 1))
     block = np.concatenate([block[: FIRST + len(entries.rows)], entries.rows, begins, group])
@@ -68,7 +70,7 @@ def with_groups(block, entries, n):
 
 
 def entries_of(block, n):
-    """The Entries of a block that is new; None if it has none."""
+    """The Entries of a new block; None if it has none."""
     if block is None or block[N_ENTRIES] == 0:
         return None
     columns, rows = np.divmod(block[FIRST : FIRST + block[N_ENTRIES]], n)
@@ -76,12 +78,12 @@ def entries_of(block, n):
 
 
 def is_exact(block):
-    """Whether a new block is that of an exact Jacobian."""
+    """Whether a new block belongs to an exact Jacobian."""
     return block[0] != 0 and block[N_ENTRIES] > 0 and block[OWN_BLOCK] == 0
 
 
 def pattern_of_batches(function, n):
-    """The Entries of the Jacobian of a function of long arrays; None if it is full, or another."""
+    """The Entries of the Jacobian of a function in batches; None if dense, or not in batches."""
     if function is None or function.traced is None or not function.traced.in_batches:
         return None
     found = function.traced.pattern if function.traced.n_stored == n else None
@@ -89,7 +91,7 @@ def pattern_of_batches(function, n):
 
 
 def groups_of(entries, n):
-    """The group of each column, the first in which no other has a row of it."""
+    """The group of each column: the first group in which no other column shares a row with it."""
     if n > MANY:
         from scipy.optimize._numdiff import group_columns
         from scipy.sparse import csc_matrix
@@ -112,10 +114,10 @@ def groups_of(entries, n):
 
 
 def exact_block(function, n, time=False):
-    """The block of the exact Jacobian of a compiled function of n numbers; None if there is none.
+    """The block of a compiled function's exact Jacobian; None if there is none.
 
-    It has the places of the entries, column by column, where others have parameters.  With `time`
-    its function gives df/dt behind the entries.
+    The words hold the places of the entries where other blocks have parameters.  With `time`, the
+    Jacobian's function also gives df/dt behind the entries.
     """
     if function is None or function.traced is None or function.traced.n != n:
         return None

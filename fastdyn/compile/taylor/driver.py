@@ -1,6 +1,7 @@
 """The loop over Taylor steps of one trajectory, as a kernel ``int64 kernel(int64 *words)``.
 
-The words are those of ``advance(state, work, block, n_steps)``; see `kernels/state/record.py`.
+The words are the arguments of ``advance(state, work, block, n_steps)``; see
+`kernels/state/record.py`.
 """
 
 from fastdyn.kernels.state.record import ATOL, RTOL, Y
@@ -153,7 +154,7 @@ class Driver(Kernel):
         step_taken(self, t, pace)
 
     def _dithered(self, x):
-        """A length that differs from step to step, for tolerances near rounding."""
+        """Vary the length x from step to step, for tolerances near rounding: see `DITHER`."""
         text = self.text
         before = text.new(f"load i64, ptr {text.at('%state', AT['n_accepted'])}")
         count = text.new(f"add i64 {before}, {text.new(f'load i64, ptr {self.taken}')}")
@@ -168,5 +169,8 @@ class Driver(Kernel):
         return self.kinks.functions()
 
     def asked(self, t, state="y"):
-        """A truth value: the function raises at a state; the derivative goes to `out`."""
+        """Call the function at a state; return a truth value: the function raises.
+
+        The derivative goes to `out`.
+        """
         return asked(self.text, t, self.room[state], self.n, self.out)

@@ -1,6 +1,7 @@
 """The loop over Taylor steps with a trajectory in each lane, as in `kernels/ensemble/lanes.py`.
 
-``int64 kernel(int64 *words)`` has the words of ``loop(state, lanes, work, block, n_steps)``.
+The words of ``int64 kernel(int64 *words)`` are the arguments of ``loop(state, lanes, work, block,
+n_steps)``.
 """
 
 from fastdyn.kernels.state import lane_fields
@@ -41,7 +42,7 @@ class LaneDriver(Kernel):
     order, width : int
         The order of the series, and the lanes of a vector.
     raises : bool
-        True if there is ``fastdyn_raises(t, y, block)``, not 0 in lanes where the function raises.
+        True if the function may raise: ``fastdyn_raises(t, y, block)`` is then not 0 in such lanes.
     fused : str
         See `Text`.
     together : int
@@ -113,7 +114,7 @@ class LaneDriver(Kernel):
         self._accept(t, pace)
 
     def _length(self):
-        """See `step.length`."""
+        """The `step.length` in each lane."""
         text, norms, total = self.text, {}, None
         for k in range(self.order, self.order - TERMS, -1):
             for i, place in enumerate(self.state_rows):
@@ -162,7 +163,7 @@ class LaneDriver(Kernel):
         self._hand_back(text.truths("and", stop, self.live), failed, later)
 
     def _refused(self, pace):
-        """(bad, failed, again): lanes without a step, lanes that failed, the next length."""
+        """(bad, failed, again): lanes whose step is refused, lanes that failed, the next length."""
         text = self.text
         bad, failed = pace.wild, text.truths("and", pace.wild, pace.short)
         tries, again = ZERO, pace.shorter
@@ -178,7 +179,7 @@ class LaneDriver(Kernel):
         return bad, failed, again
 
     def _tests(self, pace):
-        """Lanes whose step must be shorter, and the remaining share of the step."""
+        """Yield the lanes whose step must be shorter, and the remaining share of the step."""
         text = self.text
         if some_must_not(self.rows):
             beyond = excess(self.rows, text.div(pace.signed, text.load(self.var["scale"])))

@@ -115,7 +115,7 @@ class LargeDriver(Kernel):
         self._accept(t, pace)
 
     def _length(self):
-        """The weights of the states, and `step.length`."""
+        """The `step.length`; stores the weights of the states."""
         wide, orders = self.wide, range(self.order, self.order - TERMS, -1)
         largest, total = {k: wide.slot(wide.kind) for k in orders}, wide.slot(wide.kind)
         for place in (*largest.values(), total):
@@ -134,7 +134,7 @@ class LargeDriver(Kernel):
         return x, self.across(wide.load(total), self.text.add)
 
     def across(self, vector, join):
-        """Join the numbers of all lanes to one number."""
+        """Reduce the lanes of a vector to one number by `join`, in pairs."""
         text, kind = self.text, self.wide.kind
         each = [text.new(f"extractelement {kind} {vector}, i64 {i}") for i in range(self.width)]
         while len(each) > 1:
@@ -142,7 +142,7 @@ class LargeDriver(Kernel):
         return each[0]
 
     def _end(self, x):
-        """Store the state at x in `new`, rounding errors in `rest`, a state within in `probe`."""
+        """Store the state at x in `new`, its rounding error in `rest`, an inner one in `probe`."""
         wide = self.wide
         powers, nearer = (
             powers_of(wide, wide.splat(at, self.width), self.order)
@@ -186,7 +186,7 @@ class LargeDriver(Kernel):
         self._shorter(text.compare("uge", beyond, ZERO), pace, HALF, "rooted")
 
     def _raised(self, name, t):
-        """A truth value: the function raises at a time and the state in an array."""
+        """A truth value: the function raises at a time and the state in array `name`."""
         self.memory.write(name, Y)
         y, out = (self.text.at("%work", row * self.n) for row in (Y, record.STAGE))
         return asked(self.text, t, y, self.n, out)

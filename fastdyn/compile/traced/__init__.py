@@ -1,1 +1,1 @@
-"""Machine code from a trace: found or made, compared, kept."""
+"""Machine code from a trace: found or made, compared with the function, kept."""

@@ -1,6 +1,6 @@
-"""A trace as a function of the pointer form: its parameters in the block, its code on disk.
+"""A trace as a compiled function: its parameters in a block, its code on disk.
 
-The key of the code is the graph itself, so that kept code is right for whatever has this graph.
+The key of the code is the graph itself: kept code is right for every function with this graph.
 """
 
 import hashlib
@@ -17,21 +17,23 @@ from .python_form import PythonForm
 
 
 class Traced(PythonForm):
-    """A trace in a mode: what it stores, and where its parameters lie.
+    """A trace in a mode: the nodes that it stores, and the places of its parameters.
+
+    The pointer form is the function with the calling convention of all compiled functions.
 
     Attributes
     ----------
     kinds : list
-        Of the groups of parameters, in the order in which they lie in a block.
+        The types of the groups of parameters, in the order of the block.
     stored : list of Node
-        The numbers of the pointer form.
+        The results of the pointer form.
     decisions : list of Node
-        Those of which the pointer form notes in its block what sides they take.
+        The conditions whose sides the pointer form notes in its block.
     at : tuple of int or None
-        The group that an argument is.
+        The group of each argument.
     n_stored : int
     in_batches : bool
-        Whether it is one of long arrays, a `TracedInBatches`.
+        Whether long arrays were traced in batches: see `TracedInBatches`.
     pack : callable
         ``pack(values, block, keepalive)`` writes the values of the groups into a block.
     """
@@ -55,7 +57,7 @@ class Traced(PythonForm):
         self.pack = packer(self.kinds)
 
     def key(self):
-        """Everything that the code depends on."""
+        """A digest of everything that the code depends on."""
         g, nodes = self.trace.graph, live([*self.stored, self.trace.raising])
         names = {node.key: i for i, node in enumerate(nodes)}
         lines = []
@@ -70,18 +72,21 @@ class Traced(PythonForm):
         stores = " with stores" if g.stores else ""
         return f"traced {hashlib.sha256(text.encode()).hexdigest()}{stores}"
 
-    # -- machine code, by modules that are imported when there is code to write
+    # -- machine code, by modules that are imported only when code is to be made
 
     def text(self, symbol):
-        """LLVM's text of a module with the pointer form."""
+        """The text of an LLVM module with the pointer form."""
         from .pointer_form import text
 
         return text(self, symbol)
 
     def series(self, order):
-        """The kernel of the Taylor method of an order, or of the series of an event along a step.
+        """The Taylor kernel of an order; of an event, the kernel of its series along a step.
 
-        NotSmooth if there is none.
+        Raises
+        ------
+        NotSmooth
+            If the function has no Taylor series.
         """
         from ..taylor.recurrences.rewrite import NotSmooth
         from .series import text, text_of_event
@@ -93,7 +98,7 @@ class Traced(PythonForm):
         return code_store.assembled(key, lambda symbol: text(self, symbol, order), True)
 
     def lane_series(self, order, kinds, width):
-        """The same kernel with a trajectory in each lane of a vector."""
+        """The Taylor kernel with a trajectory in each lane of a vector."""
         from ..taylor.recurrences.rewrite import NotSmooth
         from .lanes import text
 
@@ -105,15 +110,16 @@ class Traced(PythonForm):
         )
 
     def dispatcher(self):
-        """The pointer form for Numba, to be inlined into kernels."""
+        """The pointer form as a Numba dispatcher that kernels inline."""
         from .inlined import dispatcher
 
         return dispatcher(self)
 
     def build_vector(self, kinds=None):
-        """The function ``(t, y, words)`` on vectors: of numbers a tuple, of an event one.
+        """The function ``(t, y, words)`` on vectors; it returns a tuple, for an event one vector.
 
-        `kinds` are those of the parameters, where some differ from one trajectory to the next.
+        `kinds` are the types of the parameters, with "lanes" for parameters that vary between
+        trajectories.
         """
         from .inlined import build_vector
 
@@ -127,7 +133,7 @@ def _decisions(traced):
 
 
 def kind_of_group(group):
-    """The kind of a group of parameters: arrays are passed in place, or copied."""
+    """The parameter type of a group; arrays are passed in place, or copied."""
     if group.shape is not None:
         return ("frozen", group.dtype, len(group.shape))
     return INT if group.whole else FLOAT

@@ -1,4 +1,4 @@
-"""`solve_linear` and `constrained` on symbols: the elimination that numbers take."""
+"""`solve_linear` and `constrained` on symbols, by the elimination that solves for numbers."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from fastdyn.trace.symbols.symbolic import graph_of, is_symbolic
 
 
 def _under_numpys_rules(given):
-    """Lists of numbers that give infinity where Python would raise."""
+    """Convert numbers in nested lists so that they follow NumPy's rules, where nothing raises."""
     if isinstance(given, np.ndarray | list | tuple):
         return [_under_numpys_rules(v) for v in given]
     value: Any = number(given)
@@ -36,7 +36,7 @@ def _stand_in(function, formula, message):
 
 
 def stand_in():
-    """Let traces know them."""
+    """Register the stand-ins of both functions."""
     for function, *how in (
         (linear.solve_linear, linear.linear_solved, linear.SINGULAR),
         (motion.constrained, motion.constraints_solved, motion.CONTRADICTORY),

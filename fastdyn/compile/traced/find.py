@@ -1,4 +1,4 @@
-"""The first way to machine code: the user's function run on symbols, checked, kept."""
+"""Compiles a function by tracing: runs it on symbols, compares the code, keeps it."""
 
 import functools
 import gc
@@ -28,18 +28,19 @@ from .code import Traced
 from .follow import Follower
 from .met import NOTHING, TABLE, Known, Met, acts, code_of, known_trace, place_of
 
-LONG = 64  # components, from which on a state is one long array
-STORES = "stores"  # a way of tracing, beside those in batches and not
-SLOWER = 1.2  # than in Python may code be that calls libraries
-LIFTED = ("all", "floats", "none")  # what becomes a parameter, in the order in which it is tried
-MAX_KNOWN, MAX_REFUSALS = 16, 3  # of one piece of code
+LONG = 64  # a state of at least so many components is one long array
+STORES = "stores"  # stands for tracing by `trace_with_stores`
+SLOWER = 1.2  # code that calls libraries may take so many times Python's time
+LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
+MAX_KNOWN, MAX_REFUSALS = 16, 3  # limits for one code object
 
 
 class Near(NamedTuple):
-    """Where a function is going to be called: what it is checked around.
+    """The region in which a function will be called, and around which its code is compared.
 
-    `batches` says whether its pointer form is all that is needed, which long arrays may give;
-    `stores` whether the function is called at the end, so that it may write to things outside.
+    `batches` tells whether the caller needs the pointer form only, which long arrays can provide.
+    `stores` tells whether the caller calls the function at the end, so that the function may write
+    to objects outside.
     """
 
     t0: float
@@ -50,15 +51,16 @@ class Near(NamedTuple):
 
 
 elimination.stand_in()
-_functions = memory.Table()  # by the key of their code
-_verified = memory.Table()  # what was compared, and the parameters that were 0 whenever it was
-NODES, COMPONENTS = 100, 1000  # which take as much memory as a small function
+_functions = memory.Table()  # by the keys of their code
+_verified = memory.Table()  # comparisons, and the parameters that were 0 in each of them
+NODES, COMPONENTS = 100, 1000  # so many take as much memory as a small function
 
 
 def traced_function(fun, args, mode, n, near, varying=()):
-    """The compiled function, (kind, value) of its parameters, and which are arguments; or None.
+    """(Function, (type, value) of each parameter, indices of the arguments among them), or None.
 
-    `varying` are the positions of the arguments, from 1, that differ from one use to another.
+    None if the function cannot be traced.  `varying` are the positions, from 1, of the arguments
+    that vary between trajectories.
     """
     if near is not None and near.batches and n >= LONG and mode.long_arrays and not varying:
         found = _traced_function(fun, args, mode, n, near, varying, True)
@@ -128,7 +130,7 @@ def _reason(error, fun, args, mode, n):
 
 
 def made(function):
-    """Whether a function was made here."""
+    """Whether a compiled function comes from this module."""
     return function.traced is not None and not function.mode.sensitivities
 
 
@@ -177,7 +179,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
 
 
 def _is_slower(function, fun, args, mode, near, n):
-    """Whether an evaluation takes longer than in Python, at the start."""
+    """Whether an evaluation at the start takes longer than in Python."""
     y0 = np.resize(np.asarray(near.y0, float), n)
 
     def in_python():
@@ -195,19 +197,19 @@ def _of_mode(found, mode, n, batches):
 
 
 def _numbers(traced, given):
-    """The values of parameters by slot; of long arrays none, which are too many to look at."""
+    """The values of parameters by slot; empty for long arrays, which are too many to inspect."""
     return np.empty(0) if traced.in_batches else flat(given)
 
 
 def _compared_place(traced, function, fun, given):
-    """What tells the comparisons of machine code: the function, and the types of its numbers."""
+    """The key of a comparison: the function, the types of its numbers, its libraries."""
     same = traced.trace.reads.same_things()
     islands = tuple([v.of for v in given if type(v) is Address])
     return function.key, code_of(fun), tuple(map(type, given)), same, islands
 
 
 def _compiled(traced, address, given):
-    """``function(t, y)`` of the machine code at an address, with these values."""
+    """``function(t, y)`` that calls machine code with these parameter values."""
     end = FIRST + sum(map(n_words, traced.kinds))
     block, held = np.zeros(end + traced.n, np.int64), []
     block[FAULT] = end
@@ -218,9 +220,9 @@ def _compiled(traced, address, given):
 
 
 def _seconds(compiled, near, n):
-    """How long an evaluation takes, whatever the values: a trace has no loop that depends on them.
+    """The time of one evaluation, for all values: no loop of a trace depends on values.
 
-    Measured from Python, and so an upper bound.
+    The time is measured from Python, and so an upper bound.
     """
     y0 = np.resize(np.asarray(near.y0, float), n)
     return min(timeit.repeat(lambda: compiled(near.t0, y0), number=1, repeat=3))

@@ -1,6 +1,6 @@
-"""The rows of a trace followed at each solve: what `Reads.follow` answers, in a third of its time.
+"""Checks the reads of a trace at each solve: the result of `Reads.follow` in a third of its time.
 
-What must hold is looked up once; rows on which nothing depends are left out.
+The checks are prepared once.  Rows on which nothing depends are left out.
 """
 
 import operator
@@ -15,9 +15,10 @@ _facts = operator.attrgetter("__code__", "__defaults__", "__kwdefaults__", "__di
 
 
 class Follower:
-    """The values of all parameters of a trace, where it holds for what its function uses now.
+    """The parameter values of a trace, for the current surroundings of its function.
 
-    ``follower(roots)`` takes the function and its arguments; None where the trace does not hold.
+    ``follower(roots)`` takes the function and its arguments; it returns None if the trace does not
+    hold.
     """
 
     def __init__(self, reads):
@@ -49,7 +50,7 @@ class Follower:
         self._assumes = bool(reads._fixed or reads.assumed)
 
     def _needed(self):
-        """The rows with a check, those that give parameters, and where they are found."""
+        """The rows with a check, the rows of parameters, and the rows that lead to them."""
         reads, needed = self._reads, set()
         todo = [i for i, row in enumerate(reads.rows) if row.check is not None]
         todo += [group.row for group in reads.groups]
@@ -84,7 +85,7 @@ class Follower:
         return None if self._assumes and not self._reads._holds(given) else given
 
     def _found(self, roots):
-        """The roots, and what is found from them; None where the trace does not hold."""
+        """The objects of all rows, after the roots; None if the trace does not hold."""
         found = list(roots)
         try:
             for i, check, expected in self._roots:
@@ -107,7 +108,7 @@ class Follower:
 
 
 def _without_attributes(reads, root):
-    """The row that says that a function without defaults has no attributes; None without."""
+    """The row that checks for no attributes, if the root function has no defaults; else None."""
     rows = reads.rows
     _, _, key, check, expected = rows[root]
     if check != "code" or expected[2:] != NO_DEFAULTS:

@@ -1,4 +1,4 @@
-"""A trace in batches as a function of the pointer form."""
+"""A trace in batches as a compiled function."""
 
 import functools
 import hashlib
@@ -21,9 +21,9 @@ from .python_form import PythonForm
 
 
 class TracedInBatches(PythonForm):
-    """A trace in batches in a mode; see `Traced`, whose attributes it has.
+    """A trace in batches in a mode, with the attributes of `Traced`.
 
-    It has no form for kernels to inline, none on vectors, and no series.
+    It has no form that kernels inline, no form on vectors, and no Taylor series.
     """
 
     decisions = ()
@@ -54,14 +54,14 @@ class TracedInBatches(PythonForm):
 
     @functools.cached_property
     def pattern(self):
-        """Where the Jacobian may differ from zero, rows and columns, by columns; None if full."""
+        """(rows, columns) of possible nonzeros of the Jacobian, sorted by column; None if dense."""
         try:
             return Sparsity(self.plan, self.n, self.nodes[:-1]).of_results()
         except Dense:
             return None
 
     def key(self):
-        """Everything that the code depends on."""
+        """A digest of everything that the code depends on."""
         g, table = self.trace.graph, self.table
         digest = hashlib.sha256()
         singles = []
@@ -85,7 +85,7 @@ class TracedInBatches(PythonForm):
 
     @refused_as(Refusal.untraceable)
     def text(self, symbol):
-        """LLVM's text of a module with the pointer form."""
+        """The text of an LLVM module with the pointer form."""
         module = ir.Module()
         body = functools.partial(in_loops, self, self.plan, self.nodes)
         calling_convention.define(module, symbol, body)

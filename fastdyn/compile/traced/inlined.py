@@ -20,7 +20,7 @@ from .pointer_form import body, by_formula
 
 
 def dispatcher(traced):
-    """The pointer form for Numba, to be inlined into kernels."""
+    """The pointer form as a Numba dispatcher that kernels inline."""
 
     def into_kernels(typingctx, t, y, n, block, out):
         def codegen(context, builder, signature, args):
@@ -46,7 +46,7 @@ def build_vector(traced, kinds=None):
     if traced.trace.error:
         raise Uncompilable(f"it can raise ({traced.trace.error}), which vectors cannot")
     g, kinds = traced.trace.graph, kinds or traced.kinds
-    # outside the domain of a function of `math`: no number
+    # where the function would raise, the value is NaN
     nodes = [g.select(traced.trace.raising, g.const(np.nan), node) for node in traced.stored]
 
     def of_vectors(typingctx, t, y, block):

@@ -1,4 +1,4 @@
-"""Where the code of a trace finds its numbers: the state, and the block of parameters."""
+"""The inputs of a trace's machine code: the state, and the block of parameters."""
 
 import itertools
 import math
@@ -38,7 +38,7 @@ def array_of(reads, kinds):
 
 
 class Source:
-    """Where the pointer form finds its numbers."""
+    """The inputs of the pointer form."""
 
     def __init__(self, builder, traced, t, y, block, kinds):
         self.builder, self.t, self._y, self._block = builder, t, y, block
@@ -59,7 +59,7 @@ class Source:
         return b.load(b.bitcast(place, REAL.as_pointer()))
 
     def table(self, slot):
-        """Where an array of parameters lies, from this one on."""
+        """The address of a parameter in its array."""
         i, b = self.reads.group(slot), self.builder
         group = self.reads.groups[i]
         address = b.inttoptr(b.load(self._word(i)), OF_DTYPE[group.dtype].as_pointer())
@@ -76,7 +76,7 @@ class Source:
 
 
 class VectorSource(Source):
-    """Where the form on vectors does."""
+    """The inputs of the form on vectors."""
 
     def y(self, i):
         return self.builder.extract_value(self._y, i)

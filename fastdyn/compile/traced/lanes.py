@@ -1,4 +1,4 @@
-"""A trace as a kernel of the Taylor method on vectors, a trajectory in each lane."""
+"""A trace as a Taylor kernel on vectors, with a trajectory in each lane."""
 
 from typing import Any
 
@@ -17,12 +17,12 @@ from ..taylor.text.instructions import OF_VECTORS
 from .inputs import VectorSource
 from .pointer_form import by_formula
 
-MAX_STEPS = 400  # of a plan, whose code is written one by one
+MAX_STEPS = 400  # of a plan: its code has no loops
 
 
 @refused_as(NotSmooth)
 def text(traced, symbol, order, kinds, width):
-    """LLVM's text of a module with the kernel; `kinds` are those of the parameters."""
+    """The text of an LLVM module with the kernel; `kinds` are the types of the parameters."""
     graph, raising = traced.trace.graph, traced.trace.failing
     if traced.trace.error:
         raise NotSmooth(f"what can raise ({traced.trace.error}), in vectors,")
@@ -42,7 +42,7 @@ def text(traced, symbol, order, kinds, width):
 
 
 def by_processor(width):
-    """LLVM's name of a product and a sum, and how many sums of vectors the registers hold."""
+    """LLVM's name for multiply-add, and the number of partial sums that the registers hold."""
     features = processor()[2].split(",")
     fused = "fma" if "+fma" in features else "fmuladd"
     if "+avx512f" in features:
@@ -51,7 +51,7 @@ def by_processor(width):
 
 
 class _Rows(VectorSource):
-    """Where the numbers are: the state in memory, a vector for each component."""
+    """The inputs of the form on vectors, with the state in memory."""
 
     def y(self, i):
         return _vector(self.builder, self._y, i, self.t.type)
@@ -75,7 +75,7 @@ def _emitter(function, traced, kinds, kind, t, y, block):
 
 
 def _invariants(module, traced, plan, kinds, width):
-    """``fastdyn_invariants(block, out)``: what the steps keep."""
+    """``fastdyn_invariants(block, out)``: the values that do not change within a solve."""
     kind = ir.VectorType(REAL, width)
     form = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer()])
     function = ir.Function(module, form, "fastdyn_invariants")
@@ -105,7 +105,7 @@ def _stored(builder, values, out):
 
 
 def _raises(module, traced, kinds, width):
-    """``fastdyn_raises(t, y, block)``: 1 in the lanes where the function raises, else 0."""
+    """``fastdyn_raises(t, y, block)``: 1.0 in the lanes where the function raises, else 0.0."""
     kind = ir.VectorType(REAL, width)
     form = ir.FunctionType(kind, [kind, REAL.as_pointer(), WORD.as_pointer()])
     function = ir.Function(module, form, "fastdyn_raises")
@@ -115,7 +115,7 @@ def _raises(module, traced, kinds, width):
 
 
 def functions(module, plan, width):
-    """The elementary functions that a plan calls, on vectors."""
+    """Define the elementary functions that a plan calls, on vectors."""
     names = {step.name for step in plan.steps if isinstance(step, Integral)}
     if any(isinstance(step, Power) for step in plan.steps):
         names |= {"pow", "cbrt"}

@@ -1,4 +1,4 @@
-"""What is known of the functions that were met: their traces, or why they were refused."""
+"""Remembers traces of functions, and the reasons why functions were refused."""
 
 import functools
 import types as python
@@ -16,7 +16,7 @@ from .follow import Follower
 
 
 class Known(NamedTuple):
-    """A trace that later calls may take; `zeros` are parameters that were 0 at its check."""
+    """A trace for later calls; `zeros` are the slots that were 0 in each comparison of its code."""
 
     traced: Any  # Traced, or TracedInBatches
     function: Function
@@ -25,32 +25,32 @@ class Known(NamedTuple):
     follow: Follower
 
     def values(self, fun, args):
-        """The values of its parameters if the trace holds for what `fun` uses now; else None."""
+        """The parameter values; None if the trace does not hold for `fun`'s surroundings now."""
         given = self.follow((fun, *args))
         unseen = given is not None and self.zeros.size and flat(given)[self.zeros].any()
         return None if unseen else given
 
 
 class Met:
-    """What is known of a piece of code in a place: its traces, and why it was refused."""
+    """The traces of a code object, and the reasons why it was refused."""
 
     def __init__(self):
         self.known: list[Known] = []
         self.refusals, self.effect, self.writes = 0, False, False
-        self.of_state = False  # whether the function writes to the state that it is given
+        self.of_state = False  # whether the function writes to its state
         self.reason: str | None = None  # for users
-        self.whole: str | None = None  # of use to the user or not
+        self.whole: str | None = None  # for `fastdyn why`
 
 
 NOTHING = Met()
 TABLE = memory.Table()  # by `place_of`
-_left = memory.Table()  # why functions were left to Python, by their code and mode
+_left = memory.Table()  # reasons of functions left to Python, by code and mode
 
 
 def known_trace(fun, args, mode, n, varying=(), batches=False):
-    """The Known that holds for what a function uses now, and its values; None if there is none.
+    """The Known that holds for a function's current surroundings, and its values; else None.
 
-    `batches` asks for one in batches.
+    `batches` asks for a trace in batches.
     """
     known = _met_at(fun, args, mode, n, varying, batches).known
     for i, one in enumerate(known):
@@ -63,7 +63,7 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
 
 
 def why(fun, args, mode, n, varying=()):
-    """Why and where a function was refused; None if not known, or of no use to the user."""
+    """Why and where a function was refused, if its user should see the reason; else None."""
     return _met_at(fun, args, mode, n, varying).reason
 
 
@@ -72,26 +72,26 @@ def _met_at(*place):
 
 
 def refusal(fun, args, mode, n, batches=False):
-    """Why and where tracing refused a function, of use to the user or not; None if it did not."""
+    """Why and where tracing refused a function, even a reason not for its user; else None."""
     met = _met_at(fun, args, mode, n, (), batches)
     return met.reason or met.whole
 
 
 def has_effect(fun, args, mode, n, varying=()):
-    """Whether a function was refused because it does more than give a value."""
+    """Whether a function was refused because of a side effect."""
     return _met_at(fun, args, mode, n, varying).effect
 
 
 def acts(fun, args, mode, n, varying=()):
-    """Whether a function was refused because it has an effect, or writes to arrays."""
+    """Whether a function was refused because it has a side effect, or writes to arrays."""
     met = _met_at(fun, args, mode, n, varying)
     return met.effect or met.writes
 
 
 def may_have_effect(fun, args, mode, n):
-    """Whether a function that runs in Python may do more than give a value."""
+    """Whether a function that runs in Python may have a side effect."""
     met = _met_at(fun, args, mode, n)
-    known = met.refusals or left_to_python(fun, args, mode)  # after it was compiled
+    known = met.refusals or left_to_python(fun, args, mode)
     return not known or met.effect or met.writes
 
 
@@ -101,42 +101,42 @@ def writes(fun, args, mode, n, varying=()):
 
 
 def writes_to_state(fun, args, mode, n):
-    """Whether a function was refused because it writes to the state that it is given."""
+    """Whether a function was refused because it writes to its state."""
     return _met_at(fun, args, mode, n).of_state
 
 
 def leave_to_python(fun, args, mode, reason):
-    """Let a function run in Python from now on: its code is not the function."""
+    """Make a function run in Python from now on, because its machine code gave other values."""
     _left.put((codes(fun, args), mode), reason)
 
 
 def left_to_python(fun, args, mode):
-    """Why it was; None if it was not."""
+    """The reason for which a function was left to Python; None if it was not."""
     return _left.get((codes(fun, args), mode)) if _left.entries else None
 
 
 def place_of(fun, args, mode, n, varying=(), batches=False):
-    """What tells a function from others, by its code."""
+    """The key of a function: its code objects, mode, lengths and way of tracing."""
     return (*codes(fun, args), mode, n, len(args), tuple(varying), batches)
 
 
 def has_stores(function):
-    """Whether a Function is one of a function that writes to things outside."""
+    """Whether a compiled function's original writes to objects outside."""
     return function.traced is not None and bool(function.traced.trace.graph.stores)
 
 
 def in_batches(function):
-    """Whether a Function is one of long arrays."""
+    """Whether a compiled function works on long arrays."""
     return function.traced is not None and function.traced.in_batches
 
 
 def codes(fun, args):
-    """What tells the code of a callable, and of those among its arguments and variables."""
+    """The identities of the code of a callable and of the callables among its arguments."""
     return (code_of(fun), *[code_of(a) for a in args if callable(a)])
 
 
 def code_of(fun):
-    """What tells the code of a callable from others."""
+    """The identity of a callable's code."""
     while isinstance(fun, functools.partial):
         fun = fun.func
     if isinstance(fun, python.MethodType):

@@ -1,4 +1,4 @@
-"""The pointer form of a trace, as LLVM writes it.  Without Numba."""
+"""Emits the pointer form of a trace.  Needs no Numba."""
 
 import functools
 
@@ -21,11 +21,11 @@ from .. import calling_convention
 from .inputs import Source, array_of
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400
-MAX_STRAIGHT = 16  # numbers of a state, up to which kernels take functions in, one by one
+MAX_STRAIGHT = 16  # up to so many components, kernels inline functions as straight-line code
 
 
 def text(traced, symbol):
-    """LLVM's text of a module with the pointer form."""
+    """The text of an LLVM module with the pointer form."""
     if traced.n > MAX_STRAIGHT and worth_loops(live([*traced.stored, traced.trace.raising])):
         try:
             return _text(symbol, functools.partial(in_loops, traced, *_plan(traced)))
@@ -41,12 +41,12 @@ def _text(symbol, body):
 
 
 def worth_loops(nodes):
-    """Whether a graph is so large that loops pay."""
+    """Whether loops pay for so many nodes."""
     return len(nodes) > FEWEST_NODES or sum(n.op == "call" for n in nodes) > FEWEST_CALLS
 
 
 def body(traced, builder, t, y, n, block, out):
-    """Emit the pointer form: `stored` at `out`, and a mark in the block where it raises."""
+    """Emit the pointer form: store results at `out`, and mark the block if the function raises."""
     graph, raising, stored = traced.trace.graph, traced.trace.raising, traced.stored
     source = Source(builder, traced, t, y, block, traced.kinds)
     emitter = Emitter(builder, graph, REAL, source)
@@ -66,7 +66,7 @@ def _note_fault(traced, builder, raises, t, y, block, out):
 
 
 def _note_sides(builder, truths, block):
-    """Note in the block which sides decisions have taken."""
+    """Emit the note, in the block, of the sides that decisions take."""
     place = builder.gep(block, [INDEX(SIDES)])
     sides = builder.load(place)
     for i, truth in enumerate(truths):
@@ -106,7 +106,7 @@ def in_loops(traced, plan, nodes, builder, t, y, n, block, out):
 
 
 def _loops(traced, plan, nodes, module):
-    """A function of its own that stores the results: whether it raises."""
+    """A separate function that stores the results and returns whether the function raises."""
     kind = ir.FunctionType(BIT, [REAL, REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()])
     function = ir.Function(module, kind, "fastdyn_loops")
     function.linkage = "internal"
@@ -126,7 +126,7 @@ def _loops(traced, plan, nodes, module):
 
 
 def by_formula(builder, name, values):
-    """An elementary function of vectors."""
+    """Emit an elementary function of vectors."""
     values = [Lanes(builder, v) for v in values]
     if name in BY_NAME:
         return BY_NAME[name](*values).value

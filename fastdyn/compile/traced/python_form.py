@@ -1,4 +1,4 @@
-"""The machine code of a trace, called from Python."""
+"""Calls the machine code of a trace from Python."""
 
 import ctypes
 from typing import Any
@@ -11,13 +11,13 @@ from ..calling_convention import SIGNATURE, call
 
 
 class PythonForm:
-    """What has a pointer form that stores `n_stored` numbers."""
+    """The base of traces whose pointer form stores `n_stored` numbers."""
 
     n_stored: int
     trace: Any
 
     def python(self, address, block) -> Any:
-        """``function(t, y)`` that calls the machine code; None where it raises."""
+        """``function(t, y)`` that calls the machine code; it returns None if the code raises."""
         code = ctypes.cast(address, SIGNATURE)
 
         def function(t, y):

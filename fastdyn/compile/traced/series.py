@@ -1,4 +1,4 @@
-"""A trace as a kernel of the Taylor method, as LLVM writes it."""
+"""A trace as a Taylor kernel."""
 
 from llvmlite import ir
 
@@ -15,13 +15,13 @@ from ..taylor.recurrences.rewrite import NotSmooth
 from .inputs import Source
 from .lanes import by_processor, functions
 
-MAX_ONLINE, MAX_WITH_KINKS = 60, 600  # of `size_of`, where vectors are of orders
+MAX_ONLINE, MAX_WITH_KINKS = 60, 600  # limits of `size_of`; above the first, lanes hold like nodes
 INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer()])
 
 
 @refused_as(NotSmooth)
 def text(traced, symbol, order):
-    """LLVM's text of a module with the kernel."""
+    """The text of an LLVM module with the Taylor kernel."""
     graph, raising = traced.trace.graph, traced.trace.failing
     plan = Plan(graph, traced.stored, raising)
     large = size_of(plan) > MAX_ONLINE and plan_of_rows(traced)
@@ -37,12 +37,12 @@ def text(traced, symbol, order):
 
 
 def size_of(plan):
-    """What tells whether vectors are of like nodes, not of orders: sums of products, or states."""
+    """The size that decides whether vectors hold orders or like nodes."""
     return max(plan.n_sums, len(plan.outputs))
 
 
 def plan_of_rows(traced):
-    """A plan that leaves it to the function itself where it raises; None if it has conditions."""
+    """A plan that does not watch where the function raises; None if the function has conditions."""
     graph = traced.trace.graph
     plan = Plan(graph, traced.stored, graph.false)
     return None if plan.signed else plan
@@ -57,7 +57,7 @@ def _large(module, plan, order, raises):
 
 @refused_as(NotSmooth)
 def text_of_event(traced, symbol, order):
-    """The same of the series of an event; NotSmooth if it has none between two steps."""
+    """The text of an LLVM module with the series of an event; NotSmooth if it has a kink."""
     plan = Plan(traced.trace.graph, traced.stored, traced.trace.failing)
     if plan.watched or plan.outputs[0][1] is None or plan.raises():
         raise NotSmooth("an event with a kink")
@@ -66,7 +66,7 @@ def text_of_event(traced, symbol, order):
 
 
 def _invariants(traced, plan):
-    """A module with ``fastdyn_invariants(block, out)``: what the steps keep."""
+    """A module with ``fastdyn_invariants(block, out)``: the values constant within a solve."""
     module = ir.Module()
     function = ir.Function(module, INVARIANTS, "fastdyn_invariants")
     block, out = function.args

@@ -1,1 +1,1 @@
-"""Long arrays that depend on the state: numbers of nodes, one batch for each operation."""
+"""Long arrays that depend on the state: each operation is a batch of consecutive node numbers."""

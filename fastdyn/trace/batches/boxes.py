@@ -1,4 +1,7 @@
-"""The formula of a box: the operations, reads and stores of a part of a loop without cuts."""
+"""The formula of a box: the values and stores of a rectangular part of a loop.
+
+Within a box, every operand is affine in the indices, so that one formula holds for all its points.
+"""
 
 from itertools import pairwise, product
 from typing import Any, NamedTuple
@@ -8,17 +11,18 @@ import numpy as np
 from .pieces import place_of
 from .table import IN_MEMORY
 
-SMALL = 16  # a box is an edge where its loop is so many times as large
-FEWEST = 3  # edges with the same operations, which become one loop
+SMALL = 16  # a box is an edge if its loop has this many times as many points
+FEWEST = 3  # edges with the same operations that become one loop
 MOST_BOXES = 200
 
 
 class Value(NamedTuple):
     """One value of a formula.
 
-    `kind` is "read" (data: an array, a place, strides), "gather" (an array, places, a place,
-    strides), "one" (a node of the graph) or "op" (an operation and its data); `args` are values.
-    `strides` says along which axes it varies.
+    `kind` is "read" (`data`: array, place, strides), "gather" (array, places, place, strides),
+    "one" (a node of the graph) or "op" (operation and its data).  `args` are the indices of the
+    operands.  `strides` are the value's strides along the axes of the box; a value with stride 0
+    is constant along the axis.
     """
 
     kind: str
@@ -28,7 +32,7 @@ class Value(NamedTuple):
 
 
 class Store(NamedTuple):
-    """``target[place + steps . k] = value``, or a reduction of what is there and the value."""
+    """``target[place + steps . k] = value``, or a reduction of the target and the value."""
 
     target: Any
     place: int
@@ -38,14 +42,14 @@ class Store(NamedTuple):
 
 
 class Formula:
-    """The values and stores of the roots of a group over a box.
+    """The values and stores of a group of roots over a box.
 
     Parameters
     ----------
     plan : Plan
     group : list of Root
     lo, shape : tuple of int
-        Of the box.
+        The first point of the box, and the lengths of its axes.
     """
 
     def __init__(self, plan, group, lo, shape):
@@ -70,7 +74,7 @@ class Formula:
         return tuple(s if n > 1 else 0 for s, n in zip(strides, self.shape, strict=True))
 
     def value(self, b, start, strides):
-        """The number of the value of a batch at an affine place."""
+        """The index of a batch's value in `values`, read at ``start + strides . k``."""
         strides = self._along(strides)
         key = b.number, start, strides
         if key not in self._places:
@@ -109,10 +113,10 @@ class Formula:
         return self.value(plan.table.batch_of(start), start, moves)
 
     def merge_axes(self):
-        """The axes that are looped over, the last innermost, and their lengths.
+        """The axes of the loops, outermost first, and their lengths.
 
-        Two that are one in all reads and stores become one; of the others, the one along which
-        most numbers are neighbours is innermost.
+        Two axes merge if all reads and stores traverse them as one axis.  Of the remaining axes,
+        the one with the most unit strides becomes the innermost loop.
         """
         shape, axes = list(self.shape), [i for i, n in enumerate(self.shape) if n > 1]
         strides = [v.data[-1] for v in self.values if v.kind in ("read", "gather")]
@@ -133,7 +137,7 @@ class Formula:
         return axes, shape
 
     def signature(self):
-        """All but the places: boxes with one signature have the same code."""
+        """Everything but the places: boxes with equal signatures share their code."""
         values = []
         for v in self.values:
             if v.kind == "read":
@@ -145,28 +149,28 @@ class Formula:
         return tuple(values), tuple((s.target, s.value, s.reduction) for s in self.stores)
 
     def grid(self):
-        """The places of all reads and stores, a row for each point of the box."""
+        """The places of all reads and stores, one row for each point of the box."""
         places = [(v.data[1], v.data[2]) for v in self.values if v.kind == "read"]
         places += [(s.place, s.steps) for s in self.stores]
         return np.column_stack([grid_of(at, strides, self.shape) for at, strides in places])
 
 
 def name_of(batch):
-    """The name of the array in which a batch lies, which is room of its own unless it is a leaf."""
+    """The name of the array that holds a batch: state, parameters, block, or memory of the batch."""
     if batch.op in ("y", "block"):
         return batch.op
     return ("par", batch.data) if batch.op == "par" else batch.number
 
 
 def formula_of_one(plan, batch, i):
-    """The formula of one node of a batch."""
+    """The Formula of one node of a batch."""
     formula = Formula(plan, [], (), ())
     formula.value(batch, i, ())
     return formula
 
 
 def grid_of(at, strides, shape):
-    """The places ``at + strides . k`` for all k < shape."""
+    """The places ``at + strides . k`` for all k < shape, in row-major order."""
     places = np.array(at)
     for stride, n in zip(strides, shape, strict=True):
         places = places[..., None] + stride * np.arange(n)
@@ -174,7 +178,10 @@ def grid_of(at, strides, shape):
 
 
 def boxes_of(plan, group):
-    """The formulas of a group: those of boxes, and lists of those of edges that are alike."""
+    """The formulas of a group's boxes, and lists of formulas with equal signatures.
+
+    A list comes from edges: small boxes that become one loop over a table of places.
+    """
     lines = [sorted(set().union(*c)) for c in zip(*[r.cuts for r in group], strict=True)]
     spans = [list(pairwise(line)) for line in lines]
     whole = int(np.prod(group[0].domain, dtype=np.int64))

@@ -1,4 +1,4 @@
-"""Arrays of node numbers, as a traced function computes with them."""
+"""The array type of long arrays: an ndarray of node numbers that acts as an array of numbers."""
 
 import contextlib
 import operator
@@ -12,7 +12,7 @@ from .table import ID, numbers
 
 
 class Store:
-    """Whether the numbers of an array were written to, by any of its views."""
+    """Whether any view of an array was written to."""
 
     __slots__ = ("written",)
 
@@ -21,16 +21,16 @@ class Store:
 
 
 class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
-    """An array whose elements are numbers of nodes.
+    """An array whose elements are node numbers.
 
-    All of a batch in order is kept as the batch; its numbers are made where they are asked for.
-    Views share their numbers, as those of NumPy's arrays share memory.
+    An array that is a whole batch in order stores the batch; its node numbers are made on demand.
+    Views share their node numbers as views of NumPy's arrays share memory.
     """
 
     __slots__ = ("_batch", "_ids", "_store", "shape", "table", "truth")
     __array_priority__ = 1000.0
     __hash__: Any = None
-    __class__: Any = property(lambda self: np.ndarray)  # as isinstance asks
+    __class__: Any = property(lambda self: np.ndarray)  # for isinstance(_, np.ndarray)
 
     def __init__(self, table, ids, batch: Any = None, store=None, truth=False):
         self.table, self._ids, self._batch = table, ids, batch
@@ -55,14 +55,14 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         return self._ids
 
     def whole(self):
-        """The batch that this is, in order; None if it is none, or was written to."""
+        """The batch that this array equals, in order; None if it equals none or was written to."""
         return None if self._store.written else self._batch
 
     def written(self):
         return self._store.written
 
     def view_of(self, ids):
-        """A view with these numbers, or the one number."""
+        """A view with these node numbers; a symbol if `ids` is one number."""
         if not isinstance(ids, np.ndarray):
             return self.table.symbol(ids)
         return Columns(self.table, ids, None, self._store, self.truth)
@@ -123,7 +123,7 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         return [v if isinstance(v, Symbolic) or not isinstance(v, Columns) else v.tolist()
                 for v in self]  # fmt: skip
 
-    # -- of the same numbers
+    # -- conversions that keep the elements
 
     def copy(self, order="C"):
         if self.whole() is not None:
@@ -173,7 +173,7 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
 
 
 def _plain(key: Any) -> Any:
-    """A key as NumPy takes it for the numbers of nodes."""
+    """An index key with plain numbers in place of symbols."""
     if isinstance(key, tuple):
         return tuple(map(_plain, key))
     if is_symbolic(key) and not isinstance(key, Symbolic):
@@ -210,9 +210,9 @@ for _name in "sum mean max min std var prod any all dot clip round ptp cumsum".s
 
 
 def ids_of(table, value, truth=None) -> Any:
-    """The node numbers of anything that an array can be made of, in its shape.
+    """The node numbers of an array-like, in its shape.
 
-    With `truth`, of truth values or of numbers.
+    If `truth` is True, numbers become truth values; if False, truth values become numbers.
     """
     found, is_truth = ids_and_truth(table, value)
     if truth is None or truth == is_truth or not np.size(found):

@@ -1,4 +1,4 @@
-"""Filters of SciPy with a few weights, as sums of shifted arrays."""
+"""Filters of SciPy with few weights, as weighted sums of shifted arrays."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from .formulas import as_columns
 from .structure import padded
 
 MOST_WEIGHTS = 81
-EDGES = {  # NumPy's names for what `scipy.ndimage` calls the ends of an array
+EDGES = {  # mode of `scipy.ndimage`: mode of np.pad
     "reflect": "symmetric", "grid-mirror": "symmetric", "constant": "constant",
     "grid-constant": "constant", "nearest": "edge", "mirror": "reflect", "wrap": "wrap",
     "grid-wrap": "wrap",
@@ -18,7 +18,20 @@ BOUNDARIES = {"fill": "constant", "wrap": "wrap", "symm": "symmetric"}
 
 
 def correlated(a, weights, mode="reflect", cval=0.0, origin=0, flipped=False) -> Any:
-    """Correlation of an array with weights of as many axes, around each element."""
+    """Correlate an array with weights of as many axes, centred on each element.
+
+    Parameters
+    ----------
+    a : array
+    weights : array
+        At most 81 weights.
+    mode, cval
+        Those of `scipy.ndimage.correlate`.
+    origin : int or sequence of int
+        Must be 0.
+    flipped : bool
+        Whether to convolve instead.
+    """
     a, weights = as_columns(NOW.table, a), _weights(weights)
     if weights.ndim != a.ndim or weights.size > MOST_WEIGHTS or np.any(np.asarray(origin) != 0):
         refuse("a filter of a long array in this way", said=False)
@@ -55,7 +68,7 @@ def _summed(wide, weights, shape):
 
 
 def _along(a, weights, axis):
-    """Weights of one axis as those of an array."""
+    """Reshape the weights of one axis for an array of as many axes as `a`."""
     shape = [1] * np.ndim(a)
     shape[axis] = -1
     return _weights(weights).reshape(shape)

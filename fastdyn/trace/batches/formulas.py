@@ -1,4 +1,7 @@
-"""Functions of numbers on long arrays: run once on stand-ins, whose nodes then are batches."""
+"""Functions of numbers on long arrays.
+
+A function is run once on placeholder symbols ("arg").  Each node of its graph becomes a batch.
+"""
 
 from typing import Any
 
@@ -15,7 +18,10 @@ DEEPEST = 64  # operations of a formula
 
 
 def elementwise(table, function, values) -> Any:
-    """``function(*numbers)`` for the elements of arrays, as NumPy broadcasts them."""
+    """``function(*numbers)`` for each element of the broadcast arrays in `values`.
+
+    Refuses a function that branches on its numbers.
+    """
     g = table.g
     arrays = {i: as_columns(table, v) for i, v in enumerate(values) if _is_array(v)}
     shape = np.broadcast_shapes(*[a.shape for a in arrays.values()])
@@ -43,7 +49,7 @@ def elementwise(table, function, values) -> Any:
 
 
 def _anywhere(table, node, operands, shape):
-    """Whether a condition holds for any of the elements, as a node."""
+    """The node of the condition that holds if `node` holds for any element."""
     g = table.g
     if not any(each.op == "arg" for each in live([node])):
         return node
@@ -54,7 +60,7 @@ def _anywhere(table, node, operands, shape):
 
 
 def _instances(table, given: Any, operands, shape) -> Any:
-    """The batches of a formula, an array of the last."""
+    """Make a batch of each node of a formula; return the array of its result."""
     if isinstance(given, tuple):
         return tuple(_instances(table, each, operands, shape) for each in given)
     if not isinstance(given, Symbolic):
@@ -80,7 +86,7 @@ def _instances(table, given: Any, operands, shape) -> Any:
         return filled(table, shape, result)
     operand, batch = found[result.node.key]
     ids: Any = operand
-    if batch is None:  # an operand as it is
+    if batch is None:  # the result is an operand
         batch = table.batches[operand] if isinstance(operand, int) else None
         if batch is None:
             ids = np.broadcast_to(ids.reshape(shape) if ids.ndim else ids, shape)
@@ -89,7 +95,7 @@ def _instances(table, given: Any, operands, shape) -> Any:
 
 
 def filled(table, shape, value):
-    """A long array of one number."""
+    """A long array filled with one number."""
     ids = ids_of(table, value)
     return Columns(table, np.full(shape, ids, np.int32), truth=_is_truth(value))
 
@@ -110,7 +116,7 @@ def as_columns(table, value):
 
 
 def operand_of(array, shape):
-    """An array as the operand of a batch of a shape, safe from what is written to it later."""
+    """An array as the operand of a batch of shape `shape`; later writes do not change the batch."""
     if array.whole() is not None and array.shape == shape:
         return array.whole().number
     ids = array.ids

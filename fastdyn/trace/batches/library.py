@@ -1,4 +1,4 @@
-"""Functions of NumPy on long arrays, each by those of `formulas`, `reductions` and `structure`."""
+"""NumPy's functions on long arrays, made of `formulas`, `reductions`, `products`, `structure`."""
 
 import functools
 import operator
@@ -15,7 +15,7 @@ from .products import einsum, matmul, running_sum
 from .reductions import reduce
 from .structure import joined, padded
 
-MOST_TERMS = 32  # of a convolution
+MOST_TERMS = 32  # of a convolution that is written out
 
 EXTREMES = {np.maximum: "top", np.minimum: "low", np.fmax: "", np.fmin: ""}
 
@@ -144,7 +144,7 @@ def _norm(table, x, ord=None, axis=None, keepdims=False):
 
 
 def _only(name, **more):
-    """Refuse options that a function here does not follow."""
+    """Refuse options that the functions of this file ignore."""
     for option, value in more.items():
         if not any(value is each for each in (None, True, np._NoValue, float, np.float64)):
             refuse(f"np.{name} with {option}")
@@ -219,7 +219,7 @@ def _interp(table, x, xp, fp, *args, **kwargs):
     return elementwise(table, lambda v: interpolated(v, xp, fp, *args, **kwargs), (x,))
 
 
-TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # its older name
+TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # its name before NumPy 2
 OWN: dict[Any, Any] = {
     np.interp: _interp, np.linspace: _spaced, np.full: _full, np.meshgrid: _mesh,
     np.einsum: einsum, np.cumsum: _running, np.pad: padded, np.diff: _difference,

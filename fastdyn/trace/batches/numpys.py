@@ -1,4 +1,4 @@
-"""NumPy's calls on long arrays that depend on the state."""
+"""Dispatches NumPy's and SciPy's calls on long arrays that depend on the state."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ BY_ELEMENT = {
 
 
 def call_ufunc(ufunc, method, args, kwargs):
-    """``ufunc(*args)``, or ``ufunc.reduce`` and the like."""
+    """``ufunc(*args)``, or the method `method` of the ufunc, such as "reduce"."""
     table = NOW.table
     out, where = kwargs.pop("out", None), kwargs.pop("where", True)
     if kwargs.get("dtype") in (float, np.float64, None):
@@ -56,7 +56,7 @@ def call_ufunc(ufunc, method, args, kwargs):
 
 
 def call_function(function, args, kwargs):
-    """A function of NumPy."""
+    """Call a function of NumPy; functions without a rule become calls of the library."""
     table = NOW.table
     if kwargs.get("dtype") in (float, np.float64):
         kwargs = {k: v for k, v in kwargs.items() if k != "dtype"}
@@ -81,7 +81,7 @@ def _listed(table, value):
 
 
 def call_scipy(function, args, kwargs):
-    """A function of SciPy."""
+    """Call a function of SciPy; refuse a function without a rule."""
     name = getattr(function, "__name__", "")
     if name in FILTERS:
         return FILTERS[name](*args, **kwargs)

@@ -1,4 +1,4 @@
-"""Arrays of node numbers as pieces in which the numbers are affine in the indices."""
+"""Splits arrays of node numbers into pieces in which the numbers are affine in the indices."""
 
 import math
 from itertools import product
@@ -9,16 +9,16 @@ from numpy.lib.stride_tricks import as_strided
 
 from .table import PRODUCTS, REDUCTIONS
 
-FEW, LIMIT = 8, 64  # cuts along an axis, beyond which rows, or a table of places, are tried
+FEW, LIMIT = 8, 64  # most cuts along an axis before rows, or a table of places, are tried
 MOST_TURNS = 4096
 
 
 class Irregular(Exception):
-    """An array has too many pieces; the argument is where the changes are."""
+    """Raised for an array with too many pieces; the argument has the indices of the cuts."""
 
 
 class Piece(NamedTuple):
-    """``ids[lo + k] = start + strides . k`` for k < shape, all of one batch."""
+    """``ids[lo + k] = start + strides . k`` for k < shape; all numbers belong to one batch."""
 
     lo: tuple
     shape: tuple
@@ -28,7 +28,7 @@ class Piece(NamedTuple):
 
 
 def row_major(shape):
-    """The strides, in elements, of an array of a shape in the order of C."""
+    """The strides, in elements, of a row-major array."""
     steps, step = [], 1
     for s in reversed(shape):
         steps.append(step)
@@ -47,7 +47,7 @@ def view(flat, at, strides, shape):
 
 
 def cuts_along(ids, axis, limit):
-    """Where the affine pieces begin along an axis, for all indices of the others together."""
+    """The indices along an axis at which affine pieces begin, for all other indices together."""
     n = ids.shape[axis]
     if n == 1:
         return [0]
@@ -64,13 +64,19 @@ def cuts_along(ids, axis, limit):
     for a, b in zip([0, *at], [*at, n - 1], strict=True):  # d[a:b] are equal
         a = max(a, begin)
         if b > a:
-            begin = b + 1 if b - a > 1 else a + 1  # one odd difference is a cut
+            begin = b + 1 if b - a > 1 else a + 1  # a single deviating difference is a cut
             cuts.append(begin)
     return [c for c in cuts if c < n]
 
 
 def segment(table, ids, limit=LIMIT):
-    """The pieces of an array of node numbers; Irregular where there are too many."""
+    """The affine pieces of an array of node numbers.
+
+    Raises
+    ------
+    Irregular
+        If an axis has more than about `limit` cuts.
+    """
     if ids.size == 0:
         return []
     found = []
@@ -80,14 +86,14 @@ def segment(table, ids, limit=LIMIT):
             found.append(piece)
             continue
         part = ids[tuple(slice(a, a + n) for a, n in zip(piece.lo, piece.shape, strict=True))]
-        for inner in _pieces(table, part, _turns(table, part)):  # an affine run over batches
+        for inner in _pieces(table, part, _turns(table, part)):  # an affine run may cross batches
             lo = tuple(x + y for x, y in zip(inner.lo, piece.lo, strict=True))
             found.append(inner._replace(lo=lo))
     return found
 
 
 def _turns(table, part):
-    """Where the batch changes along each axis."""
+    """The indices along each axis at which the batch changes."""
     firsts = np.array([b.first for b in table.batches])
     number, lines = np.searchsorted(firsts, part, "right"), []
     for axis in range(part.ndim):
@@ -118,7 +124,7 @@ def _pieces(table, ids, cuts):
 
 
 def in_rows(table, ids):
-    """A shape in which an array of node numbers has few pieces, and those pieces."""
+    """A shape in which an array of node numbers has few pieces, and the pieces in that shape."""
     try:
         return ids.shape, segment(table, ids, FEW if ids.ndim == 1 else LIMIT)
     except Irregular as error:
@@ -134,7 +140,7 @@ def in_rows(table, ids):
 
 
 def lengths(at, size):
-    """Lengths of rows to try, from where the changes are."""
+    """Row lengths to try, derived from the distances between cuts."""
     tried, middle = [2, 3, 4, 5, 6, 8], len(at) // 2
     if len(at) > 8:
         tried = [int(m) for m in at[middle + 1 : middle + 7] - at[middle]] + tried
@@ -142,7 +148,7 @@ def lengths(at, size):
 
 
 class Edges:
-    """The pieces of the operands of each batch that results or nodes need.
+    """The affine pieces of the operands of all batches that the results depend on.
 
     Parameters
     ----------
@@ -150,15 +156,15 @@ class Edges:
     result : array of int
         Node numbers that are stored in order.
     items : list of int
-        Node numbers that are needed besides.
+        Further node numbers that are needed.
 
     Attributes
     ----------
     live : set of int
-        The numbers of the batches that are needed.
+        The numbers of the batches that `result` and `items` depend on.
     edges : dict of (batch, operand) to list of Piece
     places : dict of (batch, operand) to (Batch, array of int)
-        The sources of operands without order, and their places there.
+        For operands without regular pieces: the source batch, and the places in it.
     """
 
     def __init__(self, table, result, items):
@@ -169,7 +175,7 @@ class Edges:
         self._find_edges()
 
     def _find_edges(self):
-        """The pieces of the operands of each live batch, in its own shape."""
+        """Find the live batches and the pieces of their operands, in the shape of each batch."""
         table = self.table
         self.out_shape, self.out_pieces = in_rows(table, self.result)
         live = {piece.batch.number for piece in self.out_pieces}
@@ -181,7 +187,7 @@ class Edges:
             if b.op == "one":
                 live |= {table.batch_of(i).number for i in table.items_of(b.data)}
             shape = None
-            while shape != self.shape_of(b):  # an operand may ask for rows
+            while shape != self.shape_of(b):  # an operand may change the shape to rows
                 shape = self.shape_of(b)
                 for j, operand in enumerate(b.operands):
                     self.places.pop((b.number, j), None)
@@ -206,7 +212,7 @@ class Edges:
         return pieces
 
     def _as_places(self, b, j, operand):
-        """An operand whose places are read from memory."""
+        """Describe an irregular operand by a table of places in its source batch."""
         source = self.table.batch_of(int(operand.min()))
         if self.table.batch_of(int(operand.max())) is not source or b.op in PRODUCTS:
             raise Irregular(np.arange(0))
@@ -214,7 +220,7 @@ class Edges:
         return [Piece((), (), source.first, (), source)]
 
     def shape_of(self, b):
-        """The shape in which a batch is looped over: of a reduction or a product, its operand's."""
+        """The shape of a batch's loop; for a reduction or a product, the shape of its operand."""
         if b.number in self._shapes:
             return self._shapes[b.number]
         if b.op in PRODUCTS:
@@ -222,7 +228,7 @@ class Edges:
         return (*b.shape, b.data) if b.op in REDUCTIONS else b.shape
 
     def read(self, b, j, operand, at, strides, shape):
-        """The pieces of an operand of a batch at an affine place."""
+        """The pieces of operand j of a batch, read at ``at + strides . k``."""
         if isinstance(operand, int):
             batch = self.table.batches[operand]
             return [Piece((0,) * len(shape), shape, batch.first + at, strides, batch)]

@@ -1,7 +1,7 @@
-"""From batches to loops: where operands are affine, what is kept in memory, in what order.
+"""Turns batches into loops: which batches are kept in memory, and in which order loops run.
 
-Formulas are pulled from the results: an operand at an affine place of a batch is again affine, so
-that fused loops, shifted reads and common subexpressions need no search.
+Formulas are pulled from the results: an affine read of a batch reads its operands at affine places.
+Fused loops, shifted reads and common subexpressions follow without a search.
 """
 
 from typing import Any, NamedTuple
@@ -11,17 +11,17 @@ import numpy as np
 from .pieces import Edges, Irregular, lengths, place_of, row_major
 from .table import LEAVES, PRODUCTS, REDUCTIONS
 
-COSTLY = 16  # operations that are rather kept than done again
+COSTLY = 16  # cost from which a batch with several users is kept in memory
 WEIGHT = {"call": 20, "div": 4, "sqrt": 4, "interpolate": 20, "piecewise": 20, "search": 20}
 MOST_USES = 8
 DEEP = 10**6
 
 
 class Root(NamedTuple):
-    """What a loop stores: ``target[offset + steps . k] = batch at start + strides . k``.
+    """The store of a loop: ``target[offset + steps . k] = batch at start + strides . k``.
 
-    `target` is "out" or the number of a batch; `cuts` are where the formula changes along each
-    axis of the `domain`; `level` says after which loops it comes.
+    `target` is "out" or the number of a batch.  `cuts` are the indices along each axis of `domain`
+    at which the formula changes.  A root runs after all roots of a lower `level`.
     """
 
     level: int
@@ -45,7 +45,7 @@ class Plan(Edges):
     result : array of int
         Node numbers that are stored in order.
     nodes : iterable of Node
-        Nodes of the graph that are evaluated behind all loops.
+        Nodes of the graph that are evaluated after all loops.
     """
 
     def __init__(self, table, result, nodes):
@@ -54,7 +54,7 @@ class Plan(Edges):
         self._make_roots()
 
     def _choose(self, fixed):
-        """Keep in memory what takes many operations and is read at several places, and `fixed`."""
+        """Choose the batches to keep in memory: costly ones that several places read, and `fixed`."""
         table, cost, uses = self.table, {}, {}
         for b in table.batches:
             if b.number in self.live:
@@ -164,7 +164,7 @@ class Plan(Edges):
         raise Irregular(np.arange(0))
 
     def _pull(self, b, start, strides, shape, lo, lines, level, target, domain):
-        """Note the cuts and the level that a batch needs at an affine place."""
+        """Collect the cuts and the level of a batch that is read at ``start + strides . k``."""
         key = b.number, start, strides, shape, lo
         if key in self._known:
             return
@@ -194,7 +194,7 @@ class Plan(Edges):
                 )  # fmt: skip
 
     def _pull_item(self, i, level):
-        """Note the level that one node needs."""
+        """Raise the level above the loops that one node depends on."""
         batch, own = self.table.batch_of(i), [0]
         if batch.number in self.kept:
             level[0] = max(level[0], self.level[batch.number] + 1)

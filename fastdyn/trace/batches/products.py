@@ -1,4 +1,4 @@
-"""Products of long arrays, most often by matrices of numbers; running sums; calls of libraries."""
+"""Matrix products, einsum, sparse products, running sums and calls of libraries."""
 
 from typing import Any
 
@@ -11,17 +11,17 @@ from .formulas import as_columns, operand_of
 from .reductions import reduce
 from .table import ID
 
-MOST_PRODUCTS = 20_000_000  # that are node numbers
+MOST_PRODUCTS = 20_000_000  # elements of a product before the sum
 
 
 def running_sum(table, x):
-    """The sums of the elements of a row so far."""
+    """The cumulative sum of a one-dimensional array."""
     made = table.make("running", ("running",), x.shape, [whole(table, x)])
     return Columns(table, None, made)
 
 
 def matmul(table, a: Any, b: Any) -> Any:
-    """``a @ b``; a matrix of numbers times a vector is one batch."""
+    """``a @ b``; a constant matrix times a vector is one batch."""
     both: Any = [v if isinstance(v, Batched | np.ndarray) else np.array(v) for v in (a, b)]
     a, b = both
     if a.ndim == 0 or b.ndim == 0:
@@ -47,7 +47,7 @@ def matmul(table, a: Any, b: Any) -> Any:
 
 
 def einsum(table, subscripts, *operands, **_):
-    """One product over all indices, summed over those that are not in the result."""
+    """One product over all indices, summed over the indices that the result lacks."""
     subscripts = subscripts.replace(" ", "")
     left, arrow, right = subscripts.partition("->")
     groups = left.split(",")
@@ -76,12 +76,12 @@ def einsum(table, subscripts, *operands, **_):
 
 
 def _is_plain(matrix):
-    """Whether a matrix is one of numbers, or of the parameters of one array."""
+    """Whether a matrix consists of constants, or of one array's parameters."""
     return not isinstance(matrix, Batched)
 
 
 def _by_matrix(table, matrix, x):
-    """A matrix, whose numbers lie in one array, times a vector."""
+    """Multiply a matrix, stored in one array of parameters, by a vector."""
     ids = ids_of(table, matrix)
     rows, columns = ids.shape
     batch = table.batch_of(int(ids.flat[0]))
@@ -97,7 +97,7 @@ def _by_matrix(table, matrix, x):
 
 
 def sparse(table, matrix, x):
-    """A sparse matrix of numbers, in rows, times a vector."""
+    """Multiply a constant sparse matrix (CSR) by a vector."""
     x = as_columns(table, x)
     if x.ndim == 2 and x.shape[1] == 1:
         return sparse(table, matrix, x.reshape(-1)).reshape(-1, 1)
@@ -116,7 +116,7 @@ def sparse(table, matrix, x):
 
 
 def whole(table, x):
-    """The batch of all of an array, in order; a copy if there is none."""
+    """The number of the batch that equals an array; if there is none, of a new copy."""
     x = as_columns(table, x)
     operand = operand_of(x, x.shape)
     if isinstance(operand, int):

@@ -1,4 +1,4 @@
-"""Sums and extremes over axes of long arrays."""
+"""Sums and extremes along axes of long arrays."""
 
 from typing import Any
 
@@ -8,11 +8,11 @@ from ..symbols.symbolic import refuse
 from .columns import Columns
 from .formulas import as_columns, operand_of
 
-SHORT = 8  # terms that are added one by one
+SHORT = 8  # terms that are added without a loop
 
 
 def reduce(table, op, value, axis=None, keepdims=False) -> Any:
-    """The sum ("sum"), the maximum ("top") or the minimum ("low") over axes."""
+    """The sum ("sum"), maximum ("top") or minimum ("low") over `axis`."""
     array = as_columns(table, value)
     if array.truth:
         array = np.where(array, 1.0, 0.0)
@@ -38,7 +38,7 @@ def reduce(table, op, value, axis=None, keepdims=False) -> Any:
 
 
 def _of_few(op, array, axis, keepdims):
-    """A sum or an extreme of few terms, written out."""
+    """Unroll a sum or an extreme of few terms."""
     lead = (slice(None),) * axis
     combine = {"sum": np.add, "top": np.maximum, "low": np.minimum}[op]
     total: Any = array[(*lead, 0)]

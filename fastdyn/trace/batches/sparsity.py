@@ -1,4 +1,4 @@
-"""Which components each result depends on, from the pieces of a plan."""
+"""Finds the components that each result depends on, from the loops of a plan."""
 
 from typing import Any
 
@@ -7,15 +7,18 @@ import numpy as np
 from .boxes import boxes_of, formula_of_one, grid_of, name_of
 from .table import PRODUCTS
 
-MOST_A_ROW = 200  # elements, on average, of a matrix that counts as sparse
+MOST_A_ROW = 200  # mean number of elements a row, up to which a matrix counts as sparse
 
 
 class Dense(Exception):
-    """So many elements may differ from zero that the matrix is none to be kept sparse."""
+    """The matrix has too many nonzero elements to be stored as sparse."""
 
 
 class Sparsity:
-    """The patterns of a plan, by loops as they run: sparse matrices of ones."""
+    """The sparsity patterns of a plan's results and kept batches, as matrices of ones.
+
+    The loops are visited in the order in which they run.
+    """
 
     def __init__(self, plan, n, nodes):
         from scipy import sparse
@@ -26,7 +29,12 @@ class Sparsity:
         self._items: dict = {}
 
     def of_results(self):
-        """(rows, columns) of the elements that may differ from zero, by columns; Dense."""
+        """The (rows, columns) of elements that may differ from zero, sorted by column.
+
+        Raises
+        ------
+        Dense
+        """
         found: list = []
         size = self._n_results
         for group in self.plan.groups:
@@ -62,7 +70,7 @@ class Sparsity:
         return self._sparse.csr_matrix((ones, (rows, columns)), shape)
 
     def _sum(self, pieces, size):
-        """The pattern of pieces, each (rows, columns) or a matrix."""
+        """The union of patterns, each (rows, columns) or a matrix."""
         pairs = [p for p in pieces if isinstance(p, tuple)]
         matrices = [p for p in pieces if not isinstance(p, tuple)]
         if pairs:
@@ -80,7 +88,7 @@ class Sparsity:
         return total
 
     def _of_box(self, formula, parts):
-        """Add what the stores of a box depend on."""
+        """Add the patterns of a box's stores to `parts`."""
         needs: list = []
         for i, v in enumerate(formula.values):
             own = {i} if v.kind in ("read", "gather", "one") else set()
@@ -120,7 +128,7 @@ class Sparsity:
         return found.astype(bool).astype(np.int8)
 
     def _of_node(self, node, rows, size):
-        """What a node of the graph depends on, at each of the rows."""
+        """The pattern of a node of the graph that all `rows` depend on."""
         columns = np.unique(np.concatenate(
             [self._of_item(i) for i in self.plan.table.items_of(node)] or [np.empty(0, np.int64)]
         ))  # fmt: skip

@@ -1,4 +1,4 @@
-"""The state that a traced function is given, and what becomes of its results: in batches."""
+"""The state that a traced function gets, and its results, as long arrays."""
 
 from typing import Any
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from ..graph.refusal import Refusal
 from ..symbols.real import symbol
-from . import numpys  # noqa: F401  # which answers NumPy
+from . import numpys  # noqa: F401  # registers itself in BATCHES
 from .columns import Columns, ids_of
 from .table import ID, Table, numbers
 
 
 class LongArrays:
-    """A state of n real numbers, as one long array; its results are node numbers."""
+    """A state of n real numbers as one long array; results are arrays of node numbers."""
 
     complex_state = False
 
@@ -43,11 +43,11 @@ class LongArrays:
         return np.ascontiguousarray(ids, ID).reshape(-1)
 
     def _joined(self, result):
-        """A list of arrays of several lengths, which SciPy would not take."""
+        """Refuse a list of arrays with several lengths, which SciPy refuses, too."""
         raise Refusal("it returns a list of arrays of several lengths")
 
     def chosen(self, node, yes, no):
-        """The results of one path where a condition holds, else those of another."""
+        """Select the results `yes` or `no` by the condition `node`."""
         if isinstance(yes, list):
             return [self.table.g.select(node, a, b) for a, b in zip(yes, no, strict=True)]
         if np.array_equal(yes, no):

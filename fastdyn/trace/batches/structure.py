@@ -1,4 +1,4 @@
-"""Functions of NumPy that put the elements of arrays elsewhere."""
+"""NumPy's functions that only move elements: they act on node numbers."""
 
 import numpy as np
 
@@ -19,6 +19,7 @@ STRUCTURE = {
 
 
 def structured(table, function, args, kwargs):
+    """Apply a function of STRUCTURE to an array; a view where NumPy's result is a view."""
     first, *others = args
     array = as_columns(table, first)
     if any(is_symbolic(a) for a in (*others, *kwargs.values())):
@@ -35,6 +36,7 @@ def structured(table, function, args, kwargs):
 
 
 def joined(table, function, arrays, *args, **kwargs):
+    """Apply a function of JOINING to arrays of numbers, or to arrays of truth values."""
     parts = [ids_and_truth(table, a) for a in arrays]
     truths = {truth for _, truth in parts}
     if len(truths) > 1:

@@ -1,7 +1,7 @@
-"""The batches of a trace: the nodes of one operation on arrays have consecutive numbers.
+"""The batches of a trace: the nodes of an operation on arrays have consecutive numbers.
 
-A number of a node says the batch and the place in it.  Operations on one number are nodes of the
-graph; the batch of such a node holds it alone.
+A node number determines the batch and the place in the batch.  Operations on single numbers are
+nodes of the graph; each such node that an array needs is a batch of one element.
 """
 
 import hashlib
@@ -21,21 +21,21 @@ from ..symbols.symbolic import Lazy, refuse
 
 ID = np.int32
 MOST = 2**31 - 2**24  # numbers of nodes
-FEW = 8  # constants that are nodes one by one
+FEW = 8  # up to so many constants become nodes of the graph
 MOST_BATCHES = 4000
 TRUTHS = frozenset(("lt", "le", "eq", "and", "or", "not"))
 REDUCTIONS = frozenset(("sum", "top", "low"))
-PRODUCTS = frozenset(("dense", "csr", "running", "island"))  # loops of their own
+PRODUCTS = frozenset(("dense", "csr", "running", "island"))  # their loops are not fused
 IN_MEMORY = frozenset(("y", "par", "block", "const"))  # before any loop
 LEAVES = IN_MEMORY | {"one"}
 
 
 class Batch:
-    """The nodes `first`, ... of one operation on arrays of a shape.
+    """The nodes of one operation on arrays; they have the numbers ``first + i`` for i < size.
 
-    An operand is the number of a batch (all of it, in order), an array of no axis (one node for
-    all), or a flat array of node numbers.  `truth` says whether the nodes are truth values; `at`
-    is how many nodes the graph had when the batch was made.
+    An operand is the number of a batch (read in order), an array without axes (one node for all
+    elements), or a flat array of node numbers.  `truth` tells whether the nodes are truth values;
+    `at` is the number of nodes of the graph when the batch was made.
     """
 
     __slots__ = ("at", "data", "first", "number", "op", "operands", "shape", "size", "truth")
@@ -52,11 +52,11 @@ class Table:
     def __init__(self, graph, n):
         self.g, self.batches, self.next = graph, [], 0
         self._known: dict = {}
-        self._singles: dict = {}  # numbers of nodes of the graph
+        self._singles: dict = {}  # node numbers of the graph's nodes
         self.state = self.make("y", None, (n,), ())
 
     def make(self, op, data, shape, operands, truth=False):
-        """The batch of an operation, the same for the same operands."""
+        """The batch of an operation; equal operations on equal operands share a batch."""
         place = op, data, shape, *map(_place, operands)
         known = self._known.get(place)
         if known is not None:
@@ -65,7 +65,7 @@ class Table:
         batch = Batch(
             len(self.batches), op, data, shape, operands, truth, self.next, len(self.g.nodes)
         )
-        self.next += batch.size + 1  # a gap: no run of numbers goes on into the next batch
+        self.next += batch.size + 1  # a gap, so that no affine run crosses batches
         if self.next > MOST or len(self.batches) > MOST_BATCHES:
             refuse("it takes too many operations", said=False)
         self.batches.append(batch)
@@ -73,13 +73,13 @@ class Table:
         return batch
 
     def batch_of(self, i):
-        """The batch of a node number."""
+        """The batch that contains a node number."""
         return self.batches[bisect_right(self.batches, i, key=lambda b: b.first) - 1]
 
     # -- single nodes
 
     def one(self, node):
-        """The number of a node of the graph."""
+        """The node number of a node of the graph."""
         if node.op == "y":
             return node.data
         if node.op == "item":
@@ -92,7 +92,7 @@ class Table:
         return found
 
     def symbol(self, i) -> Any:
-        """The number, or the truth value, of a node number."""
+        """The Symbol, or the truth value, of a node number."""
         i = int(i)
         batch = self.batch_of(i)
         if batch.op == "one":
@@ -108,17 +108,20 @@ class Table:
         return self.g.condition(node) if node.op != "const" else node.data
 
     def items_of(self, *nodes):
-        """The node numbers, of batches, that nodes of the graph need."""
+        """The node numbers that nodes of the graph depend on."""
         return [each.data for each in live(nodes) if each.op in ("item", "y")]
 
     # -- arrays from outside
 
     def of_slots(self, slots):
-        """The batch of the parameters of an array."""
+        """The batch of an array of parameters."""
         return self.make("par", slots, (len(slots),), ())
 
     def of_array(self, array) -> Any:
-        """The node numbers of an array of the function, and whether they are truth values."""
+        """(ids, truth): an array's node numbers, and whether they are truth values.
+
+        The function may have made the array, or read the array from outside.
+        """
         if isinstance(array, Lazy):
             found = _untouched(array)
             if found is not None:
@@ -145,7 +148,7 @@ class Table:
         return self.one(symbol(self.g, value).node), False
 
     def constants(self, array):
-        """The node numbers of an array of plain numbers; those of truth values are 1.0 and 0.0."""
+        """The node numbers of an array of constants; truth values become 1.0 and 0.0."""
         array = np.asarray(array)
         if array.dtype.kind in "iu" and array.size and np.abs(array).max() > MAX_WHOLE:
             refuse("a whole number beyond 2**53")
@@ -172,7 +175,7 @@ def numbers(batch):
 
 
 def _untouched(array):
-    """The slots of a long array from outside, and its places in them; None if it was written to."""
+    """The slots and places of a long array from outside; None if the function wrote to it."""
     array = as_table(array) if not isinstance(array, LongArray) else array
     if not isinstance(array, LongArray) or array._at is None or not array._asked.untouched():
         return None
@@ -188,5 +191,5 @@ def _place(operand):
 
 
 def truth_of(g, value):
-    """A truth value, symbolic or not, as a node."""
+    """The node of a truth value, symbolic or not."""
     return value.node if isinstance(value, Condition) else g.const(bool(value))

@@ -1,1 +1,1 @@
-"""A graph as machine code, in LLVM's text."""
+"""Emits a graph as machine code, in LLVM's textual form."""

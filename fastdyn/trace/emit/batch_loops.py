@@ -1,4 +1,4 @@
-"""Loops over the boxes of batches: stores, reductions, edges."""
+"""Emits the loops over the boxes of batches: stores, reductions, edges."""
 
 import math
 
@@ -14,7 +14,7 @@ IDENTITY = {"sum": 0.0, "top": -math.inf, "low": math.inf}
 
 
 class BatchLoops(BatchValues):
-    """Loops, as `BatchEmitter` emits them."""
+    """Emits loops; `BatchEmitter` is the complete emitter."""
 
     def _box(self, formula):
         axes, shape = formula.merge_axes()
@@ -24,12 +24,12 @@ class BatchLoops(BatchValues):
         depths: list = []
         for i, v in enumerate(formula.values):
             depths.append(max([_depth(v, axes), *[depths[a] for a in v.args]]))
-            if depths[i] == 0:  # before the loops, which others come after
+            if depths[i] == 0:  # loop-invariant values are computed before the loops
                 values[i] = self._value(v, values, self._one, None, ())
         self._loops(formula, axes, shape, wide, inner, values, depths, ())
 
     def _loops(self, formula, axes, shape, wide, inner, values, depths, ks):
-        """The loops over the axes that are left, and what is made in them."""
+        """Emit the loops over the remaining axes, with the values and stores of each depth."""
         if not axes:
             self._stores(formula, values, ks)
             return
@@ -45,13 +45,13 @@ class BatchLoops(BatchValues):
         totals = self._totals(reduced, wide)
         emitter, width = (self._wide, WIDTH) if wide else (self._one, 1)
         count = shape[axis]
-        exact = any(s.reduction for s in formula.stores)  # no vector may come twice
+        exact = any(s.reduction for s in formula.stores)  # each element counts once
         whole = count - count % width if exact else count
         with self.each(WORD(whole), width) as k:
             here, within = list(values), (*ks, (axis, k))
             self._make(formula, here, depths, depth, emitter, inner, within)
             self._stores(formula, here, within, wide, reduced, totals)
-        if whole < count:  # fewer than a vector
+        if whole < count:  # the remainder, shorter than a vector
             with self.each(WORD(count - whole), 1) as j:
                 here, within = list(values), (*ks, (axis, self.builder.add(j, WORD(whole))))
                 self._make(formula, here, depths, depth, self._one, None, within)
@@ -103,7 +103,7 @@ class BatchLoops(BatchValues):
             self.put(self.splat(value), target, k)
 
     def _totals(self, reduced, wide):
-        """Where sums are added up in a loop: a vector of them, and one number."""
+        """Allocate the accumulators of each reduction: a vector of partial results, a number."""
         found, b = [], self.builder
         with b.goto_entry_block():
             for _ in reduced:
@@ -122,7 +122,7 @@ class BatchLoops(BatchValues):
         self.builder.store(self._combined(op, self.builder.load(place), value), place)
 
     def _across(self, op, vector):
-        """All lanes together."""
+        """Reduce the lanes of a vector to one number, in pairs."""
         b = self.builder
         if vector is None:
             return REAL(IDENTITY[op])
@@ -139,7 +139,7 @@ class BatchLoops(BatchValues):
         return self._one._intrinsic({"top": "maximum", "low": "minimum"}[op], [a, b])
 
     def _combine_at(self, store, value, ks):
-        """Combine what is in memory with a value."""
+        """Combine the element in memory with a value, and store the result."""
         b, axis = self.builder, ks[-1][0] if ks else None
         place, target = self._place(store.place, store.steps, ks), self._array(store.target)
         if isinstance(value.type, ir.VectorType):
@@ -153,7 +153,7 @@ class BatchLoops(BatchValues):
     # -- edges
 
     def _edges(self, formulas):
-        """Boxes with the same code, a row of places for each of their points."""
+        """Emit one loop for boxes with equal code; a table gives the places of each iteration."""
         first = formulas[0]
         rows = np.concatenate([f.grid() for f in formulas]).astype(np.int32)
         reads = [i for i, v in enumerate(first.values) if v.kind == "read"]
@@ -175,7 +175,7 @@ class BatchLoops(BatchValues):
 
 
 def _depth(v, axes):
-    """How many loops a read is in: that of the innermost axis along which it varies."""
+    """The depth of the innermost loop along whose axis a read varies; 0 for other values."""
     if v.kind in ("one", "op"):
         return 0
     return max((i + 1 for i, axis in enumerate(axes) if v.strides[axis]), default=0)

@@ -1,4 +1,4 @@
-"""The values of formulas of batches: reads from memory, operations, single nodes."""
+"""Emits the values of batch formulas: reads from memory, operations, single nodes."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -12,20 +12,20 @@ from .numbers import INDEX, REAL, WORD, Emitter
 
 
 class BatchValues(Memory):
-    """What loops over batches compute with; see `BatchEmitter`."""
+    """Emits values for the loops of `BatchLoops`; `BatchEmitter` is the complete emitter."""
 
     def __init__(self, builder, graph, plan, source, vector_function):
         super().__init__(builder)
         self.plan, self.table_of, self.source = plan, plan.table, source
         source.item = self._item
         self._out: Any = None
-        self._at: dict = {}  # where batches that are kept lie
-        self._tables: dict = {}  # of places, by the ids of their arrays
+        self._at: dict = {}  # addresses of the batches that are kept in memory
+        self._tables: dict = {}  # tables of places, by the id of their array
         self._one = Emitter(builder, graph, REAL, source)
         self._wide = Emitter(builder, graph, VECTOR, source, vector_function)
 
     def _array(self, name):
-        """The address of an array: the state, parameters, a batch that is kept, the outputs."""
+        """The address of an array: outputs, parameters, state, or a batch kept in memory."""
         if name == "out":
             return self._out
         if name in ("y", "block"):
@@ -49,7 +49,7 @@ class BatchValues(Memory):
     # -- single nodes
 
     def _item(self, i):
-        """The value of one node of a batch."""
+        """The value of one node of a batch, outside loops."""
         batch = self.table_of.batch_of(i)
         if batch.number in self.plan.kept:
             return self._load(batch.number, WORD(i - batch.first))
@@ -61,7 +61,20 @@ class BatchValues(Memory):
     # -- in loops
 
     def _value(self, v, values, emitter, inner, ks):
-        """A value from those before; `inner` is the axis of vectors, `ks` the indices by axis."""
+        """Emit one value of a formula from the values before it.
+
+        Parameters
+        ----------
+        v : boxes.Value
+        values : list
+            The values of the formula so far; the operands of `v` are among them.
+        emitter : Emitter
+            The emitter of numbers, or of vectors.
+        inner : int or None
+            The axis along which vectors extend.
+        ks : tuple of (axis, index)
+            The indices of the surrounding loops.
+        """
         if v.kind == "one":
             return self._one.nodes([v.data])[0]
         wide = emitter is self._wide
@@ -96,7 +109,7 @@ class BatchValues(Memory):
         return place
 
     def _lanes(self, name, place, stride):
-        """A vector of numbers that are not neighbours."""
+        """A vector of elements that are not contiguous in memory."""
         b, found = self.builder, []
         for lane in range(WIDTH):
             at = b.add(place, WORD(lane * stride)) if lane else place

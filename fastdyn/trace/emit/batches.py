@@ -1,4 +1,4 @@
-"""A plan of batches as machine code: a loop over vectors for each box, the edges in tables."""
+"""Emits a plan of batches as machine code: vector loops over boxes, loops over tables of edges."""
 
 from llvmlite import ir
 
@@ -11,7 +11,7 @@ from .islands import call_island
 from .memory import VECTOR, WIDTH
 from .numbers import REAL, WORD
 
-ON_STACK = 4096  # numbers that are kept between loops
+ON_STACK = 4096  # up to so many numbers, batches that are kept in memory lie on the stack
 BYTES, VOID = ir.IntType(8).as_pointer(), ir.VoidType()
 
 
@@ -20,7 +20,7 @@ class TooManyEdges(Refusal):
 
 
 class BatchEmitter(BatchLoops):
-    """Emits a plan through an LLVM builder at the start of a function.
+    """Emits a plan through an LLVM builder, at the start of a function.
 
     Parameters
     ----------
@@ -28,13 +28,13 @@ class BatchEmitter(BatchLoops):
     graph : Graph
     plan : Plan
     source : object
-        As of `Emitter`, with ``array(name)``, the address of an array.
+        The source of an `Emitter` that also has ``array(name)``, the address of an array.
     vector_function : callable
-        ``function(name, values)`` for elementary functions of vectors.
+        ``function(name, values)`` emits an elementary function of vectors.
     """
 
     def store(self, out, nodes):
-        """Store the outputs at `out`; the values of nodes."""
+        """Emit all loops, which store the outputs at `out`; return the values of `nodes`."""
         self._out, self._at = out, {}
         heap = self._reserve()
         for group in self.plan.groups:
@@ -59,7 +59,7 @@ class BatchEmitter(BatchLoops):
         return values
 
     def _reserve(self):
-        """Room for what is kept; on the heap where it is much."""
+        """Allocate the batches kept in memory; return the heap address, None on the stack."""
         b, sizes, total = self.builder, {}, 0
         for number, batch in self.plan.kept.items():
             sizes[number], total = total, total + -(-batch.size // WIDTH) * WIDTH

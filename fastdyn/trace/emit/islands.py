@@ -1,4 +1,4 @@
-"""Calls of libraries in machine code, by addresses that are parameters."""
+"""Emits calls of library functions, whose addresses are parameters of the code."""
 
 from llvmlite import ir
 
@@ -7,15 +7,18 @@ ISLAND = ir.FunctionType(ir.VoidType(), [REAL.as_pointer(), REAL.as_pointer()])
 
 
 def rooms(builder, data):
-    """Memory for what an island is given, and for what it gives."""
+    """Allocate the memory for an island's inputs and for its outputs."""
     _, n_in, n_out = data
-    with builder.goto_entry_block():  # in a loop, it would grow
+    with builder.goto_entry_block():  # an alloca in a loop would grow the stack
         rooms = [builder.alloca(ir.ArrayType(REAL, n)) for n in (max(n_in, 1), n_out + 1)]
         return [builder.bitcast(room, REAL.as_pointer()) for room in rooms]
 
 
 def call_island(builder, source, data, given, found):
-    """Call an island, which has failed unless it says otherwise; where its numbers are."""
+    """Call an island with memory `given` and `found`; return `found`.
+
+    The last output is the failure flag.  It is set before the call, and the island clears it.
+    """
     slot, _, n_out = data
     builder.store(REAL(1.0), builder.gep(found, [INDEX(n_out)]))
     address = builder.fptosi(source.parameter(slot), WORD)
@@ -24,9 +27,9 @@ def call_island(builder, source, data, given, found):
 
 
 def call_in_c(builder, source, slot, *args):
-    """Call a function of C that takes a word more."""
+    """Call a C function that takes one more argument, an unused int, after its numbers."""
     address = source.parameter(slot)
-    if address.type != REAL:  # the same in all lanes
+    if address.type != REAL:  # all lanes hold the same address
         address = builder.extract_element(address, INDEX(0))
     form = ir.FunctionType(REAL, [*[REAL] * len(args), INDEX])
     function = builder.inttoptr(builder.fptosi(address, WORD), form.as_pointer())

@@ -1,7 +1,7 @@
-"""A graph as machine code: of numbers, or of vectors with a number of each trajectory.
+"""Emits a graph as machine code: on numbers, or on vectors with one trajectory in each lane.
 
-The operations are those of the graph, one by one: nothing is fused or reordered unless `flags`
-allow it, so that the bits of numbers do not depend on what the code is inlined into.
+LLVM's operations are the graph's: nothing is fused or reordered unless `flags` allow fusion.
+The bits of a result then do not depend on the code around it.
 """
 
 import functools
@@ -27,14 +27,13 @@ class Emitter:
     builder : ir.IRBuilder
     graph : Graph
     kind : ir.Type
-        Of numbers: double, or a vector of them.
+        The type of numbers: double, or a vector of doubles.
     source : object, optional
-        Has `t`, ``y(i)``, ``parameter(slot)``, their values, and ``table(slot)``, the address of
-        a parameter in an array.
+        Has the values `t`, ``y(i)`` and ``parameter(slot)``, and addresses ``table(slot)``.
     function : callable, optional
-        ``function(name, values)`` for elementary functions; those of C unless given.
+        ``function(name, values)`` for elementary functions; the C library's by default.
     flags : tuple of str
-        LLVM's flags of sums and products.
+        LLVM's fast-math flags for arithmetic.
     """
 
     def __init__(self, builder, graph, kind, source=None, function=None, flags=()):
@@ -45,7 +44,7 @@ class Emitter:
         self._values = {}
 
     def nodes(self, outputs):
-        """The values of nodes."""
+        """Emit nodes and their operands; return the nodes' values."""
         for node in live(outputs):
             if node.key not in self._values:
                 if len(self._values) % EVERY == 0:
@@ -62,7 +61,7 @@ class Emitter:
         return ir.Constant(kind, value if self.width is None else [value] * self.width)
 
     def emit(self, node, args):
-        """The value of a node from those of what it needs."""
+        """Emit one node, given the values of its operands."""
         b, op = self.builder, node.op
         if op == "const":
             return self.constant(node.data)
@@ -72,7 +71,7 @@ class Emitter:
             return self.source.y(node.data)
         if op == "par":
             return self.source.parameter(node.data)
-        if op == "item":  # of a batch
+        if op == "item":  # one element of a batch
             return self.source.item(node.data)
         if op == "island":
             return self._island(node, args)
@@ -99,7 +98,7 @@ class Emitter:
         return self._by_lanes(getattr(self, f"_{op}"), node.data, args[0])
 
     def _island(self, node, args):
-        """Call a library; where its numbers are."""
+        """Emit the call of a library; return the address of the results."""
         given, found = rooms(self.builder, node.data)
         for i, value in enumerate(args):
             self.builder.store(value, self.builder.gep(given, [INDEX(i)]))
@@ -112,7 +111,7 @@ class Emitter:
         return self.builder.call(function, args)
 
     def in_c(self, name, args):
-        """A function of C; of vectors, lane by lane."""
+        """Call a function of the C library; on vectors, lane by lane."""
         if self.width is None:
             if name in INTRINSIC:
                 return self._intrinsic(name, args)
@@ -137,7 +136,7 @@ class Emitter:
         return result
 
     def _row(self, name):
-        """Where a table lies, how many numbers it has, and how far apart they are."""
+        """The (address, length, stride) of a table."""
         table = self.graph.tables[name]
         if isinstance(table, range):
             return self.source.table(table.start), len(table), table.step
@@ -174,7 +173,7 @@ class Emitter:
         return self.builder.call(function, [address, WORD(n), x])
 
     def _piece(self, row, x):
-        """The number of the piece in which x lies."""
+        """The index of the piece that contains x."""
         i = self.builder.sub(self._whereabouts(row, "right", x), WORD(1))
         return self._between(i, 0, row[1] - 2)
 
@@ -188,7 +187,7 @@ class Emitter:
         return result
 
     def _interpolate(self, data, x):
-        """As NumPy: from the other end where it is no number, and of equal ends that of both."""
+        """np.interp: by the left knot; if that gives NaN, by the right knot, or equal heights."""
         b, (knots, heights) = self.builder, map(self._row, data)
         i = self._piece(knots, x)
         after = b.add(i, WORD(1))
@@ -205,7 +204,7 @@ class Emitter:
 
 
 def number_at(builder, address, i, step=1):
-    """The number of an array at a place: a whole number and a truth value as a float."""
+    """Load an element of an array; whole numbers and truth values become floats."""
     if step != 1:
         i = builder.mul(i, i.type(step))
     value = builder.load(builder.gep(address, [i]))
@@ -215,7 +214,7 @@ def number_at(builder, address, i, step=1):
 
 
 def constant_bytes(module, label, content):
-    """A constant array in a module; its numbers in words would take longer to write."""
+    """A constant array as bytes, which LLVM's text holds more briefly than numbers."""
     data = bytearray(content.tobytes())
     kind = ir.ArrayType(ir.IntType(8), len(data))
     found: Any = ir.GlobalVariable(module, kind, label)
@@ -225,7 +224,7 @@ def constant_bytes(module, label, content):
 
 
 def _search_function(module, side, pointer, step):
-    """``i64 search(double *a, i64 n, double x)``: how many of a come before x, all before NaN."""
+    """The function ``i64 search(double *a, i64 n, double x)``: np.searchsorted; NaN comes last."""
     name = f"fastdyn_search_{side}_{pointer.pointee}_{step}"
     if name in module.globals:
         return module.globals[name]

@@ -1,12 +1,13 @@
-"""What is called now and then while a graph grows, is compared, is written as code.
+"""A callback that long work on a graph calls now and then, so that a time limit can stop the work.
 
-It may take its time, or raise OutOfTime; each thread has its own, or none.
+`look` is called while a graph is built, compared or emitted.  The callback may raise OutOfTime.
+Each thread has its own callback, or none.
 """
 
 import threading
 from typing import Any
 
-EVERY = 256  # nodes
+EVERY = 256  # nodes between two calls of `look`
 
 
 class _Clock(threading.local):
@@ -17,6 +18,6 @@ CLOCK = _Clock()
 
 
 def look():
-    """Let the clock of this thread have its turn."""
+    """Call this thread's callback, if there is one."""
     if CLOCK.check is not None:
         CLOCK.check()

@@ -1,4 +1,9 @@
-"""The differentials of the operations of a graph."""
+"""Rules for the differentials of a graph's operations.
+
+A rule ``(graph, node, wanted)`` returns a list of (factor, operand): the sum of factor times the
+differential of the operand is the differential of the node.  ``wanted(operand)`` tells whether the
+operand depends on an input.
+"""
 
 import math
 
@@ -13,7 +18,7 @@ def _mul(g: Graph, node, wanted):
         return [(g.mul(g.const(2.0), a), a)]
     for root, other in ((a, b), (b, a)):
         rest = _without(g, other, root) if root.op == "sqrt" else None
-        if rest is not None:  # u^1.5 has a derivative at u = 0, where its root has none
+        if rest is not None:  # u sqrt(u) has a derivative at u = 0, sqrt(u) has none
             u = root.args[0]
             if other is u:
                 return [(g.mul(g.const(1.5), root), u)]
@@ -22,7 +27,7 @@ def _mul(g: Graph, node, wanted):
 
 
 def _without(g, product, root):
-    """product / root, where a factor is the square of the root; else None."""
+    """The quotient product / root, if a factor of the product is the root's square; else None."""
     if product is root.args[0]:
         return root
     if product.op == "mul":
@@ -80,7 +85,7 @@ def _fmod(g, node, wanted):
 
 
 def _piece(g, knots, x):
-    """The number of the piece in which x lies."""
+    """The index of the piece that contains x."""
     i = g.sub(g.make("search", (x,), (knots, "right")), g.const(1.0))
     i = g.select(g.compare(i, g.const(0.0), "lt"), g.const(0.0), i)
     last = g.const(len(g.tables[knots]) - 2)
@@ -102,7 +107,7 @@ def _piecewise(g, node, wanted):
 
 
 def _slope(g, node):
-    """The slope of the piece in which x lies."""
+    """The slope of the piece that contains x."""
     knots, heights = node.data
     i = _piece(g, knots, *node.args)
     after = g.add(i, g.const(1.0))
@@ -114,7 +119,7 @@ def _slope(g, node):
 
 
 def inside_tables(g, node, slots):
-    """(slot, derivative) with respect to those parameters of `slots` that are in tables."""
+    """Yield (slot, derivative) for each parameter of `slots` in the tables of a node."""
     if node.op == "table":
         for slot, unit in _units(g, node.data, slots):
             yield slot, g.make("table", node.args, unit)
@@ -128,7 +133,7 @@ def inside_tables(g, node, slots):
 
 
 def _units(g, name, slots):
-    """For each parameter of a table the table that is 1 there, and 0 elsewhere."""
+    """For each parameter in a table, yield its slot and a table that is 1 at its place, else 0."""
     table = g.tables[name]
     if isinstance(table, range):
         for slot in slots:
@@ -136,7 +141,7 @@ def _units(g, name, slots):
                 yield slot, g.table(np.arange(len(table)) == table.index(slot))
 
 
-# -- functions of one number: their derivatives from the graph, the argument and the value
+# -- functions of one number: a derivative is made from the graph, the argument and the value
 
 
 def _of_one(derivative):
@@ -156,7 +161,7 @@ def _one_plus_square(g, a):
 
 
 def _one_minus_square(g, a):
-    """(1 - a) (1 + a), exact where a is near 1."""
+    """(1 - a) (1 + a), which keeps its accuracy where a is near 1."""
     return g.mul(g.sub(g.const(1.0), a), g.add(g.const(1.0), a))
 
 

@@ -1,7 +1,7 @@
 """Exact partial derivatives of a graph, as nodes of the same graph.
 
-Forward accumulation: each node has its derivatives with respect to the inputs that it depends on,
-and no others.  At a kink they are those of one side.
+Forward accumulation: each node gets its derivatives with respect to the inputs that it depends on.
+At a kink, the derivatives are one-sided.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ def _too_many(reason):
 
 
 class Entries(NamedTuple):
-    """The derivatives that are not zero everywhere, column by column, rows ascending."""
+    """The derivatives that are not zero everywhere, sorted by column, then by row."""
 
     rows: np.ndarray
     columns: np.ndarray
@@ -36,7 +36,7 @@ def jacobian(graph, outputs, n):
     Raises
     ------
     Untraceable
-        Where an operation has no rule, or there are too many operations.
+        If an operation has no rule, or the derivatives need too many operations.
     """
     return entries(partials(graph, outputs, [graph.make("y", (), i) for i in range(n)]))
 
@@ -50,26 +50,26 @@ def time_derivative(graph, outputs):
 
 @refused_as(_too_many)
 def parameter_derivatives(graph, outputs, slots):
-    """The Entries of d outputs / d parameters, of which `slots` are given."""
+    """The Entries of d outputs / d parameters; column j belongs to the parameter ``slots[j]``."""
     return entries(partials(graph, outputs, [graph.make("par", (), slot) for slot in slots]))
 
 
 def entries(found):
-    """Entries of what `partials` gives."""
+    """Convert the rows that `partials` returns to Entries."""
     places = sorted((j, i) for i, row in enumerate(found) for j in row)
     at = np.array(places, dtype=np.int64).reshape(-1, 2)
     return Entries(at[:, 1], at[:, 0], [found[i][j] for j, i in places])
 
 
 def partials(graph, outputs, inputs):
-    """For each output its derivatives {number of the input: node}; zeros are left out.
+    """The derivatives of each output as {index of the input: node}; zeros are left out.
 
     Parameters
     ----------
     graph : Graph
     outputs : list of Node
     inputs : list of Node
-        Each "t", or a "y" or "par".
+        Nodes "t", "y" or "par".
     """
     graph.most = len(graph.nodes) + 2 * MAX_NODES
     return _Sweep(graph, outputs, inputs).found(outputs)
@@ -107,7 +107,7 @@ class _Sweep:
         return self._added(terms)
 
     def _factors(self, node):
-        """(factor, node) that sum to the differential, of those that depend on inputs."""
+        """Yield the terms (factor, operand) of the differential that depend on an input."""
         rule = LOCAL.get(node.data if node.op == "call" else node.op)
         if rule is None:
             name = node.data if node.op == "call" else node.op
@@ -121,7 +121,7 @@ class _Sweep:
         return {i: node for i, node in sums.items() if not is_zero(node)}
 
     def _of_sum(self, node):
-        """Of a tree of sums at once: many terms are added in pairs."""
+        """Differentiate a tree of sums as one sum, so that many terms are added in pairs."""
         g, terms, todo = self.graph, {}, [(node, False)]
         while todo:
             each, minus = todo.pop()
@@ -143,14 +143,14 @@ class _Sweep:
             at_a_point.update(*(self.known[a.key] for a in condition.args))
         for i in dict.fromkeys((*yes, *no)):
             one, other, chosen = yes.get(i, zero), no.get(i, zero), condition
-            if i in at_a_point:  # sin(x) / x, and 1 at x = 0: the point has no slope of its own
+            if i in at_a_point:  # sin(x) / x, and 1 at x = 0: a point has no slope of its own
                 infinite = g.negation(g.compare(g.make("abs", (other,)), largest, "le"))
                 chosen = g.both(condition, infinite)
             result[i] = g.select(chosen, one, other)
         return result
 
     def _of_root(self, node):
-        """Where the argument stands still, so does its root, at 0 as well: ``|v|`` at rest."""
+        """The derivatives of a root; 0 where its argument has derivative 0, as ``|v|`` at rest."""
         g, result = self.graph, {}
         ((factor, source),) = self._factors(node)
         for i, d in self.known[source.key].items():
@@ -160,7 +160,7 @@ class _Sweep:
 
 
 def _inner_sums(nodes, outputs):
-    """The sums that only one other sum needs."""
+    """The sums whose only user is another sum."""
     users: dict = {}
     for node in nodes:
         for a in node.args:

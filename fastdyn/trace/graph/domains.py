@@ -1,10 +1,10 @@
-"""Where the operations of Python's numbers and the functions of `math` raise, and what."""
+"""The conditions under which Python's arithmetic and the functions of `math` raise."""
 
 import math
 
 from .expressions import Graph
 
-# a function in C: what compares its argument with a number, where it has no value, a number there
+# C function: (comparison, limit, whether |x| is compared); it is undefined where this is true
 OUTSIDE = {
     "sin": ("eq", float("inf"), True), "cos": ("eq", float("inf"), True),
     "tan": ("eq", float("inf"), True), "asin": ("gt", 1.0, True), "acos": ("gt", 1.0, True),
@@ -15,19 +15,22 @@ OUTSIDE = {
 GROWING = {"exp", "expm1", "exp2", "sinh", "cosh"}
 NEVER = {"atan", "atan2", "tanh", "asinh", "erf", "erfc", "cbrt"}
 LARGEST = 1.7976931348623157e308
-WHOLE = 2**53  # up to which numbers of the graph are whole numbers of Python
-INDEX = 2**31  # up to which whole numbers are made from what depends on the state
+WHOLE = 2**53  # floats represent every whole number up to this size
+INDEX = 2**31  # limit of whole numbers that depend on the state
 
 
 def divided_by_zero():
+    """Raise ZeroDivisionError with Python's message."""
     return 1.0 / 0.0
 
 
 def zero_to_a_negative_power():
+    """Raise ZeroDivisionError with Python's message."""
     return 0.0**-1.0
 
 
 def too_large_a_power():
+    """Raise OverflowError with Python's message."""
     return 10.0**400.0
 
 
@@ -36,7 +39,10 @@ def is_finite(g: Graph, node):
 
 
 def failures(g: Graph, name, result, args):
-    """Where ``math.name(*args)`` raises: (condition, what raises the same) each."""
+    """The (condition, function that raises) pairs under which ``math.name(*args)`` raises.
+
+    The function that raises gives the exception that `math` gives.
+    """
     if name in NEVER:
         return []
     if name in OUTSIDE:
@@ -50,7 +56,7 @@ def failures(g: Graph, name, result, args):
         for a in args:
             none = g.both(none, g.compare(a, a, "eq"))
         found.append((none, lambda: math.sqrt(-1.0)))
-        if name == "tgamma":  # infinite, in C, where `math.gamma` has no value
+        if name == "tgamma":  # C returns infinity where `math.gamma` raises
             at_pole = g.both(
                 g.compare(args[0], g.const(0.0), "le"),
                 g.compare(g.make("round", args, "floor"), args[0], "eq"),
@@ -60,7 +66,7 @@ def failures(g: Graph, name, result, args):
 
 
 def overflows(g: Graph, result, args):
-    """The condition under which finite numbers give what is not finite."""
+    """The condition that all `args` are finite and the result is not."""
     bad = g.negation(is_finite(g, result))
     for a in args:
         bad = g.both(bad, is_finite(g, a))
@@ -68,7 +74,7 @@ def overflows(g: Graph, result, args):
 
 
 def bound(g: Graph, node):
-    """A size that a whole number does not exceed; inf if none is known."""
+    """An upper bound of the absolute value of a whole number; inf if none is known."""
     known = g.bounds.get(node.key)
     if known is None:
         known = g.bounds[node.key] = _bound(g, node)

@@ -1,4 +1,4 @@
-"""The values of a graph at many points at once, by NumPy."""
+"""The values of a graph at many points at once, computed by NumPy."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ from .expressions import live
 
 
 def evaluate(graph, outputs, t, y, values, watch=()):
-    """The outputs, and the nodes to `watch`, at k points.
+    """Evaluate the outputs, and the nodes of `watch`, at k points.
 
     Parameters
     ----------
     t : ndarray, shape (k,)
     y : ndarray, shape (n, k)
     values : sequence of float
-        Of the parameters, by slot.
+        The parameters, by slot.
 
     Returns
     -------

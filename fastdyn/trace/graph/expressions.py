@@ -1,7 +1,7 @@
-"""Expressions of real numbers as a graph in which each occurs once.
+"""Expressions of real numbers as a graph without common subexpressions.
 
-Operations have the meaning of IEEE arithmetic as it was written; what is rewritten keeps the bits
-but for powers, which become products and square roots.
+Operations keep their order and IEEE meaning.  A rewrite keeps the bits, except that powers become
+products and square roots.
 """
 
 import hashlib
@@ -15,14 +15,14 @@ from .refusal import Refusal
 from .values import OF_TABLES, Values, contents, ranges_of
 
 MAX_NODES = 60000
-LARGEST_WHOLE = 2**20  # of whole numbers that are parameters
-MAX_EXPONENT = 16  # of powers that become products
+LARGEST_WHOLE = 2**20  # largest whole number that is a parameter
+MAX_EXPONENT = 16  # largest exponent of a power that becomes a product
 
 
 class Node:
-    """One operation on the nodes `args`; `data` is what else it needs.
+    """One operation on the nodes `args`; `data` holds constants of the operation.
 
-    `varies` is False for what parameters alone determine; then `value` holds it.
+    `varies` is False if parameters alone determine the node; `value` is then its value.
     """
 
     __slots__ = ("args", "data", "key", "op", "value", "varies")
@@ -35,21 +35,21 @@ class Node:
 class Graph:
     """All nodes of one trace.
 
-    "t"; "y" (data: its index); "par" (its slot); "const" (its value); and those of `COMPUTE`.
+    Leaves are "t", "y" (`data`: index), "par" (slot) and "const" (value); `COMPUTE` has the rest.
     """
 
     def __init__(self):
         self._known, self.nodes, self.values, self.tables = {}, [], Values(), {}
-        self.batches: Any = None  # of long arrays, where they are traced: see `trace.batches`
-        self.kept, self.islands = {}, {}  # of things outside, for the next run; libraries, by slots
+        self.batches: Any = None  # the Table of long arrays, see `trace.batches`
+        self.kept, self.islands = {}, {}  # copies for later runs; Islands and InCs, by slot
         self.most = MAX_NODES
-        self.bounds: dict = {}  # sizes that whole numbers do not exceed, see `domains.bound`
+        self.bounds: dict = {}  # upper bounds of whole numbers, see `domains.bound`
         self.largest_whole = LARGEST_WHOLE
-        self.varying: set[int] = set()  # slots whose value differs between trajectories
+        self.varying: set[int] = set()  # slots whose values differ between trajectories
         self.true, self.false = self.make("const", (), True), self.make("const", (), False)
 
     def make(self, op, args=(), data=None):
-        """The node of an operation; where all is known, of its value."""
+        """The node of an operation; its folded constant if all operands are constants."""
         label = (type(data), repr(data)) if op == "const" else data  # -0.0 == 0.0, True == 1.0
         place = (op, tuple([a.key for a in args]), label)
         node = self._known.get(place)
@@ -82,7 +82,7 @@ class Graph:
             node.value = bool(value) if isinstance(value, bool | np.bool_) else float(value)
 
     def compute(self, node, args, values=None):
-        """The value of a node from those of its `args`: numbers, or arrays of them."""
+        """The value of a node from the values of its operands, which are numbers or arrays."""
         data = node.data
         if node.op in ("island", "in c"):
             return self.islands[data[0]].values(args)
@@ -96,7 +96,7 @@ class Graph:
         return self.make("const", (), float(value))
 
     def table(self, array):
-        """The name of a table: of constants, or of the slots of an array of parameters."""
+        """Store a table of constants, or of an array's slots, and return its name."""
         slots = [getattr(getattr(v, "node", None), "data", None) for v in np.asarray(array).flat]
         whole = range(slots[0], slots[0] + len(slots)) if isinstance(slots[0], int) else ()
         if list(whole) == slots and array[0].node.op == "par" and self.is_array(whole):
@@ -108,7 +108,7 @@ class Graph:
         return name
 
     def is_array(self, slots):
-        """Whether so many slots are those of one array."""
+        """Whether these slots are all slots of one array."""
         return False
 
     # -- arithmetic
@@ -139,7 +139,7 @@ class Graph:
             return self.neg(self.mul(a.args[0], b))
         if b.op == "neg":
             return self.neg(self.mul(a, b.args[0]))
-        for one, other in ((a, b), (b, a)):  # r r r = u r, where r is the root of u
+        for one, other in ((a, b), (b, a)):  # r r r = u r if r = sqrt(u)
             if one.op == "mul" and other.op == "sqrt" and one.args == (other, other):
                 return self.mul(other.args[0], other)
         return self.make("mul", _sorted(a, b))
@@ -154,7 +154,7 @@ class Graph:
         return self.make("div", (a, b))
 
     def power(self, a, e):
-        """a ** e with an exponent that is a number; products and roots where it is simple."""
+        """a ** e for a number e; small half-integer exponents become products and roots."""
         e = float(e)
         if e != e or abs(e) > MAX_EXPONENT or 2 * e != int(2 * e):
             return self.make("call", (a, self.const(e)), "pow")
@@ -168,8 +168,8 @@ class Graph:
         return result
 
     def whole_power(self, a, k):
-        """a ** k by repeated squaring, k a whole number and not negative."""
-        if a.op == "sqrt" and k > 1 and k % 2:  # the root stays: NaN where it is
+        """a ** k by repeated squaring, for a whole number k >= 0."""
+        if a.op == "sqrt" and k > 1 and k % 2:  # sqrt(u) stays a factor: NaN for u < 0
             return self.mul(self.whole_power(a.args[0], k // 2), a)
         result, square = None, a
         while k:
@@ -181,9 +181,9 @@ class Graph:
         return self.const(1.0) if result is None else result
 
     def sum(self, terms):
-        """In order; many in pairs, as NumPy adds, which also shortens the chain.
+        """Add the terms in order; many terms in pairs, as NumPy does, which shortens the chain.
 
-        Terms that are zero are left out: what they change is the sign of a sum that is zero.
+        Terms that are zero are left out: they could change only the sign of a sum that is zero.
         """
         terms = [term for term in terms if not is_zero(term)]
         while len(terms) > 8:
@@ -208,7 +208,7 @@ class Graph:
         return a.args[0] if a.op == "not" else self.make("not", (a,))
 
     def both(self, a, b, op="and"):
-        """a and b, or a or b."""
+        """The conjunction of two conditions; with ``op="or"``, the disjunction."""
         neutral, final = (self.true, self.false) if op == "and" else (self.false, self.true)
         for one, other in ((a, b), (b, a)):
             if one is final or one is other:
@@ -230,7 +230,7 @@ def is_zero(node):
 
 
 def _maybe_negative_zero(node):
-    """Whether a number may be -0.0, which 0.0 + x is not."""
+    """Whether a number may be -0.0, in which case 0.0 + x differs from x."""
     if node.op == "add":
         return all(map(_maybe_negative_zero, node.args))
     square = node.op == "mul" and node.args[0] is node.args[1]
@@ -242,7 +242,7 @@ def _sorted(a, b):
 
 
 def live(outputs):
-    """The nodes that the outputs need, each after those that it needs."""
+    """The nodes that the outputs depend on, in topological order."""
     found, todo = {}, list(outputs)
     while todo:
         node = todo.pop()

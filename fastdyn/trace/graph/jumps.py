@@ -1,4 +1,4 @@
-"""Where a function jumps along a motion: what it decides by the state, and how that goes."""
+"""Jumps of a function along a solution, where a condition on the state changes."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ TOLERANCE = 1e-6  # of a jump, in the largest number
 
 
 def decisions(graph, outputs, slots):
-    """The nodes whose value changes at once as the state, or one of these parameters, changes."""
+    """The nodes that change discontinuously with the state, or with the parameters in `slots`."""
     found, depends = [], set()
     for node in live(outputs):
         own = node.op == "y" or (node.op == "par" and node.data in slots)
@@ -32,18 +32,18 @@ def decisions(graph, outputs, slots):
 
 
 def first_jump(graph, outputs, nodes, times, solution, values):
-    """The first time at which the outputs jump as a decision changes; None if none does.
+    """The first time at which a decision changes and the outputs jump; None if there is none.
 
     Parameters
     ----------
     nodes : list of Node
-        Of `decisions`.
+        The result of `decisions`.
     times : ndarray, shape (k,)
-        Ends of steps, between which a decision changes once or not at all.
+        Ends of steps.  A decision changes at most once between two of them.
     solution : callable
-        ``solution(times)``, of shape (n, k).
+        ``solution(times)`` has shape (n, k).
     values : sequence of float
-        Of the parameters.
+        The parameters, by slot.
     """
 
     def at(t, wanted, watch=()):
@@ -58,7 +58,7 @@ def first_jump(graph, outputs, nodes, times, solution, values):
                 same = at(np.array([middle]), [], [nodes[row]])[1][0, 0] == sides[row, i]
                 ends = (middle, ends[1]) if same else (ends[0], middle)
             if abs(times[-1] - ends[0]) <= AT_THE_END * abs(times[i + 1] - times[i]):
-                continue  # where an event has ended the motion
+                continue  # an event has ended the motion here
             before, after = at(np.array(ends), outputs)[0].T
             if np.abs(after - before).max() > TOLERANCE * np.abs([before, after]).max():
                 return float(ends[1])

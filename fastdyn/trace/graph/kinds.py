@@ -1,3 +1,3 @@
-"""Whose rules hold for a number: Python's, or NumPy's with inf and nan where Python raises."""
+"""The rules that a number follows: Python's, or NumPy's (inf and nan where Python raises)."""
 
 NUMPY, FLOAT, INT = 2, 1, 0

@@ -1,4 +1,4 @@
-"""What the operations of a graph compute: on numbers, or on arrays of them, by NumPy."""
+"""The operations of a graph, computed by NumPy on numbers or arrays."""
 
 import math
 from typing import Any
@@ -16,7 +16,7 @@ def _piecewise(data, x):
 
 
 def _interpolate(data, x):
-    """np.interp between its ends."""
+    """np.interp for x between the first and the last knot."""
     knots, heights = data
     x = np.asarray(x, float)
     i = np.clip(np.searchsorted(knots, x, "right") - 1, 0, len(knots) - 2)

@@ -1,24 +1,24 @@
-"""Why a function has no graph: what it raises, on whichever way out."""
+"""The exceptions that say why a function has no graph."""
 
 import functools
 import threading
 
 
 class Untraceable(Exception):
-    """Why a function has no graph.
+    """The reason why a function has no graph.
 
     Attributes
     ----------
     final : bool
-        Whether other values of what it uses change nothing.
+        Whether the reason remains for all other values from outside.
     effect : bool
-        Whether it does more than give a value, so that no machine code will do.
+        Whether the function has a side effect, so that machine code cannot replace it.
     said : bool
-        Whether the reason is of use to the user; not where Numba may still compile it.
+        Whether the user should see the reason; False if Numba may still compile the function.
     writes : bool
-        Whether it changes an array, or the state that it is given, which machine code can do.
+        Whether the function writes to an array or to its state, which machine code can do.
     alive : bool
-        Whether it asks what is alive, so that nothing of the run may be left.
+        Whether the function asks which objects are alive, so that the trace may leave no object.
     """
 
     def __init__(self, why, *, final=False, effect=False, said=True, writes=False, alive=False):
@@ -28,11 +28,11 @@ class Untraceable(Exception):
 
 
 class NotYet(Untraceable):
-    """Making its code takes longer than this solve may wait for."""
+    """The reason that compilation takes longer than the current solve may wait."""
 
 
 class _Latest(threading.local):
-    """The first refusal of this run: a bare ``except:`` may have swallowed it."""
+    """The first refusal of this run, kept because a bare ``except:`` may swallow the exception."""
 
     refusal: "Refusal | None" = None
 
@@ -41,11 +41,14 @@ LATEST = _Latest()
 
 
 class Abandoned(BaseException):
-    """This path is left to Python: where it is taken, the function raises, and Python goes on."""
+    """Ends a path that Python has to take: the compiled function reports a failure there."""
 
 
 class Refusal(BaseException):
-    """The same, from inside the traced function, where ``except Exception`` may not swallow it."""
+    """The reason why a function has no graph, raised inside the traced function.
+
+    It is a BaseException, so that ``except Exception`` of the user does not catch it.
+    """
 
     def __init__(self, why, *, final=False, effect=False, said=True, alive=False):
         super().__init__(why)
@@ -53,12 +56,12 @@ class Refusal(BaseException):
         LATEST.refusal = LATEST.refusal or self
 
     def untraceable(self):
-        """What it is outside the run."""
+        """The exception for callers of `trace`."""
         return Untraceable(str(self), **self.flags)
 
 
 class OutOfTime(Refusal):
-    """It takes longer than it may now."""
+    """The refusal of a trace that takes longer than its time limit."""
 
     def __init__(self):
         super().__init__("it takes too long to be compiled while a solve waits", said=False)
@@ -68,9 +71,9 @@ class OutOfTime(Refusal):
 
 
 def refused_as(error):
-    """Let what works on a graph, while no run of a traced function is on, raise an error instead.
+    """Decorate a function that works on a finished graph: its Refusals become other exceptions.
 
-    `error` is made of the sentence: nothing outside `trace` and `compile` meets a Refusal.
+    ``error(refusal)`` makes the exception.  No code outside `trace` and `compile` sees a Refusal.
     """
 
     def decorate(work):

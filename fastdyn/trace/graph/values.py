@@ -1,4 +1,4 @@
-"""The numbers of all parameters, by slot: single ones and whole arrays in one piece of memory."""
+"""The values of all parameters, by slot; the elements of an array have consecutive slots."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ OF_TABLES = frozenset(("table", "search", "piecewise", "interpolate"))  # operat
 
 
 class Values:
-    """Numbers that are only ever added to."""
+    """An array that grows at its end."""
 
     def __init__(self):
         self._room, self._n = np.empty(16), 0
@@ -33,20 +33,20 @@ class Values:
 
 
 def _names(node):
-    """The tables of an operation: a name, names, or a name and the side of a search."""
+    """The names of an operation's tables."""
     if node.op == "table":
         return (node.data,)
     return node.data[:1] if node.op == "search" else node.data
 
 
 def ranges_of(node, tables):
-    """The tables of parameters that a node reads, as their slots."""
+    """The slots of each table of parameters that a node reads."""
     found = [tables[name] for name in _names(node)] if node.op in OF_TABLES else ()
     return [table for table in found if isinstance(table, range)]
 
 
 def contents(node, tables, values):
-    """The data of an operation on tables, with their content for their names."""
+    """The data of an operation on tables, with each name replaced by the table's content."""
     found = [tables[name] for name in _names(node)]
     found = [entries(values, table) if isinstance(table, range) else table for table in found]
     if node.op == "table":

@@ -1,5 +1,5 @@
-"""Calls of a library that cannot be written out: islands of Python in compiled code.
+"""Calls of library functions that have no formula in the graph.
 
-What a function of NumPy or SciPy is given comes from the graph, number by number, and so does all
-that is made of its result; between them the library itself is called, once an evaluation.
+The graph computes the inputs of such a call number by number, and uses the results number by
+number.  The compiled code calls the library itself, once for each evaluation: an island of Python.
 """

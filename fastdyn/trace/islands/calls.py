@@ -1,4 +1,4 @@
-"""Calls of a library on symbols, made islands of the graph."""
+"""Turns calls of a library on symbols into islands of the graph."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..symbols.symbolic import BATCHES, graph_of, refuse
 from .forms import Given, Result
 from .island import Island
 
-MAX_NUMBERS = 20_000  # that an island is given, or gives
+MAX_NUMBERS = 20_000  # limit of an island's inputs, and of its results
 MAX_ISLANDS = 64
 
 
@@ -21,14 +21,19 @@ def apart(function, args, kwargs, name=None, what=None) -> Any:
     Parameters
     ----------
     function : callable
-        Of a library: its value depends on nothing but its arguments, and it has no effects.
+        A library function without side effects, whose value depends on its arguments only.
     args : tuple
     kwargs : dict
-        Some of them hold symbols.
+        Some of the arguments hold symbols.
     name : str, optional
-        Of the function, in sentences.
+        The name of the function in messages.
     what : tuple, optional
-        What tells the function from others, if not the function itself.
+        The identity of the function; by default the function itself.
+
+    Returns
+    -------
+    object
+        The result of the function, with symbols in place of numbers.
     """
     name = name or getattr(function, "__name__", type(function).__name__)
     g = graph_of(args, list(kwargs.values()))
@@ -55,7 +60,7 @@ def apart(function, args, kwargs, name=None, what=None) -> Any:
 
 
 def _nodes(g, given):
-    """The nodes of the numbers that an island is given."""
+    """The nodes of an island's inputs."""
     parts = [p if isinstance(p, list) else [p] for p in given.numbers]
     return [symbol(g, v).node for part in parts for v in part]
 
@@ -68,7 +73,7 @@ def _entries(g, given, data):
 
 
 def _island(g, function, given, name, what):
-    """The Island of a call, and the form of its result; of all runs one."""
+    """The Island of a call and the form of its result; all paths share them."""
     key = "island", *map(id, what), given.key
     known = g.kept.get(key)
     if known is None:
@@ -82,7 +87,7 @@ def _island(g, function, given, name, what):
 
 
 def _first(g, function, given, name):
-    """What a library gives at the start, or for numbers that suit most functions."""
+    """Call the library at the start of the solve, or else with random numbers in [0.5, 1.5)."""
     rng = np.random.default_rng(0)
     error: Any = None
     for numbers in (_at_the_start(g, given), rng.uniform(0.5, 1.5, given.size)):
@@ -98,7 +103,7 @@ def _first(g, function, given, name):
 
 
 def _at_the_start(g, given):
-    """The values of the numbers that an island is given, at the start; None of long arrays."""
+    """The values of an island's inputs at the start; None if the inputs are long arrays."""
     if g.batches:
         return None
     known = g.kept.setdefault("values at the start", {})
@@ -126,7 +131,7 @@ def _value(g, node, known, t, y):
 
 
 def or_apart(function, written_out):
-    """`written_out`, which may refuse, and then the function of the library itself."""
+    """Try `written_out`, a formula for a library function; if it refuses, call the library."""
 
     def call(*args, **kwargs):
         g, before = graph_of(args, list(kwargs.values())), LATEST.refusal
@@ -135,7 +140,7 @@ def or_apart(function, written_out):
             return written_out(*args, **kwargs)
         except OutOfTime:
             raise
-        except (Refusal, TypeError, AttributeError):  # of C code that is given symbols
+        except (Refusal, TypeError, AttributeError):  # C code raises TypeError on symbols
             if g is None or g.start is None:
                 raise
         LATEST.refusal, g.raising = before, raising

@@ -1,4 +1,4 @@
-"""What a library is given, and what it gives, with the numbers taken out."""
+"""The forms of an island's arguments and results, with the numbers taken out."""
 
 from typing import Any
 
@@ -16,15 +16,17 @@ NUMBERS = {FLOAT: float, INT: int, NUMPY: np.float64}
 
 
 class Changed(Exception):
-    """A library gives something of another type or shape than before."""
+    """Raised if a library returns an object of another type or shape than in its first call."""
 
 
 class Given:
-    """The arguments of a call: `numbers` are in order what it takes from the graph, symbols and
-    arrays of them, `size` how many that are, `key` all else that tells the call.
+    """The arguments of a call.
 
-    ``of(values)`` makes the arguments from the values of the numbers, in whose memory the arrays
-    among them lie; where they are `fixed`, that is so of all that depends on the numbers.
+    `numbers` are the symbols, and arrays of symbols, in the arguments; `size` is the count of their
+    elements.  `key` identifies everything else in the arguments.  ``of(values)`` builds the
+    arguments from the values of the numbers.  Arrays among the arguments are views of `values`.
+    `fixed` tells whether all numbers are in such arrays, so that the arguments need to be built
+    only once.
     """
 
     def __init__(self, args, kwargs):
@@ -38,13 +40,13 @@ class Given:
         return args, dict(zip(self._names, named, strict=True))
 
     def _take(self, value, size=1):
-        """Where a number, or so many, begin and end."""
+        """Append a number, or an array of `size` numbers; return (begin, end) of the numbers."""
         self.numbers.append(value)
         self.size += size
         return self.size - size, self.size
 
     def _part(self, value: Any) -> tuple[Any, Any]:
-        """What makes a part of the arguments from the numbers, and what tells it from others."""
+        """(build, key): a function that builds this part of the arguments; the part's identity."""
         value = complete(value)
         if isinstance(value, Symbol):
             return self._number(value)
@@ -94,7 +96,7 @@ class Given:
         self.fixed = False
         pairs = list(map(parts, flat))
         at, middle = self._take([real for real, _ in pairs], size)
-        self._take([imag for _, imag in pairs], size)  # apart, as loops write them
+        self._take([imag for _, imag in pairs], size)  # after all real parts
 
         def of_complexes(v):
             found = np.empty(size, complex)
@@ -105,10 +107,10 @@ class Given:
 
 
 class Result:
-    """The form of what a library gives: `size` numbers, and what is as it was.
+    """The form of a library's result: `size` numbers, and constants that must not change.
 
-    ``store(value, numbers)`` takes its numbers, or raises Changed; ``of(found)`` makes it of an
-    array of symbols.
+    ``store(value, numbers)`` copies the numbers of a result, or raises Changed.  ``of(found)``
+    builds the result from an array of symbols.
     """
 
     def __init__(self, value):

@@ -1,7 +1,7 @@
-"""A function of a library that compiled code calls, with numbers in and numbers out.
+"""A library function that compiled code calls, with numbers as inputs and outputs.
 
-The code calls it by an address that lies in the block of parameters, and takes its word at the end
-of what it gives: 0, or 1 where the library raised, or gave something of another form than before.
+The function's address is a parameter of the code.  The last output is the failure flag: 1 if the
+library raised, or returned an object of another form than in its first call; else 0.
 """
 
 import contextlib
@@ -12,17 +12,17 @@ import numpy as np
 
 SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 DOUBLES = ctypes.POINTER(ctypes.c_double)
-MAX_KNOWN = 1000  # places in memory
+MAX_KNOWN = 1000  # pairs of memory addresses whose arguments are kept
 
 
 class Address(float):
-    """The address of an Island or the like, which lives as long; floats hold all addresses."""
+    """An address, exact as a float; `of` keeps the object at the address alive."""
 
     of: Any
 
 
 class Island:
-    """A function of a library.
+    """A library function in compiled code.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ class Island:
     ----------
     address : Address
     exception : BaseException or None
-        What stopped it, other than an error: an interrupt, which whoever runs the code raises.
+        An interrupt that stopped the function.  The caller of the compiled code raises it.
     inside, pending, later, account
-        As of a `Callback` of compile, which a solve treats alike.
+        The attributes of compile's `Callback`, because a solve treats both alike.
     """
 
     account: Any = None
@@ -51,7 +51,7 @@ class Island:
         self.address.of = self
 
     def values(self, args):
-        """What it gives for numbers, or for arrays of them: numbers, and 1 where it failed."""
+        """The outputs for numbers, or for arrays of numbers, with the failure flag as last row."""
         points = np.broadcast_arrays(*[np.asarray(a, float) for a in args])
         found = np.ones((points[0].size, self.n_out + 1))
         for k in range(points[0].size):
@@ -60,7 +60,7 @@ class Island:
         return found.T.reshape(self.n_out + 1, *points[0].shape)
 
     def _work(self, numbers, out):
-        """What the library is asked for, from one memory to the other; it may raise."""
+        """A function that calls the library with `numbers` and stores into `out`; it may raise."""
         function, of, store = self._function, self._given.of, self._result.store
         fixed = self._given.fixed and of(numbers)
 
@@ -84,7 +84,7 @@ class Island:
         return work
 
     def _call(self, numbers, out):
-        try:  # the compiled code has written that it fails, and NaN
+        try:  # the compiled code has set the failure flag already
             self.inside = True
             if self.pending is not None:
                 interrupt, self.pending = self.pending, None
@@ -98,7 +98,7 @@ class Island:
 
 
 def raise_interrupts(islands):
-    """Raise what stopped one of the libraries that code calls, if it was no error."""
+    """Raise the interrupt that stopped one of the islands, if any."""
     islands = [each for each in islands if isinstance(each, Island)]
     found = [each.exception for each in islands if each.exception is not None]
     if found:
@@ -113,6 +113,6 @@ def calls_libraries(graph):
 
 
 def islands_of(bounds):
-    """The libraries that the code of functions calls, by the values of their parameters."""
+    """The islands that bound functions call, found among the values of their parameters."""
     found = [getattr(value, "of", None) for bound in bounds for _, value in bound.values]
     return [each for each in found if isinstance(each, Island)]

@@ -1,6 +1,6 @@
-"""Special functions: SciPy's own in C, which compiled code calls by their addresses.
+"""Special functions: compiled code calls SciPy's C functions by their addresses.
 
-They lie in the block of parameters, as all that holds in one process only.
+The addresses are parameters of the code, because they hold in one process only.
 """
 
 import ctypes
@@ -17,13 +17,13 @@ from ..symbols.real import Symbol, symbol
 from ..symbols.symbolic import Symbolic, graph_of
 from .island import Address
 
-FORMS = {  # of Cython's functions
+FORMS = {  # signatures of Cython's functions: number of arguments
     f"double ({'double, ' * n}int __pyx_skip_dispatch)": n for n in range(1, 8)
 }
 
 
 class InC:
-    """A special function in C, and its universal function."""
+    """A special function in C, together with its NumPy ufunc."""
 
     def __init__(self, ufunc, address):
         self.ufunc, self.address = ufunc, Address(address)
@@ -36,7 +36,7 @@ class InC:
 
 @functools.cache
 def in_c(ufunc):
-    """The InC of a universal function of SciPy that has one for real numbers; or None."""
+    """The InC of a SciPy ufunc with a C function for real numbers; None for any other ufunc."""
     name, special = ufunc.__name__, sys.modules.get("scipy.special")
     if special is None or getattr(special, name, None) is not ufunc:
         return None
@@ -55,7 +55,7 @@ def in_c(ufunc):
 
 
 def by_address(ufunc, *args) -> Any:
-    """``ufunc(*args)`` by its function in C; NotImplemented where there is none."""
+    """``ufunc(*args)`` by its C function; NotImplemented if there is none."""
     known = in_c(ufunc) if ufunc.nout == 1 else None
     if known is None or _any_complex(args):
         return NotImplemented

@@ -1,4 +1,4 @@
-"""What Python's builtins and `math` do with symbols."""
+"""Python's builtins and the functions of `math`, on symbols."""
 
 import builtins
 import functools
@@ -21,7 +21,7 @@ from .plain_arrays import number
 
 
 class _PlainType(type):
-    """A number type whose instances symbols are, too."""
+    """The metaclass of types that replace float, int, ...; symbols count as their instances."""
 
     def __instancecheck__(cls, value):
         if isinstance(value, Symbol) and cls.plain is not type:
@@ -82,7 +82,7 @@ class Type(metaclass=_PlainType):
 
 
 def of_type(value, kinds):
-    """isinstance."""
+    """isinstance(value, kinds); a symbol counts as a number of its kind."""
     if not isinstance(value, Symbolic):
         return isinstance(value, kinds)
     kinds = kinds if isinstance(kinds, tuple) else (kinds,)
@@ -110,10 +110,10 @@ def _extreme(plain, sign):
         if kwargs:
             refuse(f"{plain.__name__} with a key")
         best = items[0]
-        for item in items[1:]:  # the first of equals, as in Python
+        for item in items[1:]:  # the first of equal items, as in Python
             best = select(sign(symbol(g, item), best), item, best)
         kinds = {symbol(g, item).kind for item in items}
-        # of a float and a number of NumPy it may be either: by zero, Python decides
+        # a mixed result counts as Python's float, for which division by zero leads to Python
         return Float(best) if len(kinds) > 1 and isinstance(best, Symbol) else best
 
     return function
@@ -128,16 +128,16 @@ def _sum(values, /, start=0):
 
 
 def varies(value):
-    """Whether something symbolic depends on more than parameters."""
+    """Whether a symbolic value depends on more than parameters."""
     found = value.number()
     return found is None or found.node.varies
 
 
 def _exact_sum(values):
-    """math.fsum: of two numbers, one sum is exact but for its last rounding."""
+    """math.fsum of at most two symbols: such a sum is exact but for its last rounding."""
     values = list(values)
     if not any(isinstance(v, Symbolic) and varies(v) for v in values):
-        return math.fsum(map(float, values))  # part of the code
+        return math.fsum(map(float, values))  # the values become constants of the code
     if len(values) > 2:
         refuse("math.fsum of what depends on the state")
     return Float(_sum(values))
@@ -149,7 +149,7 @@ def bool_of(value=False):
     return value if isinstance(value, Condition) else bool(value)
 
 
-vars(bool_of)["plain"] = bool  # as a type of an array
+vars(bool_of)["plain"] = bool  # acts as a type in `dtype=`
 
 
 def _sorted(values, **kwargs):
@@ -164,7 +164,7 @@ def _pow(a, b, *modulo):
 
 
 def impure(name):
-    """What stands for a function with an effect."""
+    """A function that refuses: it replaces a function with a side effect."""
     return lambda *_, **__: refuse(f"it calls {name}", effect=True)
 
 
@@ -182,7 +182,7 @@ BUILTINS = {
 
 
 def _of_math(name, plain):
-    """A function of `math`: of floats, and an exception where there is no finite value."""
+    """A function of `math` on symbols: a Python float, or an exception where `math` raises one."""
     formula = {
         "fabs": abs, "floor": math.floor, "ceil": math.ceil, "trunc": math.trunc, "fmod": None,
         "degrees": BY_FORMULA["degrees"], "radians": BY_FORMULA["radians"],
@@ -230,7 +230,7 @@ MATH = {
 
 
 def vectorized(function, *options, **more):
-    """np.vectorize: the type of the first value is that of all."""
+    """np.vectorize without options."""
     if options or any(v not in (None, False, "") for v in more.values()):
         refuse("np.vectorize with options")
 

@@ -1,4 +1,4 @@
-"""NumPy's calls on symbols: universal functions element by element, the others by stand-ins."""
+"""NumPy's calls on symbols: ufuncs element by element, other functions by their stand-ins."""
 
 import functools
 import itertools
@@ -26,7 +26,7 @@ from .of_numbers import is_known, of_numbers
 from .plain_arrays import as_array, lowered, raised
 from .products import matmul
 
-MAKERS = {np.linspace, np.full}  # of long arrays from a few numbers
+MAKERS = {np.linspace, np.full}  # functions that make long arrays of a few numbers
 WITH_EFFECTS = set(
     "save savez savez_compressed savetxt array2string array_str array_repr copyto put place "
     "putmask fill_diagonal put_along_axis".split()
@@ -38,7 +38,7 @@ OF_TABLES = {
 
 
 def call_ufunc(ufunc, method, args, kwargs):
-    """``ufunc(*args)``, or ``ufunc.reduce`` and the like, on arrays that can hold symbols."""
+    """``ufunc(*args)``, or another method of the ufunc, on arrays that can hold symbols."""
     if in_batches(args):
         return BATCHES["ufunc"](ufunc, method, args, kwargs)
     args = complete(tuple(args))
@@ -84,7 +84,7 @@ def _called(ufunc, args):
 
 
 def _written_back(function, args, kwargs, plain):
-    """A call with ordinary arrays; what it wrote into them is written into ours."""
+    """Call a function on plain arrays; copy what the function wrote into the arrays of symbols."""
     lower = list(map(lowered, args))
     result = function(*lower, **plain)
     pairs = list(zip(args, lower, strict=True)) if result is None else []
@@ -119,7 +119,7 @@ def _accumulate(function, array, axis):
 
 
 def _at_places(function, array, key, *others):
-    """``ufunc.at``: at each place in turn, where one may come twice."""
+    """``ufunc.at``: apply the function at each place in turn; places may repeat."""
     if not isinstance(array, Array) or is_symbolic(key):
         refuse("a store at an index that depends on the state, or in an array from outside")
     places = np.arange(array.size).reshape(array.shape)[key]
@@ -130,7 +130,7 @@ def _at_places(function, array, key, *others):
 
 
 def call_function(function, args, kwargs):
-    """A function of NumPy on what may hold symbols."""
+    """Call a NumPy function whose arguments may hold symbols."""
     args = tuple(list(a) if isinstance(a, types.GeneratorType) else a for a in args)
     if in_batches((*args, *kwargs.values())) or (
         NOW.table is not None and function in MAKERS and is_symbolic([*args, *kwargs.values()])
@@ -147,7 +147,7 @@ def call_function(function, args, kwargs):
 
 
 def _possibly_apart(function):
-    """What stands for a function of NumPy; the function itself where that refuses."""
+    """The stand-in of a NumPy function; if the stand-in refuses, an island of the function."""
     written_out = STAND_INS.get(function) or functools.partial(_as_numpy_does, function)
     if isinstance(function, np.ufunc) or function.__name__ in WITH_EFFECTS:
         return written_out
@@ -157,7 +157,7 @@ def _possibly_apart(function):
 def _as_numpy_does(function, *args, **kwargs):
     if isinstance(function, np.ufunc):
         return function(*map(as_array, args), **kwargs)
-    # what NumPy's own code would do after `__array_function__`
+    # NumPy's implementation, without the dispatch by `__array_function__`
     implementation = getattr(function, "_implementation", None)
     if implementation is None:
         return raised(function(*[_bare(as_array(a)) for a in args], **kwargs))

@@ -17,23 +17,23 @@ KINDS = {np.dtype(float): NUMPY, np.dtype(np.int64): INT, np.dtype(bool): bool}
 
 
 class Constants(np.ndarray):
-    """An ordinary array in all other ways."""
+    """An array of constants; symbols may index it."""
 
     @classmethod
     def made(cls, content):
-        """A copy; of many numbers one that nobody can write to."""
+        """A copy of an array; read-only if long."""
         array = content.copy().view(cls)
         array.flags.writeable = content.size <= MAX_ARRAY
         return array
 
     def watch(self):
-        """What a run changes here, and what it was."""
+        """(what, the current content, the content before the run), for finding writes."""
         if not self.flags.writeable:
             return "an array", [], []
         return "an array", Content(self), [self.tobytes()]
 
     def again(self):
-        """The same for another run; None of what may have been written to."""
+        """The array itself for another run; None if a run may have written to it."""
         return None if self.flags.writeable else self
 
     def searchsorted(self, v: Any, side: Any = "left", sorter: Any = None) -> Any:
@@ -73,7 +73,7 @@ def _are_exact(array):
 
 
 class Content(list):
-    """The content of an array, to tell whether a run wrote to it."""
+    """The content of an array, compared to find out whether a run wrote to it."""
 
     def __init__(self, array):
         self.array = array

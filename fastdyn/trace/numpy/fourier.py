@@ -1,4 +1,4 @@
-"""Fourier transforms written out: by factors of the length, as fast as what they replace."""
+"""Fourier transforms written out as operations of the graph, by the factors of the length."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ LARGEST_FACTOR = 32
 
 
 def transform(name):
-    """A function of np.fft or scipy.fft by its name, of what depends on the state."""
+    """The transform `name` of np.fft or scipy.fft, for arrays that hold symbols."""
 
     def function(a, n=None, axis=-1, norm=None, out=None, **more):
         if out is not None or any(v not in (None, False) for v in more.values()):
@@ -24,7 +24,7 @@ def transform(name):
         size = 2 * (rows.shape[-1] - 1) if n is None and name == "irfft" else n
         size = rows.shape[-1] if size is None else int(size)
         count = int(np.prod(rows.shape[:-1]))
-        # three, as a way there and back is more than two
+        # times 3, because functions often transform back, too
         check_operations(3 * count * 5 * size * max(1, size.bit_length() - 1))
         results = [_of_row(name, list(row), size, norm) for row in rows.reshape(count, -1)]
         found = np.empty((count, len(results[0])), dtype=object)
@@ -55,7 +55,7 @@ def _of_row(name, row: list, n, norm):
 
 
 def _whole_spectrum(half, n):
-    """All n values of which those from 0 to n / 2 are given; the first is real, as the middle."""
+    """The n values of a Hermitian spectrum, from its values 0 to n / 2."""
     m = n // 2 + 1
     half = (half + [0.0] * m)[:m]
     half[0] = parts(half[0])[0]
@@ -66,7 +66,7 @@ def _whole_spectrum(half, n):
 
 
 def _transformed(x, sign) -> list:
-    """sum over k of x[k] exp(sign 2 pi i j k / n), of (real, imaginary) numbers."""
+    """The sum over k of x[k] exp(sign 2 pi i j k / n) for all j; complex numbers are pairs."""
     n = len(x)
     p = next((p for p in (4, 2, *range(3, LARGEST_FACTOR, 2)) if n % p == 0), n)
     if p == n:
@@ -111,7 +111,7 @@ def _sum(a, b, sign=1.0):
 
 
 def _turned(z, turns):
-    """z exp(2 pi i turns); quarters are exact."""
+    """z exp(2 pi i turns); quarter turns are exact."""
     quarters = 4 * (turns % 1.0)
     a, b = z
     if quarters == int(quarters):

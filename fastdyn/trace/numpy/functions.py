@@ -1,4 +1,4 @@
-"""Functions of NumPy that symbols cannot pass through as they are."""
+"""Stand-ins: NumPy's functions rewritten for arrays that hold symbols."""
 
 import functools
 import itertools
@@ -148,7 +148,7 @@ def np_rounded(v, decimals):
 
 
 def filled(value):
-    """np.zeros_like and the like: the shape of an array, filled."""
+    """A function such as np.zeros_like, which fills the shape of an array with a value."""
 
     def function(a, dtype=None, *_, shape=None, **__):
         result = Array.of(np.full(np.shape(a) if shape is None else shape, value))

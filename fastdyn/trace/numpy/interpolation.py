@@ -13,7 +13,7 @@ from .operands import ascending, numbers, operand
 
 
 def interpolated(x, xp, fp, left=None, right=None, period=None):
-    """np.interp; the table may be of parameters."""
+    """np.interp; the table may consist of parameters."""
     g = graph_of(x, xp, fp, left, right)
     x = complete(x)
     if period is not None:
@@ -92,7 +92,7 @@ def binned(x, bins, right=False):
 
 
 def bisected(plain, side):
-    """A function of `bisect`: a number that is none comes first, or last."""
+    """A function of `bisect`; NaN comes first in bisect_left and last in bisect_right."""
 
     def function(a, x, lo=0, hi=None, *, key=None):
         if not is_symbolic([a, x]):

@@ -1,4 +1,4 @@
-"""Linear algebra of arrays that hold symbols: elimination written out."""
+"""Linear algebra on arrays that hold symbols, with the elimination written out."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from ..symbols.symbolic import graph_of, is_symbolic, refuse
 from .plain_arrays import lowered
 from .products import matmul
 
-MAX_PIVOTED = 10  # unknowns of a system whose pivots the state decides
+MAX_PIVOTED = 10  # largest system whose pivots depend on the state
 MAX_COLUMNS = 128
 
 
 def solution(a, b):
-    """np.linalg.solve: elimination, with the largest pivot chosen."""
+    """np.linalg.solve by Gaussian elimination with partial pivoting."""
     a, b = np.array(a, dtype=object), np.array(b, dtype=object)
     if not is_symbolic(a):
         return matmul(np.linalg.inv(a.astype(float)), b)
@@ -41,7 +41,7 @@ def solution(a, b):
 
 
 def _refuse_zero(pivot):
-    """Raise LinAlgError where a pivot is zero, as LAPACK has it."""
+    """Raise LinAlgError where a pivot is zero, as LAPACK does."""
     if is_symbolic(pivot):
         if not is_complex(pivot):
             g, node = pivot.g, pivot.number().node
@@ -59,7 +59,7 @@ def _is_zero(value):
 
 
 def _larger_first(rows, k, i, n):
-    """Exchange rows k and i where the second has the larger pivot."""
+    """Exchange rows k and i where row i has the larger pivot."""
     pivot, other = rows[k][k], rows[i][k]
     if _is_zero(other):
         return
@@ -89,10 +89,12 @@ def _eliminate(rows, k, i):
 
 
 def inverse(a):
+    """np.linalg.inv."""
     return solution(a, np.eye(len(a)))
 
 
 def determinant(a):
+    """np.linalg.det, expanded along the first row; refuses more than six rows."""
     a = np.array(a, dtype=object)
     if len(a) > 6:
         refuse("the determinant of a large matrix")
@@ -107,6 +109,7 @@ def determinant(a):
 
 
 def norm(x, ord=None, axis=None, keepdims=False):
+    """np.linalg.norm for the orders None, 1, 2, inf and "fro"."""
     x = Array.of(x)
     if ord in (None, 2, "fro") and (axis is not None or x.ndim == 1 or ord != 2):
         squares = elementwise(lambda v: total([p * p for p in parts(v)]), x)
@@ -119,7 +122,7 @@ def norm(x, ord=None, axis=None, keepdims=False):
 
 
 def linear_in_first(function, a, *args, **kwargs):
-    """A linear function of an array in somebody's C code, as the matrix that it is."""
+    """Apply a linear C function to an array of symbols, by the matrix of the function."""
     a = Array.of(a)
     if a.size > MAX_COLUMNS or is_symbolic([*args, *kwargs.values()]):
         refuse(f"{function.__name__} of so much that depends on the state", final=True)

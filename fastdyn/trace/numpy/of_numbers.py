@@ -1,4 +1,4 @@
-"""NumPy's universal functions of numbers, some of which are symbols."""
+"""NumPy's ufuncs on numbers, some of which are symbols."""
 
 import functools
 import operator
@@ -24,12 +24,12 @@ def _inverted(a):
 
 
 def _of_symbol(function):
-    """A function of numbers, the first of which is made a symbol."""
+    """A function of numbers that first converts its first argument to a Symbol."""
     return lambda a, *rest: function(symbol(graph_of((a, *rest)), a), *rest)
 
 
 def maximum(a, b):
-    """The larger; NaN if either is."""
+    """The larger number; NaN if either is NaN."""
     return select((a >= b) | a.nan(), a, b)
 
 
@@ -95,7 +95,7 @@ BY_FORMULA = {
 
 
 def is_known(name):
-    """Whether a universal function has a formula here, or an operation in the graph."""
+    """Whether a ufunc has a formula here, or an operation in the graph."""
     return name in BY_OPERATOR or name in BY_FORMULA or by_name(name) is not None
 
 
@@ -105,7 +105,7 @@ def _is_whole(value):
 
 @functools.lru_cache(256)
 def of_numbers(ufunc):
-    """A universal function of numbers, some of them symbolic."""
+    """A ufunc as a function of numbers, some of which may be symbols."""
     name = ufunc.__name__
     by_operator = BY_OPERATOR.get(name)
     by_formula = BY_FORMULA.get(name)
@@ -116,7 +116,7 @@ def of_numbers(ufunc):
             return ufunc(*values)
         if any(isinstance(v, np.integer) for v in values) and any(map(_is_whole, values)):
             refuse("whole numbers of NumPy, which have a width")
-        # a number of NumPy would call the function again, with the symbol
+        # a NumPy number would call the ufunc again, with the symbol
         values = [v.item() if isinstance(v, np.generic) else v for v in values]
         of_complexes = any(map(is_complex, values))
         if of_complexes and by_operator is operator.pow:

@@ -1,4 +1,4 @@
-"""Tables that are given to NumPy's functions: by name, without a look at each number."""
+"""Tables in the arguments of NumPy's functions, without a symbol for each number."""
 
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ from ..symbols.symbolic import Lazy, refuse
 
 
 class Operand(NamedTuple):
-    """A table: its name in the graph, its numbers now, its elements by ``at(i)``."""
+    """A table: its name in the graph, its current numbers, and ``at(i)``, its elements."""
 
     name: str
     known: np.ndarray
@@ -20,7 +20,7 @@ class Operand(NamedTuple):
 
 
 def operand(g, value):
-    """A row of numbers as a table; of symbols only where parameters alone determine them."""
+    """Convert a one-dimensional array to an Operand; refuse elements that depend on the state."""
     found: Any = value.table() if isinstance(value, Lazy) else None  # pyright: ignore
     if found:
         return Operand(*found, lambda i: value[i])  # pyright: ignore
@@ -41,7 +41,7 @@ def operand(g, value):
 
 
 def ascending(g, table):
-    """Whether the numbers of an Operand never fall, which then must hold at each solve."""
+    """Whether the numbers of an Operand never decrease; each later solve checks it again."""
     known = g.kept.get(("ascending", table.name))
     if known is None:
         known = bool(np.all(table.known[1:] >= table.known[:-1]))
@@ -57,5 +57,5 @@ def ascending(g, table):
 
 
 def numbers(value):
-    """Numbers as they are now, which the code then depends on."""
+    """The current numbers of an array, as constants of the code."""
     return np.array([float(v) for v in np.ravel(complete(value))], float)

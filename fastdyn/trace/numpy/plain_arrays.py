@@ -1,4 +1,4 @@
-"""Arrays that can hold symbols made ordinary ones for NumPy's own code, and the way back."""
+"""Converts arrays of objects to plain arrays for NumPy's code, and results back."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from .constants import Constants
 
 
 def lowered(value) -> Any:
-    """An array of objects without symbols as an ordinary one; lists likewise."""
+    """Convert an object array without symbols to a plain array, also inside lists."""
     if isinstance(value, Array) and value.dtype == object and graph_of(value) is None:
         plain = np.array(value.tolist())
         return plain.reshape(value.shape) if plain.dtype != object else value.view(np.ndarray)
@@ -20,7 +20,7 @@ def lowered(value) -> Any:
 
 
 def raised(value) -> Any:
-    """What NumPy gives, so that symbols may be written into it later."""
+    """Convert NumPy's result to an array that can hold symbols."""
     if isinstance(value, Batched):
         return value
     if isinstance(value, np.ndarray) and not isinstance(value, Array):
@@ -39,10 +39,10 @@ def _of_kind(like, values):
 
 
 def number(value):
-    """An array of one element as that element."""
+    """The element of an array of size 1; any other value unchanged."""
     return value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
 
 
 def as_array(value):
-    """Lists that hold symbols as arrays; the rest as it is."""
+    """Convert a list with symbols to an array; other values stay."""
     return Array.of(value) if isinstance(value, list | tuple) and is_symbolic(value) else value

@@ -10,11 +10,11 @@ from ..symbols.budget import check_operations
 from ..symbols.complex_pair import is_complex, product, total
 from ..symbols.symbolic import is_symbolic, refuse
 
-FEW = 4096  # products
+FEW = 4096  # largest matrix that is written out without a check
 
 
 def matmul(a, b, dot=False) -> Any:
-    """``a @ b``, or ``np.dot(a, b)``; NumPy's own where it is too much to write out."""
+    """``a @ b``, or ``np.dot(a, b)``; a product too large to write out calls NumPy."""
     return or_apart(np.dot if dot else np.matmul, lambda a, b: _written_out(a, b, dot))(a, b)
 
 
@@ -41,7 +41,7 @@ def _written_out(a, b, dot=False):
 
 
 def _check(a, b):
-    """Refuse a matrix times a vector, or another matrix, that is too much to write out."""
+    """Refuse a product of a matrix that is too large to write out."""
     if a.size > FEW and a.ndim == 2 and b.ndim and is_symbolic([a, b]):
         plain = np.array([type(v) in (int, float) for v in a.flat]) if a.dtype == object else None
         terms = np.count_nonzero(a if plain is None else a.reshape(-1)[plain])

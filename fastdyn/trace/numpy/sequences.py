@@ -1,4 +1,4 @@
-"""Functions of NumPy on rows of numbers: their order, differences, and how they are joined."""
+"""NumPy's functions on sequences: sorting, argmax, blocks, gradients, convolutions."""
 
 import functools
 from typing import Any
@@ -12,11 +12,11 @@ from ..symbols.real import symbol
 from ..symbols.symbolic import graph_of, is_symbolic, refuse
 
 MAX_SORTED = 32
-MAX_PRODUCTS = 4096  # of a convolution
+MAX_PRODUCTS = 4096  # limit of a convolution's products
 
 
 def numpys_own(function: Any):
-    """A function of NumPy as it is written, on arrays that hold symbols."""
+    """NumPy's Python implementation of a function, for arrays that hold symbols."""
     return function._implementation
 
 
@@ -26,7 +26,7 @@ def _symbols(row) -> list[Any]:
 
 
 def _sorted(row):
-    """By exchanges of neighbours; NaN comes last."""
+    """Sort by exchanges of neighbours; NaN comes last."""
     row = _symbols(row)
     if len(row) > MAX_SORTED:
         refuse("np.sort of so much that depends on the state")
@@ -64,7 +64,7 @@ def median(a, axis=None, out=None, overwrite_input=False, keepdims=False):
 
 
 def place_of(a, axis, further):
-    """np.argmax and np.argmin: the first of equals, the first NaN before all."""
+    """np.argmax or np.argmin: the first of equal elements; a NaN precedes all numbers."""
 
     def one(row):
         row = _symbols(row)
@@ -79,7 +79,7 @@ def place_of(a, axis, further):
 
 
 def blocks(arrays):
-    """np.block: the innermost lists side by side, the next ones below each other, and so on."""
+    """np.block: concatenate innermost lists along the last axis, outer lists along earlier axes."""
     depth, inner = 0, arrays
     while isinstance(inner, list) and inner:
         depth, inner = depth + 1, inner[0]

@@ -1,4 +1,4 @@
-"""What stands for the functions of libraries, and for what a trace cannot follow."""
+"""The objects that replace library functions during a trace, and objects that a trace refuses."""
 
 import bisect
 import builtins
@@ -27,12 +27,12 @@ IMPURE = (set(sys.stdlib_module_names) - PURE) | {"matplotlib", "pandas", "tqdm"
 
 
 def _plain(value):
-    """What NumPy is given for a table of pandas."""
+    """The array that NumPy takes from a pandas table."""
     return value.values if getattr(type(value), "of_pandas", False) else value
 
 
 class NumPyFunction:
-    """A function of NumPy that takes lists of symbols, and gives arrays that can hold symbols."""
+    """A NumPy function that accepts lists of symbols and returns arrays that can hold symbols."""
 
     def __init__(self, function):
         self._function = function
@@ -51,13 +51,13 @@ class NumPyFunction:
 
 
 def _plain_type(value) -> Any:
-    """A type that a stand-in has taken the place of; all else as it is."""
+    """The original of a type that has a stand-in; any other value unchanged."""
     known = value is bool_of or isinstance(value, type)
     return getattr(value, "plain", value) if known else value
 
 
 class Forbidden:
-    """Something whose use is an effect or cannot be repeated."""
+    """An object that refuses every use: its use is a side effect, or cannot be repeated."""
 
     def __init__(self, name, effect=True):
         object.__setattr__(self, "_why", (f"it uses {name}", effect))
@@ -72,7 +72,7 @@ class Forbidden:
 
 
 class Quiet:
-    """A logger of the user, as long as it writes nothing."""
+    """A user's logger; it refuses a call that writes to the log."""
 
     def __init__(self, logger):
         self._logger = logger
@@ -85,7 +85,7 @@ class Quiet:
 
 
 class List(list):
-    """A list that can be asked for an element by a symbol."""
+    """A list that accepts a symbol as an index."""
 
     def __getitem__(self, i) -> Any:
         if isinstance(i, Symbolic):
@@ -128,5 +128,5 @@ STAND_INS |= {id(getattr(builtins, name)): function for name, function in BUILTI
 
 
 def root_of(thing):
-    """The package in which a function or class says it was made."""
+    """The top-level package named by ``__module__``."""
     return (getattr(thing, "__module__", None) or "").partition(".")[0]

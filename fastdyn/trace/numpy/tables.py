@@ -1,4 +1,4 @@
-"""Long arrays from outside: one thing with an address, of which an index is one load."""
+"""Long arrays from outside: they have an address, and an element is one load."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..symbols.symbolic import NOW, Lazy, is_symbolic
 
 
 class Asked(list):
-    """The elements of a table that a run asked for, now; `before`, as they were given."""
+    """The elements of a table that a run has used; `before` keeps the original elements."""
 
     def __init__(self, memory):
         self.memory, self.places, self.before = memory.reshape(-1), [], []
@@ -32,16 +32,17 @@ class Asked(list):
 
 
 class Elements:
-    """The elements of an array outside, by their place: symbols, or constants where they are many.
+    """The elements of an array outside: symbols while few are used, then constants.
 
     Parameters
     ----------
     graph : Graph
     slots : range
-        Of the array.
+        The slots of the array.
     content : ndarray
+        The current numbers.
     constants : callable or None
-        Says that elements were taken as constants; None where all are.
+        Called when elements become constants; None if all elements are constants already.
     """
 
     def __init__(self, graph, slots, content, constants):
@@ -59,15 +60,15 @@ class Elements:
         return [Symbol(g, g.make("par", (), self.slots[i])) for i in places]
 
     def name_of(self, places):
-        """The name of a table of elements."""
+        """The name of a table that consists of elements at these places."""
         return name_of_slots(self.graph, part_of(self.slots, places))
 
 
 class Table(Lazy, Array):
-    """A long array; what is not asked for element by element stays where it lies.
+    """A long array whose elements become symbols only where a run uses them.
 
-    Its memory, and that of its views, holds `Unasked`; `_at` are the places of its elements.
-    Without `_at` it is an Array like any other: what NumPy makes of one.
+    The memory of the array and its views holds `Unasked` objects at first; `_at` are the places of
+    the elements.  An array that NumPy computes from a Table has no `_at` and acts as a plain Array.
     """
 
     _at: Any = None
@@ -92,11 +93,11 @@ class Table(Lazy, Array):
         return table
 
     def watch(self):
-        """What a run changes here, and what it was."""
+        """(what, the current elements, the elements before the run), for finding writes."""
         return "an array", self._asked, self._asked.before
 
     def again(self):
-        """The same for another run."""
+        """The table itself, reset for another run."""
         self._asked.forget(self._unasked)
         self._elements.count = 0
         return self
@@ -127,7 +128,7 @@ class Table(Lazy, Array):
             self._asked.before += found
 
     def table(self):
-        """Its name as a table, and what it holds; None if it was written to, or is no row."""
+        """(name, numbers) of this array as a table; None after a write, or for several axes."""
         if self._at is None or self._at.ndim != 1 or not self.size or not self._asked.untouched():
             return None
         step = self._at.strides[0] // self._at.itemsize
@@ -178,7 +179,7 @@ class Table(Lazy, Array):
 
 
 def as_table(value):
-    """A long list of floats as an array."""
+    """Convert a long list of floats to an array."""
     if isinstance(value, Table):
         return value
     found = value.content()
@@ -201,7 +202,7 @@ def _of_all(name):
 
 
 def _of_places(name):
-    """A method that gives a view, if it does."""
+    """A method that returns a view where NumPy's method does."""
 
     def method(self, *args, **kwargs):
         if self._at is not None and self._at.flags.c_contiguous:

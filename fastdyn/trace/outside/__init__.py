@@ -1,1 +1,1 @@
-"""Copies of everything that a traced function refers to, so that nobody sees its effects."""
+"""Copies of everything that a traced function refers to, so that a run changes only the copies."""

@@ -11,7 +11,7 @@ from .unwritten import UNWRITTEN
 
 
 def array_copy(outside, value, row):
-    """The copy of an array, whose numbers are parameters or constants."""
+    """Copy an array; its numbers become parameters, or constants of the code."""
     reads = outside.reads
     if outside.unwritten(value, "an array"):
         reads.expect(row, "array", value.shape)

@@ -1,4 +1,4 @@
-"""Classes without functions and objects of libraries: taken as they are, and watched."""
+"""Classes without functions, and objects of libraries: used directly, and watched for changes."""
 
 import types
 from copy import deepcopy
@@ -11,7 +11,7 @@ from .copies import ATOMS, OF_NAMED_TUPLES
 
 
 def library_object(outside, value):
-    """A copy of an object of a library, whose attributes and arrays are watched."""
+    """A copy of a library's object; changes of its attributes and arrays are noticed."""
     if isinstance(value, types.FunctionType | types.BuiltinFunctionType | type):
         return value
     try:
@@ -26,7 +26,7 @@ def library_object(outside, value):
 
 
 def class_of_data(outside, cls, row):
-    """A class without functions is taken as it is, with what it holds."""
+    """Use a class without functions directly; its attributes become constants of the code."""
     for i, base in enumerate(cls.__mro__):
         if root_of(base) in PURE | IMPURE:
             continue
@@ -49,7 +49,7 @@ def class_of_data(outside, cls, row):
 
 
 class Attributes(dict):
-    """Those of a class of the user, which has them back when a run has changed them."""
+    """The attributes of a user's class; `give_back` restores them after a run has changed them."""
 
     def __init__(self, cls):
         super().__init__(vars(cls))

@@ -1,4 +1,4 @@
-"""What a run changed in the copies that it was given."""
+"""Finds what a run changed in the copies that it was given."""
 
 import collections
 import types
@@ -9,11 +9,11 @@ from .copies import slots_of
 
 PLAIN = (bool, int, float, complex, str, bytes)
 OF_FUNCTIONS = ("__code__", "__defaults__", "__kwdefaults__", "__name__", "__doc__")
-IGNORED = {"__warningregistry__"}  # where Python notes what it has warned of
+IGNORED = {"__warningregistry__"}  # Python stores there which warnings it has shown
 
 
 def changed(copy, before):
-    """Whether a copy differs from what it held."""
+    """Whether a copy differs from its content before the run."""
     if isinstance(copy, np.ndarray | list | collections.deque):
         now = list(copy.flat) if isinstance(copy, np.ndarray) else [*iter(copy)]
         return len(now) != len(before) or not all(map(_same, now, before))
@@ -29,7 +29,7 @@ def changed(copy, before):
         return not _is_set(type(copy).cell_contents, copy) or copy.cell_contents is not before
     slots = slots_of(type(copy))
     if not isinstance(copy, type | types.FunctionType) and any(_is_set(s, copy) for s in slots):
-        return True  # they are read from the original
+        return True  # slots are read from the original, so that a set slot is a change
     own = object.__getattribute__(copy, "__dict__")
     return bool(before.keys() - own.keys()) or any(
         before.get(name, copy) is not value for name, value in own.items()
@@ -37,22 +37,22 @@ def changed(copy, before):
 
 
 def facts(function):
-    """What makes a function what it is."""
+    """The attributes that determine what a function does."""
     return [getattr(function, name) for name in OF_FUNCTIONS]
 
 
 def _same(a, b):
-    """Whether nobody can tell two things apart."""
+    """Whether two values cannot be told apart."""
     if a is b:
         return True
     if type(a) is not type(b) or not (type(a) in PLAIN or isinstance(a, np.generic)):
         return False
-    return a == b and repr(a) == repr(b)  # the sign of a zero
+    return a == b and repr(a) == repr(b)  # repr shows the sign of a zero
 
 
 def _is_set(slot, thing):
     try:
         slot.__get__(thing)
-    except (AttributeError, ValueError):  # of a slot, of a cell
+    except (AttributeError, ValueError):  # an unset slot, an empty cell
         return False
     return True

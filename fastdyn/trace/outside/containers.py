@@ -1,4 +1,4 @@
-"""Copies of dicts, and of their and lists' relatives in the standard library; enumerations."""
+"""Copies of dicts, deques and chain maps of the standard library, and of enumerations."""
 
 import collections
 import types
@@ -8,7 +8,7 @@ from ..symbols.symbolic import refuse
 from .copies import shadow_of
 from .unwritten import UNWRITTEN
 
-DICTS: dict = {  # types of dict, and what makes an empty one of the same kind
+DICTS: dict = {  # types of dict: function that makes an empty dict of the type
     dict: lambda value: {},
     collections.OrderedDict: lambda value: collections.OrderedDict(),
     collections.defaultdict: lambda value: collections.defaultdict(value.default_factory),
@@ -17,7 +17,7 @@ DICTS: dict = {  # types of dict, and what makes an empty one of the same kind
 
 
 def copy_of(outside, value, kind, row):
-    """A copy of a dict, a deque or a relative, whose content is copied; None for all else."""
+    """A copy of a dict, deque or chain map with copies of the items; None for any other value."""
     reads = outside.reads
     if kind is collections.deque:
         reads.expect(row, "length", (kind, len(value)))
@@ -45,12 +45,12 @@ def copy_of(outside, value, kind, row):
 
 
 def is_of_a_user(value, kind):
-    """Whether a value is a dict of a class that a user has written."""
+    """Whether a value is a dict of a user's class."""
     return isinstance(value, dict) and root_of(kind) not in PURE | IMPURE
 
 
 def _of_a_user(outside, value, kind, row):
-    """A dict of a user's class, with copies of its functions; items lie where a dict has them."""
+    """A copy of a dict of a user's class; the class's functions and the items are copied, too."""
     reads, own = outside.reads, getattr(value, "__dict__", {})
     reads.expect(row, "keys", (kind, list(value)))
     of_class = reads.step(row, "class")
@@ -73,12 +73,12 @@ def _of_a_user(outside, value, kind, row):
 
 
 def enumeration(outside, value, cls):
-    """The thing itself, of which there is one; what is written to its members is undone."""
+    """The enumeration or member itself; `Outside.writes` undoes writes to members."""
     own = [v for name, v in vars(cls).items() if name[:2] != "__" and name[:5] != "_gene"]
     if any(type(v) in (types.FunctionType, property, staticmethod, classmethod) for v in own):
         refuse("an enumeration with functions of its own")
     if any(name[0] != "_" for member in cls for name in vars(member)):
-        outside.reads.lasting = False  # its members have attributes of their own
+        outside.reads.lasting = False  # a later call cannot check attributes of members
     if cls not in outside.enumerations:
         outside.enumerations[cls] = [(member, dict(vars(member))) for member in cls]
     return value

@@ -1,4 +1,4 @@
-"""Copies of modules, classes and objects whose functions see copies, too."""
+"""Copies of modules, classes and objects; the functions in them see copies, too."""
 
 import abc
 import enum
@@ -26,7 +26,7 @@ LEFT_OUT = (
 
 
 def module_of(outside, module, row):
-    """What stands for a module; what is in it is copied as it is asked for."""
+    """The stand-in of a module; it copies a member of the module on first use."""
     package = module.__name__.partition(".")[0]
     if package in IMPURE or "random" in module.__name__:
         return Forbidden(module.__name__)
@@ -56,13 +56,13 @@ def _of_users(cls):
 
 
 def registers(cls):
-    """Whether a class sees who inherits from it, and registers it, maybe."""
+    """Whether a class notices its subclasses, by a metaclass or `__init_subclass__`."""
     of_users = _of_users(cls)
     return root_of(type(cls)) not in PURE or any("__init_subclass__" in vars(b) for b in of_users)
 
 
 def apart_from(outside, cls, row):
-    """A class with copies of the functions of another, which it does not inherit from."""
+    """A class that has copies of another class's functions, without inheriting from the class."""
     made = outside.known(cls)
     if made is not None:
         return made
@@ -94,7 +94,7 @@ def apart_from(outside, cls, row):
 
 
 def shadow_of(outside, cls, row=None):
-    """A subclass whose functions are rebuilt, those of its bases made by users included."""
+    """A subclass whose functions are copies of the functions of the class and its bases."""
     made = outside.known(cls)
     if made is not None:
         return made
@@ -120,7 +120,7 @@ def shadow_of(outside, cls, row=None):
         for name, value in vars(base).items():
             if of_tuple and (name in OF_NAMED_TUPLES or name in getattr(base, "_fields", ())):
                 continue
-            if name == "__new__":  # it would make, or return, an object of the class itself
+            if name == "__new__":  # `__new__` would make an object of the original class
                 body[name] = lambda *_, **__: refuse("a class with a `__new__` of its own")
                 continue
             if name in LEFT_OUT:
@@ -135,7 +135,7 @@ def shadow_of(outside, cls, row=None):
 
 
 def _member(outside, name, value, row):
-    """The copy of what a class holds, or None where it stays as it is."""
+    """The copy of a class's member; None if the member needs no copy."""
     kind, reads = type(value), outside.reads
 
     def inside(attribute):
@@ -148,7 +148,7 @@ def _member(outside, name, value, row):
     if kind is property and value.fget is not None:
         return property(inside("fget"), value.fset and inside("fset"))
     if kind is functools.cached_property:
-        reads.lasting = False  # it may be kept in the object, and be of before
+        reads.lasting = False  # the object may hold the value of an earlier call
         return property(inside("func"))
     if name.startswith("__") or kind.__name__ in ("member_descriptor", "getset_descriptor"):
         return None
@@ -175,7 +175,7 @@ def slots_of(cls):
 
 
 def instance_of(outside, thing, row):
-    """An object of a shadow class, whose attributes are copied as they are asked for."""
+    """A copy of an object: an instance of a shadow class that copies attributes on first use."""
     kind = type(thing)
     plain = kind is types.SimpleNamespace
     of_class = outside.reads.step(row, "class")
@@ -202,7 +202,7 @@ def instance_of(outside, thing, row):
         if name not in mine and not name.startswith("__"):
             if name in own:
                 load(mine, name)
-            else:  # of its class, as long as it has none of its own
+            else:  # the class has it, and the object must not get its own
                 outside.reads.expect(outside.reads.step(row, "own", name), "absent")
         return base.__getattribute__(self, name)
 

@@ -1,4 +1,4 @@
-"""Tables of pandas: their numbers are parameters, their labels part of the code."""
+"""pandas tables: their numbers are parameters, their labels constants of the code."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ KINDS = "Series", "DataFrame"
 
 
 def copy_of(outside, value, kind, row):
-    """What stands for a Series or a DataFrame; None for all else."""
+    """The stand-in of a Series or DataFrame; None for any other value."""
     name = kind.__name__
     if name not in KINDS or not kind.__module__.startswith("pandas"):
         return None
@@ -30,7 +30,7 @@ def _expect_labels(reads, value, which, row):
 
 
 class Labels:
-    """`loc`, `at`, `iloc` or `iat`."""
+    """The indexer `loc`, `at`, `iloc` or `iat` of a table."""
 
     def __init__(self, find):
         self._find = find
@@ -43,7 +43,7 @@ class Labels:
 
 
 class OfPandas:
-    """What Series and DataFrames share."""
+    """The common part of Series and Frame."""
 
     of_pandas = True
 
@@ -51,7 +51,7 @@ class OfPandas:
         self._outside, self._value, self._row, self._parts = outside, value, row, {}
 
     def _part(self, step, key, find):
-        """A copy of a part of it, made once."""
+        """The copy of a part of the table; each part is copied once."""
         if (step, key) not in self._parts:
             part, row = find(), self._outside.reads.step(self._row, step, key)
             self._parts[step, key] = part, self._outside.copy(part, row)
@@ -74,10 +74,10 @@ class OfPandas:
 
 
 class Series(OfPandas):
-    """A Series: numbers with labels."""
+    """The stand-in of a pandas Series."""
 
     def _single(self, i):
-        """An element by its place."""
+        """The element at place i."""
         if self._value.dtype.kind in "fiub":
             return self.values[i]
         if is_symbolic(i):
@@ -109,7 +109,7 @@ class Series(OfPandas):
 
 
 class Frame(OfPandas):
-    """A DataFrame: columns with names."""
+    """The stand-in of a pandas DataFrame."""
 
     def _column(self, name):
         return self._part("column", name, lambda: self._value[name])
@@ -148,7 +148,7 @@ class Frame(OfPandas):
 
 
 class Line:
-    """A line of a DataFrame, whose number depends on t or the state."""
+    """A row of a DataFrame at a place that depends on t or the state."""
 
     def __init__(self, frame, place):
         self._frame, self._place = frame, place

@@ -1,4 +1,4 @@
-"""Functions over copies of all that they refer to."""
+"""Rebuilds functions over copies of everything that they refer to."""
 
 import builtins
 import dis
@@ -31,7 +31,7 @@ class Functions:
         self._scopes, self._cells = {}, {}
 
     def copy(self, f, row=None):
-        """The function over copies of all that it refers to."""
+        """Rebuild a function over copies of its globals, closure, defaults and attributes."""
         outside, reads, step = self.outside, self.outside.reads, self.outside.reads.step
         made = outside.known(f)
         if made is not None:
@@ -77,7 +77,7 @@ class Functions:
         return new
 
     def _builtin(self, name, scope, row):
-        """Let a name that the user put into `builtins` be a copy of what is there."""
+        """Copy a name that the user has put into, or replaced in, `builtins`."""
         value = vars(builtins).get(name)
         if name in vars(builtins) and value is not ORIGINAL.get(name):
             scope[name] = self.outside.copy(value, row)
@@ -116,7 +116,7 @@ class Functions:
         return self.outside.copy(module, known)
 
     def scopes(self):
-        """The ids of the global variables of modules, and what stands for them."""
+        """(id of a module's globals, (names of the copy, names before the run)) for each module."""
         return self._scopes.items()
 
     def _cell(self, old):
@@ -133,29 +133,29 @@ class Functions:
         filled.append(row)
         try:
             content = old.cell_contents
-        except ValueError:  # not assigned yet
+        except ValueError:  # the variable is not assigned yet
             self.outside.reads.expect(row, "absent")
             return
         new.cell_contents = self.outside.copy(content, row)
         self.outside.watched.append(("a variable of an outer function", new, new.cell_contents))
 
     def _remembered(self, cached):
-        """What stands for a function that keeps what it gave: itself, for what is known now."""
+        """The stand-in of a cached function, which takes only arguments that are known numbers."""
 
         def of_known(*args, **named):
             given = [_plain(v) for v in args], {k: _plain(v) for k, v in named.items()}
             empty = not cached.cache_info().currsize
             found = cached(*given[0], **given[1])
-            if empty:  # what it gives later may be another, which it keeps then
+            if empty:  # the cache would keep the value, and later values may differ
                 cached.cache_clear()
             return self.outside.copy(found)
 
         return of_known
 
     def wrapper(self, value, row):
-        """A copy of a method, a partial, or what wraps a function; None for all else."""
+        """A copy of a method, a partial, or a wrapper of a function; None for any other value."""
         kind, outside, reads = type(value), self.outside, self.outside.reads
-        # not hasattr: objects may answer anything
+        # hasattr would ask objects that answer to any name
         for name in ("py_func", "pyfunc", "__wrapped__"):
             static = name in getattr(value, "__dict__", ()) or name in vars(kind)
             wraps = name != "__wrapped__" or kind is functools._lru_cache_wrapper
@@ -167,7 +167,7 @@ class Functions:
                     reads.expect(reads.step(row, "inside", "otypes"), "equal", None)
                     if value.otypes is not None or value.excluded or value.signature:
                         refuse("np.vectorize with options")
-                with outside.numbers_fixed(name == "py_func"):  # Numba keeps what it compiled with
+                with outside.numbers_fixed(name == "py_func"):  # as in Numba's code
                     inner = outside.copy(getattr(value, name), reads.step(row, "inside", name))
                 return outside.keep(value, vectorized(inner) if name == "pyfunc" else inner)
         if isinstance(value, types.MethodType):
@@ -194,7 +194,7 @@ class Functions:
 
 
 def _plain(value):
-    """A number or a text for a cache of the user, which keeps it."""
+    """A plain number or text as a key for a user's cache."""
     if isinstance(value, Symbol) and not value.node.varies:
         return int(value) if value.kind == INT else float(value)
     if not isinstance(value, bool | int | float | str | None):
@@ -204,7 +204,7 @@ def _plain(value):
 
 @functools.lru_cache(1024)
 def _compares_identities(code):
-    """Whether a piece of code asks whether two things are one, neither of them a constant."""
+    """Whether code compares the identity of two objects, neither of them a constant."""
     before: Any = None
     for i in dis.get_instructions(code):
         if i.opname == "IS_OP" and not (
@@ -223,7 +223,7 @@ def _asks_who_inherits(code):
 
 @functools.lru_cache(1024)
 def _names(code):
-    """The global names in a piece of code, and in the code inside it."""
+    """The global names in code and in its nested functions."""
     found = [i.argval for i in dis.get_instructions(code) if i.opname in GLOBAL]
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):

@@ -1,4 +1,4 @@
-"""What kind of thing a value is: of a class of the user, or of a library."""
+"""Distinguishes values of a user's class from values of libraries."""
 
 import collections
 import enum
@@ -10,7 +10,7 @@ OF_NAMED_TUPLES = frozenset(vars(collections.namedtuple("Any", "a"))) - {"a", "_
 
 
 def has_functions(cls):
-    """Whether a class of a user has functions, but for those that all named tuples have."""
+    """Whether a user's class defines functions, apart from the functions of every named tuple."""
     return root_of(cls) not in PURE and any(
         isinstance(v, types.FunctionType | property | classmethod | staticmethod)
         and not (issubclass(cls, tuple) and name in OF_NAMED_TUPLES)

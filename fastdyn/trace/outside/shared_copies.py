@@ -1,4 +1,4 @@
-"""Copies of what is long, made once for all runs that leave them as they are."""
+"""Copies of long arrays and lists, shared by all runs that do not write to them."""
 
 from ..numpy.constants import Constants
 from ..numpy.tables import Elements, Table
@@ -6,8 +6,8 @@ from ..reads.table_reads import Nature, held
 from ..symbols.symbolic import refuse
 from .table_lists import Items, LongList, LongTuple
 
-MOST = 4_000_000  # numbers of an array that a graph may refer to
-SMALL = 16  # numbers of an array or a list that are parameters one by one
+MOST = 4_000_000  # limit of an array's length
+SMALL = 16  # arrays and lists up to this length become symbols
 
 
 def _check(count):
@@ -16,7 +16,7 @@ def _check(count):
 
 
 def _shared(g, value, make):
-    """A copy of a value; that of another run where this one may have the same."""
+    """The copy of a value; an earlier run's copy, if that run did not write to the copy."""
     key = "copy", id(value)
     copy, anew = g.kept.get(key) or (None, None)
     copy = copy is not None and copy.again()
@@ -28,7 +28,7 @@ def _shared(g, value, make):
 
 
 def _noting(reads, row, content):
-    """A function that says that the code depends on the content of a row."""
+    """A function that makes the content of a row a constant of the code."""
 
     def constants():
         if reads.root_of(row) in reads.varying:
@@ -39,7 +39,7 @@ def _noting(reads, row, content):
 
 
 def long_array(g, value, row):
-    """A copy of an array of floats whose elements stay where they lie."""
+    """A copy of an array of floats that leaves the elements in memory."""
     _check(value.size)
 
     def make():
@@ -51,7 +51,7 @@ def long_array(g, value, row):
 
 
 def constant_array(g, value, row):
-    """A copy of an array that may not change."""
+    """A copy of an array whose content is a constant of the code."""
     _check(value.size)
 
     def make():
@@ -66,9 +66,9 @@ def constant_array(g, value, row):
 
 
 def long_list(g, value, row, whole=True):
-    """A copy of a list or a tuple of numbers; None where it is short, or of other things.
+    """A copy of a list or tuple of numbers; None for a short one, or for other items.
 
-    `whole` says whether whole numbers may be parameters.
+    `whole` tells whether whole numbers may be parameters.
     """
     if not value or (len(value) <= SMALL and not isinstance(value[0], list | tuple)):
         return None

@@ -1,7 +1,7 @@
-"""The surroundings of a traced function, in copies: nobody sees what it does to them.
+"""The surroundings of a traced function, in copies that the function may change.
 
-Copies are made as they are asked for, compared with what they were after each run, and every thing
-that is read has a row in `Reads`.
+Objects are copied on first use.  Each object that is read has a row in `Reads`.  After each run,
+the copies are compared with their contents before the run.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ from .unwritten import UNWRITTEN
 
 ATOMS = (
     type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis),
-    np.bool_, np.complexfloating, np.dtype, np.integer, np.floating,  # whose sums have a width
+    np.bool_, np.complexfloating, np.dtype, np.integer, np.floating,  # sums may overflow
 )  # fmt: skip
 
 
@@ -41,7 +41,7 @@ OF_C = types.WrapperDescriptorType | types.MethodDescriptorType | types.MethodWr
 
 
 class Outside:
-    """What one run sees of the outside."""
+    """The copies of outside objects in one run."""
 
     def __init__(self, graph, reads, lifted="all"):
         self.graph, self.reads, self.lifted, self.functions = graph, reads, lifted, Functions(self)
@@ -52,7 +52,7 @@ class Outside:
 
     @contextlib.contextmanager
     def numbers_fixed(self, fixed=True):
-        """Numbers that are copied meanwhile are part of the code."""
+        """Within the context, numbers that are copied become constants of the code."""
         before, self.lifted = self.lifted, "none" if fixed else self.lifted
         try:
             yield
@@ -60,7 +60,7 @@ class Outside:
             self.lifted = before
 
     def keep(self, value, copy):
-        """Remember the copy of a value, which is held so that its id stays taken."""
+        """Store the copy of a value; hold the value, so that its id stays unique."""
         self._made[id(value)] = copy
         self._held.append(value)
         return copy
@@ -68,18 +68,25 @@ class Outside:
     nothing = UNWRITTEN
 
     def unwritten(self, thing, kind):
-        """The names in a thing that hold nothing yet."""
+        """The names of an object's places that the function writes before it reads them."""
         return self.stores.of(thing, kind) if self.stores else ()
 
     def pairs(self):
-        """The things that were copied, and their copies."""
+        """The (original, copy) pairs."""
         return [(value, self._made[id(value)]) for value in self._held]
 
     def known(self, value):
         return self._made.get(id(value))
 
     def copy(self, value: Any, row=None) -> Any:
-        """A copy of a value for the traced function; its numbers are parameters."""
+        """A copy of a value for the traced function; numbers become parameters.
+
+        Parameters
+        ----------
+        value : object
+        row : int or None
+            The value's row in `Reads`; None if the value's origin is unknown.
+        """
         kind = type(value)
         builtin = kind.__module__ in ("builtins", "numpy", "numpy.dtypes")  # no class of a user
         if kind is int or kind is float or kind is np.float64:
@@ -105,7 +112,7 @@ class Outside:
         if row in (None, STABLE) or self.lifted == "none" or (whole and self.lifted == "floats"):
             self.reads.expect(row, "equal", value)
             return value
-        if whole and abs(value) > LARGEST_WHOLE:  # part of the code, where it is exact
+        if whole and abs(value) > LARGEST_WHOLE:  # as a constant, the number is exact
             self.reads.expect(row, "equal", value)
             return value
         (slot,) = self.reads.parameters(row, value)
@@ -121,11 +128,11 @@ class Outside:
         return found
 
     def fixed(self, row):
-        """Whether the numbers of a row are part of the code."""
+        """Whether the numbers of a row are constants of the code."""
         return row in (None, STABLE) or self.lifted == "none"
 
     def pairs_of(self, value, row):
-        """The complex numbers of an array as parameters."""
+        """The complex numbers of an array, as Pairs of parameters."""
         g, reads = self.graph, self.reads
         slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(value))
         found = [Symbol(g, g.make("par", (), slot)) for slot in slots]
@@ -179,7 +186,7 @@ class Outside:
         return self.keep(value, copy)
 
     def _thing(self, value, kind, row):
-        """A copy of a module, a class, an object."""
+        """A copy of a module, a class or an object."""
         reads = self.reads
         reads.expect(row, *(("type", kind) if is_instance(value, kind) else ("same", value)))
         if isinstance(value, types.ModuleType):
@@ -216,7 +223,7 @@ class Outside:
         if is_instance(value, kind):
             return instance_of(self, value, row)
         if isinstance(value, logging.Logger):
-            reads.lasting = False  # its level may change
+            reads.lasting = False  # a later call cannot check the level
             return Quiet(value)
         if package in IMPURE:
             return Forbidden(package)
@@ -224,12 +231,12 @@ class Outside:
             if scipy_objects.content_of(value):  # a polynomial of NumPy
                 scipy_objects.expect_content(reads, value, row)
             elif not isinstance(value, np.ufunc | OF_C):
-                reads.lasting = False  # it may hold what changes
+                reads.lasting = False  # a later call cannot check what the callable holds
             return library_object(self, value) if hasattr(value, "__dict__") else value
         return refuse(f"it uses an object of type {kind.__name__}", final=True)
 
     def writes(self):
-        """What the run changed, in words."""
+        """The kinds of objects that the run changed, such as "a dict"."""
         written = [each for each in self.watched if changed(*each[1:])]
         found = [what for what, *_ in written]
         for before in [before for *_, before in written if isinstance(before, Attributes)]:

@@ -1,4 +1,4 @@
-"""Long lists and tuples of numbers from outside, as one thing with an address."""
+"""Long lists and tuples of numbers from outside, each stored as one array with an address."""
 
 from typing import Any
 
@@ -15,17 +15,18 @@ from ..symbols.symbolic import Lazy, Symbolic
 
 
 class Items:
-    """The items of a list of numbers, or of a list of rows of them.
+    """The items of a list of numbers, or of a list of rows.
 
     Parameters
     ----------
     graph : Graph
     slots : range
+        The slots of the numbers.
     content : ndarray
-        The numbers.
+        The current numbers.
     nature : Nature
     constants : callable
-        Says that items were taken as constants.
+        Called when items become constants.
     whole : bool
         Whether whole numbers may be parameters.
     """
@@ -36,7 +37,7 @@ class Items:
         self.kind = KINDS[nature.types][1]
 
     def at(self, i, constant=False):
-        """An item, or a row of them."""
+        """Item i, or row i."""
         if not self.nature.rows:
             return self._number(i, constant)
         m = self.nature.shape[1]
@@ -55,7 +56,7 @@ class Items:
         return Symbol(g, g.make("par", (), self.slots[place]), INT if whole else self.kind)
 
     def entry(self, index):
-        """An item at a symbol."""
+        """The item, or the row, at a symbolic index."""
         at = np.arange(self.content.size).reshape(self.content.shape)
         key = (index,) + (slice(None),) * (at.ndim - 1)
         found = chosen(at, key, self.name_of, self.kind)
@@ -67,14 +68,14 @@ class Items:
         return name_of_slots(self.graph, part_of(self.slots, places))
 
     def table(self):
-        """The name of the whole as a table, and what it holds; None of rows."""
+        """The (name, numbers) of the list as a table; None for a list of rows."""
         if self.nature.rows or self.kind is bool:
             return None
         return self.name_of(range(self.content.size)), self.content
 
 
 class Rows(list):
-    """The lists that a run was given and may write to, one behind the other."""
+    """The lists of a run that the run may write to, iterated as one list."""
 
     def __init__(self):
         self.lists, self.before = [], []
@@ -88,7 +89,7 @@ class Rows(list):
 
 
 class _Long(Lazy):
-    """What a list and a tuple have in common; `_items` is None where all items are there."""
+    """The common part of LongList and LongTuple; `_items` is None once all items are filled in."""
 
     _items: Any = None
     _asked: Any
@@ -108,7 +109,7 @@ class _Long(Lazy):
         return self._items and self._items.table()
 
     def content(self):
-        """Slots, numbers and what says that they are constants; None where items are there."""
+        """(slots, numbers, kind, constants) as in Items; None after all items were filled in."""
         items = self._items
         return items and (items.slots, items.content, items.kind, items.constants)
 
@@ -116,7 +117,7 @@ class _Long(Lazy):
         return "a list", self._rows, self._rows.before
 
     def again(self):
-        """The same for another run; None where it has been filled."""
+        """The list itself, reset for another run; None if its items were filled in."""
         if self._items is None:
             return None
         self._asked, self._rows = {}, Rows()

@@ -1,7 +1,7 @@
-"""What a function writes to before it reads it: attributes, items, arrays, global variables.
+"""Functions that write places (attributes, items, arrays, globals) before they read them.
 
-Such a function gives the same value whatever they held before.  It is followed twice: to find what
-it writes to, and with something in these places that nobody can use.
+The value of such a function does not depend on the former content of the places.  The function is
+traced twice: first to find the places, then with objects in the places that refuse every use.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ from .copies import slots_of
 
 
 class Unwritten(Unasked):
-    """What is in a place before the function has written to it."""
+    """The content of a place before the function has written to it; it refuses every use."""
 
     __slots__ = ()
 
@@ -45,16 +45,16 @@ UNWRITTEN = Unwritten()
 
 
 class Stores:
-    """The places that a function writes to: (id of a thing, its kind, a name) each.
+    """The places that a function writes to, as (id of the owner, kind, name).
 
-    With `places`, whether each path writes to all of these, and to no other.
+    Given `places`, the runs are checked: each path must write to exactly these places.
     """
 
     def __init__(self, places=()):
         self.known, self.places = bool(places), set(places)
 
     def note(self, outside):
-        """Whether what a run wrote is in order."""
+        """Take in the places that a run wrote to; False if they differ from the given places."""
         found = _places(outside)
         if found is None or self.known:
             return found == self.places
@@ -62,14 +62,14 @@ class Stores:
         return True
 
     def of(self, thing, kind):
-        """The names in a thing that hold nothing yet."""
+        """The names of an object's places that the function writes before it reads them."""
         if not self.known:
             return []
         return [name for owner, k, name in self.places if owner == id(thing) and k == kind]
 
 
 def _places(outside):
-    """What a run has written to; None where that is not told by names."""
+    """The places that a run has written to; None if a write has no name."""
     found, things = set(), {id(copy): thing for thing, copy in outside.pairs()}
     scopes = {id(names): outer for outer, (names, _) in outside.functions.scopes()}
     for what, copy, before in outside.watched:

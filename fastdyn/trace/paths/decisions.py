@@ -1,4 +1,4 @@
-"""A graph, and the decisions of the run of a function that adds to it."""
+"""The graph of a trace together with the decisions of the current run."""
 
 from typing import Any
 
@@ -13,12 +13,15 @@ MAX_DECISIONS = 200
 
 
 class Paths(Graph):
-    """A graph, and the decisions of the run that adds to it."""
+    """The graph of a trace together with the decisions of the current run.
+
+    `script` prescribes the first decisions; `taken` lists all decisions as (node, truth).
+    """
 
     reads: Any
-    until: Any = None  # the code that runs the traced function
-    stores: Any = None  # where it may write to
-    start: Any = None  # the time and the state at which it is going to be called, if known
+    until: Any = None  # the code object of the function that runs the traced one
+    stores: Any = None  # the Stores that the function may write to
+    start: Any = None  # time and state of the first call, if known
 
     def __init__(self):
         super().__init__()
@@ -28,10 +31,13 @@ class Paths(Graph):
     def begin(self, script):
         self.script, self.known, self.taken, self.raising = script, {}, [], self.false
         self.texts, self.abandoned = False, None
-        self.bounds = {}  # what was checked on another path is not on this one
+        self.bounds = {}  # bounds were checked on another path, not on this one
 
     def condition(self, node, python=False):
-        """A Condition, or the truth where parameters alone decide; of Python's type, or NumPy's."""
+        """A Condition, or its truth if parameters alone determine it.
+
+        `python` tells whether the Condition acts as a bool of Python or of NumPy.
+        """
         if node.varies:
             return Condition(self, node, python)
         self.assume(node)
@@ -49,14 +55,14 @@ class Paths(Graph):
         return group.first == slots[0] and group.shape == (len(slots),)
 
     def as_text(self):
-        """What stands for a number in a text: an error may say it, nothing else."""
+        """The text of a number, which may appear in an error message and nowhere else."""
         self.texts = True
         return "..."
 
     def raises_if(self, node, raising):
-        """Let the function do what raises where a condition holds.
+        """Let the function raise where a condition holds; ``raising()`` raises the exception.
 
-        Where the user's code has a handler, that is a path of its own.
+        If the user's code may catch the exception, both outcomes become paths.
         """
         if node is self.false:
             return
@@ -71,11 +77,11 @@ class Paths(Graph):
         self.raising = self.both(self.raising, node, "or")
 
     def in_handler(self):
-        """Whether the user's code may catch what is raised now."""
+        """Whether the user's code may catch an exception that is raised now."""
         return is_handled(self.until)
 
     def leaves_to_python_if(self, node):
-        """Let Python go on where a condition holds, whatever handlers there are."""
+        """Leave the call to Python where a condition holds, even inside a handler."""
         if node is self.true:
             self.abandon("it leaves the range of its compiled form")
         if node is self.false:
@@ -83,16 +89,19 @@ class Paths(Graph):
         self.raising = self.both(self.raising, node, "or")
 
     def stays_below(self, node):
-        """Let Python go on where a condition holds: one of sizes, which a series need not ask."""
+        """Leave the call to Python where a condition holds; Taylor series ignore the condition.
+
+        Such conditions compare sizes of numbers with limits.
+        """
         self.sizes = self.both(self.sizes, node, "or")
 
     def abandon(self, why):
-        """Leave this path to Python."""
+        """Leave the rest of this path to Python."""
         self.abandoned = why
         raise Abandoned(why)
 
     def keep_exact(self, node):
-        """Leave to Python where a whole number is beyond those that floats are."""
+        """Leave the call to Python where a whole number is too large to be exact as a float."""
         if bound(self, node) <= WHOLE:
             return
         size = self.make("abs", (node,))

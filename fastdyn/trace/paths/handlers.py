@@ -1,4 +1,4 @@
-"""Whether an exception that is raised here would meet a handler in the code of the user."""
+"""Finds out whether the user's code would catch an exception that is raised now."""
 
 import dis
 import functools
@@ -7,15 +7,15 @@ import sys
 from typing import Any
 
 OWN = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__)))) + os.sep
-GENERATORS = "CALL_INTRINSIC_1"  # where all of a generator's exceptions go, from Python 3.12 on
+GENERATORS = "CALL_INTRINSIC_1"  # handles a generator's exceptions, from Python 3.12 on
 LIBRARIES = tuple(f"{os.sep}{name}{os.sep}" for name in ("numpy", "scipy"))
 _entries: Any = vars(dis)["_parse_exception_table"]
 
 
 def is_handled(until):
-    """Whether a frame from the caller up to that of some code is in a ``try`` or ``with``.
+    """Whether a frame, from the caller's up to the code `until`, is in a ``try`` or ``with``.
 
-    Frames of libraries, and of this package, do not count.
+    Frames of NumPy, SciPy and this package do not count.
     """
     frame = sys._getframe(1)
     while frame is not None and frame.f_code is not until:
@@ -35,6 +35,6 @@ def _counts(filename):
 
 @functools.lru_cache(1024)
 def _protected(code):
-    """The pieces of code whose exceptions have a handler."""
+    """The ranges of bytecode that have an exception handler."""
     names = {i.offset: i.opname for i in dis.get_instructions(code)}
     return [(e.start, e.end) for e in _entries(code) if names.get(e.target) != GENERATORS]

@@ -1,4 +1,4 @@
-"""Lines in the files of the user, for sentences that say why a function is not compiled."""
+"""Finds lines of the user's files, for messages that say why a function is not compiled."""
 
 import functools
 import os
@@ -18,7 +18,7 @@ PACKAGES = {"fastdyn", "numba", "numpy", "llvmlite", "scipy"}
 
 @functools.lru_cache(4096)
 def of_user(filename):
-    """Whether a file is neither of Python, nor of the libraries that compile."""
+    """Whether a file belongs neither to Python nor to the libraries that compile functions."""
     path = os.path.realpath(filename)
     if filename.startswith("<frozen") or filename in ("<string>", "<__array_function__ internals>"):
         return False
@@ -30,7 +30,7 @@ def of_user(filename):
 
 
 def line_of_refusal(error):
-    """(file, line) of the innermost frame of the user in a traceback; None without."""
+    """The (file, line) of the innermost frame of the user in a traceback; None if there is none."""
     found, step = None, error.__traceback__
     while step is not None:
         if of_user(step.tb_frame.f_code.co_filename):
@@ -40,7 +40,10 @@ def line_of_refusal(error):
 
 
 def line_of_write(fun, args, n, shape, zeros=0):
-    """(file, line) of the first change of something outside, on the path of a run on symbols."""
+    """The (file, line) of the first write to an object from outside, found by a run on symbols.
+
+    Only the first path is run.  None means that the path has no such write.
+    """
     g = Paths()
     g.reads = Reads(g, (fun, *args))
     outside, found, last = Outside(g, g.reads, "none"), [], None

@@ -1,7 +1,8 @@
-"""The runs of a function on symbols, one for each path, and their graph.
+"""The runs of a function on symbols, one for each path, merged into one graph.
 
-A condition that is asked for its truth answers from a script; what it answered splits the script,
-until every path has been taken.  The paths make a tree of decisions, the tree `select` nodes.
+During a run, conditions take their truth from a script.  Each new decision adds a script with the
+opposite truth, until every path has been run.  The paths form a tree of decisions; `select` nodes
+merge the tree.
 """
 
 from typing import Any, NamedTuple
@@ -20,13 +21,14 @@ from .states import Numbers
 
 MAX_PATHS = 256
 STATE = "the state that it is given"
-IN_PLACE = {STATE, "an array"}  # what machine code can write to, too
+IN_PLACE = {STATE, "an array"}  # objects that machine code can write to
 
 
 class Where(NamedTuple):
-    """What is known of the calls of a function.
+    """Facts about the calls of a function.
 
-    `start` are time and state, real numbers, of the first; `stores` is what it may write to.
+    `start` is the (time, state) of the first call, in real numbers.  `stores` are the Stores that
+    the function may write to.
     """
 
     start: Any = None
@@ -37,7 +39,7 @@ ANYWHERE = Where()
 
 
 class Leaf(NamedTuple):
-    """The end of a path: the decisions, the results or None where it raised."""
+    """The end of a path: decisions, results (None if it raised), and condition of raising."""
 
     taken: list
     results: list | None
@@ -45,10 +47,11 @@ class Leaf(NamedTuple):
 
 
 class Trace(NamedTuple):
-    """What a function computes.
+    """The graph of a function.
 
-    `outputs` are nodes; `raising` is the condition under which it raises, or is left to Python, and
-    `failing` that without the sizes of numbers; `error` what it raised on some path, in words.
+    `outputs` are nodes.  `raising` is the condition under which the function raises or is left to
+    Python; `failing` leaves out the conditions of `Paths.stays_below`.  `error` is the message of
+    an exception that a path raised, or empty.
     """
 
     graph: Paths
@@ -72,21 +75,21 @@ def trace(
     fun : callable
     args : tuple
     n : int
-        Length of y.
+        Number of components of y.
     shape : tuple or None
-        Of the result; None for a number.
+        Shape of the result; None for a number.
     varying : collection of int
-        Which of `args` (counted from 1) differ from one use to another, and so decide nothing.
+        Indices (from 1) of the `args` that vary between trajectories; no decision depends on them.
     lifted : {"all", "floats", "none"}
-        Which numbers from outside are parameters of the code.
+        The numbers from outside that become parameters of the code.
     zeros : int
-        So many zeros follow the n components that are given.
+        Number of constant zeros appended to the n components.
     complex_state : bool
-        Whether components are complex: numbers 2 i and 2 i + 1 of the state that the code gets are
-        real and imaginary part of component i.  So it is with the results, unless `shape` is None.
+        Whether components are complex.  Entries 2 i and 2 i + 1 of the state are then the real and
+        the imaginary part of component i; so are the results, unless `shape` is None.
     batches : bool
-        Whether long arrays are traced in batches.  The outputs are node numbers of `graph.batches`.
-
+        Whether long arrays are traced in batches.  The outputs are then node numbers of
+        `graph.batches`.
     where : Where
 
     Raises
@@ -95,7 +98,7 @@ def trace(
     """
     g = Paths()
     g.start, g.stores = where
-    if not batches and n * (1 + complex_state) >= g.most:  # soon known
+    if not batches and n * (1 + complex_state) >= g.most:  # refuse before any node is made
         raise Untraceable("its state is too long", final=True, said=False)
     g.reads = Reads(g, (fun, *args), varying)
     states: Any = LongArrays(g, n) if batches else Numbers(g, n, zeros, complex_state)
@@ -119,7 +122,7 @@ def trace(
 
 
 def _run(g, script, outside, fun, args, states, shape):
-    """One path: its results, or None and in words what it raised."""
+    """Run one path; return its results, or None, and a list with the exception's message."""
     g.until = _run.__code__
     NOW.table = g.batches
     g.begin(script)
@@ -142,7 +145,7 @@ def _run(g, script, outside, fun, args, states, shape):
     except Refusal as reason:
         if not outside.writes() or reason.flags["effect"]:
             raise reason.untraceable() from None
-        LATEST.refusal = None  # that it writes says more
+        LATEST.refusal = None  # the write explains more than the refusal
     except RecursionError:
         raise Untraceable("it calls itself too deep", final=True, said=False) from None
     except Abandoned:
@@ -177,7 +180,7 @@ def _surroundings(outside, fun, args):
 
 
 def _merged(states, leaves, depth, n):
-    """The results of a tree of paths, and the condition under which it raises."""
+    """The results of a tree of paths, and the condition under which the function raises."""
     g = states.g
     if len(leaves) == 1 and len(leaves[0].taken) == depth:
         _, results, raising = leaves[0]

@@ -1,4 +1,4 @@
-"""The state that a traced function is given, and what becomes of its results: number by number."""
+"""The state that a traced function gets, and its results, number by number."""
 
 import numpy as np
 
@@ -15,11 +15,11 @@ class Numbers:
     ----------
     g : Graph
     n : int
-        Components that are given.
+        Number of components.
     zeros : int
-        Components behind them, all zero.
+        Number of constant zeros behind the components.
     complex_state : bool
-        Whether components 2 i and 2 i + 1 are real and imaginary part of a complex one.
+        Whether entries 2 i and 2 i + 1 are the real and the imaginary part of component i.
     """
 
     def __init__(self, g, n, zeros=0, complex_state=False):
@@ -31,7 +31,7 @@ class Numbers:
             self._states = [Pair(*pair) for pair in pairs]
 
     def start(self):
-        """The state for a run."""
+        """A new array of the state for a run."""
         return Array.of(self._states)
 
     def written(self, y):
@@ -39,7 +39,7 @@ class Numbers:
         return any(a is not b for a, b in zip(y.flat, self._states, strict=True))
 
     def results(self, result, shape):
-        """The nodes of a result, two of each complex number."""
+        """The nodes of a result; two nodes for each complex number."""
         g, flat = self.g, _flat(result)
         size = 1 if shape is None else int(np.prod(shape))
         if len(flat) == 1 and size > 1 and not isinstance(result, list | tuple | np.ndarray):
@@ -53,11 +53,11 @@ class Numbers:
         return [symbol(g, v).node for v in flat]
 
     def chosen(self, node, yes, no):
-        """The results of one path where a condition holds, else those of another."""
+        """Select, for each result, the node `yes` or `no` by the condition `node`."""
         return [self.g.select(node, a, b) for a, b in zip(yes, no, strict=True)]
 
     def lost(self, n):
-        """The results of a path that raises."""
+        """The results of a path that raises: n times NaN."""
         return [self.g.const(np.nan)] * n
 
 

@@ -1,4 +1,4 @@
-"""A trace of a function that leaves what it writes to as its last call has it."""
+"""Traces functions that write to objects outside but read only what the same call wrote."""
 
 from ..graph.expressions import live
 from ..graph.refusal import Untraceable
@@ -7,10 +7,10 @@ from .runs import trace
 
 
 def trace_with_stores(*given, where):
-    """The Trace of a function that writes to places outside, to all of them before it reads them.
+    """The Trace of a function that writes to places outside before it reads them.
 
-    The arguments are those of `trace`.  Whoever runs its code calls the function itself at the
-    end, which then holds what it would hold.
+    Takes the arguments of `trace`.  After a solve, the caller must call the function itself at
+    the end point, so that the places hold the values of the last call.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def trace_with_stores(*given, where):
 
 
 def _text(found):
-    """What a trace computes, whatever its parameters are called."""
+    """The computation of a trace as a list, independent of parameter slots, for comparison."""
     reads, nodes = found.reads, live([*found.outputs, found.raising])
     names = {node.key: i for i, node in enumerate(nodes)}
     lines = []
@@ -41,6 +41,6 @@ def _text(found):
 
 
 def _way(reads, row):
-    """How a row is found, from its root on."""
+    """The steps from the root to a row."""
     parent, step, key, *_ = reads.rows[row]
     return (step, repr(key)) if parent < 0 else (*_way(reads, parent), step, repr(key))

@@ -1,4 +1,4 @@
-"""What may be asked of the things that a traced function reads from outside."""
+"""The checks that a later call applies to the objects that a traced function reads."""
 
 from typing import Any
 

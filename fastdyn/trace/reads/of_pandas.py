@@ -1,10 +1,10 @@
-"""How the parts of a table of pandas are found again."""
+"""The steps that lead to the parts of a pandas table."""
 
 from typing import Any
 
 
 def labels_of(value, which):
-    """The labels of a table, in a form that is soon compared."""
+    """The labels of a table, in a form that is cheap to compare."""
     labels = getattr(value, which)
     if hasattr(labels, "start"):  # a range
         return labels.start, labels.stop, labels.step

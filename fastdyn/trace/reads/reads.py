@@ -1,7 +1,8 @@
-"""What a traced function reads from outside, so that a later call can tell whether it still holds.
+"""Records what a traced function reads from outside, so that a later call can check it.
 
-Each thing that was read has a row: where it is found (in an earlier row, by what step), and what
-must be true of it.  Numbers need only be numbers: they are parameters of the code.
+Each object that was read has a row: the earlier row and the step that lead to the object, and the
+check that the object must pass.  A number is checked for its type only: its value is a parameter
+of the code.
 """
 
 import bisect
@@ -14,8 +15,8 @@ from ..graph.evaluate import evaluate
 from . import of_pandas, table_reads
 from .checks import CHECKS, MISSING
 
-STABLE = -1  # the row of what a library holds, which does not change
-MAX_ARRAY = 4096  # numbers that are symbols, one by one
+STABLE = -1  # the row of objects inside libraries, which do not change
+MAX_ARRAY = 4096  # the largest array whose elements become symbols
 STEPS: dict[str, Any] = {
     "global": lambda function, name: function.__globals__.get(name, MISSING),
     "builtin": lambda function, name: vars(builtins).get(name, MISSING),
@@ -43,17 +44,17 @@ STEPS: dict[str, Any] = {
 def _content(cell):
     try:
         return cell.cell_contents
-    except ValueError:  # not assigned yet
+    except ValueError:  # the variable is not assigned yet
         return MISSING
 
 
 def real_numbers(value):
-    """Real and imaginary parts of complex numbers, in turn; the array's memory if it can be."""
+    """Real and imaginary parts of complex numbers, alternating; a view of the array if possible."""
     return np.ascontiguousarray(value, dtype=complex).reshape(-1).view(float)
 
 
 class Row(NamedTuple):
-    """One read: `check` is a method of `Reads`, `expected` what it compares with."""
+    """One read: ``CHECKS[check]`` compares the object with `expected`."""
 
     parent: int
     step: str
@@ -63,7 +64,7 @@ class Row(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Parameters that come from one row: a number (`whole` or not), or those of an array."""
+    """The parameters of one row: a number (`whole`: an integer), or the elements of an array."""
 
     row: int
     first: int
@@ -73,10 +74,7 @@ class Group(NamedTuple):
 
 
 class Reads:
-    """The rows of a trace, and its parameters.
-
-    `roots` are the function and its arguments.
-    """
+    """The rows and parameters of a trace; `roots` are the function and its arguments."""
 
     def __init__(self, graph, roots, varying=()):
         self.graph, self.roots, self.varying = graph, roots, varying
@@ -84,15 +82,15 @@ class Reads:
         self.groups: list[Group] = []
         self._known, self._of_row, self._firsts, self._fixed = {}, {}, [], set()
         self.assumed: dict = {}
-        self.aliases: set = set()  # pairs of rows that are one thing
+        self.aliases: set = set()  # pairs of rows that hold one object
         self.lasting, self.identities = True, False
 
     def root(self, i):
-        """The row of the function (0), or of an argument (1, ...)."""
+        """The row of the function (0), or of argument i."""
         return self._add(STABLE, "root", i)
 
     def step(self, parent, step, key=None):
-        """The row of what is found from another; None if that has none."""
+        """The row that `step` reaches from `parent`; None if the origin of `parent` is unknown."""
         return parent if parent is None or parent == STABLE else self._add(parent, step, key)
 
     def _add(self, parent, step, key):
@@ -104,21 +102,21 @@ class Reads:
         return row
 
     def expect(self, row, check, expected=None):
-        """State what must hold of a row."""
+        """Record the check that the object of a row must pass."""
         if row is None:
-            self.lasting = False  # nobody knows where it came from
+            self.lasting = False  # the origin is unknown, so that no later call can check it
         elif row != STABLE and self.rows[row].check is None:
             self.rows[row] = self.rows[row]._replace(check=check, expected=expected)
 
     def alias(self, row, first):
-        """State that a row is the very thing of another, where its content is looked at."""
+        """Record that two rows hold one object whose content the function uses."""
         if row not in (None, STABLE) and row != first:
             self.aliases.add((row, first))
 
     # -- parameters
 
     def parameters(self, row, value):
-        """Slots for a number, or for the elements of an array; a list of them."""
+        """The range of slots for a number, or for the elements of an array."""
         known = self._of_row.get(row)
         if known is None:
             array = isinstance(value, np.ndarray)
@@ -142,21 +140,21 @@ class Reads:
         return range(group.first, group.first + _count(group))
 
     def root_of(self, row):
-        """The number of the root that a row is found from."""
+        """The index of the root from which the steps to a row begin."""
         place = self.rows[row]
         return place.key if place.parent < 0 else self.root_of(place.parent)
 
     def group(self, slot):
-        """The number of the group that a slot belongs to."""
+        """The index of the group that a slot belongs to."""
         return bisect.bisect_right(self._firsts, slot) - 1
 
     def of_arguments(self):
-        """For each argument the number of its group; None if it is no parameter."""
+        """The index of each argument's group; None for an argument that is no parameter."""
         rows = [self._known.get((STABLE, "root", i)) for i in range(1, len(self.roots))]
         return tuple([self._of_row.get(row) for row in rows])
 
     def assume(self, node):
-        """Let the code hold only while a node that parameters determine has its value."""
+        """Restrict the code to the current value of a node that parameters determine."""
         if node.op == "const":
             return
         if node.op == "par":
@@ -167,7 +165,7 @@ class Reads:
     # -- a later call
 
     def found(self, roots):
-        """What all rows find from other roots; nothing, where the trace does not hold for them."""
+        """The objects of all rows, reached from other roots; empty if a step fails."""
         found = []
         try:
             for parent, step, key, *_ in self.rows:
@@ -177,16 +175,16 @@ class Reads:
         return found
 
     def same_things(self):
-        """Which of the things that were read are one, if the function asks that."""
+        """The `pattern` of the objects of all rows, if the function compares identities."""
         return pattern(self.found(self.roots)) if self.identities else ()
 
     def values(self):
-        """The values of all groups, as they were read."""
+        """The values of all groups, read again from the roots of the trace."""
         found = self.found(self.roots)
         return [found[group.row] for group in self.groups]
 
     def follow(self, *roots):
-        """The same for other roots; None if the trace does not hold for them."""
+        """The values of all groups, read from other roots; None if the trace does not hold."""
         if not self.lasting or len(roots) != len(self.roots):
             return None
         found = []
@@ -206,7 +204,7 @@ class Reads:
         return given if self._holds(given) else None
 
     def _holds(self, given):
-        """Whether the values that are part of the code are the same."""
+        """Whether the values on which the code relies have not changed."""
         if not self._fixed and not self.assumed:
             return True
         values = flat(given)
@@ -222,7 +220,7 @@ class Reads:
 
 
 def pattern(things):
-    """Which of them are one."""
+    """Number the objects by identity: identical objects get equal numbers."""
     first: dict = {}
     return tuple([first.setdefault(id(thing), len(first)) for thing in things])
 

@@ -1,6 +1,6 @@
-"""How tables are read from outside: lists of numbers as arrays, constants that code need not hold.
+"""Reads tables from outside: lists of numbers as arrays, and constants stored beside the code.
 
-`STEPS` and `CHECKS` are those of `reads`.
+`reads` adds `STEPS` and `CHECKS` to its own.
 """
 
 import hashlib
@@ -13,9 +13,9 @@ import numpy as np
 
 from ..graph.kinds import FLOAT, INT, NUMPY
 
-LONG = 64  # numbers of a constant table that lies beside the code, not in it
+LONG = 64  # a constant table with more numbers is stored beside the code
 MAX_WHOLE = 2**53  # beyond, floats cannot tell a whole number from its neighbours
-KINDS = {  # of the items of a list: the type of their array, and whose rules they follow
+KINDS = {  # types of a list's items: the dtype of its array, and the rules that its items follow
     frozenset((float,)): (float, FLOAT),
     frozenset((int,)): (np.int64, INT),
     frozenset((bool,)): (bool, bool),
@@ -25,7 +25,7 @@ KINDS = {  # of the items of a list: the type of their array, and whose rules th
 
 
 class Held:
-    """A constant array, known by its content."""
+    """A constant array; equal contents compare equal."""
 
     def __init__(self, content):
         self.array = np.array(content, dtype=float, order="C")
@@ -45,20 +45,20 @@ def held(reads, content):
 
 
 class Nature:
-    """What all items of a list, or all rows of a list of lists, are."""
+    """The common type of a list's items, or of the rows in a list of lists."""
 
     def __init__(self, value):
         self.rows = type(value[0]) if type(value[0]) in (list, tuple) else None
         self.shape: tuple = (len(value), len(value[0])) if self.rows else (len(value),)
         self.size = math.prod(self.shape)
-        self.last = None  # items, and the array of them
+        self.last = None  # (items, array) of the last conversion
         self.types, self.whole = frozenset(map(type, self._flat(value))), None
-        if len(self.types) > 1:  # which of mixed numbers are whole
+        if len(self.types) > 1:  # the items that are whole numbers
             self.whole = bytes([type(v) is int for v in self._flat(value)])
 
     @classmethod
     def of(cls, value):
-        """The Nature of a list of numbers; None of all others."""
+        """The Nature of a list of numbers; None for any other list."""
         try:
             found = cls(value)
             found.numbers(value)
@@ -83,7 +83,7 @@ class Nature:
         return chain.from_iterable(value)
 
     def numbers(self, value):
-        """The items as an array; ValueError if it cannot be exact."""
+        """The items as an array; ValueError if the conversion is not exact."""
         kind = KINDS.get(self.types)
         if kind is None:
             raise ValueError("no numbers")
@@ -97,7 +97,7 @@ class Nature:
 
 
 def numbers_of(value, nature):
-    """The numbers of a list as an array, if they are what they were."""
+    """The numbers of a list as an array; ValueError if the nature of the list has changed."""
     if nature.last is not None and nature.rows is None:
         items, found = nature.last
         if len(value) == len(items) and all(map(operator.is_, value, items)):

@@ -1,4 +1,4 @@
-"""scipy.signal.convolve2d written out."""
+"""scipy.signal.convolve2d, written out as operations of the graph."""
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def convolved_2d(in1, in2, mode="full", boundary="fill", fillvalue=0):
 
 
 def _extended(a, by, boundary, fillvalue):
-    """An array with what lies around it."""
+    """An array extended at its boundaries, as `boundary` says."""
     places = [np.arange(1 - n, m + n - 1) for m, n in zip(a.shape, by, strict=True)]
     if boundary == "symm":
         folded = [np.where(p < 0, -1 - p, p) for p in places]

@@ -1,4 +1,4 @@
-"""Functions of SciPy written out: waveforms, and what sums exponentials."""
+"""SciPy's waveforms, softmax and logsumexp, written out as operations of the graph."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What an interpolator computes: its components, and what it gives outside its ends."""
+"""The computation of an interpolator: its components, and its values outside the range."""
 
 from typing import Any
 
@@ -14,24 +14,24 @@ RAISE = "raise"
 
 
 class Form:
-    """What an interpolator computes.
+    """The computation of an interpolator.
 
     Parameters
     ----------
     columns : list
-        For each component what gives it, by ``at(v)``.
+        One object for each component; ``at(v)`` gives the component's value.
     shape : tuple
-        Of the value at a number.
+        Shape of the value at one number.
     ends : (float, float)
-        Between which it is defined.
+        The range of definition.
     outside : None, RAISE or ((...), (...))
-        What it gives outside, of each component below and above; None where the ends go on.
+        Values of the components below and above the range; None extrapolates.
     axis : int
-        Where the axes of an array of arguments come among those of `shape`.
+        The place of the argument's axes among the axes of `shape`.
     period : float or None
     finite : bool
-        Whether Python decides what an infinite number gives: of products and sums, it depends on
-        their order.
+        Whether infinite arguments are left to Python, because the result depends on the order of
+        operations.
     """
 
     def __init__(self, columns, shape, ends, outside=None, axis=0, period=None, finite=False):
@@ -74,7 +74,7 @@ class Form:
 
 
 class Checked:
-    """A Form that is defined nowhere else."""
+    """A Form that raises outside its range."""
 
     def __init__(self, form, ends):
         self.form, self.ends = form, ends

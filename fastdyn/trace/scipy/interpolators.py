@@ -24,7 +24,7 @@ INTERP1D = (
 
 
 def numbers_in(value):
-    """The names of the attributes that make an interpolator what it is; None if not known."""
+    """The names of the attributes that determine an interpolator; None for an unknown type."""
     from scipy import interpolate
 
     if isinstance(value, interpolate.PPoly):
@@ -40,7 +40,7 @@ def numbers_in(value):
 
 
 class Interpolator(Unwritten):
-    """What stands for an interpolator of SciPy; `watched` takes what a run may change of it."""
+    """The stand-in of a SciPy interpolator; `watched` collects the arrays that a run may change."""
 
     _original: Any
     _watched: Any
@@ -53,7 +53,7 @@ class Interpolator(Unwritten):
         if not is_symbolic(x):
             return raised(self._original(lowered(complete(x)), *args, **kwargs))
         g, key = graph_of(x), ("form", id(self._original), args, tuple(kwargs.items()))
-        if key not in g.kept:  # with the object, so that its id stays
+        if key not in g.kept:  # the object is kept, so that its id stays unique
             g.kept[key] = form_of(self._original, *args, **kwargs), self._original
         form = g.kept[key][0]
         if form is None:
@@ -80,7 +80,7 @@ class Interpolator(Unwritten):
 
 
 def maker_of(cls):
-    """What makes an interpolator inside a function, of numbers as they are now; or None."""
+    """A function that makes interpolators of a class from constants; None for another class."""
     from scipy import interpolate
 
     known = interpolate.interp1d, interpolate.PPoly, interpolate.BSpline
@@ -104,7 +104,7 @@ def _as_now(value) -> Any:
 
 
 def form_of(value, *args, **kwargs):
-    """The Form of an interpolator that is called so; None if it is not known."""
+    """The Form of an interpolator that is called with these arguments; None for an unknown type."""
     from scipy import interpolate
 
     makers = {
@@ -121,7 +121,7 @@ def _is_ascending(x, least=2):
 
 
 def _columns(c, at):
-    """The components of coefficients whose axes after `at` are those of a value."""
+    """The coefficients of each component; the components lie along the axes from `at` on."""
     return np.moveaxis(c.reshape(*c.shape[:at], -1), -1, 0)
 
 
@@ -153,7 +153,7 @@ def _of_b_spline(value, nu=0, extrapolate=None):
 
 
 def _of_knots(t, c, k, nu=0, nan=True):
-    """The components of a spline with these knots; None if they cannot be."""
+    """The components of a spline with knots t; None if SciPy would divide by zero."""
     from scipy import interpolate
 
     n = len(t) - k - 1
@@ -164,7 +164,7 @@ def _of_knots(t, c, k, nu=0, nan=True):
         found = [Steps(t, each, "right", -1, nan=nan) for each in flat]
         return [each.derivative(nu) for each in found] if nu else found
     if t[k] == t[k + 1] or t[n - 1] == t[n]:
-        return None  # SciPy divides by nothing there
+        return None  # SciPy divides by zero there
     columns = []
     for each in flat:
         whole = interpolate.PPoly.from_spline((t, np.append(each, np.zeros(k + 1)), k))
@@ -205,7 +205,7 @@ def _of_interp1d(value):
 
 
 def _ways(value, how):
-    """The components of an interp1d by the method that it calls; None of an unknown one."""
+    """The components of an interp1d, by the method that it calls; None for an unknown method."""
     x, columns = value.x, [np.ascontiguousarray(c) for c in _columns(value._y, 1)]
     if how == "_call_linear_np":
         y = np.asarray(value.y)

@@ -1,4 +1,4 @@
-"""Objects and functions of SciPy: interpolators, sparse matrices, rotations."""
+"""SciPy's functions and objects on symbols: dispatch, interpolators, sparse matrices, rotations."""
 
 import functools
 import types
@@ -24,7 +24,7 @@ FILTERS = {
     "convolve", "convolve1d", "correlate", "correlate1d", "laplace", "gaussian_filter",
     "gaussian_filter1d", "gaussian_laplace", "uniform_filter", "uniform_filter1d", "sobel",
 }  # fmt: skip
-CONTENTS = {  # of sparse matrices, by their format
+CONTENTS = {  # attributes of sparse matrices, by format
     **dict.fromkeys(("csr", "csc", "bsr"), ("data", "indices", "indptr", "shape")),
     "dia": ("data", "offsets", "shape"),
     "coo": ("data", "coords", "shape"),
@@ -36,7 +36,7 @@ ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
 
 
 def stand_in_of(value):
-    """What stands for a function or class of SciPy; None for all else."""
+    """The stand-in of a SciPy function or class; None for any other value."""
     module = getattr(value, "__module__", None) or ""
     if not module.startswith("scipy."):
         return None
@@ -65,7 +65,10 @@ def stand_in_of(value):
 
 
 def _beside(plain, of_symbols):
-    """A function of SciPy: of symbols written out, or else itself, apart from compiled code."""
+    """A SciPy function that calls `of_symbols` for symbols, and itself for plain numbers.
+
+    Where `of_symbols` refuses, compiled code calls the SciPy function as an island.
+    """
     of_symbols = or_apart(plain, of_symbols)
     in_a_batch = or_apart(plain, lambda *args, **kwargs: BATCHES["filter"](plain, args, kwargs))
 
@@ -82,7 +85,7 @@ def _beside(plain, of_symbols):
 
 
 def is_of_scipy(value, kind):
-    """Whether a value is an object of SciPy; the type of factors does not say so."""
+    """Whether a value is an object of SciPy; a factor's type does not tell its module."""
     return (kind.__module__ or "").startswith("scipy") or others.is_factor(kind)
 
 
@@ -94,7 +97,7 @@ def _content_of_polynomial(value):
 
 
 def content_of(value):
-    """The names of the attributes that make an object of SciPy what it is; None if not known."""
+    """The names of the attributes that determine an object of SciPy; None if unknown."""
     if getattr(value, "format", None) and type(value).__module__.startswith("scipy.sparse"):
         return CONTENTS.get(str(value.format))
     if type(value).__module__.startswith("numpy"):
@@ -104,10 +107,10 @@ def content_of(value):
 
 
 def expect_content(reads, value, row):
-    """Have an object be what it is now."""
+    """Restrict the code to the current content of an object."""
     names = content_of(value)
     if names is None:
-        reads.lasting = False  # its content may change
+        reads.lasting = False  # a later call cannot check the content
     for name in names or ():
         _expect(reads, getattr(value, name), reads.step(row, "member", name))
 
@@ -129,7 +132,7 @@ def _expect(reads, part, where):
 
 
 def copy_of(value, watched):
-    """What stands for an object of SciPy; `watched` takes what a run may change of it."""
+    """The stand-in of an object of SciPy; `watched` collects the arrays that a run may change."""
     if type(value).__name__ == "Rotation" and value.single:
         return Rotation(Array.of(value.as_quat()))
     if hasattr(value, "tocsr") and hasattr(value, "nnz"):
@@ -142,7 +145,7 @@ def copy_of(value, watched):
 
 
 class Sparse(Unwritten):
-    """A constant sparse matrix, and a factor: its products with vectors."""
+    """A constant sparse matrix times a factor; vectors can be multiplied by it."""
 
     def __init__(self, matrix, factor=1.0):
         vars(self).update(_matrix=matrix.tocsr(), _factor=factor, shape=matrix.shape)
@@ -157,7 +160,7 @@ class Sparse(Unwritten):
         return self._scaled(-1.0)
 
     def __array_ufunc__(self, ufunc, method, *args, **kwargs):
-        if ufunc is np.multiply and np.ndim(args[0]) == 0:  # a number of NumPy on the left
+        if ufunc is np.multiply and np.ndim(args[0]) == 0:  # a NumPy number on the left
             return self._scaled(args[0])
         return refuse(f"np.{ufunc.__name__} of a sparse matrix")
 

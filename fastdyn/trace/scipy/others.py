@@ -1,6 +1,6 @@
-"""Other objects of SciPy: factors of matrices, distributions, interpolators of several variables.
+"""Further objects of SciPy: matrix factors, distributions, interpolators of several variables.
 
-Their methods are called apart from compiled code.
+Compiled code calls the methods of these objects as islands.
 """
 
 import copy
@@ -23,19 +23,19 @@ NUMBERS = bool | int | float | complex | str | np.ndarray | np.generic | None
 
 
 def is_known(value):
-    """Whether the methods of an object can be called apart."""
+    """Whether the methods of an object can be islands."""
     module = type(value).__module__ or ""
     known = module.startswith(PACKAGES) or is_factor(type(value))
     return known and not isinstance(value, type | types.FunctionType)
 
 
 def is_factor(kind):
-    """Whether objects of a type are factors of a sparse matrix."""
+    """Whether a type is SciPy's type of sparse LU factors."""
     return kind.__name__ == "SuperLU"
 
 
 def content_of(value):
-    """The names of the attributes that may change: what holds numbers."""
+    """The names of an object's attributes that hold numbers, and so may change."""
     own = getattr(value, "__dict__", {})
     if _is_distribution(value):
         return ()
@@ -43,7 +43,7 @@ def content_of(value):
 
 
 def _is_distribution(value):
-    return hasattr(value, "rvs") and hasattr(value, "numargs")  # one that is not frozen
+    return hasattr(value, "rvs") and hasattr(value, "numargs")  # not a frozen one
 
 
 def _holds_numbers(part):
@@ -53,12 +53,12 @@ def _holds_numbers(part):
 
 
 def kept(part):
-    """What a part of an object is now, to be compared with later."""
+    """The current content of an object's part, for a later comparison."""
     return copy.copy(part) if type(part) is dict else part
 
 
 class Object:
-    """What stands for an object of SciPy."""
+    """The stand-in of an object of SciPy."""
 
     def __init__(self, original):
         self._original = original
@@ -79,7 +79,7 @@ class Object:
     def _called(self, name, args, kwargs):
         args, kwargs = complete(args), {k: complete(v) for k, v in kwargs.items()}
         if not hasattr(type(self._original), name):
-            getattr(self._original, name)  # which says that there is none
+            getattr(self._original, name)  # raises AttributeError
         method = getattr(self._original, name)
         if is_symbolic([*args, *kwargs.values()]):
             if name in OF_SPLINES:

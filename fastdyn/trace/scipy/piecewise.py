@@ -1,4 +1,4 @@
-"""Polynomials between knots, and numbers that hold between them."""
+"""Piecewise polynomials, step functions and polygons, for interpolators."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..symbols.real import Symbol
 
 
 class Polynomials:
-    """sum of c[k] (x - x_i)^(m - k) between knots, as SciPy's PPoly has it.
+    """The sum over k of c[k] (x - x_i)^(m - k) between knots, as in SciPy's PPoly.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ class Polynomials:
         Knots, increasing.
     c : ndarray, shape (m + 1, n)
     nan : bool
-        Whether what is no number gives none where the pieces are constant, too.
+        Whether NaN gives NaN even where the pieces are constant.
     """
 
     def __init__(self, x, c, nan=True):
@@ -41,9 +41,9 @@ class Polynomials:
 
 
 class Steps:
-    """``heights[searchsorted(bounds, x, side) + shift]``, or the nearest there is.
+    """``heights[searchsorted(bounds, x, side) + shift]``, with the index clipped to the range.
 
-    `nan` says whether what is no number gives none.
+    `nan` tells whether NaN gives NaN.
     """
 
     def __init__(self, bounds, heights, side, shift=0, nan=False):
@@ -61,7 +61,7 @@ class Steps:
 
 
 class Line:
-    """Straight lines between points, those at the ends for all outside, as interp1d has them."""
+    """Linear interpolation that extrapolates the first and the last piece, as in interp1d."""
 
     def __init__(self, x, y):
         self.x, self.y = np.ascontiguousarray(x, float), np.ascontiguousarray(y, float)

@@ -1,4 +1,4 @@
-"""`scipy.spatial.transform.Rotation` of what depends on the state: one rotation, a quaternion."""
+"""`scipy.spatial.transform.Rotation` for values that depend on the state: a single rotation."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from ..symbols.conditions import select
 from ..symbols.real import symbol
 from ..symbols.symbolic import graph_of, refuse
 
-SMALL = 1e-3  # rad, below which SciPy takes series
+SMALL = 1e-3  # rad; below, SciPy uses a series
 
 
 def _product(p, q):
@@ -34,7 +34,7 @@ def _of_no_length():
 
 
 class Rotation:
-    """Its quaternion, the scalar last."""
+    """A rotation as a quaternion with the scalar last."""
 
     def __init__(self, q):
         self._q = q
@@ -75,7 +75,7 @@ class Rotation:
             q["xyz".index(axis.lower())] = np.sin(half)
             if found is None:
                 found = q
-            else:  # about the axes of the body, or those that stay
+            else:  # body axes (capitals) or fixed axes
                 found = _product(found, q) if seq.isupper() else _product(q, found)
         return Rotation(Array.of(found))
 

@@ -18,9 +18,9 @@ def _comparison(sign) -> Any:
 
 
 class Arithmetic(Symbolic):
-    """A real number: a node of the graph, and whose rules its arithmetic follows.
+    """A real number: a node of the graph, and the rules (`kinds`) of its arithmetic.
 
-    The graph makes what is no real number: conditions, and pairs for complex numbers.
+    The graph makes Conditions from comparisons, and Pairs from sums with complex numbers.
     """
 
     __slots__ = ("g", "kind", "node")
@@ -42,7 +42,7 @@ class Arithmetic(Symbolic):
         return type(self)(self.g, node, kind)
 
     def lift(self, other) -> Self | None:
-        """`other` as a number of this graph, or None."""
+        """Convert `other` to a number of this graph; None if it is no real number."""
         if isinstance(other, Symbolic):
             return other.number()
         if isinstance(other, np.ndarray) and other.ndim == 0:
@@ -111,7 +111,7 @@ class Arithmetic(Symbolic):
         if whole and o.node.varies:
             g.leaves_to_python_if(g.compare(o.node, g.const(0.0), "lt"))
             kind = INT
-        if not o.node.varies and 2 * value == np.rint(2 * value):  # part of the code
+        if not o.node.varies and 2 * value == np.rint(2 * value):  # constant exponent
             g.assume(o.node)
             result = g.power(self.node, value)
         else:
@@ -182,7 +182,7 @@ class Arithmetic(Symbolic):
         return self.round("trunc").as_int()
 
     def as_numpy(self):
-        """The same under NumPy's rules: nothing raises."""
+        """The number under NumPy's rules, where nothing raises."""
         return self.made(self.node, NUMPY)
 
     def as_int(self):
@@ -198,7 +198,7 @@ class Arithmetic(Symbolic):
     # -- functions
 
     def call(self, name, *others, python=False):
-        """A function of this symbol by its name in C; `python` ones raise outside their domain."""
+        """Call a function by its name in C; if `python`, the function raises outside its domain."""
         if name == "sqrt":
             node = self.g.power(self.node, 0.5)
         else:

@@ -1,4 +1,4 @@
-"""Arrays that can hold symbols, and are indexed by them."""
+"""Arrays that can hold symbols, and that symbols can index."""
 
 import functools
 from typing import Any
@@ -13,15 +13,15 @@ from .masks import Masked
 from .real import Symbol
 from .symbolic import BATCHES, NOW, AnswersNumPy, Symbolic, in_batches, is_symbolic, refuse
 
-MAX_CHOICES = 64  # of symbols, by an index that is one
+MAX_CHOICES = 64  # most symbols among which a symbolic index chooses
 
 
 class Array(AnswersNumPy, np.ndarray):
-    """An array of objects, numbers and symbols, whose NumPy calls come to `numpy.calls`."""
+    """An array of objects, numbers and symbols; NumPy's calls on it go to `numpy.calls`."""
 
     @classmethod
     def of(cls, value):
-        """Any array, or nested list, as one."""
+        """Convert an array or a nested list to an Array; an Array stays."""
         value = complete(value)
         if isinstance(value, cls):
             return value
@@ -59,7 +59,7 @@ class Array(AnswersNumPy, np.ndarray):
         if not is_symbolic(key):
             return super().__setitem__(_plain_key(key), value)
         if isinstance(key, Symbol) and self.ndim == 1:
-            look_up(list(self), key)  # an index outside is an error
+            look_up(list(self), key)  # an index outside raises
             for i in range(len(self)):
                 here = (key == i) | (key == i - len(self))
                 super().__setitem__(i, select(here, value, super().__getitem__(i)))
@@ -118,7 +118,7 @@ class Array(AnswersNumPy, np.ndarray):
     conjugate: Any = conj
 
     def _real(self) -> Any:
-        """The array itself where it is real; what is written to a copy would be lost."""
+        """The array itself if it is real, so that writes reach it; else a read-only array."""
         if not any(map(is_complex, self.flat)):
             return self
         return _only_read(elementwise(lambda v: v.real, self))
@@ -137,7 +137,7 @@ def _only_read(part):
 
 
 def stored(result, out) -> Any:
-    """A result, where an array is given for it."""
+    """Store a result in `out`, if `out` is given, and return it."""
     if isinstance(out, tuple):
         (out,) = out
     if out is None:
@@ -153,7 +153,7 @@ def _nodes(mask):
 
 
 def _plain_key(key):
-    """A key without symbols, its arrays of objects as arrays of whole numbers or truth values."""
+    """A key without symbols, with arrays of objects as arrays of whole numbers or truth values."""
     if isinstance(key, tuple):
         return tuple(map(_plain_key, key))
     if isinstance(key, Array) and key.size:
@@ -162,7 +162,7 @@ def _plain_key(key):
 
 
 def elementwise(function, *values) -> Any:
-    """A function of numbers on arrays of them, as NumPy broadcasts."""
+    """Apply a function of numbers to the elements of broadcast arrays."""
     if in_batches(values):
         return BATCHES["elementwise"](NOW.table, function, values)
     arrays = [
@@ -177,7 +177,7 @@ def elementwise(function, *values) -> Any:
 
 
 def reduced(function, array, axis=None, keepdims=False) -> Any:
-    """A function of lists along axes."""
+    """Apply a function of a list of numbers along axes."""
     array = np.asarray(array, dtype=object).view(np.ndarray)
     axes = range(array.ndim) if axis is None else np.atleast_1d(axis)
     axes = [int(a) % array.ndim for a in axes]
@@ -195,7 +195,7 @@ def reduced(function, array, axis=None, keepdims=False) -> Any:
 
 
 def _at(array, key):
-    """``array[key]``: a table, or a choice."""
+    """``array[key]`` for a key with symbols: a table lookup, a choice, or a Masked."""
     if isinstance(key, np.ndarray) and any(isinstance(c, Condition) for c in key.flat):
         if key.shape != array.shape:
             refuse("a mask of the state of another shape than the array")
@@ -218,7 +218,7 @@ def _at(array, key):
 
 
 def look_up(rows, index):
-    """``rows[index]``; on a path of its own, an index outside is an IndexError."""
+    """``rows[index]``; an index outside the bounds raises IndexError on a path of its own."""
     index = index_of(index)
     if not isinstance(index, Symbol):
         return rows[index]

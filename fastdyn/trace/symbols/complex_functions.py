@@ -1,4 +1,4 @@
-"""Elementary functions of complex numbers, from those of real ones; principal values."""
+"""Elementary functions of complex numbers, made of real ones; principal values."""
 
 import cmath
 from typing import Any
@@ -24,7 +24,7 @@ def _log(z):
 
 
 def _sqrt(z):
-    """The root with real part u >= 0; no difference of nearly equal numbers."""
+    """The root with real part u >= 0, computed without cancellation."""
     u = np.sqrt((abs(z) + abs(z.real)) * 0.5)
     v = select(u == 0, 0.0, z.imag / (2.0 * u))
     right = z.real >= 0
@@ -52,7 +52,7 @@ def _cos(z):
 
 
 def power(base, exponent):
-    """base ** exponent, one or both complex: products where the exponent is a whole number."""
+    """base ** exponent for complex numbers; a small whole exponent gives products."""
     if not is_complex(exponent) and not is_symbolic(exponent) and exponent == int(exponent):
         if abs(exponent) <= 16:
             result = Pair(1.0, 0.0)
@@ -82,7 +82,7 @@ FUNCTIONS: dict[str, Any] = {  # by NumPy's names
 
 
 def of_complex(name):
-    """NumPy's function of that name, of one complex number."""
+    """NumPy's function `name` of one complex number."""
 
     def function(z, *others):
         if others or name not in FUNCTIONS:

@@ -12,6 +12,7 @@ NUMBER = bool | int | float | complex | np.bool_ | np.number
 
 
 def is_complex(value):
+    """Whether a value is a complex number, symbolic or not."""
     return isinstance(value, Pair | complex | np.complexfloating)
 
 
@@ -25,7 +26,7 @@ def parts(value) -> tuple[Any, Any]:
 
 
 def product(a, b) -> Any:
-    """a b, where an exact zero is no term."""
+    """a b; exactly 0 if a factor is an exact zero."""
     for factor in (a, b):
         if not is_symbolic(factor) and factor == 0:
             return 0.0
@@ -33,7 +34,7 @@ def product(a, b) -> Any:
 
 
 class Pair(Symbolic):
-    """real + i imag, of which one or both are symbols."""
+    """real + i imag, where at least one part is a symbol."""
 
     __slots__ = ("imag", "real")
 
@@ -42,7 +43,7 @@ class Pair(Symbolic):
 
     @property
     def g(self):
-        return graph_of(self.real, self.imag)  # None of a product with zero
+        return graph_of(self.real, self.imag)  # None for a product with zero
 
     def _parts(self, other) -> tuple[Any, Any] | None:
         return parts(other) if isinstance(other, NUMBER | Symbolic) else None

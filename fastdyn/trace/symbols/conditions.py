@@ -1,4 +1,4 @@
-"""Truth values that depend on symbols, and what they choose."""
+"""Truth values that depend on symbols, and selections by them."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from .symbolic import Symbolic, kind_of, refuse
 
 
 class Condition(Symbolic):
-    """A truth value of Python or NumPy; asked for it, the function goes on along one path."""
+    """A truth value of Python or NumPy; ``bool(condition)`` chooses a path."""
 
     __slots__ = ("g", "node", "python")
 
@@ -63,14 +63,14 @@ class Condition(Symbolic):
         return -1 - self.number() if self.python else self.negation()
 
     def negation(self):
-        """Not this."""
+        """The opposite truth value."""
         return self.g.condition(self.g.negation(self.node), self.python)
 
     def __neg__(self) -> Any:
-        return -self.number() if self.python else np.negative(np.True_)  # which raises
+        return -self.number() if self.python else np.negative(np.True_)  # raises, as NumPy does
 
     def choose(self, a, b):
-        """a where this is true, else b."""
+        """a if the condition is true, else b."""
         return select(self, a, b)
 
     def number(self):
@@ -80,7 +80,7 @@ class Condition(Symbolic):
         return self.as_type(dtype)
 
     def as_type(self, dtype):
-        """A number of this type."""
+        """The truth value as a number of a type."""
         kind = kind_of(dtype)
         if kind in "iuf":
             return self.number()
@@ -114,12 +114,12 @@ for _name in (
 
 
 def negated(value):
-    """Not a truth value, symbolic or not."""
+    """The negation of a truth value, symbolic or not."""
     return value.negation() if isinstance(value, Condition) else not value
 
 
 def select(condition, a, b):
-    """a where the condition holds, else b."""
+    """a if the condition holds, else b."""
     if isinstance(condition, Symbol):
         condition = condition != 0
     if not isinstance(condition, Condition):
@@ -136,7 +136,7 @@ def select(condition, a, b):
 
 
 def both(a, b):
-    """a and b, of truth values, numbers, conditions and symbols."""
+    """a and b, for truth values, numbers, Conditions and Symbols."""
     a, b = (v != 0 if isinstance(v, Symbol) else v for v in (a, b))
     if isinstance(a, Condition):
         return a & b
@@ -144,6 +144,7 @@ def both(a, b):
 
 
 def either(a, b):
+    """a or b, for truth values, numbers, Conditions and Symbols."""
     a, b = (v != 0 if isinstance(v, Symbol) else v for v in (a, b))
     if isinstance(a, Condition):
         return a | b
@@ -151,7 +152,7 @@ def either(a, b):
 
 
 def cast(value, dtype):
-    """A number, symbolic or not, as a whole number, a truth value or a float."""
+    """Convert a number, symbolic or not, to a whole number, a truth value or a float."""
     if isinstance(value, Symbol | Condition):
         return value.as_type(dtype)
     kind = kind_of(dtype)

@@ -1,16 +1,16 @@
-"""Division with a remainder, and rounding to decimals, as Python and NumPy do them."""
+"""Division with remainder, and rounding to decimals, with the bits of Python and NumPy."""
 
 import operator
 
 import numpy as np
 
-EXACT = 2.0**50  # below, x 10^k is off by less than a half
+EXACT = 2.0**50  # below, the rounding error of x 10^k is less than a half
 
 
 def floor_division(a, b):
-    """a // b and a % b of two numbers; what raises has been noted.
+    """The nodes of a // b and a % b; the caller has handled division by zero.
 
-    The quotient is that of C: exact where the rounded one is not, and of infinite numbers.
+    The quotient comes from C's fmod, which is exact where a rounded quotient is not.
     """
     g, zero = a.g, a.g.const(0.0)
     x, y = a.node, b.node
@@ -32,7 +32,7 @@ def floor_division(a, b):
 
 
 def to_decimals(a, digits, python=False):
-    """round(a, digits); where the decimals of a float of Python are a tie, Python decides."""
+    """round(a, digits); a tie between decimals of a Python float is left to Python."""
     digits = operator.index(digits)
     factor = 10.0 ** abs(digits)
     scaled = a * factor if digits > 0 else a / factor

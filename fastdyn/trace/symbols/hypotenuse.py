@@ -1,13 +1,13 @@
-"""The length of a vector, beyond which squares no longer tell."""
+"""The length of a vector; squares that overflow or vanish are left to Python."""
 
 from .complex_pair import total
 from .real import symbol
 
-LARGE, SMALL = 1e300, 1e-280  # sums of squares, between which squares lose nothing
+LARGE, SMALL = 1e300, 1e-280  # sums of squares in this range are accurate
 
 
 def hypotenuse(a, *others):
-    """The root of a sum of squares, whose squares neither overflow nor vanish."""
+    """The square root of a sum of squares, where the squares neither overflow nor underflow."""
     squares = total([v * v for v in (a, *others)])
     g, node = squares.g, squares.node
     g.stays_below(g.compare(node, g.const(LARGE), "gt"))

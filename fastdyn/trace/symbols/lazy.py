@@ -1,4 +1,4 @@
-"""Elements that become symbols as they are asked for."""
+"""Elements that become symbols on first use."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from .symbolic import Lazy, Symbolic, refuse
 
 
 class Unasked(Symbolic):
-    """An element that nobody asked for: where one is used, something was overlooked."""
+    """The placeholder of an element that no run has used; it refuses every use."""
 
     __slots__ = ("g",)
 
@@ -32,7 +32,7 @@ for _name in (
 
 
 def complete(value) -> Any:
-    """A value, and what is in it if it is a list or a tuple, with all elements."""
+    """Fill in all elements of a lazy value, also inside lists and tuples."""
     if isinstance(value, Lazy):
         return value.filled()
     if type(value) in (list, tuple) and any(isinstance(v, Lazy | list | tuple) for v in value):

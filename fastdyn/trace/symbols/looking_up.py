@@ -1,4 +1,4 @@
-"""An index that depends on t, y or parameters: bounds, and entries of tables."""
+"""Indices that depend on t, y or parameters: bounds checks, and entries of tables."""
 
 import itertools
 from typing import Any
@@ -11,7 +11,7 @@ from .real import Symbol
 
 
 def index_of(key) -> Any:
-    """A symbol as an index: a number where parameters decide."""
+    """A symbol as an index: a plain number if parameters alone determine the symbol."""
     if not isinstance(key, Symbol):
         return key
     if not key.node.varies:
@@ -22,7 +22,7 @@ def index_of(key) -> Any:
 
 
 def check_bounds(index, n):
-    """On paths of their own, an index outside is an IndexError."""
+    """Raise IndexError on paths of their own where an index is outside -n, ..., n - 1."""
     g = index.g
     below = g.compare(index.node, g.const(float(n)), "lt")
     above = g.compare(g.const(float(-n)), index.node, "le")
@@ -32,7 +32,7 @@ def check_bounds(index, n):
 
 
 def _is_below(index, n):
-    """Whether a decision before said that an index is less than n."""
+    """Whether an earlier decision implies that an index is less than n."""
     return _was_decided(index, lambda bound: bound <= n, lambda bound: bound <= n - 1, True)
 
 
@@ -41,7 +41,7 @@ def _is_above(index, n):
 
 
 def _was_decided(index, strictly, weakly, from_above):
-    """Whether a comparison of an index with a number, decided before, implies a bound."""
+    """Whether an earlier comparison of an index with a constant implies a bound."""
     g, node = index.g, index.node
     for key, truth in g.known.items():
         known = g.nodes[key]
@@ -51,7 +51,7 @@ def _was_decided(index, strictly, weakly, from_above):
         bound = known.args[1] if at_left else known.args[0]
         if bound.op != "const" or at_left != (truth == from_above):
             continue
-        # a < b is false: b <= a; a <= b is false: b < a
+        # not a < b means b <= a; not a <= b means b < a
         strict = (known.op == "lt") == truth
         if (strictly if strict else weakly)(bound.data):
             return True
@@ -59,7 +59,7 @@ def _was_decided(index, strictly, weakly, from_above):
 
 
 def entry(g, name, node, kind):
-    """An entry of a table, by the node of its index; a truth value where `kind` is bool."""
+    """The entry of a table at an index node; a truth value if `kind` is bool."""
     found = g.make("table", (node,), name)
     if kind is bool:
         return g.condition(g.negation(g.compare(found, g.const(0.0), "eq")))
@@ -67,12 +67,12 @@ def entry(g, name, node, kind):
 
 
 def table_of(g, content):
-    """The name of a table of constants; a long one lies beside the code."""
+    """The name of a table of constants; a long table is stored beside the code."""
     return namer(g, content)(range(len(content)))
 
 
 def namer(g, content):
-    """``name_of(range)``: the name of a table of these places of constants."""
+    """A function ``name_of(range)``: the name of a table of the constants at these places."""
     content = np.ascontiguousarray(content)
     if content.size <= LONG:
         numbers = content.astype(float)
@@ -81,12 +81,13 @@ def namer(g, content):
     slots, known, _ = g.kept.get(key) or (None, None, None)
     if slots is None or (content.flags.writeable and known != content.tobytes()):
         slots = held(g.reads, content)
-        # the array is kept, too, so that nothing else lies there
+        # the array is kept, so that its address stays unique
         g.kept[key] = slots, content.flags.writeable and content.tobytes(), content
     return lambda places: name_of_slots(g, part_of(slots, places))
 
 
 def part_of(slots, places):
+    """The slots of the elements at these places of an array, both as ranges."""
     first = slots[0]
     return range(first + places.start, first + places.stop, places.step)
 
@@ -99,20 +100,23 @@ def name_of_slots(g, slots):
 
 
 def chosen(at, key, name_of, kind) -> Any:
-    """The entries of a table at a key with symbols, in an array of objects, or the only one.
+    """The entries of a table at a key with symbols.
 
     Parameters
     ----------
     at : ndarray of int
         The places of the elements in the table, evenly spaced along each axis.
     key : tuple
-        Of plain keys and symbols, one of an axis.
+        Plain keys and symbols, one for each axis.
     name_of : callable
-        ``name_of(range)``: the name of a table of the elements at these places.
+        ``name_of(range)`` is the name of a table of the elements at these places.
     kind : int or type
-        Of the entries.
+        The kind of the entries.
 
-    None where this cannot be.
+    Returns
+    -------
+    Symbol, Condition, array of objects or None
+        None if the places are not in ascending order.
     """
     moving = [i for i, k in enumerate(key) if isinstance(k, Symbol)]
     g = key[moving[0]].g
@@ -125,7 +129,7 @@ def chosen(at, key, name_of, kind) -> Any:
     firsts = np.asarray(at[plain])
     if len(moving) == 1:
         index, step, count = key[moving[0]].node, steps[0], counts[0]
-    else:  # of several, one number that counts from the first place
+    else:  # several symbols become one index, counted from the first place
         index, step, count = _place(g, [key[i].node for i in moving], steps, counts), 1, 0
         count = 1 + sum(s * (n - 1) for s, n in zip(steps, counts, strict=True))
     result = np.empty(firsts.shape, dtype=object)
@@ -145,7 +149,7 @@ def _place(g, nodes, steps, counts):
 
 
 def spread(key, ndim):
-    """A key as a tuple with one part of each axis; None if it has parts of another sort."""
+    """A key as a tuple, one part for each axis; None if a part is no number, symbol or slice."""
     key = key if isinstance(key, tuple) else (key,)
     if any(k is None or isinstance(k, list | np.ndarray | bool) for k in key):
         return None
@@ -158,7 +162,7 @@ def spread(key, ndim):
 
 
 def all_symbols(key):
-    """Whether a key is an array, or a list, of whole numbers and symbols."""
+    """Whether a key is an array or a list of whole numbers and symbols."""
     if not isinstance(key, np.ndarray | list):
         return False
     return all(isinstance(k, Symbol | int) for k in np.asarray(key, object).flat)

@@ -4,7 +4,7 @@ from .symbolic import refuse
 
 
 class Masked:
-    """``a[mask]`` with a mask of conditions: good for ``out[mask] = f(a[mask])`` alone."""
+    """``a[mask]`` with a mask of Conditions; it is of use in ``out[mask] = f(a[mask])`` only."""
 
     def __init__(self, whole, mask):
         self.whole, self.mask = whole, mask

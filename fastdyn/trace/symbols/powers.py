@@ -1,4 +1,4 @@
-"""Powers of Python's numbers: where they raise, or are numbers of another kind."""
+"""Powers under Python's rules: where they raise, and where they are complex."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from ..graph.domains import overflows, too_large_a_power, zero_to_a_negative_pow
 
 
 def note_power(base, o, result, kind):
-    """Note where a power of Python's numbers raises, or is another kind of number."""
+    """Add the conditions under which a power raises, or is left to Python."""
     whole = kind == 0  # whole numbers of Python
     g, value, zero = base.g, o.node.value, base.g.const(0.0)
     negative = g.compare(base.node, zero, "lt")

@@ -1,4 +1,4 @@
-"""What a traced function computes with in place of real numbers."""
+"""The numbers of a traced function."""
 
 from typing import Any
 
@@ -10,19 +10,19 @@ from ..graph.operations import FUNCTIONS
 from .arithmetic import Arithmetic
 from .symbolic import graph_of, kind_of, refuse
 
-MAX_INDEX = 8  # values of a whole number that depends on t or y, where it must be a plain one
-NAMES = {  # NumPy's and Python's names of functions in C
+MAX_INDEX = 8  # a symbol as a plain index gets paths for the values 0, ..., 7 and -1
+NAMES = {  # name in NumPy or Python: name in C
     "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh",
     "arctanh": "atanh", "arctan2": "atan2", "gamma": "tgamma", "gammaln": "lgamma",
 }  # fmt: skip
 
 
 class Symbol(Arithmetic):
-    """A real number, as code asks for it: as a plain number, as an array of NumPy."""
+    """A real number that acts as a plain number, and as a NumPy array without axes."""
 
     __slots__ = ()
 
-    # -- as a plain number: only of what parameters determine, which then is part of the code
+    # -- as a plain number: only if parameters determine the value, which becomes a constant
 
     def _plain(self, *_):
         if self.node.varies:
@@ -38,7 +38,7 @@ class Symbol(Arithmetic):
             raise TypeError("'float' object cannot be interpreted as an integer")
         if not self.node.varies:
             return self._plain()
-        for value in (*range(MAX_INDEX), -1):  # a path for each
+        for value in (*range(MAX_INDEX), -1):  # one path for each value
             if self == value:
                 return value
         return self.g.abandon("a whole number that depends on t or y is needed as a plain one")
@@ -101,7 +101,7 @@ class Symbol(Arithmetic):
 
 
 class OfNumPy:
-    """An attribute that NumPy's numbers have, and Python's do not."""
+    """An attribute of NumPy's numbers that Python's numbers lack."""
 
     def __init__(self, function):
         self._function = function
@@ -139,7 +139,7 @@ for _name, _of in OF_NUMPY.items():
 
 
 def symbol(g, value):
-    """A value as a Symbol; refuses what is no real number."""
+    """Convert a value to a Symbol; refuse a value that is no real number."""
     found = Symbol(g, g.true).lift(value)
     if found is None:
         refuse(f"a {type(value).__name__} where a real number is needed")
@@ -147,7 +147,7 @@ def symbol(g, value):
 
 
 def by_name(name):
-    """``function(*numbers)`` of NumPy for symbols, by NumPy's or C's name, or None."""
+    """The function of symbols with a NumPy or C name; None if the graph has no such operation."""
     name = NAMES.get(name, name)
     if name != "sqrt" and name not in FUNCTIONS:
         return None

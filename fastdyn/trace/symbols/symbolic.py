@@ -1,4 +1,4 @@
-"""What all symbolic things share: NumPy hands its calls to them over, and they can be found."""
+"""The base of all symbolic objects: NumPy passes its calls to them, and code can detect them."""
 
 import threading
 from collections.abc import Callable
@@ -12,25 +12,25 @@ _handlers: dict[str, Callable] = {}
 
 
 def hand_over(ufunc, function):
-    """Say what answers NumPy: of `numpy.calls`, which knows everything that is symbolic.
+    """Register the functions that answer NumPy for symbols; `numpy.calls` does so on import.
 
     Parameters
     ----------
     ufunc : callable
         ``ufunc(ufunc, method, args, kwargs)``, as NumPy's `__array_ufunc__`.
     function : callable
-        ``function(function, args, kwargs)``, as its `__array_function__`.
+        ``function(function, args, kwargs)``, as NumPy's `__array_function__`.
     """
     _handlers.update(ufunc=ufunc, function=function)
 
 
 def refuse(why, **flags) -> NoReturn:
-    """Give the function up; the flags are those of a Refusal."""
+    """Refuse to trace the function; the flags are those of a Refusal."""
     raise Refusal(why, **flags)
 
 
 class AnswersNumPy:
-    """What gets NumPy's calls itself."""
+    """An object that receives NumPy's calls."""
 
     __slots__ = ()
 
@@ -50,7 +50,7 @@ class Symbolic(AnswersNumPy):
     __hash__: Any = object.__hash__
 
     def number(self) -> Any:
-        """The real number that it is, or None."""
+        """The value as a real number; None if it is none."""
         return None
 
     def item(self):
@@ -81,7 +81,7 @@ class Batched:
     g: Any
     table: Any
     truth: Any
-    ids: Any  # numbers of nodes
+    ids: Any  # node numbers
 
     def __array_ufunc__(self, ufunc, method, *args, **kwargs) -> Any:
         return BATCHES["ufunc"](ufunc, method, args, kwargs)
@@ -90,12 +90,12 @@ class Batched:
         return BATCHES["function"](function, args, kwargs)
 
 
-SHORT = 16  # elements of an array that are computed with one by one
-BATCHES: dict[str, Callable] = {}  # what answers NumPy for arrays in batches
+SHORT = 16  # arrays up to this length are traced element by element
+BATCHES: dict[str, Callable] = {}  # functions that answer NumPy for arrays in batches
 
 
 class _Now(threading.local):
-    """The table of batches of the trace that runs, if it has one."""
+    """The batch Table of the current trace, if it has one."""
 
     table: Any = None
 
@@ -104,7 +104,7 @@ NOW = _Now()
 
 
 def in_batches(values):
-    """Whether a call with these arguments is one of arrays in batches."""
+    """Whether a call with these arguments belongs to `trace.batches`."""
     if NOW.table is None:
         return False
     if any(isinstance(v, Batched | Lazy) for v in values):
@@ -121,7 +121,7 @@ def _is_long(value):
 
 
 class Unwritten:
-    """What stands for a thing of the user: what is written to it would be lost."""
+    """The base of stand-ins for outside objects: refuses writes, which would be lost."""
 
     def _written(self, *_) -> NoReturn:
         refuse("it changes an object", effect=True)
@@ -131,18 +131,18 @@ class Unwritten:
 
 
 class Lazy:
-    """A long array, list or tuple that holds its elements only where somebody asked for them."""
+    """A long array, list or tuple whose elements are made on first use."""
 
     __slots__ = ()
-    graph: Any = None  # of what it does not hold; None if it holds all
+    graph: Any = None  # the graph; None if all elements are made
 
     def filled(self) -> Any:
-        """The same with all of its elements."""
+        """The array, list or tuple with all elements made."""
         raise NotImplementedError
 
 
 def is_symbolic(value):
-    """Whether a value is, or contains, something symbolic."""
+    """Whether a value is symbolic, or contains a symbolic value."""
     if isinstance(value, Symbolic | Batched):
         return True
     if isinstance(value, Lazy) and value.graph is not None:
@@ -153,7 +153,7 @@ def is_symbolic(value):
 
 
 def graph_of(*values) -> Any:
-    """The graph of the first symbolic thing among values, or None."""
+    """The graph of the first symbolic value among `values`; None if there is none."""
     for value in values:
         if isinstance(value, Symbolic | Batched):
             if value.g is not None:
@@ -173,8 +173,8 @@ def graph_of(*values) -> Any:
 
 
 def kind_of(dtype):
-    """NumPy's letter for the kind of a type, of the stand-in of a type, too."""
+    """NumPy's kind letter of a dtype, or of a stand-in for a type."""
     dtype = np.dtype(getattr(dtype, "plain", dtype))
     if dtype.kind in "iuf" and dtype not in (np.int64, float):
-        refuse(f"a conversion to {dtype}")  # which rounds, or wraps around
+        refuse(f"a conversion to {dtype}")  # such a conversion rounds or wraps around
     return dtype.kind

@@ -1,4 +1,4 @@
-"""The vectors of rows: one for each node of a plan, or one for like nodes of a large plan."""
+"""The vectors of rows: one vector for each node of a plan, or for like nodes of a large plan."""
 
 import copy
 
@@ -7,7 +7,7 @@ from ..recurrences.listing import Gather, Rate, items, rebuilt
 from ..recurrences.operations import Integral, Sum
 from .looped import Part, looped
 
-MAX_PRODUCTS = 4  # in a sum
+MAX_PRODUCTS = 4  # products in a sum
 
 
 class Single:
@@ -37,12 +37,12 @@ class Single:
         ]
 
     def parts(self, places):
-        """The parts in the order of emission: steps, and rates."""
+        """(parts of steps, parts of rates), in the order of emission."""
         return [Part(self.steps)], [Part(self.rates)]
 
 
 def timed(plan):
-    """See `Single`."""
+    """The keys of functions whose argument is linear in time."""
     found = [step for step in plan.steps if isinstance(step, Integral) and len(step.parts) == 1]
     return {
         step.node.key
@@ -52,7 +52,7 @@ def timed(plan):
 
 
 def spread(plan):
-    """A plan in which each long sum of products is a sum of steps with one product each."""
+    """A copy of a plan that splits each long sum of products into steps of one product each."""
     found, made = copy.copy(plan), {}
     steps: list = []
     for step in plan.steps:
@@ -127,7 +127,7 @@ class Bundles:
         return bundle
 
     def _of(self, nodes):
-        """The vector of some nodes, gathered if necessary."""
+        """The vector with these nodes in its lanes, gathered from other vectors if necessary."""
         wanted = Bundle(nodes, self._lanes)
         self._uses_time |= any(node.op == "t" for node in nodes)
         if wanted.key not in self._known:
@@ -146,7 +146,7 @@ class Bundles:
     # -- steps
 
     def _bundled(self, group):
-        """One step on vectors from a group of like steps."""
+        """One step on vectors, made from a group of like steps."""
         node = self._known[Bundle([step.node for step in group], self._lanes).key]
         invariant = self._plan.rewrite.is_invariant
         lists = zip(*[items(step, invariant) for step in group], strict=True)
@@ -157,7 +157,7 @@ class Bundles:
         return rebuilt(group[0], node, given)
 
     def _rate(self, bundle, states):
-        """The derivatives of some states; the derivative in a lane may be constant."""
+        """The Rate of a vector of states; single lanes may have constant derivatives."""
         outputs, zero = [self._plan.outputs[i] for i in states], self._plan.graph.const(0.0)
         cores = [core for _, core in outputs if core is not None]
         if not cores:
@@ -170,5 +170,5 @@ class Bundles:
         return Rate(bundle, factor, core, constant)
 
     def parts(self, places):
-        """See `Single`."""
+        """See `Single.parts`."""
         return looped(self, places, self.steps, "part"), looped(self, places, self.rates, "rate")

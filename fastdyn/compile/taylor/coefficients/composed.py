@@ -16,7 +16,7 @@ WORDS = {"t": (0, "double"), "h": (1, "double"), "work": (2, "ptr"), "n": (4, "i
 
 
 class _Terms:
-    """The destination of the function's coefficients, in the place of `Kinks`."""
+    """Takes the coefficients of the function; it replaces `Kinks`."""
 
     def __init__(self, plan, text, x, invariant):
         self.plan, self.text, self.x, self.invariant = plan, text, x, invariant
@@ -38,7 +38,7 @@ class _Terms:
 
 
 class Composed(Online):
-    """The series of the only output of a plan, from the coefficients of the state in rows."""
+    """The series of a plan's only output, from the stored series of the state."""
 
     def _chains(self):
         self.used = sorted(a.data for a in self._leaves() if a.op == "y")

@@ -15,13 +15,16 @@ BLOCK = 4
 
 
 class Late(NamedTuple):
-    """The order k + i of a block that begins with k."""
+    """The order k + i of a block that begins with order k."""
 
     i: int
 
 
 class Convolution(NamedTuple):
-    """A sum; the weight w(j) is slope j - K, or j for a slope of 1, or 1 for a slope of None."""
+    """A sum over earlier orders.
+
+    The weight w(j) is slope j - K for a number `slope`, j for JUST_J, 1 for None.
+    """
 
     key: Any
     a: Any
@@ -126,7 +129,7 @@ class Convolutions:
     # -- of a block
 
     def block(self, steps):
-        """{key: [value for each order]}: the parts of the sums that are known before a block."""
+        """The parts of the sums that are known before a block, {key: [value for each order]}."""
         wanted, found = self.of(steps), {}
         for squares in (True, False):
             some = [c for c in wanted if c.of_square == squares]
@@ -140,8 +143,8 @@ class Convolutions:
         return found
 
     def late(self, c, i, total):
-        """The whole sum of the order k + i, from the part of `block`."""
-        for m in range(i):  # the latest last
+        """Complete the sum of the order k + i, from the part of `block`."""
+        for m in range(i):  # the last known product last
             total = self._product(c, i - m, Late(m), Late(i), total)
             if not c.of_square:
                 total = self._product(c, Late(m), i - m, Late(i), total)
@@ -211,7 +214,7 @@ class Convolutions:
                 text.store(text.fma(a, b, text.load(place)), place)
 
     def _factors(self, c, a, j):
-        """w(j) a[j] of each order."""
+        """w(j) a[j] for each of the four orders."""
         text = self.text
         if c.slope is None:
             return [a] * BLOCK

@@ -5,17 +5,17 @@ from .convolutions import Late
 from .places import n_kept
 from .values import Start
 
-SHUFFLED = 4  # source vectors, up to which lanes are gathered by shuffles
+SHUFFLED = 4  # up to so many source vectors, shuffles gather the lanes
 
 
 class Formulas:
-    """Emits the coefficients of the present order of `rows.Rows`."""
+    """Emits the coefficients of the current order of `rows.Rows`."""
 
     def __init__(self, rows):
         self.rows, self.text, self._start = rows, rows.text, _Start(rows, self)
 
     def zeroth(self, step):
-        """The value of order 0; values for the other orders are kept."""
+        """The value of order 0 of a step; keeps values for the other orders."""
         value = self._start.take(step)
         if n_kept(step) and not isinstance(step, Integral):
             self._keep(step, flat(self._start.kept[step.node.key]))
@@ -26,7 +26,10 @@ class Formulas:
         self._keep(step, self._start.slopes(step))
 
     def of(self, step, totals):
-        """The coefficient of a higher order; `totals` are the sums over earlier orders by key."""
+        """The coefficient of a step at a higher order.
+
+        `totals` are the sums over earlier orders, by key.
+        """
         return getattr(self, f"_{type(step).__name__.lower()}")(step, totals)
 
     def _keep(self, step, values):
@@ -61,7 +64,7 @@ class Formulas:
         return value
 
     def _with_lanes(self, value, node, lanes):
-        """A vector in which the lanes that come from a node are replaced."""
+        """A vector in which the lanes that come from `node` are replaced."""
         text, other = self.text, self.rows.of(node)
         shift = 0 if value is None else text.lanes
         places = [shift + lane if node is source else i for i, (source, lane) in enumerate(lanes)]
@@ -124,7 +127,7 @@ class Formulas:
 
 
 def flat(values):
-    """The numbers in a list of numbers and tuples of numbers, without None."""
+    """The numbers in a list of numbers and tuples, without None."""
     each = [v if isinstance(v, tuple) else (v,) for v in values]
     return [x for v in each for x in v if x is not None]
 

@@ -1,4 +1,4 @@
-"""Loops over like vectors, whose turns read the places of their operands from a table."""
+"""Loops over like vectors: each iteration reads the places of its operands from a table."""
 
 from collections import defaultdict
 from typing import Any, NamedTuple
@@ -10,11 +10,14 @@ from .convolutions import convolutions, n_partial
 from .places import n_kept
 
 MANY = 40  # sums of products of vectors, beyond which straight-line code compiles slowly
-FEWEST, FEWEST_OF_MANY = 32, 4  # vectors in a loop
+FEWEST, FEWEST_OF_MANY = 32, 4  # fewest vectors in a loop: with few sums, with MANY
 
 
 class Part(NamedTuple):
-    """Steps in sequence; with a table, in a loop whose turns read from the table, by `slots`."""
+    """Steps in sequence, or with a table in a loop.
+
+    `slots` are the keys whose places an iteration reads from its row of `table`.
+    """
 
     steps: list
     slots: Any = None
@@ -23,7 +26,7 @@ class Part(NamedTuple):
 
 
 class Slot:
-    """The operand of a turn of a loop, found by the table, in the place of a node."""
+    """An operand of a loop, with a place from the table; it replaces a node."""
 
     op, data = "slot", None
 
@@ -32,7 +35,7 @@ class Slot:
 
 
 def looped(plan, places, steps, name):
-    """Steps in Parts, in the order of their levels."""
+    """Group steps into Parts, in the order of their levels."""
     parts, level = [], plan.level
     n_sums = sum(len(convolutions(step, places.timed)) for step in plan.steps)
     fewest = FEWEST if n_sums <= MANY else FEWEST_OF_MANY
@@ -110,7 +113,7 @@ class _Loop:
         return new
 
     def _given(self, factors, nodes):
-        """The operand of a turn at one place of its formula."""
+        """The operand of a loop's formula: a slot, or a constant."""
         if not factors[0]:
             return self._node(nodes)
         if self.places.constant(nodes[0]) is not None:
@@ -119,7 +122,7 @@ class _Loop:
         return self._slot(column, "factor", True)
 
     def _lane(self, i):
-        """The places from which gathered vectors take lane i."""
+        """The slot from which gathered vectors take lane i."""
         sources = [step.lanes[i] for step in self.like]
         new = self._slot([self.places.at[node.key] + lane for node, lane in sources])
         if sources[0][0].key in self.places.history:
@@ -127,7 +130,7 @@ class _Loop:
         return new
 
     def _own(self, label, count, node):
-        """The place of each turn's own result."""
+        """Add the places of values of an iteration's own node to the table."""
         places = [self.places.room((label, step.node.key), count) for step in self.like]
         self.keys.append((label, node.key))
         self.columns.append(places)

@@ -6,7 +6,7 @@ from fastdyn.kernels.calls.block import FAILED
 from fastdyn.kernels.state.record import Y_OLD, K
 from fastdyn.kernels.state.series import HIGHEST
 
-ON_STACK = 2**13  # numbers
+ON_STACK = 2**13  # up to so many numbers, the workspace is on the stack
 ARRAYS = ("y", "low", "rtol", "atol", "weights", "new", "rest", "probe", "slope")
 
 
@@ -16,7 +16,7 @@ class Memory:
     Parameters
     ----------
     text : Text
-        For numbers.
+        A Text with one lane.
     plan : bundles.Bundles
     places : places.Places
     order, width : int
@@ -61,7 +61,7 @@ class Memory:
         }
 
     def read_factors(self):
-        """Store the invariants in their lanes."""
+        """Store each invariant in the lanes that need it."""
         text, plan = self._text, self._plan
         constants = {node.key: node for f in plan.factors for node in f.nodes if node.op == "const"}
         keys = [*plan.invariants, *constants]
@@ -83,7 +83,7 @@ class Memory:
 
     @contextlib.contextmanager
     def each_lane(self):
-        """A loop over the lanes of all states, (lane, number of the state)."""
+        """Loop over the lanes of all states; yields (lane, number of the state)."""
         text = self._text
         numbers = [node.data for bundle in self._plan.states for node in bundle.nodes]
         table = text.indices("states", numbers)
@@ -91,14 +91,14 @@ class Memory:
             yield lane, text.index(table, lane)
 
     def _lanes_of_states(self):
-        """The table of the lanes of the states."""
+        """The table of each state's lane."""
         number = {bundle.key: i for i, bundle in enumerate(self._plan.states)}
         lanes = [number[b.key] * self._width + lane for b, lane in self._plan.places_of_states]
         return self._text.indices("lanes", lanes)
 
     @contextlib.contextmanager
     def each_vector(self):
-        """A loop over the vectors of states: the row of order 0, and the place in the arrays."""
+        """Loop over the vectors of states; yields (address of order 0, addresses in the ARRAYS)."""
         text = self._text
         table = text.indices("vectors", [self._places.at[b.key] for b in self._plan.states])
         with text.each(self._units) as i:

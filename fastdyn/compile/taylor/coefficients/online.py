@@ -1,14 +1,14 @@
 """The coefficients of orders 1 to p for one trajectory, with vectors over the orders.
 
-As soon as a[k] and b[k] are known, their products with all earlier coefficients are added to the
-sums of the later orders, several at once::
+When a[k] and b[k] become known, their products with all earlier coefficients are added to the sums
+of the later orders, several orders at once::
 
     lane i of a sum holds the part of c[k+i] that is known after order k
     c[k] = lane 1 of the sum, shifted, + a[k] b[0] + a[0] b[k]       numbers, a short chain
-    sum  = shift(sum, 1) + splat(a[k]) B + splat(b[k]) A             vectors, at the same time
+    sum  = shift(sum, 1) + splat(a[k]) B + splat(b[k]) A             vectors, in parallel
 
-with B = (b[1], ..., b[k]) and A alike.  No sum runs across a vector, and no load follows a store of
-the same value.  Lanes exist up to p / 2 only, since i <= k and k + i <= p.
+with A = (a[1], ..., a[k]) and B = (b[1], ..., b[k]).  No vector is reduced to its sum, and no load
+follows a store of its value.  Lanes exist up to p / 2 only, because i <= k and k + i <= p.
 
 The loop over k stays a loop, in phases by the number of registers that the lanes take.
 """
@@ -43,7 +43,7 @@ class Online:
         The address of the coefficients; order k has `row` numbers from k row on.  Order 0 is
         already stored.
     scale : str
-        The unit of time s: coefficients are those of t / s.
+        The unit of time s: the series are in powers of t / s.
     kinks : Kinks
     """
 
@@ -59,7 +59,7 @@ class Online:
         self.updates = Updates(self)
 
     def _chains(self):
-        """{i: j} with y_i' = y_j and another y_j': the next order of y_i is known earlier."""
+        """{i: j} with y_i' = y_j and y_j' no state: the next order of y_i is known earlier."""
         one, rates = self.plan.one, self.plan.outputs
         return {
             i: core.data
@@ -94,7 +94,7 @@ class Online:
         Loops(self).emit()
 
     def order(self, k, here, grows):
-        """An `Order` of this series."""
+        """The `Order` k of this series."""
         tables = [
             self.text.table(name, [of(k) for k in range(self.last + self.width + 3)])
             for name, of in (("numbers", float), ("inverses", lambda k: 1.0 / max(k, 1)))
@@ -126,7 +126,7 @@ class Online:
         return self.text.mul(self.scale, value)
 
     def _rate(self, i, values, order):
-        """The coefficient of y_i after the order of `values`."""
+        """The coefficient of y_i that follows from `values`, the coefficients of one order less."""
         f, core = self.plan.outputs[i]
         if core is None:
             return self._scaled(self.invariant(f)) if order is None else None
@@ -134,7 +134,7 @@ class Online:
         return self._scaled(value if order is None else self._divided(value, order, 1))
 
     def _divided(self, value, order, ahead):
-        """value / (k + 1), or / (k + 1)(k + 2)."""
+        """value / (k + 1) for ahead = 1, value / ((k + 1)(k + 2)) for ahead = 2."""
         factor = order.next if ahead == 1 else order.after
         return self.text.div(value, factor) if order.exact else self.text.mul(factor, value)
 
@@ -214,11 +214,11 @@ class Online:
         return text.mul(self.previous[g.key], factor)
 
     def _shallow_first(self, parts):
-        """The parts in the order in which they become known."""
+        """The parts in the order in which their operands become known."""
         return sorted(parts, key=lambda part: self.plan.level.get(part[1].key, 0))
 
     def _next(self, v, order):
-        """The next coefficients of the states."""
+        """The next coefficients of the states, by index."""
         found = {
             i: self.ahead[i] if i in self.chains else self._rate(i, v, order) for i in range(self.n)
         }

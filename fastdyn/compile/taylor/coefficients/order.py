@@ -6,10 +6,10 @@ from ..text.instructions import ONE
 class Order:
     """One order: its number as an LLVM value, its reciprocals, the registers of its sums.
 
-    `first` is true for order 1, `grows` if the coefficients take a new lane.  `next` and `after`
-    are 1 / (k + 1) and 1 / (k + 1)(k + 2), or, for an `exact` order, the divisors: the rounding
-    error of a reciprocal has one sign in all steps and adds up, which is visible in low orders if
-    the truncation error is below rounding.
+    `first` is true for order 1.  `grows` is true if the coefficients of the order take a new lane.
+    `next` and `after` are 1 / (k + 1) and 1 / ((k + 1)(k + 2)), or the divisors if the order is
+    `exact`.  In low orders, the rounding error of a reciprocal has one sign in all steps and adds
+    up; the sum is visible if the truncation error is below rounding.
     """
 
     def __init__(self, text, k, here, grows, width, tables, finest):

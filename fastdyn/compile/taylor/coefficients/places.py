@@ -5,11 +5,11 @@ from ..recurrences.operations import Integral, Power, Quotient, Root, Sum
 from ..text.instructions import hexadecimal
 from .convolutions import convolutions
 
-KEPT = {Quotient: 3, Power: 2, Root: 2}  # numbers that order 0 keeps for the other orders
+KEPT = {Quotient: 3, Power: 2, Root: 2}  # values that order 0 keeps for the other orders
 
 
 def n_kept(step):
-    """The number of vectors that a step keeps from order 0 on."""
+    """The number of vectors that a step keeps from order 0."""
     if isinstance(step, Sum):
         return sum(1 if a is b else 2 for _, a, b in step.products)
     return len(step.parts) if isinstance(step, Integral) else KEPT.get(type(step), 0)
@@ -23,7 +23,7 @@ class Places:
     plan : Bundles or Single
     order, lanes : int
     together : int
-        The most sums in one loop, by the number of registers.
+        The most sums in one loop, limited by the number of registers.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Places:
         Places of order 0: of nodes, by key; of invariants, by ("factor", key); of values that steps
         keep, by ("kept", key).
     history : set
-        The keys of nodes of which all orders are stored; of other nodes only the present order is.
+        The keys of nodes whose orders are all stored; other nodes store the current order only.
     size : int
     """
 
@@ -49,7 +49,7 @@ class Places:
             self.room(node.key, order + 1 if node.key in self.history else 1)
 
     def room(self, key, vectors):
-        """Reserve a place for a new key."""
+        """Reserve memory for a key, unless it has a place; return the place."""
         if key not in self.at:
             self.at[key] = self.size
             self.size += vectors * self._lanes
@@ -68,12 +68,12 @@ class Places:
         return _together(found, plan)
 
     def constant(self, f):
-        """The value of a constant node, or None."""
+        """The value of a constant node; None for other nodes."""
         return hexadecimal(f.data) if f.op == "const" else None
 
 
 def _together(found, plan):
-    """Keys, with the keys of all vectors that take part in the same gathers."""
+    """Extend a set of keys by the keys of vectors that are gathered together with them."""
     gathers = [{node.key for node, _ in s.lanes} for s in plan.steps if isinstance(s, Gather)]
     before = 0
     while len(found) > before:

@@ -1,8 +1,8 @@
 """The coefficients of orders 1 to p in rows in memory: a vector for each node, sums by loops.
 
 The lanes of a vector are trajectories, or like nodes of one trajectory: see `bundles.py`.  Each
-node has a place in the workspace; its coefficient of order k lies k vectors behind.  Order 1 comes
-first, the other orders in blocks of four: see `convolutions.py`.
+node has a place in the workspace; its coefficient of order k lies k vectors behind the place.
+Order 1 comes first, the other orders in blocks of four: see `convolutions.py`.
 """
 
 from fractions import Fraction
@@ -35,7 +35,7 @@ class Rows:
         self.last, self.base, self.names, self.in_loop = order - 1, {}, 0, False
         self.convolutions, self.formulas = Convolutions(self), Formulas(self)
 
-    # -- where things are
+    # -- addresses and values
 
     def pointer(self, key):
         """The address of order 0 of a node, of a factor, or of a value that a step keeps."""
@@ -52,9 +52,9 @@ class Rows:
         return self.text.at(at, order * self.text.lanes)
 
     def row(self, node, order):
-        """The coefficient of an order, a number or Late.
+        """The coefficient of an order, which is a number or Late.
 
-        Coefficients of other orders are loaded at each use, as an operand of the instruction.
+        Coefficients of earlier orders are loaded at each use, as operands of instructions.
         """
         if order != self.order:
             return self.text.load(self.address(node, order))
@@ -73,11 +73,11 @@ class Rows:
         return self.text.load(self.pointer(("factor", f.key))) if known is None else known
 
     def of(self, node):
-        """The coefficient of the present order."""
+        """The coefficient of the current order."""
         return self.row(node, self.order)
 
     def put(self, node, value):
-        """Store the coefficient of the present order."""
+        """Store the coefficient of the current order."""
         self.v[node.key, self.order] = value = self.text.given(value or ZERO)
         self.text.store(value, self.address(node, self.order))
 
@@ -138,7 +138,7 @@ class Rows:
             self.each(part, emit)
 
     def each(self, part, emit):
-        """Call ``emit(steps)`` for the steps of a part, or within the loop over its turns."""
+        """Call ``emit(steps)`` for the steps of a part, within a loop if the part has a table."""
         if part.table is None:
             emit(part.steps)
             return
@@ -225,7 +225,7 @@ class Rows:
         self.put(step.node, self.formulas.of(step, totals))
 
     def _rates(self, following):
-        """The coefficients of the next order of the states."""
+        """Store the coefficients of the states' next order."""
         for part in self.rates:
             self.each(part, lambda steps: self._next(steps, following))
 

@@ -39,7 +39,7 @@ class Updates:
                     yield from (("sum", key), ("j c", a.key), ("c", g.key))
 
     def known(self):
-        """By key, the sums for the present order."""
+        """The sums for the current order, by key."""
         kind, found = f"<{self.width} x double>", {}
         for (what, key), registers in self.state.items():
             if what == "sum" and registers[0] is not None:
@@ -47,7 +47,7 @@ class Updates:
         return found
 
     def add(self, v, order):
-        """Add the products of the coefficients v of an order to the sums."""
+        """Add the products of an order's coefficients v to the sums."""
         self.v, self.order, self._splats, self._weights = v, order, {}, {}
         before = {name: registers for name, registers in self.state.items() if name[0] != "sum"}
         after = {name: self._inserted(name, registers) for name, registers in before.items()}
@@ -116,7 +116,7 @@ class Updates:
         return found
 
     def _inserted(self, name, registers):
-        """The coefficients, with those of this order if the order has a lane."""
+        """The coefficients, together with this order's coefficient if the order has a lane."""
         what, key = name
         if not self.order.grows or self.v.get(key) is None:
             return registers
@@ -163,7 +163,7 @@ class Updates:
         ]
 
     def _weigh(self, registers, weights):
-        """Registers times weights, divided if a divisor is given."""
+        """Registers times weights, divided by the divisor if there is one."""
         kind, found = f"<{self.width} x double>", []
         for x, (weight, divisor) in zip(registers, weights, strict=False):
             if x is not None:

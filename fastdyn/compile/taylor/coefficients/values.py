@@ -3,8 +3,8 @@
 from ..recurrences.operations import Integral
 from ..text.instructions import ONE, ZERO, hexadecimal
 
-MAX_ROOT = 6.0  # exponent, up to which a power in halves is products and a square root
-TINY = 1e-300  # size of a zero argument of atan2, with the sign that follows
+MAX_ROOT = 6.0  # up to this exponent, a half-integer power is products and a square root
+TINY = 1e-300  # replaces a zero argument of atan2, with the sign just behind the start
 SIGNS = {"lt": "olt", "le": "ole", "eq": "oeq"}
 
 
@@ -18,9 +18,9 @@ class Start:
     invariant : callable
         ``invariant(node)`` returns the value of an invariant.
     known : dict
-        Values by the keys of nodes: those of the state and of the time; the others are added.
+        Values by the keys of nodes: given are state and time; the other values are added.
     sides : dict
-        By the key of a watched node that is zero, its sign behind the start of the step.
+        By the key of a watched node that is zero, its sign just behind the start of the step.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class Start:
         return self.text.new(f"select i1 {truth}, double {a}, double {b}")
 
     def truth(self, node):
-        """A condition at the start of the step."""
+        """The truth of a condition at the start of the step."""
         if node.key not in self._truth:
             self._truth[node.key] = self._decided(node)
         return self._truth[node.key]
@@ -144,7 +144,7 @@ class Start:
         return t.new(f"{node.op} i1 {args[0]}, {args[1]}")
 
     def difference(self, f, core):
-        """The difference of a comparison's sides; if zero, the sign that follows."""
+        """The difference of a comparison's sides; if zero, the sign just behind the start."""
         t, f = self.text, self.invariant(f)
         value, after = t.mul(f, self.of(core)), t.mul(f, self.sides[core.key])
         return t.select(t.compare("oeq", value, ZERO), after, value)

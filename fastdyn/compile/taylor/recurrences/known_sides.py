@@ -2,7 +2,7 @@
 
 
 def known_side(rewrite, x):
-    """The condition and the sides of a choice with an invariant side; None for other nodes.
+    """(condition, side, side) of a choice with an invariant side; None for other nodes.
 
     The choice may be scaled and shifted by invariants.
     """

@@ -1,8 +1,8 @@
-"""Groups of recurrences with one formula, and their order in vectors.
+"""Groups of recurrences with equal formulas, and their order in vectors.
 
-Two steps are alike if they have one formula and one level.  Steps that are used at the same place
-of like formulas, for example the first coordinates of all distances, form a group in the order of
-these formulas, so that whole vectors are combined with whole vectors.
+Two steps are alike if they have equal formulas and levels.  The operands at one place of like
+formulas, for example the first coordinates of all distances, form a group in the order of these
+formulas: then whole vectors are combined with whole vectors.
 """
 
 from collections import defaultdict
@@ -10,12 +10,12 @@ from collections import defaultdict
 from .listing import items, shape
 from .operations import Integral, Sum
 
-ROUNDS = 3  # of refining the groups by operands and by uses
+ROUNDS = 3  # rounds of refining the groups by operands and by uses
 WASTE = 1.5  # factor by which finer groups may increase the number of vectors
 
 
 class Likeness:
-    """The colours of the steps of a plan: equal where steps are alike."""
+    """The colours of a plan's steps: like steps have equal colours."""
 
     def __init__(self, plan):
         self.plan = plan
@@ -34,7 +34,7 @@ class Likeness:
         return isinstance(step, Integral) and tuple([degree.get(a.key) for _, a, _ in step.parts])
 
     def _strong(self, step):
-        """Operands except the terms of sums, each with its place."""
+        """The operands of a step except the terms of sums."""
         if isinstance(step, Sum):
             return [x for _, a, b in step.products for x in (a, b)]
         invariant = self.plan.rewrite.is_invariant
@@ -52,7 +52,7 @@ class Likeness:
         self.colour = _numbered(labels)
 
     def positions(self, order):
-        """The position of each step within its colour, for a given order of the states."""
+        """The position of each step within its colour, given the order of the states."""
         found = {}
         for place, i in enumerate(order):
             core = self.plan.outputs[i][1]
@@ -65,7 +65,7 @@ class Likeness:
         return found
 
     def states(self, lanes):
-        """The indices of the states in vectors: states with like derivatives are together."""
+        """The indices of the states of each vector: states with like derivatives are together."""
         groups = defaultdict(list)
         for i, (_, core) in enumerate(self.plan.outputs):
             if core is None:
@@ -78,7 +78,7 @@ class Likeness:
 
 
 def alike(plan, lanes):
-    """The states of each vector, numbers, and its steps, both in lists of at most `lanes`."""
+    """(states, steps): the vectors as lists of state numbers, and as lists of like steps."""
     like = Likeness(plan)
     states = like.states(lanes)
     place = like.positions([i for chunk in states for i in chunk])
@@ -95,7 +95,7 @@ def alike(plan, lanes):
 
 
 def chunks(groups, lanes):
-    """Groups cut into vectors, each group by itself unless that takes too many vectors."""
+    """Cut groups into vectors, each group by itself unless that gives too many vectors."""
     whole = [x for group in groups for x in group]
     apart = [group[i : i + lanes] for group in groups for i in range(0, len(group), lanes)]
     if len(apart) <= WASTE * -(-len(whole) // lanes):

@@ -6,7 +6,7 @@ from .operations import Integral, Power, Quotient, Root, Sum
 
 
 class Gather(NamedTuple):
-    """A vector whose lanes are lanes (node, lane) of other vectors."""
+    """A vector whose lanes are copied from (node, lane) of other vectors."""
 
     node: Any
     lanes: list
@@ -22,7 +22,7 @@ class Rate(NamedTuple):
 
 
 def items(step, invariant=lambda node: False):
-    """The operands of a step, [(is a factor, node)]."""
+    """The operands of a step as (whether the operand is a factor, node)."""
     if isinstance(step, Sum):
         found = [] if step.constant is None else [(True, step.constant)]
         found += [each for f, a in step.terms for each in ((True, f), (False, a))]
@@ -46,7 +46,7 @@ def items(step, invariant=lambda node: False):
 
 
 def rebuilt(step, node, given):
-    """A step with the formula of another step, from its own node and a list of operands."""
+    """A step with the formula of another step, for a new node and new operands."""
     left = iter(given)
     if isinstance(step, Sum):
         constant = None if step.constant is None else next(left)
@@ -87,9 +87,10 @@ def shape(step, invariant=lambda node: False):
 
 
 def must_not_vanish(step):
-    """The node of a root or power that must not touch zero on a step: see `Plan.rooted`.
+    """The node of a root or power that must not touch zero during a step: see `Plan.rooted`.
 
-    Of a root, the root itself, which changes more slowly than its argument; of a pole the argument.
+    For a root, the node is the root itself, which changes more slowly than its argument; for a
+    pole, the argument.
     """
     if isinstance(step, Root):
         return step.node

@@ -36,7 +36,7 @@ class Quotient(NamedTuple):
 
 
 class Power(NamedTuple):
-    """See above."""
+    """c = f a^e"""
 
     node: Any
     factor: Any
@@ -45,7 +45,7 @@ class Power(NamedTuple):
 
 
 class Root(NamedTuple):
-    """See above."""
+    """c = sqrt(a)"""
 
     node: Any
     a: Any
@@ -61,7 +61,7 @@ class Integral(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """See above."""
+    """c = a if the condition holds, else b"""
 
     node: Any
     condition: Any
@@ -78,7 +78,7 @@ def leaves(step):
 
 
 def operands(step):
-    """The varying nodes of which a step needs the coefficient of its own order."""
+    """The varying operands of a step whose coefficients of order k give the step's c[k]."""
     if isinstance(step, Sum):
         return [a for _, a in step.terms] + [x for _, a, b in step.products for x in (a, b)]
     if isinstance(step, Quotient):

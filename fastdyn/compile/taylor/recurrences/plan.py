@@ -82,9 +82,9 @@ class Plan:
     # -- nodes
 
     def _operands(self, core):
-        """The nodes of which a recurrence needs the coefficient of its own order."""
+        """The nodes whose coefficients of order k the recurrence for order k needs."""
         inner = self.scaled(core)[1]
-        if inner is not core:  # a multiple that is used by itself
+        if inner is not core:  # a multiple with a use of its own
             return [inner]
         if core.op == "select":
             args = [*core.args[1:], *[self.switch[c.key][1] for c in self._compared(core.args[0])]]
@@ -96,7 +96,7 @@ class Plan:
         return [a for _, a in map(self.scaled, core.args) if a is not None]
 
     def _slopes(self, core):
-        """(f, argument, g) of a function; g is None for an invariant slope."""
+        """(f, argument, g) for each argument of a function; g is None for an invariant slope."""
         known = self._known.get(("slopes", core.key))
         if known is None:
             found = [(a, *self.scaled(g)) for a, g in self.rewrite.slopes(core)]
@@ -105,7 +105,7 @@ class Plan:
         return known
 
     def _compared(self, condition):
-        """The comparisons in a condition; each gets its switch."""
+        """The comparisons in a condition; each gets an entry in `switch`."""
         g, found, todo = self.graph, [], [condition]
         while todo:
             node = todo.pop()
@@ -120,9 +120,9 @@ class Plan:
         return found
 
     def _cores(self, roots):
-        """All cores, each after its operands of the same order; and their uses."""
+        """All cores in topological order; counts their uses."""
         order, seen, roots = [], set(), list(roots)
-        for root in roots:  # a list that grows
+        for root in roots:  # the list grows
             todo = [] if root is None else [(root, False)]
             self.uses.update(core.key for core, _ in todo)
             while todo:

@@ -25,11 +25,11 @@ class NotSmooth(ValueError):
 
 
 class Rewriter:
-    """Nodes of a graph -> nodes of the same graph that have recurrences.
+    """Rewrites nodes of a graph as nodes that have recurrences.
 
-    The result has the operation "power" (data: the exponent), and of the others "const", "par",
+    The result has the operation "power" (`data`: the exponent) and the operations "const", "par",
     "t", "y", "add", "sub", "neg", "mul", "div", "sqrt", "select", conditions, and "call" of
-    functions with `slopes`.  Invariants, which depend on neither state nor time, stay as they are.
+    functions with `slopes`.  Invariants, which depend on neither state nor time, are not changed.
     """
 
     def __init__(self, graph):
@@ -82,7 +82,7 @@ class Rewriter:
         return g.select(g.compare(x, g.const(0.0), "lt"), g.neg(x), x)
 
     def _comparison(self, op, left, right):
-        """A comparison of finite numbers; a comparison of |x| with a constant becomes two of x.
+        """A comparison of finite numbers; two comparisons if |x| is compared with a constant.
 
         `left` and `right` are (original node, rewritten node).
         """
@@ -199,7 +199,7 @@ def _gauss(factor):
     return slope
 
 
-SLOPES = {  # of f(a), by the node `a`, the node `c` of f(a), and 1
+SLOPES = {  # derivative of f(a), from the nodes of a, of c = f(a) and of 1
     "exp": lambda g, a, c, one: c,
     "expm1": lambda g, a, c, one: g.add(c, one),
     "log": lambda g, a, c, one: g.div(one, a),

@@ -2,7 +2,7 @@
 
 
 class Scaled:
-    """The factor and the core of each rewritten node."""
+    """Splits rewritten nodes into a factor and a core."""
 
     def __init__(self, rewrite):
         self.rewrite, self.one, self._known = rewrite, rewrite.graph.const(1.0), {}

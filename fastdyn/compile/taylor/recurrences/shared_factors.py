@@ -1,4 +1,4 @@
-"""Powers that take in a factor: the factor multiplies the power in every product."""
+"""Moves a factor into a power, if the factor multiplies the power wherever the power is used."""
 
 from .operations import Power, Quotient, Sum
 

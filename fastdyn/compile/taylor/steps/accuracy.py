@@ -9,13 +9,13 @@ import numpy as np
 #     1e-4   1.5   1.2   1.1   1.2   1.2   1.4   1.5
 #     1e-8   2.7   1.4   1.1   1.1   1.1   1.2   1.3
 #     1e-12  5.0   2.0   1.4   1.1   1.0   1.1   1.1
-ORDERS = ((1e-5, 13), (1e-8, 17), (0.0, 25))  # above these tolerances
-# The largest last terms, in units of the tolerance, with which the errors are those of DOP853 at
+ORDERS = ((1e-5, 13), (1e-8, 17), (0.0, 25))  # (tolerance, order for tolerances above)
+# The largest last terms, in units of the tolerance, with which the errors equal DOP853's errors at
 # equal tolerances, in the geometric mean.
 ALLOWANCE = {13: 2.0, 17: 6.0, 25: 6.0}
 # Near rounding, the truncation error, which has one sign in all steps, is kept below rounding.
 ROUND_OFF, BELOW = 1e-15, 1.0 / 64.0
-# Near rounding, each step is shortened by a share of its own, up to this one.  Otherwise the steps
+# Near rounding, each step is shortened by another share, at most DITHER.  Otherwise the steps
 # lock in with a periodic orbit (67 phases of Kepler's orbit at e = 0.4), and equal rounding errors
 # return with each period and add up.
 DITHER, GOLDEN = 1.0 / 32.0, (math.sqrt(5.0) - 1.0) / 2.0

@@ -1,11 +1,11 @@
-"""The first change of sign of a polynomial, as functions that a step calls."""
+"""LLVM functions that find the first change of sign of a polynomial; a step calls them."""
 
 from ..text.instructions import MINUS, ONE, ZERO, Text, hexadecimal
 
 ROUNDS = 100  # of the search, after which the step ends before the change
-BEYOND = 2.0**-50  # how far behind a change a step ends, in units of its length and of the time
-TAIL = 2.0**50  # units of VANISHING, for the last terms as the error of the series
-VANISHING = 2.0**-48  # share of its size at which the argument of a root is taken for zero
+BEYOND = 2.0**-50  # distance from a change to the step's end, as a share of step and time
+TAIL = 2.0**50  # weight of the last two terms in the size of which VANISHING is a share
+VANISHING = 2.0**-48  # at this share of its size, the argument of a root counts as zero
 CHAINS, FIRST_TERMS = 4, 3
 LEAST_BOUND = 1e-300  # of a second derivative
 FIRST_SIGN, FIRST_CHANGE = "fastdyn_first_sign", "fastdyn_first_change"
@@ -69,7 +69,7 @@ class FirstChange(_Function):
 
     From a point where the value is q and the slope p (with signs such that q > 0), the polynomial
     stays positive for lengths s with q + p s - m s^2 / 2 > 0, m a bound of its second derivative.
-    Such lengths approach a simple zero quadratically, and a double one by a constant factor.
+    Steps of such lengths approach a simple zero quadratically, a double zero linearly.
     """
 
     def body(self, order):
@@ -98,7 +98,7 @@ class FirstChange(_Function):
         return self.function(f"internal double @{FIRST_CHANGE}{head}")
 
     def _rest(self, x, order):
-        """A bound of all terms but three, in CHAINS sums that do not wait for each other."""
+        """A bound of the sum of all terms but three, in CHAINS independent sums."""
         powers = [None, x]
         while len(powers) < CHAINS + FIRST_TERMS:
             powers.append(self.mul(powers[-1], x))

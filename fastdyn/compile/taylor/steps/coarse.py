@@ -14,7 +14,7 @@ SHARE = 2.0**-36  # of the time behind or ahead: a shorter step of the series is
 MOST = 2.0**-10  # of the time behind or ahead: the longest tangent step, which detects no kinks
 GAIN = 4.0  # least ratio of the tangent step to the step of the series
 INFINITE = hexadecimal(float("inf"))
-FINER = 4.0  # ratio of the tolerance to the error of the slope
+FINER = 4.0  # ratio of the tolerance to the allowed error of the slope
 
 
 def begin(driver):
@@ -83,7 +83,7 @@ def emit(driver, step, t):
 
 
 def taken(driver, pace):
-    """The Pace of the chosen step, its unit of time, and whether the step was cut."""
+    """The Pace of the chosen step, its unit of time, and whether a change of sign cut the step."""
     text, var = driver.text, driver.var
     signed, later, length = (text.load(var[name]) for name in ("signed", "later", "length"))
     ends, cut = (text.compare("une", text.load(var[name]), ZERO) for name in ("ends", "cut"))

@@ -17,7 +17,7 @@ class Kinks:
     plan : Plan
     text : Text
     order : int
-        The order of the series of the differences: one less than that of the states.
+        The order of the series of the differences: one less than the states' order.
     """
 
     def __init__(self, plan, text, order):
@@ -32,11 +32,11 @@ class Kinks:
             self.text.store(ZERO, place)
 
     def sides(self):
-        """By key, the signs behind the start of the step of differences that are zero there."""
+        """By key, the signs, just behind the start, of differences that are zero at the start."""
         return {key: self.text.load(place) for key, place in self._side.items()}
 
     def begin(self, start):
-        """Take over the values of order 0."""
+        """Take the truth of `raising` from order 0."""
         if self.plan.raises():
             self.raising = start.truth(self.plan.raising)
 
@@ -51,7 +51,7 @@ class Kinks:
             text.store(values[key], text.at(row, i))
 
     def decide(self):
-        """A truth value: a side was wrong, and the series must be computed again."""
+        """Emit a truth value: a side was wrong, so that the series must be computed again."""
         text, again = self.text, "false"
         for i, key in enumerate(self.plan.watched):
             if key not in self._side:
@@ -69,7 +69,7 @@ class Kinks:
         return again
 
     def limited(self, x, t, scale):
-        """The length x, or a shorter one that ends a little behind the first change."""
+        """The length x, or a shorter length that ends a little behind the first change."""
         text = self.text
         size = text.call("llvm.fabs.f64", "double", x)
         t = text.div(text.call("llvm.fabs.f64", "double", t), scale)

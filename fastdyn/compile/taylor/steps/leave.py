@@ -12,7 +12,7 @@ def leave(driver):
     text.label("over")
     text.put(f"ret i64 {FINISHED}")
     if driver.plan.raises():
-        text.label("raises")  # decided by differences of sides, with their own rounding
+        text.label("raises")  # by rounded differences: ask the function itself
         text.put(f"br i1 {driver.asked(text.load(driver.var['t']))}, label %lost, label %defined")
     text.label("lost")
     y, raised = driver.room["y"], driver.asked(text.load(driver.var["t"]))

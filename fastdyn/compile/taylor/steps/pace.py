@@ -24,9 +24,20 @@ class Clock(NamedTuple):
 class Pace(NamedTuple):
     """The chosen step, as LLVM values.
 
-    The length `h` without sign, and `signed`; the time after the step; `ends`: the step ends at
-    t_end; `wild`: the series is not finite, so that `shorter` is the next unit of time, and whether
-    that unit is too short; whether the time stands still.
+    Attributes
+    ----------
+    h, signed
+        The length without and with sign.
+    t
+        The time after the step.
+    ends
+        Whether the step ends at t_end.
+    wild
+        Whether the series is not finite.
+    shorter, short
+        The next unit of time of a wild series, and whether the unit is too short.
+    stuck
+        Whether the step does not change the time.
     """
 
     h: Any
@@ -40,7 +51,7 @@ class Pace(NamedTuple):
 
 
 def unit_of(text, h):
-    """The power of two below a length; 1 where none is known."""
+    """The power of two below a length; 1 if the length is 0 or not finite."""
     bits = text.of_bits("and", text.bits(h), EXPONENT_BITS)
     none, wild = (
         text.new(f"icmp eq {text.whole} {bits}, {text.wholes(n)}") for n in (0, EXPONENT_BITS)
@@ -49,14 +60,14 @@ def unit_of(text, h):
 
 
 def longest(text, t, t_start, h_first, h_max):
-    """The longest step, or the given first step at the start."""
+    """The longest step; at the start, the given first step."""
     given = text.compare("ogt", h_first, ZERO)
     first = text.truths("and", given, text.compare("oeq", t, t_start))
     return text.select(first, text.smaller(h_first, h_max), h_max)
 
 
 def wildness(text, t, size, scale):
-    """Truth value of a series that is not finite, the next unit of time, and if it is too short."""
+    """(wild, shorter, short) of a `Pace`."""
     wild = text.compare("uno", text.sub(size, size), ZERO)
     shorter = text.mul(scale, hexadecimal(SHRINK))
     least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", t))
@@ -67,8 +78,9 @@ def wildness(text, t, size, scale):
 def chosen(text, clock, x, size, scale, limited=None):
     """The Pace of a step whose terms allow the length x, in units of `scale`.
 
-    `size`, the size of these terms, is finite if the series is.  `limited` (for one trajectory)
-    shortens a length with its sign; the step is not `wild` then.
+    `size`, the size of these terms, is finite if the series is.  ``limited(x)``, for one trajectory
+    only, returns the signed length x or a shorter one.  A caller that gives `limited` has excluded
+    a `wild` step.
     """
     wild, shorter, short = wildness(text, clock.t, size, scale)
     h = text.mul(text.smaller(x, hexadecimal(GROWTH)), scale)

@@ -1,7 +1,7 @@
-"""The proof of a step: the function must have the slope of the series within and at the end.
+"""The proof of a step: function and series must have equal slopes within the step and at its end.
 
-A series describes the function about one point.  A saturated tanh, a pulse, a power that vanishes
-at that point look constant; an evaluation of the function elsewhere detects them.
+A series describes the function near one point.  A saturated tanh, a pulse, or a power that vanishes
+looks constant at that point; an evaluation of the function elsewhere detects the difference.
 """
 
 from ..text.frame import counted, raised_word
@@ -18,7 +18,7 @@ INFINITE = hexadecimal(float("inf"))
 def slope_off(text, coefficients, powers, given, weight):
     """The error of the series' slope, in units of the tolerance; NaN if the slope is NaN.
 
-    `coefficients` are those from order 1 on, `given` is the slope in the unit of the series.
+    `coefficients` begin with order 1.  `given` is the function's slope in the unit of the series.
     """
     first, *rest = coefficients
     terms = [text.mul(c, hexadecimal(k)) for k, c in enumerate(rest, 2)]
@@ -35,7 +35,7 @@ def believed(text, off, x, order):
 def _excess(driver, x, share, scale):
     """The error of the slope at a share of a step, in units of the allowed error.
 
-    `driver.out` is the derivative there, x the length in units of `scale`.
+    `driver.out` has the derivative at that point; x is the step's length in units of `scale`.
     """
     text, wide = driver.text, driver.text.of(4 if driver.n <= 4 else 8)
     at = wide.splat(text.mul(x, hexadecimal(share)), wide.lanes)
@@ -73,7 +73,7 @@ def _within(driver, step, pace, x, scale):
 
 
 def emit(driver, step, pace, x, scale, cut):
-    """Go on to the label `proved`, or back to `step` for a shorter step.
+    """Emit the proof: go on to the label `proved`, or back to `step` for a shorter step.
 
     `cut` is true if the step ends where the function may jump.
     """

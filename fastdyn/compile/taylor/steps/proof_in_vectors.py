@@ -8,7 +8,7 @@ from .step import powers_of
 
 
 def unproved(driver, pace):
-    """The lanes whose slope differs from that of the series, within the step or at its end."""
+    """The lanes in which function and series differ in slope, within or at the end of the step."""
     text = driver.text
     x = text.div(pace.signed, text.load(driver.var["scale"]))
     within = text.mul(x, hexadecimal(WITHIN))
@@ -22,7 +22,7 @@ def unproved(driver, pace):
 
 
 def _off_in_lanes(driver, t, states, x):
-    """The errors of the slopes of all components at x, combined."""
+    """The errors of the slopes at x, combined over all components."""
     text, width, total = driver.text, driver.width, None
     powers = powers_of(text, x, driver.order - 1)
     given = f"{text.kind} {t}, ptr {states}, ptr %block, ptr {driver.slopes}"

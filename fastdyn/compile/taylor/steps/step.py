@@ -1,9 +1,9 @@
 """A step from its coefficients: its length, and the state at its end.
 
 The length keeps the last three terms of the series below the tolerance (A. Jorba and M. Zou, see
-`rewrite.py`, section 3.2.1; three, since every other term may vanish).  Terms of lower orders may
-be larger by the ratio in the series of exp: this bound detects a series with gaps, in t^5 for
-example.
+`rewrite.py`, section 3.2.1; three, because every other term may vanish).  Terms of lower orders may
+be larger, by the ratio of the terms of exp.  This second bound detects a series with gaps, for
+example in t^5.
 """
 
 import math
@@ -38,7 +38,7 @@ class Step:
         self.wide = text.of(4 if n <= 4 else 8)
 
     def length(self, weights, allowance, tolerance):
-        """`length`, and the sum of all terms in it, which is finite if the series is.
+        """The `length`, and the sum of all examined terms, which is finite if the series is.
 
         Parameters
         ----------
@@ -58,7 +58,7 @@ class Step:
         return length(self.text, norms, allowance, tolerance), total
 
     def _terms(self, k, weights):
-        """The coefficients of an order in units of the tolerance."""
+        """The sizes of the coefficients of an order, in units of the tolerance."""
         text = self.text
         sizes = [
             text.intrinsic("fabs", text.load(text.at(self.rows, k * self.row + i)))
@@ -137,7 +137,7 @@ def _exponential(text, z):
 
 
 def powers_of(text, x, order):
-    """The powers x, x^2, x^4, ... that `end` needs, by exponent."""
+    """The powers x, x^2, x^4, ... that `end` needs, by their exponents."""
     powers, e = {1: x}, 2
     while e < order:
         powers[e] = text.mul(powers[e // 2], powers[e // 2])

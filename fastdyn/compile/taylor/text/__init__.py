@@ -1,1 +1,1 @@
-"""LLVM's text: instructions, loops, the frame of a kernel."""
+"""Writes LLVM's text: instructions, loops, the frame of a kernel."""

@@ -10,14 +10,15 @@ from .instructions import ZERO
 AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
 FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first")
 WORDS = {"state": (0, "ptr"), "work": (2, "ptr"), "block": (5, "ptr"), "n_steps": (7, "i64")}
-RETRY = 0.125  # share of a step at whose end the function raises
-HALF = 0.5  # share of a step on which the argument of a root may touch zero
+RETRY = 0.125  # factor of a step's length if the function raises at the step's end
+HALF = 0.5  # factor of a step's length if the argument of a root may touch zero
 
 
 class Kernel:
-    """The loop over steps between `_begin`, which reads the record, and `_leave`.
+    """The base of kernels: the loop over steps, between `_begin` and `_leave`.
 
-    A subclass has `text`, `_begin`, `_leave`, and `_step`, whose label is %step.
+    `_begin` reads the record, `_leave` writes it.  A subclass also has `text`, and `_step`, whose
+    label is %step.
     """
 
     text: Any
@@ -35,38 +36,38 @@ class Kernel:
         return listing(self.text, symbol, declared, self._functions())
 
     def _functions(self) -> list[str]:
-        """The texts of functions that the kernel calls."""
+        """The texts of the functions that the kernel calls."""
         return []
 
 
 def read_words(text, words):
-    """Name the used words of a kernel: {name: (index, type)}."""
+    """Name the words of a kernel; `words` has {name: (index, type)}."""
     for name, (at, kind) in words.items():
         text.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
         text.put(f"%{name} = load {kind}, ptr %at_{name}")
 
 
 def fields(text):
-    """Name the fields of the record."""
+    """Load the fields of the record, by name."""
     return {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
 
 
 def counted(text, place):
-    """Increment a whole number in memory; its new value."""
+    """Increment an integer in memory; return the new value."""
     count = text.new(f"add i64 {text.new(f'load i64, ptr {place}')}, 1")
     text.put(f"store i64 {count}, ptr {place}")
     return count
 
 
 def add(text, name, place):
-    """Add a whole number to a count of the record."""
+    """Add an integer in memory to a count of the record."""
     at = text.at("%state", AT[name])
     before, more = (text.new(f"load i64, ptr {p}") for p in (at, place))
     text.put(f"store i64 {text.new(f'add i64 {before}, {more}')}, ptr {at}")
 
 
 def step_taken(driver, t, pace):
-    """Count a step from t, and go on, or go to `done` with a %status."""
+    """Count a step from t; continue with the next step, or go to `done` with a %status."""
     text, var, field = driver.text, driver.var, driver.field
     for name, value in (("t_old", t), ("t", pace.t), ("h", pace.h)):
         text.store(value, var[name])
@@ -80,7 +81,10 @@ def step_taken(driver, t, pace):
 
 
 def asked(text, t, y, n, out):
-    """A truth value: the function raises at a time and a state; the derivative goes to `out`."""
+    """Call the function at a time and state; return a truth value: the function raises.
+
+    The derivative goes to `out`.
+    """
     function = text.new("load ptr, ptr %block")
     text.new(call_as_text(function, t, y, n, out))
     return text.new(f"icmp ne i64 {text.new(f'load i64, ptr {raised_word(text)}')}, 0")
@@ -92,7 +96,7 @@ def raised_word(text):
 
 
 def listing(text, symbol, declared, others=()):
-    """LLVM's text of the kernel, behind other functions, without known declarations."""
+    """LLVM's text of the kernel, after other functions, without the declarations in `declared`."""
     body = text.function(f"i64 @{symbol}(ptr %words)")
     heads = [line for name, line in text.declarations.items() if name not in declared]
     return "\n".join([*heads, *others, body])

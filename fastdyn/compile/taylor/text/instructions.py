@@ -22,7 +22,7 @@ OF_VECTORS = "fastdyn_vector_"  # prefix of the names of functions of vectors
 
 
 class Text(Lines):
-    """The lines of one function, whose numbers are doubles, or vectors of them.
+    """The lines of one function, whose numbers are doubles, or vectors of doubles.
 
     Parameters
     ----------
@@ -43,28 +43,28 @@ class Text(Lines):
         self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
 
     def of(self, lanes):
-        """A Text of this function for numbers of `lanes` lanes."""
+        """A Text that writes into this function numbers with `lanes` lanes."""
         other = copy.copy(self)
         other._take(lanes)
         return other
 
     def call(self, name, kind, *args):
-        """A call of a function with arguments of the result's type."""
+        """Call a function whose arguments have the type of its result."""
         self.declarations[name] = f"declare {kind} @{name}({', '.join([kind] * len(args))})"
         return self.new(f"call {kind} @{name}({', '.join(f'{kind} {a}' for a in args)})")
 
     # -- numbers
 
     def many(self, kind):
-        """The type with one such value in each lane."""
+        """The type of a vector with a `kind` in each lane."""
         return kind if self.lanes == 1 else f"<{self.lanes} x {kind}>"
 
     def given(self, x):
-        """A value or a constant in LLVM's notation."""
+        """A value or constant in LLVM's notation."""
         return self.splat(x, self.lanes) if self.lanes > 1 and x.startswith("0x") else x
 
     def wholes(self, number):
-        """A constant whole number in all lanes."""
+        """A constant integer in all lanes."""
         each = f"i64 {number}"
         return str(number) if self.lanes == 1 else f"<{', '.join([each] * self.lanes)}>"
 
@@ -106,18 +106,18 @@ class Text(Lines):
         return self.intrinsic(self.fused, a, b, c)
 
     def intrinsic(self, name, *args):
-        """LLVM's operation of that name."""
+        """Call LLVM's intrinsic `name`."""
         return self.call(f"llvm.{name}.{self._suffix}", self.kind, *map(self.given, args))
 
     def elementary(self, name, *args):
-        """An elementary function: LLVM's or C's, for vectors the module's own."""
+        """Call an elementary function: LLVM's or C's, for vectors one of the module."""
         if self.lanes > 1:
             return self.call(f"{OF_VECTORS}{name}", self.kind, *map(self.given, args))
         name = f"llvm.{name}.f64" if name in INTRINSIC else name
         return self.call(name, self.kind, *args)
 
     def compare(self, sign, a, b):
-        """A truth value."""
+        """The truth value of a comparison."""
         return self.new(f"fcmp {sign} {self.kind} {self.given(a)}, {self.given(b)}")
 
     def select(self, truth, a, b):
@@ -127,7 +127,7 @@ class Text(Lines):
         )
 
     def truths(self, word, a, b):
-        """Two truth values joined by "and", "or", "xor"."""
+        """Combine two truth values by "and", "or" or "xor"."""
         return self.new(f"{word} {self.truth} {a}, {b}")
 
     def everywhere(self, word):
@@ -135,7 +135,7 @@ class Text(Lines):
         return word if self.lanes == 1 else f"<{', '.join([f'i1 {word}'] * self.lanes)}>"
 
     def larger(self, a, b):
-        """The larger of two numbers; NaN if the first is."""
+        """The larger of two numbers; NaN if the first is NaN."""
         return self.select(self.compare("olt", a, b), b, a)
 
     def smaller(self, a, b):
@@ -143,15 +143,15 @@ class Text(Lines):
         return self.select(self.compare("olt", a, b), a, b)
 
     def bits(self, x):
-        """The bits of numbers, as whole numbers."""
+        """The bits of numbers, as integers."""
         return self.new(f"bitcast {self.kind} {self.given(x)} to {self.whole}")
 
     def real(self, x):
-        """The numbers of such bits."""
+        """The numbers with these bits."""
         return self.new(f"bitcast {self.whole} {x} to {self.kind}")
 
     def of_bits(self, word, x, number):
-        """An operation on whole numbers and a constant."""
+        """Apply an operation to integers and a constant."""
         return self.new(f"{word} {self.whole} {x}, {self.wholes(number)}")
 
     def _two(self, word, a, b):

@@ -23,7 +23,7 @@ class Lines:
         self.lines.append(f"  {line}")
 
     def new(self, expression):
-        """The name of a value."""
+        """Assign an expression to a new name; return the name."""
         name = f"%v{next(self._numbers)}"
         self.lines.append(f"  {name} = {expression}")
         return name
@@ -32,17 +32,17 @@ class Lines:
         self.lines.append(f"{name}:")
 
     def slot(self, kind, count=1):
-        """The name of a place on the stack."""
+        """Reserve memory on the stack; return its name."""
         name = f"%s{len(self.slots)}"
         self.slots.append(f"  {name} = alloca {kind}, i64 {count}, align 64")
         return name
 
     def at(self, pointer, index):
-        """The address of a number."""
+        """The address of number `index` after a pointer."""
         return self.new(f"getelementptr double, ptr {pointer}, i64 {index}")
 
     def clear(self, pointer, count):
-        """Store zeros."""
+        """Store `count` zeros."""
         name = "llvm.memset.p0.i64"
         self.declarations[name] = f"declare void @{name}(ptr, i8, i64, i1)"
         self.put(f"call void @{name}(ptr {pointer}, i8 0, i64 {8 * count}, i1 false)")
@@ -54,7 +54,7 @@ class Lines:
 
     @contextlib.contextmanager
     def each(self, count):
-        """A context that writes its lines into a loop over 0, ..., count - 1, with count >= 1."""
+        """A context whose lines become a loop over 0, ..., count - 1, with count >= 1."""
         name, place = f"each{next(self._numbers)}", self.slot("i64")
         self.put(f"store i64 0, ptr {place}")
         self.put(f"br label %{name}")
@@ -68,7 +68,7 @@ class Lines:
         self.label(f"{name}done")
 
     def indices(self, name, table):
-        """The name of an array of small whole numbers."""
+        """Define a constant array of 32-bit integers; return its name."""
         if name not in self.declarations:
             numbers = np.ravel(table).tolist()
             items = ", ".join([f"i32 {i}" for i in numbers])
@@ -78,7 +78,7 @@ class Lines:
         return f"@{name}"
 
     def table(self, name, values):
-        """The name of an array of constants."""
+        """Define a constant array of doubles; return its name."""
         items = ", ".join(f"double {hexadecimal(v)}" for v in values)
         self.declarations[name] = (
             f"@{name} = private unnamed_addr constant [{len(values)} x double] [{items}]"

@@ -8,7 +8,7 @@ class Loops:
         self.series, self.text = series, series.text
 
     def _phases(self):
-        """(first order, last order, lanes grow, registers) for each loop."""
+        """Yield (first order, last order, whether lanes are added, registers) for each loop."""
         one = self.series
         width, lanes = one.width, one.lanes
         for r in range(1, one.registers + 1):
@@ -43,12 +43,12 @@ class Loops:
             text.label(f"{name}done")
 
     def _numbers(self):
-        """The numbers that one order passes to the next, beside the vectors: dictionaries."""
+        """The dictionaries of numbers that one order passes to the next, besides the vectors."""
         one = self.series
         return one.leaf, one.ahead, one.previous
 
     def _rooms(self):
-        """Places on the stack for values that one order passes to the next."""
+        """Reserve stack memory for the values that one order passes to the next."""
         vector = f"<{self.series.width} x double>"
         numbers = [{key: self.text.slot("double") for key in part} for part in self._numbers()]
         vectors = {
