@@ -4,7 +4,6 @@ Code is used where it was compared with the function: at the start, around it, o
 decisions found there (`compare_around`), and at states of the solution (`compare_along`).
 """
 
-import contextlib
 import ctypes
 from typing import Any
 
@@ -143,8 +142,7 @@ def compare_along(bound, times, states, time: Any = np.float64):
     found = []
     for t, y in zip(times, states, strict=True):
         t, y = time(t), np.array(y[:n])
-        with arrays_unchanged(bound):
-            found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
+        found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
     sizes = [np.abs(real[np.isfinite(real)]) for *_, real, _ in found if _is_value(real)]
     largest = max((float(size.max()) for size in sizes if size.size), default=0.0)
     for t, y, real, mine in found:
@@ -171,23 +169,6 @@ def machine_value(bound, t, y):
     if failed:
         raise_interrupts(islands_of([bound]))
     return None if failed else out
-
-
-def arrays_given(bound):
-    """The arrays that lie behind the words of a block, where machine code may write to them."""
-    held = bound.keepalive[2:]
-    return [a for a in held if isinstance(a, np.ndarray) and a.flags.writeable]
-
-
-@contextlib.contextmanager
-def arrays_unchanged(bound):
-    """Whatever is written meanwhile to the arrays that a function is given."""
-    before = [(a, a.copy()) for a in arrays_given(bound)] if bound.function.traced is None else []
-    try:
-        yield
-    finally:
-        for array, content in before:
-            array[...] = content
 
 
 def _value(function, t, y) -> Any:

@@ -16,7 +16,7 @@ from fastdyn.kernels.calls.block import FIRST
 
 from .callables.jitted import is_jitted
 
-ARRAYS = ("array", "frozen", "list")
+ARRAYS = ("array", "list")
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
 
@@ -54,8 +54,7 @@ def parameter_type(value, freeze):
     -------
     tuple or Constant
         FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", types), ("lanes", width) or
-        a Constant.  ("frozen", dtype, ndim) is an array that the function must not write to,
-        because the kernel has a copy of it; ("list", dtype, 1) a list, which is one too.
+        a Constant; ("list", dtype, 1) is a list.
     """
     cls = value.__class__
     if cls is float:
@@ -75,11 +74,7 @@ def parameter_type(value, freeze):
         return ("tuple", tuple(parameter_type(v, freeze) for v in value))
     if cls is list and value and not any(isinstance(v, list | tuple | str) for v in value):
         found = _array_type(np.asarray(value), freeze)
-        return (
-            ("list", *found[1:])
-            if found[0] in ("array", "frozen")
-            else Constant(freeze(value), value)
-        )
+        return ("list", *found[1:]) if found[0] == "array" else Constant(freeze(value), value)
     return Constant(freeze(value), value)
 
 
@@ -89,17 +84,7 @@ def _array_type(value, freeze):
     code = value.dtype.str[1:]
     if value.ndim == 0 or code not in ARRAY_DTYPES or not value.dtype.isnative:
         return Constant(freeze(value), value)
-    in_place = value.flags.c_contiguous and value.flags.writeable
-    return ("array" if in_place else "frozen", code, value.ndim)
-
-
-def may_write(parameter_type):
-    """Whether a parameter of this type is, or holds, an array of the caller."""
-    if isinstance(parameter_type, Constant):
-        return False
-    return parameter_type[0] == "array" or (
-        parameter_type[0] == "tuple" and any(map(may_write, parameter_type[1]))
-    )
+    return ("array", code, value.ndim)
 
 
 def n_words(parameter_type: Any) -> int:
@@ -119,7 +104,7 @@ def pack(parameter_type, value, words, floats, at, keepalive):
     """Write a value into `words` from index `at`; the index after it.  `floats` views `words`.
 
     Memory that the words point to is appended to `keepalive`, to be held as long as they are used.
-    A contiguous array is passed in place: the function sees, and may make, later changes.
+    A contiguous array is passed in place: the function sees later changes.
     """
     if isinstance(parameter_type, Constant):
         return at

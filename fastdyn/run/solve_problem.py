@@ -5,7 +5,6 @@ import types as python
 from fastdyn.compile import budget, memory
 from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.parameters import may_write
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.rebind import rebind
 from fastdyn.compile.sparse_jacobian import (
@@ -38,15 +37,13 @@ _idle = memory.Table()  # runs that wait for the next solve of the same code, by
 def verify(bound, probe, n):
     """Evaluate a function in Python at its first state of length n, to report its mistakes.
 
-    A function that runs in Python reports its mistakes itself.  A function that may write to an
-    array would notice the extra call.
+    A function that runs in Python reports its mistakes itself.
     """
     if bound.function is None:
         return
     verified = bound.function.notes.setdefault("verified", set())
     if n not in verified:
-        if not any(may_write(k) for b in (bound, *bound.pair) for k, _ in b.values):
-            probe()
+        probe()
         verified.add(n)
 
 
@@ -200,7 +197,7 @@ def _taken(idle, problem, functions):
 def _give_back(place, idle, run, functions):
     """Keep a run for the next solve, one for each piece of code, without data of the last solve."""
     for bound in run.bounds:
-        if bound.function is None or bound.function.mode.writes_to_state:
+        if bound.function is None:
             return
     run.let_go()
     for bound in run.bounds:

@@ -16,7 +16,6 @@ from .. import memory
 
 MISSING = object()
 HEAP_TYPE = 1 << 9  # of the flags of a class that is written in Python
-TUPLES = "__fastdyn_tuples__"  # on a function whose returned list may be a tuple where it is called
 
 
 class Reference(NamedTuple):
