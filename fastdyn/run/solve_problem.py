@@ -28,7 +28,6 @@ from .memory import plan
 from .outcome import result_of
 from .stiffness import gives_up, notice, watch
 
-ENDS_AT_THE_END = {"RK23", "RK45", "DOP853", "Tsit5", "Vern7", "Vern9"}  # with a call there
 WORDS = 1000  # of a state, which count as much as a small run
 
 _idle = memory.Table()  # runs that wait for the next solve of the same code, by `_place`
@@ -109,7 +108,7 @@ def _may_store(problem):
     if between or p.checkpoint is not None or p.on_interrupt != "raise" or len(p.segments):
         return False
     inside = p.dense_output or p.t_eval is not None
-    return p.method.name in ENDS_AT_THE_END and not (p.method.name == "DOP853" and inside)
+    return p.method.ends_at_the_end(inside)
 
 
 def _between_steps(problem):
