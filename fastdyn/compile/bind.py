@@ -21,7 +21,7 @@ from .callables.at_sight import refuse_at_sight
 from .callables.compiled import Function
 from .callables.diagnostics import FoundLater, GaveUp, LeftToSciPy, Uncompilable, warn_once
 from .callables.parts import Y, parts_of
-from .compare import arrays_unchanged, compare_around, machine_value
+from .compare import compare_around, machine_value
 from .derivatives.jacobian_block import constant_block, constant_function
 from .mode import CONSTANT, Mode
 from .parameters import n_words, pack_all
@@ -125,11 +125,10 @@ def _compare_with_python(bound, near, n):
     compared = bound.function.notes.setdefault("compared", set())
     if n in compared:
         return
-    with arrays_unchanged(bound):
-        different = compare_around(
-            lambda t, y: evaluate(bound.python, bound.mode, t, y),
-            lambda t, y: machine_value(bound, t, y), near, n,
-        )  # fmt: skip
+    different = compare_around(
+        lambda t, y: evaluate(bound.python, bound.mode, t, y),
+        lambda t, y: machine_value(bound, t, y), near, n,
+    )  # fmt: skip
     if different:
         leave_to_python(bound, different)
         raise FoundLater(different)
@@ -141,17 +140,17 @@ def _code(fun, args, mode, n, near, probe, varying):
     found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
     if found is None and mode.complex_numbers:
         raise LeftToSciPy
-    if found is None and met.has_effect(fun, args, mode, n, varying):
+    if found is None and met.acts(fun, args, mode, n, varying):
         raise Uncompilable("it does more than give a value")
+    if found is None and not mode.by_numba:
+        raise Uncompilable("it cannot be traced, and Numba compiles derivatives and events only")
     if found is None:
         parts = parts_of(fun, args)
         refuse_at_sight(parts)
         if "numba" not in sys.modules:
             budget.not_here()  # the import takes long
-        from .by_numba.find import check_written, compiled_function
+        from .by_numba.find import compiled_function
 
-        if met.writes(fun, args, mode, n, varying):
-            check_written(parts)
         found = *compiled_function(parts, mode, probe), arguments_at(parts)
     return found
 

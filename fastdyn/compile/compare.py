@@ -4,7 +4,6 @@ Code is used only after a comparison at the start, around the start and on each 
 decisions found there (`compare_around`), and at states of the solution (`compare_along`).
 """
 
-import contextlib
 import ctypes
 from typing import Any
 
@@ -144,8 +143,7 @@ def compare_along(bound, times, states, time: Any = np.float64):
     found = []
     for t, y in zip(times, states, strict=True):
         t, y = time(t), np.array(y[:n])
-        with arrays_unchanged(bound):
-            found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
+        found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
     sizes = [np.abs(real[np.isfinite(real)]) for *_, real, _ in found if _is_value(real)]
     largest = max((float(size.max()) for size in sizes if size.size), default=0.0)
     for t, y, real, mine in found:
@@ -172,23 +170,6 @@ def machine_value(bound, t, y):
     if failed:
         raise_interrupts(islands_of([bound]))
     return None if failed else out
-
-
-def arrays_given(bound):
-    """The writable arrays behind the words of a block, to which machine code may write."""
-    held = bound.keepalive[2:]
-    return [a for a in held if isinstance(a, np.ndarray) and a.flags.writeable]
-
-
-@contextlib.contextmanager
-def arrays_unchanged(bound):
-    """Restore, after the context, the arrays that a function may write to."""
-    before = [(a, a.copy()) for a in arrays_given(bound)] if bound.function.traced is None else []
-    try:
-        yield
-    finally:
-        for array, content in before:
-            array[...] = content
 
 
 def _value(function, t, y) -> Any:

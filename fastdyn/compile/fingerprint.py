@@ -49,9 +49,9 @@ def frozen(value: Any, seen=()) -> Any:
         typed = () if value._can_compile else tuple(map(str, value.nopython_signatures))  # pyright: ignore
         return ("njit", options, typed, frozen(value.py_func, seen))
     if isinstance(value, python.FunctionType):
-        return _frozen_function(value, seen)
+        return frozen_function(value, seen)
     if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
-        return ("method", _frozen_function(value.__func__, seen, value.__self__))
+        return ("method", frozen_function(value.__func__, seen, value.__self__))
     kind: Any = type(value)
     if isinstance(value, type) or (callable(value) and not kind.__flags__ & HEAP_TYPE):
         name: Any = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
@@ -82,7 +82,8 @@ def of_library(function):
     return is_named(function, function.__module__ or "", function.__qualname__)
 
 
-def _frozen_function(function, seen, owner=None):
+def frozen_function(function, seen=(), owner=None):
+    """The token of a function with the values that it uses; `owner` is the `self` of a method."""
     if of_library(function):
         return ("library", function.__module__, function.__qualname__)
     if function in seen:

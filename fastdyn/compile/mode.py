@@ -36,8 +36,6 @@ class Mode:
         Whether the result is the entries of a sparse matrix, in any number.
     sensitivities : bool
         Whether the function is the user's derivative extended by sensitivities.
-    writes_to_state : bool
-        Whether the machine code writes to y, and so changes the state.
     acts_at_events : bool
         Whether the function gives the state after an event, and may write to y.
     acts_on_state : bool
@@ -49,7 +47,7 @@ class Mode:
     probed : bool
         Whether the function is called in Python before a solve, to find mistakes.
     by_numba : bool
-        Whether Numba may compile the function.
+        Whether Numba may compile a function that cannot be traced; else it stays in Python.
     in_vectors : bool
         Whether kernels may evaluate the stages of a step together, as vectors.
     """
@@ -66,7 +64,6 @@ class Mode:
     constant: bool = False
     entries: bool = False
     sensitivities: bool = False
-    writes_to_state: bool = False
     acts_at_events: bool = False
     acts_on_state: bool = False
     long_arrays: bool = False
@@ -124,22 +121,19 @@ DERIVATIVE = _mode(
     "derivative", acts_on_state=True, long_arrays=True, notes_sides=True, probed=True,
     by_numba=True, in_vectors=True,
 )  # fmt: skip
-IN_PLACE = _mode("in place", writes_to_state=True)  # Numba's code for a derivative
-COLUMN = _mode("column", column=True, acts_on_state=True, by_numba=True)
-ACCELERATION = _mode("acceleration", second_order=True, in_vectors=True, by_numba=True)
-VELOCITY = _mode("velocity", argument="velocity", half=1, by_numba=True)
-FORCE = _mode("force", argument="force", half=0, by_numba=True)
+COLUMN = _mode("column", column=True, acts_on_state=True)
+ACCELERATION = _mode("acceleration", second_order=True, in_vectors=True)
+VELOCITY = _mode("velocity", argument="velocity", half=1)
+FORCE = _mode("force", argument="force", half=0)
 EVENT = _mode("event", one_number=True, long_arrays=True, notes_sides=True, by_numba=True)
-JUMP = _mode(
-    "jump", argument="on_event", acts_at_events=True, notes_sides=True, probed=True, by_numba=True
-)
-MATRIX = _mode("matrix", matrix=True, probed=True, by_numba=True)
+JUMP = _mode("jump", argument="on_event", acts_at_events=True, notes_sides=True, probed=True)
+MATRIX = _mode("matrix", matrix=True, probed=True)
 ENTRIES = _mode("entries", entries=True)
 CONSTANT = _mode("constant", constant=True)
 COMPLEX_NUMBERS = _mode("complex", complex_numbers=True)
 COMPLEX_EVENT = _mode("complex event", complex_numbers=True, one_number=True)
 SENSITIVITIES = _mode("variational", sensitivities=True)
 MOMENTS: dict[tuple, Mode] = {
-    moments: _mode(" ".join(moments), moments=moments, by_numba=True)
+    moments: _mode(" ".join(moments), moments=moments)
     for moments in (("mean",), ("rms",), ("mean", "rms"))
 }

@@ -16,7 +16,7 @@ from fastdyn.kernels.calls.block import FIRST
 
 from .callables.jitted import is_jitted
 
-ARRAYS = ("array", "frozen", "list")
+ARRAYS = ("array", "list")
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
 
@@ -55,8 +55,7 @@ def parameter_type(value, freeze):
     -------
     tuple or Constant
         FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", types), ("lanes", width) or
-        a Constant.  ("frozen", dtype, ndim) is an array that the function must not write to,
-        because the kernel has a copy; ("list", dtype, 1) is a list, which is copied, too.
+        a Constant.  ("list", dtype, 1) is a list, which is copied.
     """
     cls = value.__class__
     if cls is float:
@@ -76,11 +75,7 @@ def parameter_type(value, freeze):
         return ("tuple", tuple(parameter_type(v, freeze) for v in value))
     if cls is list and value and not any(isinstance(v, list | tuple | str) for v in value):
         found = _array_type(np.asarray(value), freeze)
-        return (
-            ("list", *found[1:])
-            if found[0] in ("array", "frozen")
-            else Constant(freeze(value), value)
-        )
+        return ("list", *found[1:]) if found[0] == "array" else Constant(freeze(value), value)
     return Constant(freeze(value), value)
 
 
@@ -90,17 +85,7 @@ def _array_type(value, freeze):
     code = value.dtype.str[1:]
     if value.ndim == 0 or code not in ARRAY_DTYPES or not value.dtype.isnative:
         return Constant(freeze(value), value)
-    in_place = value.flags.c_contiguous and value.flags.writeable
-    return ("array" if in_place else "frozen", code, value.ndim)
-
-
-def may_write(parameter_type):
-    """Whether a parameter of this type is, or contains, an array of the caller."""
-    if isinstance(parameter_type, Constant):
-        return False
-    return parameter_type[0] == "array" or (
-        parameter_type[0] == "tuple" and any(map(may_write, parameter_type[1]))
-    )
+    return ("array", code, value.ndim)
 
 
 def n_words(parameter_type: Any) -> int:

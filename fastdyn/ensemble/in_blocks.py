@@ -12,7 +12,7 @@ from numba import cloudpickle
 
 from fastdyn import __version__
 from fastdyn.compile.bind import bind, or_in_python
-from fastdyn.kernels.methods import ON_PAIRS
+from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import INTERRUPTED
 from fastdyn.problem.events import AS_GIVEN
 from fastdyn.problem.members import Shared

@@ -8,7 +8,6 @@ import numpy as np
 from fastdyn.compile.mode import MOMENTS as OF_MOMENTS
 from fastdyn.kernels.output.extrema import MAX, MIN, T_MAX, T_MIN
 from fastdyn.problem.events import of_own
-from fastdyn.problem.validate import MATLAB_METHODS
 
 EXTREMA = {"max": MAX, "max_time": T_MAX, "min": MIN, "min_time": T_MIN}
 MOMENTS = ("mean", "rms")
@@ -133,7 +132,7 @@ def extended(problem, how, members):
         raise ValueError("means cannot be taken along a motion that is projected.")
     n, times = members.n, how.n_copies
     members.lengthen(times)
-    largest = problem.method.name in MATLAB_METHODS  # with the largest component as norm
+    largest = problem.method.like_matlab  # with the largest component as norm
     share = 1.0 if largest else 1.0 / math.sqrt(times)
     rtol = problem.rtol
     if not largest:

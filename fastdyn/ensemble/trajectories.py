@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.kernels.methods import ON_PAIRS
+from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.run.result import OdeResult
 
 from . import reductions

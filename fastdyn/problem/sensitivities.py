@@ -10,7 +10,6 @@ from fastdyn.compile.mode import SENSITIVITIES, Mode
 from fastdyn.compile.python_callback import evaluate
 
 from .events import of_own
-from .validate import MATLAB_METHODS
 
 START, ARGUMENTS = "y0", "args"
 REFUSED = ("project", "on_event", "callback", "checkpoint")
@@ -136,7 +135,7 @@ def with_sensitivities(problem, directions):
     y0 = np.concatenate([p.y0, np.hstack(starts).ravel()])
     rtol, atol = p.rtol, p.atol
     if p.method.error_order:
-        share = 1.0 if p.method.name in MATLAB_METHODS else 1.0 / math.sqrt(1 + m)
+        share = 1.0 if p.method.like_matlab else 1.0 / math.sqrt(1 + m)
         sizes = np.concatenate([np.maximum(1.0, abs(d.value)).ravel() for d in directions])
         own = np.broadcast_to(atol, n)
         least = np.minimum(own, rtol) if np.any(rtol) else own

@@ -20,7 +20,6 @@ from .option_names import advice_on
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
-MATLAB_METHODS = ("ode45", "ode23")  # with MATLAB's step size control
 RUNNING = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint", "callback"}
 COMMON = {"project", "on_event"} | RUNNING
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
@@ -238,7 +237,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         )
     if mode.second_order and len(y0) % 2:
         raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
-    if method.name in MATLAB_METHODS and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
+    if method.like_matlab and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
     args = extra_arguments(args)
     of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)

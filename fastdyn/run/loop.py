@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import GaveUp
-from fastdyn.compile.compare import arrays_given
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.traced.met import has_stores
 from fastdyn.kernels.state.record import (
@@ -23,7 +21,6 @@ from fastdyn.kernels.state.record import (
 )
 
 from .functions.compared import Compared
-from .functions.followed import by_numba
 from .laid_out import LaidOut
 from .resume import checkpoint_of, from_arrays, to_arrays
 
@@ -87,19 +84,9 @@ class Run(LaidOut):
         self._compared = Compared(self)
         function = self._own.function
         self._stores = function is not None and has_stores(function)
-        self._by_numba = [bound for bound in self.bounds if by_numba(bound)]
 
     def solve(self, y0):
         """Solve from an initial state to the end; the status."""
-        written = [(a, a.copy()) for bound in self._by_numba for a in arrays_given(bound)]
-        try:
-            return self._solve(y0)
-        except GaveUp:  # the solve is repeated, with the arrays as they were at the start
-            for array, content in written:
-                array[...] = content
-            raise
-
-    def _solve(self, y0):
         first = int(CHUNK_SECONDS / self.cost)
         if self.problem.method.series:
             first = min(first, FIRST_OF_SERIES)

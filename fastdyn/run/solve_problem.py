@@ -5,7 +5,6 @@ import types as python
 from fastdyn.compile import budget, memory
 from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.parameters import may_write
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.rebind import rebind
 from fastdyn.compile.sparse_jacobian import (
@@ -29,7 +28,6 @@ from .memory import plan
 from .outcome import result_of
 from .stiffness import gives_up, notice, watch
 
-ENDS_AT_THE_END = {"RK23", "RK45", "DOP853", "Tsit5", "Vern7", "Vern9"}  # with a call there
 WORDS = 1000  # of a state, which count as much as a small run
 
 _idle = memory.Table()  # runs that wait for the next solve of the same code, by `_place`
@@ -38,15 +36,13 @@ _idle = memory.Table()  # runs that wait for the next solve of the same code, by
 def verify(bound, probe, n):
     """Evaluate a function in Python at its first state of length n, to report its mistakes.
 
-    A function that runs in Python reports its mistakes itself.  A function that may write to an
-    array would notice the extra call.
+    A function that runs in Python reports its mistakes itself.
     """
     if bound.function is None:
         return
     verified = bound.function.notes.setdefault("verified", set())
     if n not in verified:
-        if not any(may_write(k) for b in (bound, *bound.pair) for k, _ in b.values):
-            probe()
+        probe()
         verified.add(n)
 
 
@@ -112,7 +108,7 @@ def _may_store(problem):
     if between or p.checkpoint is not None or p.on_interrupt != "raise" or len(p.segments):
         return False
     inside = p.dense_output or p.t_eval is not None
-    return p.method.name in ENDS_AT_THE_END and not (p.method.name == "DOP853" and inside)
+    return p.method.ends_at_the_end(inside)
 
 
 def _between_steps(problem):
@@ -200,7 +196,7 @@ def _taken(idle, problem, functions):
 def _give_back(place, idle, run, functions):
     """Keep a run for the next solve, one for each piece of code, without data of the last solve."""
     for bound in run.bounds:
-        if bound.function is None or bound.function.mode.writes_to_state:
+        if bound.function is None:
             return
     run.let_go()
     for bound in run.bounds:

@@ -14,22 +14,19 @@ import numpy as np
 
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.taylor.steps.accuracy import order_for
-from fastdyn.kernels.methods import ON_PAIRS
+from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import Y_OLD, Y
 
 from .loop import counters
 from .matrices.check_jacobian import evaluated
 
-LIMITS = {  # the z at which |R(-z)| first exceeds 1
-    "RK23": 2.51, "RK45": 3.30, "DOP853": 6.39, "Tsit5": 3.50, "Vern7": 4.64, "Vern9": 4.47,
-    "ode23": 2.51, "ode45": 3.30,
-}  # fmt: skip
 ON_THE_IMAGINARY_AXIS = {"Tsit5": 0.95, "Vern7": 4.5, "Vern9": 2.75}  # for the methods of "auto"
 OF_SERIES = {
     13: 6.21,
     17: 7.70,
     25: 10.69,
-}  # LIMITS of "Taylor" by order: R is a partial sum of exp
+}  # `stable_to` of "Taylor" by order: R is a partial sum of exp
 MANY = 2000  # steps; a run with fewer steps loses no time
 MOST = 4  # solves of a function that are examined
 NEAR, SLOW = 0.6, 0.02  # share of the limit; largest change in a step, as a share of the state
@@ -116,8 +113,8 @@ def watch_scipys(fun, name):
 
     The callback raises `Stiff` if stability limits the steps.
     """
-    limit = LIMITS.get(name)
-    if limit is None or not _gives_up.get():
+    limit = METHODS[name].stable_to
+    if not limit or not _gives_up.get():
         return None
     n_steps = 0
 
@@ -174,7 +171,7 @@ def _limit(problem, value, undamped):
             return ON_THE_IMAGINARY_AXIS.get(name)
     if series:
         return OF_SERIES[order_for(problem.rtol, problem.atol, problem.y0)]
-    return LIMITS.get(name)
+    return problem.method.stable_to or None
 
 
 def _largest_eigenvalue(slope, y):

@@ -34,7 +34,7 @@ def python_callable(fun, args, mode, near, others=()):
     """
     n = len(near.y0)
     bound = bind(fun, args, mode, n, near)
-    if bound.function is None or bound.function.mode.writes_to_state:
+    if bound.function is None:
         return _checked_at_first(bound, mode)
     given, out = np.empty((2, n))
     left = np.zeros(1, np.int64)  # where Numba's code leaves what it raised

@@ -4,7 +4,6 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-from fastdyn.compile.callables.captured import TUPLES
 from fastdyn.kernels.calls.time_scaling import scaled
 
 
@@ -37,14 +36,9 @@ def time_transformed(fun: Callable[..., Any], density: Callable[..., Any]) -> Ca
     """
     if not isinstance(fun, types.FunctionType) or not isinstance(density, types.FunctionType):
         raise TypeError("`fun` and `density` must be plain Python functions.")
-    inner = types.FunctionType(
-        fun.__code__, fun.__globals__, fun.__name__, fun.__defaults__, fun.__closure__
-    )
-    inner.__module__, inner.__qualname__ = fun.__module__, fun.__qualname__
-    setattr(inner, TUPLES, True)
 
     def by_another_clock(s, w, *args):
         y, t = w[:-1], w[-1]
-        return scaled(inner(t, y, *args), density(t, y, *args))
+        return scaled(fun(t, y, *args), density(t, y, *args))
 
     return by_another_clock

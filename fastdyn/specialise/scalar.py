@@ -12,6 +12,7 @@ import functools
 from typing import Any
 
 from fastdyn import code_store
+from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.kernels.methods import BY_NAME
 
 MAX_TUPLE = 16
@@ -119,7 +120,12 @@ def inlined_kernel(name, function, n, build=True) -> Any:
     if found is None or (build and not found):
         key = function.key and f"specialised {name} {n} {function.key}"
         if build:
-            found = _kept(key, lambda made: made.inlining(name, splits(name, True), function, n))
+            try:
+                found = _kept(
+                    key, lambda made: made.inlining(name, splits(name, True), function, n)
+                )
+            except Uncompilable:  # another thread has changed what the function uses
+                found = False
         else:
             found = (key and code_store.stored(key)) or False
         function.notes[place] = found

@@ -36,7 +36,7 @@ class Tier:
             self.address = self._kernel.address
             return
         may_inline = may_inline and inlines(name, n) and p.compile != "shared"
-        if function is not None and not function.mode.writes_to_state and may_inline:
+        if function is not None and may_inline:
             self._name, self._function, self._n = name, function, n
             self._place = "seconds", name, n
             build = p.compile == "inlined" or function.notes.get(self._place, 0.0) > PROMOTE_AFTER
@@ -54,6 +54,6 @@ class Tier:
     def promote(self):
         """Between two chunks, replace the shared kernel by the inlined kernel if that pays."""
         if self.open and self._function.notes[self._place] > PROMOTE_AFTER:
-            self._kernel = inlined_kernel(self._name, self._function, self._n)
+            self._kernel = inlined_kernel(self._name, self._function, self._n) or self._kernel
             self.address = self._kernel.address
             self.open = False

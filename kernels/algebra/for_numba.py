@@ -1,59 +1,43 @@
 """Linear systems and constrained motion in functions that Numba compiles."""
 
-import math
-
 from numba import types
 from numba.core import errors
 from numba.extending import intrinsic, overload
 
 from ..jit_options import INTERNAL
-from ..vector.emit import Lanes, where
-from ..vector.instructions import BIT
-from ..vector.number import Vector, is_real, vector_in, widen
+from ..vector.emit import Lanes
 from .constrained import CONTRADICTORY, constrained, constraints_solved
 from .linear import SINGULAR, SingularMatrixError, linear_solved, solve_linear
 
+REAL = (types.Float, types.Integer, types.Boolean)
+
 
 def is_row(ty):
-    return isinstance(ty, types.BaseTuple) and all(map(is_real, ty))
+    return isinstance(ty, types.BaseTuple) and all(isinstance(t, REAL) for t in ty)
 
 
 def is_matrix(ty):
     return isinstance(ty, types.BaseTuple) and len(ty) > 0 and all(map(is_row, ty))
 
 
-def number_of(tys):
-    """The type of the vectors among rows and matrices, float64 if all are numbers."""
-    found = (number_of(t) if isinstance(t, types.BaseTuple) else vector_in((t,)) for t in tys)
-    return next((t for t in found if isinstance(t, Vector)), types.float64)
-
-
-def lists_of(context, builder, ty, value, number):
+def lists_of(context, builder, ty, value):
     """The lists that tuples make, of Lanes."""
     if isinstance(ty, types.BaseTuple):
         parts = [(t, builder.extract_value(value, i)) for i, t in enumerate(ty)]
-        return [lists_of(context, builder, *part, number) for part in parts]
-    if isinstance(number, Vector):
-        return Lanes(builder, widen(context, builder, ty, value, number.width))
+        return [lists_of(context, builder, *part) for part in parts]
     return Lanes(builder, context.cast(builder, value, ty, types.float64))
 
 
 def in_code(formula, size):
-    """The pair, of a tuple of rows and matrices; x has ``size(*tuples)`` numbers.
-
-    Vectors are NaN in the lanes in which the matrix is singular.
-    """
+    """The pair, of a tuple of rows and matrices; x has ``size(*tuples)`` numbers."""
 
     @intrinsic
     def solve(typingctx, given):
-        number = number_of(given)
-        row = types.UniTuple(number, size(*given))
+        row = types.UniTuple(types.float64, size(*given))
         result = types.Tuple((row, types.boolean))
 
         def codegen(context, builder, signature, args):
-            x, regular = formula(*lists_of(context, builder, given, args[0], number))
-            if isinstance(number, Vector):
-                x, regular = [where(regular, v, math.nan) for v in x], Lanes(builder, BIT(1))
+            x, regular = formula(*lists_of(context, builder, given, args[0]))
             x = context.make_tuple(builder, row, [v.value for v in x])
             return context.make_tuple(builder, result, [x, regular.value])
 

@@ -8,8 +8,6 @@ The past is kept as backward differences D[j] for steps of size h_old; a new siz
 the next step begins, so that the polynomial of the last step is that of its own differences.
 """
 
-from functools import partial
-
 import numpy as np
 
 from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
@@ -17,7 +15,7 @@ from ..calls.block import RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import copy_row
-from ..stepping import first_step, implicit
+from ..stepping import first_step
 from ..stepping.differences import evaluate_row
 from ..stepping.implicit import (
     MAX_FACTOR,
@@ -34,7 +32,7 @@ from ..stepping.jacobian import (
     takes_slope,
 )
 from .bdf_differences import ALPHA, ERROR, GAMMA, MAX_ORDER, ORDER, D, change_size, dense_rows
-from .method import Method
+from .implicit import implicit
 
 MAX_ITERATIONS = 4
 
@@ -226,19 +224,7 @@ def step(rhs, state, work, block, h_min):
     return STEP_TOO_SMALL
 
 
-BDF = Method(
-    "BDF",
-    order=5,
-    error_order=1,
-    n_stages=0,
-    n_rows=N_ROWS,
-    n_matrices=2,
-    fsal_stage=SLOPE - K,
-    kernel=partial(implicit.kernel, step),
-    start=first_step.implicit,
-    n_dense=5,
-    dense_rows=dense_rows,
-    dense_order=5,
-    projects=False,
-    cost=8,
-)
+BDF = implicit(
+    "BDF", step, SLOPE, order=5, error_order=1, n_rows=N_ROWS, n_matrices=2,
+    dense_rows=dense_rows, dense_order=5, on_pairs=True, projects=False, cost=8,
+)  # fmt: skip

@@ -1,20 +1,15 @@
-"""Methods on complex states, which are stored as pairs of real numbers.
+"""Norms and starts of methods on complex states, which are stored as pairs of real numbers.
 
 Steps and interpolants are those of the real numbers.  The error of a component is measured as a
 complex number, as SciPy does.
 """
 
-from functools import partial
-
 import numpy as np
 
 from ..jit_options import INTERNAL, njit
 from ..state.record import ATOL, RTOL, Y
-from ..stepping import adaptive
-from ..stepping.first_step import forget, make_hairer, plain
-from ..stepping.step_size import SCIPY, larger
-from . import ON_PAIRS
-from .explicit import make_estimate, make_step
+from ..stepping.first_step import forget, make_hairer
+from ..stepping.step_size import Norm, larger
 
 
 @njit(**INTERNAL)
@@ -35,6 +30,9 @@ def rms_of_pairs(error, y, y_new, rtol, atol):
     return np.sqrt(sum_of_squares_of_pairs(error, y, y_new, rtol, atol) / (len(error) // 2))
 
 
+OF_PAIRS = Norm(rms_of_pairs, sum_of_squares_of_pairs, 2)
+
+
 @njit(**INTERNAL)
 def _scaled_rms_of_pairs(values, work):
     total = 0.0
@@ -53,25 +51,3 @@ def implicit_of_pairs(state, work, block, order, fsal_stage):
     """`hairer_of_pairs`, for a method that factorises matrices."""
     forget(state[0], 1)
     return hairer_of_pairs(state, work, block, order, fsal_stage)
-
-
-def on_complex_states(method, table, estimate=None):
-    """A method for complex states.
-
-    Parameters
-    ----------
-    method : Method
-    table : Table or None
-        Its coefficients; None of one whose loop tells real states from complex ones.
-    estimate : function, optional
-        ``estimate(u, h, k, y, y_new, rtol, atol)`` where it is not that of one error.
-    """
-    name = method.name + ON_PAIRS
-    if method.n_matrices:
-        return method._replace(name=name, start=implicit_of_pairs)
-    if not method.error_order:
-        return method._replace(name=name, lane_kernel=None, start=plain)
-    step = make_step(table, estimate or make_estimate(*table.errors, rms_of_pairs))
-    exponent = -1 / (method.error_order + 1)
-    kernel = partial(adaptive.kernel, step, SCIPY, exponent, method.fsal_stage)
-    return method._replace(name=name, kernel=kernel, lane_kernel=None, start=hairer_of_pairs)

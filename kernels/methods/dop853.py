@@ -9,9 +9,8 @@ import numpy as np
 
 from ..jit_options import INLINED, njit
 from ..state.elementwise import weigh
-from ..stepping.step_size import sum_of_squares
 from ..vector.scalar_or_vector import select
-from .explicit import make_step, pair
+from .explicit import pair
 from .tableau import Row, Table, rows, tableau
 
 STAGES = tableau(
@@ -121,8 +120,9 @@ D = rows(
 TABLE = Table(STAGES, B, (E5, E3), D, EXTRA)
 
 
-def make_both_estimates(squares, parts):
-    """The error of order 5, made smaller by that of order 3, of components of so many numbers."""
+def both_estimates(table, norm):
+    """The error of order 5, made smaller by that of order 3."""
+    squares, parts = norm.squares, norm.parts
 
     @njit(**INLINED)
     def estimate(u, h, k, y, y_new, rtol, atol):
@@ -134,5 +134,4 @@ def make_both_estimates(squares, parts):
     return estimate
 
 
-STEP = make_step(TABLE, make_both_estimates(sum_of_squares, 1))
-DOP853 = pair("DOP853", TABLE, STEP, order=8, error_order=7, dense_order=7)
+DOP853 = pair("DOP853", TABLE, both_estimates, order=8, error_order=7, dense_order=7)

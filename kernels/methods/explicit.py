@@ -19,8 +19,9 @@ from ..state.elementwise import combine, weigh
 from ..state.record import STAGE, Y_OLD, K, Y
 from ..state.rows import slot
 from ..stepping import adaptive, first_step, fixed
-from ..stepping.step_size import SCIPY, rms
-from .method import Method
+from ..stepping.step_size import SCIPY, SCIPYS
+from .complex_states import OF_PAIRS, hairer_of_pairs
+from .method import ON_PAIRS, Method
 from .tableau import Row
 
 NOWHERE = (types.none, None)
@@ -88,8 +89,9 @@ def make_stages(times, rows):
     return stages
 
 
-def make_dense_rows(n, times, rows, weights):
+def make_dense_rows(name, n, table):
     """The `dense_rows` of a method whose first n stages are in the rows of the work array."""
+    (times, rows), weights = table.extra, table.d
 
     @intrinsic
     def fill(typingctx, rhs, t, h, work, block, d):
@@ -109,12 +111,12 @@ def make_dense_rows(n, times, rows, weights):
 
         return types.none(rhs, t, h, work, block, d), codegen
 
-    @njit(**INLINED)
     def dense_rows(rhs, t, h, work, block, d):
         fill(rhs, t, h, work, block, d)
         return len(rows)
 
-    return dense_rows
+    dense_rows.__name__ = name
+    return njit(**INLINED)(dense_rows)
 
 
 def make_solution(table):
@@ -130,20 +132,20 @@ def make_solution(table):
     return solution
 
 
-def make_estimate(error, norm):
-    """``estimate(u, h, k, y, y_new, rtol, atol)``: `norm` of the error h sum(error_i k_i)."""
+def one_estimate(table, norm):
+    """``estimate(u, h, k, y, y_new, rtol, atol)``: the norm of the error h sum(e_i k_i)."""
+    (error,), mean = table.errors, norm.mean
 
     @njit(**INLINED)
     def estimate(u, h, k, y, y_new, rtol, atol):
-        return norm(weigh(u, h, error, k), y, y_new, rtol, atol)
+        return mean(weigh(u, h, error, k), y, y_new, rtol, atol)
 
     return estimate
 
 
-def make_step(table, estimate=None):
-    """The step of a pair, its error measured by `estimate`: SciPy's norm unless given."""
+def make_step(table, estimate):
+    """The step of a pair, its error measured by `estimate`; see `one_estimate`."""
     solution = make_solution(table)
-    estimate = estimate or make_estimate(*table.errors, rms)
 
     @njit(**INLINED)
     def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
@@ -164,7 +166,7 @@ def make_fixed_step(table):
     return step
 
 
-def read_off(table):
+def read_off(name, table):
     """What a Method says that follows from its table."""
     s, (times, extra) = len(table.b), table.extra
     return {
@@ -172,7 +174,7 @@ def read_off(table):
         "n_rows": s + 1 + len(extra),
         "fsal_stage": s,
         "n_dense": 3 + len(table.d),
-        "dense_rows": make_dense_rows(s + 1, *table.extra, table.d) if table.d else cubic,
+        "dense_rows": make_dense_rows(name, s + 1, table) if table.d else cubic,
         "tableau": {
             "c": Row.of((0, *table.stages[0].exact, 1, *times.exact)),
             "a": (Row(), *table.stages[1], table.b, *extra),
@@ -183,41 +185,58 @@ def read_off(table):
     }
 
 
-def pair(name, table, step=None, *, error_order, control=SCIPY, **more):
+def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order, **matlabs):
     """A method of adaptive step from its Table.
 
     Parameters
     ----------
     name : str
     table : Table
-    step : function, optional
-        Written by hand, or with an error estimate of its own; see `make_step`.
-    error_order : int
-        Order of the error estimate.
-    control : Controller, optional
-    **more
-        Other fields of `Method`.
+    estimate : function, optional
+        ``estimate(table, norm)`` makes the function that `make_step` takes.
+    order, error_order, dense_order : int
+        Orders of the solution, of the error estimate and of the interpolant.
+    **matlabs
+        Where the control of the step is not SciPy's: `norm`, `control`, and fields of `Method`.
     """
-    given = step or make_step(table), control, -1 / (error_order + 1), len(table.b)
-    fields = read_off(table) | {"start": first_step.hairer} | more
-    return Method(
+    of_scipy = not matlabs
+    norm, control = matlabs.pop("norm", SCIPYS), matlabs.pop("control", SCIPY)
+
+    def looped(loop, norm):
+        step, s = make_step(table, estimate(table, norm)), len(table.b)
+        return partial(loop, step, control, -1 / (error_order + 1), s)
+
+    fields = read_off(name, table) | {"start": first_step.hairer} | matlabs
+    method = Method(
         name,
+        order=order,
         error_order=error_order,
-        kernel=partial(adaptive.kernel, *given),
-        lane_kernel=partial(lanes.adaptive, *given),
+        dense_order=dense_order,
+        kernel=looped(adaptive.kernel, norm),
+        lane_kernel=looped(lanes.adaptive, norm),
         **fields,
     )
+    of_pairs = looped(adaptive.kernel, OF_PAIRS), hairer_of_pairs
+    return _with_complex_states(method, *of_pairs) if of_scipy else method
 
 
 def single(name, table, **more):
     """A method of fixed step from its Table, which has no error estimate."""
     s = len(table.b)
     given = make_fixed_step(table), s, s
-    return Method(
+    method = Method(
         name,
         error_order=0,
         kernel=partial(fixed.kernel, *given),
         lane_kernel=partial(lanes.fixed, *given),
         start=first_step.plain,
-        **read_off(table) | more,
+        **read_off(name, table) | more,
     )
+    return _with_complex_states(method, method.kernel, method.start)
+
+
+def _with_complex_states(method, kernel, start):
+    """A method that has a form for complex states, with another loop and start."""
+    name = method.name + ON_PAIRS
+    on_pairs = method._replace(name=name, kernel=kernel, lane_kernel=None, start=start)
+    return method._replace(on_pairs=on_pairs)

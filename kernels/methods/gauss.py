@@ -77,11 +77,10 @@ def energy_polynomial(s, order):
     return np.array(rows[: order // 2])
 
 
-def make_dense_rows(s, rows):
+def make_dense_rows(name, s, rows):
     """Fills the rows of the interpolant; 0 evaluations."""
     rows = np.vstack([rows, np.zeros((max(0, 3 - len(rows)), s))])
 
-    @njit(**INLINED)
     def dense_rows(rhs, t, h, work, block, d):
         n, numbers = work.shape[1], numbers_of(work)
         for c in range(n):
@@ -92,7 +91,8 @@ def make_dense_rows(s, rows):
                 d[1 + r, c] = total
         return 0
 
-    return dense_rows
+    dense_rows.__name__ = name
+    return njit(**INLINED)(dense_rows)
 
 
 def method(name, s, order, mu, rows, nystrom=False):
@@ -112,7 +112,7 @@ def method(name, s, order, mu, rows, nystrom=False):
         batched=(s, partial(collocation.kernel, make_step(*given, batched=True))),
         start=first_step.second_order if nystrom else first_step.plain,
         n_dense=max(3, len(rows)),
-        dense_rows=make_dense_rows(s, rows),
+        dense_rows=make_dense_rows(name, s, rows),
         dense_order=len(rows),
         second_order=nystrom,
         projects=False,

@@ -8,14 +8,13 @@ The size for the next step is chosen when a step is accepted; the Nordsieck arra
 when the next step begins, so that the polynomial of the last step is that of its own array.
 """
 
-from functools import partial
-
 from ..jit_options import INTERNAL, njit
 from ..state.record import FAILED_AGAIN, NO_TOLERANCE, RAISED, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
 from ..state.rows import copy_row
-from ..stepping import first_step, implicit
+from ..stepping import first_step
 from ..stepping.differences import evaluate_row
 from ..stepping.jacobian import clear_matrix
+from .implicit import implicit
 from .lsoda_control import (
     AGAIN,
     FIRST_GROWTH,
@@ -46,7 +45,6 @@ from .lsoda_past import (
     weigh,
 )
 from .lsoda_table import CORRECTION, ORDERS, SAME
-from .method import Method
 
 MOST_FAILURES = 10
 RESTARTS = 3  # failures of one step from which on the order is one
@@ -192,19 +190,7 @@ def step(rhs, state, work, block, h_min):
             return RAISED
 
 
-LSODA = Method(
-    "LSODA",
-    order=12,
-    error_order=1,
-    n_stages=0,
-    n_rows=N_ROWS,
-    n_matrices=2,
-    fsal_stage=SLOPE - K,
-    kernel=partial(implicit.kernel, step),
-    start=first_step.lsoda,
-    n_dense=12,
-    dense_rows=dense_rows,
-    dense_order=12,
-    projects=False,
-    cost=4,
-)
+LSODA = implicit(
+    "LSODA", step, SLOPE, first_step.lsoda, order=12, error_order=1, n_rows=N_ROWS, n_matrices=2,
+    dense_rows=dense_rows, dense_order=12, projects=False, cost=4,
+)  # fmt: skip

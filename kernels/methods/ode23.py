@@ -4,7 +4,7 @@ The counts that MathWorks publishes come out; they do not depend on the share th
 rejection leaves, 0.5 here.
 """
 
+from . import rk23
 from .ode45 import as_in_matlab
-from .rk23 import TABLE
 
-ODE23 = as_in_matlab("ode23", TABLE, 0.5, order=3, error_order=2, dense_order=3)
+ODE23 = as_in_matlab("ode23", rk23.RK23, rk23.TABLE, 0.5)

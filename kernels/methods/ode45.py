@@ -1,31 +1,19 @@
 """ode45: the pair of RK45 under MATLAB's control of the step; see `step_size.matlab`."""
 
 from ..stepping import first_step
-from ..stepping.step_size import largest, matlab
+from ..stepping.step_size import MATLABS, matlab
 from . import rk45
-from .explicit import make_estimate, make_step, pair
+from .explicit import pair
 
 
-def as_in_matlab(name, table, least, **more):
+def as_in_matlab(name, pair_of_scipy, table, least):
     """A pair under MATLAB's control; `least` is that of `step_size.matlab`."""
-    (error,) = table.errors
+    given = pair_of_scipy
     return pair(
-        name,
-        table,
-        make_step(table, make_estimate(error, largest)),
-        control=matlab(least),
-        start=first_step.matlab,
-        h_max_share=0.1,
-        **more,
-    )
+        name, table, order=given.order, error_order=given.error_order,
+        dense_order=given.dense_order, dense_rows=given.dense_rows, norm=MATLABS,
+        control=matlab(least), start=first_step.matlab, h_max_share=0.1,
+    )  # fmt: skip
 
 
-ODE45 = as_in_matlab(
-    "ode45",
-    rk45.TABLE,
-    0.1,
-    order=5,
-    error_order=4,
-    dense_order=4,
-    dense_rows=rk45.dense_rows,
-)
+ODE45 = as_in_matlab("ode45", rk45.RK45, rk45.TABLE, 0.1)

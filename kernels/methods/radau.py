@@ -8,15 +8,12 @@ Whatever a step needs of the last one is in the state record and in the rows of 
 which `radau_stages.py` names.
 """
 
-from functools import partial
-
 import numpy as np
 
 from ..calls.block import RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F as DENSE
-from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
-from ..stepping import first_step, implicit
+from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
 from ..stepping.differences import evaluate_row
 from ..stepping.implicit import (
     MAX_FACTOR,
@@ -27,7 +24,7 @@ from ..stepping.implicit import (
     scaled_squares,
 )
 from ..stepping.jacobian import clear_matrix, is_constant
-from .method import Method
+from .implicit import implicit
 from .radau_stages import (
     CORRECTION,
     ERROR,
@@ -175,19 +172,7 @@ def dense_rows(rhs, t, h, work, block, d):
     return 0
 
 
-RADAU = Method(
-    "Radau",
-    order=5,
-    error_order=3,
-    n_stages=0,
-    n_rows=N_ROWS,
-    n_matrices=4,
-    complex_matrices=True,
-    fsal_stage=SLOPE - K,
-    kernel=partial(implicit.kernel, step),
-    start=first_step.implicit,
-    n_dense=3,
-    dense_rows=dense_rows,
-    dense_order=3,
-    cost=20,
-)
+RADAU = implicit(
+    "Radau", step, SLOPE, order=5, error_order=3, n_rows=N_ROWS, n_matrices=4,
+    complex_matrices=True, dense_rows=dense_rows, dense_order=3, on_pairs=True, cost=20,
+)  # fmt: skip

@@ -5,21 +5,18 @@ problems and DAEs of index 1 as that of others.  A step solves 8 systems with th
 M / (h gamma) - df/dy, factorised once, and iterates nothing.  See `rodas5p_table.py` for the paper.
 """
 
-from functools import partial
-
 from ..algebra.mass import add_product
 from ..algebra.matrices import add_jacobian_product, factorise_sum, matrix_rows, solve_sum
 from ..calls.block import MASS
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F
 from ..state.elementwise import combine, weigh
-from ..state.record import ATOL, RAISED, RTOL, RUNNING, SINGULAR, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
+from ..state.record import ATOL, RAISED, RTOL, RUNNING, SINGULAR, STAGE, STEP_TOO_SMALL, Y_OLD, Y
 from ..state.rows import copy_row, slot
-from ..stepping import first_step, implicit
 from ..stepping.differences import evaluate_row
 from ..stepping.step_size import SCIPY, rms
 from . import rodas5p_lanes
-from .method import Method
+from .implicit import implicit
 from .rodas5p_derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, TOTAL, J, U, derive
 from .rodas5p_table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
 
@@ -202,19 +199,7 @@ def dense_rows(rhs, t, h, work, block, d):
     return 0
 
 
-RODAS5P = Method(
-    "Rodas5P",
-    order=5,
-    error_order=4,
-    n_stages=0,
-    n_rows=N_ROWS,
-    n_matrices=3,
-    fsal_stage=SLOPE - K,
-    kernel=partial(implicit.kernel, step),
-    start=first_step.implicit,
-    n_dense=4,
-    dense_rows=dense_rows,
-    dense_order=4,
-    lane_kernel=rodas5p_lanes.kernel,
-    cost=10,
-)
+RODAS5P = implicit(
+    "Rodas5P", step, SLOPE, order=5, error_order=4, n_rows=N_ROWS, n_matrices=3, takes_mass=True,
+    dense_rows=dense_rows, dense_order=4, lane_kernel=rodas5p_lanes.kernel, cost=10,
+)  # fmt: skip

@@ -7,7 +7,7 @@ from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RUNNING, Y_OLD, K, Y
 from ..state.series import HIGHEST, LOW, N_ROWS, SCALE
 from ..stepping.first_step import plain
-from .method import Method
+from .method import ON_PAIRS, Method
 
 
 @njit(**INTERNAL)
@@ -61,4 +61,6 @@ TAYLOR = Method(
     dense_rows=dense_rows,
     dense_order=HIGHEST,
     h_max_share=1.0,
+    series=True,
 )
+TAYLOR = TAYLOR._replace(on_pairs=TAYLOR._replace(name=TAYLOR.name + ON_PAIRS))

@@ -23,6 +23,17 @@ MIN_FACTOR = 0.2
 MAX_FACTOR = 10.0
 
 
+class Norm(NamedTuple):
+    """How errors are measured: ``mean(error, y, y_new, rtol, atol)``, 1 at the tolerance.
+
+    `squares` is the sum of the squares behind the mean, over components of `parts` numbers each.
+    """
+
+    mean: object
+    squares: object
+    parts: int
+
+
 class Controller(NamedTuple):
     """The decisions of an adaptive loop; see the functions of the same names below."""
 
@@ -123,3 +134,5 @@ def matlab(least):
 
 
 SCIPY = Controller(_scipy_smallest, _scipy_aim, _scipy_grow, _scipy_shrink)
+SCIPYS = Norm(rms, sum_of_squares, 1)
+MATLABS = Norm(largest, None, 1)

@@ -1,4 +1,4 @@
-"""Inverse trigonometric functions of vectors, and the hypotenuse.
+"""Inverse trigonometric functions of vectors.
 
 The polynomials are minimax (Remez) in z = q^2: of (atan q - q) / q^3 on |q| <= 1.00005 tan(pi/8)
 with the error 2^-58 of atan q, of (asin q - q) / q^3 on |q| <= 1/2 with the error 2^-58 of asin q.
@@ -92,14 +92,3 @@ def arc_cosine(x):
     near = PI_2[0] - (signed(q, x) - (PI_2[1] - signed(rest, x)))
     beyond = 2.0 * where(left, PI_2[0] - (q - (PI_2[1] - rest)), q + rest)
     return where(far, beyond, near)
-
-
-@outlined
-def hypotenuse(x, y):
-    a, b = abs(x), abs(y)
-    largest = where(a > b, a, b)
-    great, small = largest > 2.0**500, largest < 2.0**-450
-    scale = where(great, 2.0**-600, where(small, 2.0**600, 1.0))
-    back = where(great, 2.0**600, where(small, 2.0**-600, 1.0))
-    a, b = a * scale, b * scale
-    return where((a == INF) | (b == INF), INF, sqrt(fma(a, a, b * b)) * back)

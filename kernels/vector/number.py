@@ -1,12 +1,11 @@
 """Vectors of real numbers as a number type: one operation acts on all lanes.
 
-A `Vector` holds one double of each of `width` lanes, a `Mask` one truth value.  A function that is
-written for numbers compiles for vectors as it stands, unless it branches on them.  Lanes never mix.
-Products and sums may be fused, and elementary functions have formulas of their own.  `exact`
-vectors do neither: each lane holds, to the last bit, what the same code makes of one number.
+A `Vector` holds one double of each of `width` lanes, a `Mask` one truth value.  A kernel that is
+written for numbers compiles for vectors as it stands, unless the kernel branches on them.  Lanes
+never mix.  Products and sums may be fused; those of `exact` vectors are not: each lane then holds,
+to the last bit, the result of the same code for one number.
 """
 
-import math
 import operator
 
 import numpy as np
@@ -18,11 +17,11 @@ from numba.extending import lower_builtin, lower_cast, models, register_model
 
 from .instructions import BIT, FUSE, REAL, intrinsic_of, splat
 
-NUMBERS = (types.Number, types.Boolean)
+NUMBERS = (types.Float, types.Integer, types.Boolean)
 
 
 class Wide(types.Type):
-    """Something in each of `width` lanes."""
+    """A value in each of `width` lanes."""
 
     def __init__(self, width, exact=False):
         self.width, self.exact = width, exact
@@ -33,11 +32,11 @@ class Vector(Wide):
     """A double in each of `width` lanes."""
 
     def can_convert_from(self, typingctx, other):
-        if isinstance(other, NUMBERS) and not isinstance(other, types.Complex):
+        if isinstance(other, NUMBERS):
             return Conversion.promote
 
     def unify(self, typingctx, other):
-        if isinstance(other, NUMBERS) and not isinstance(other, types.Complex):
+        if isinstance(other, NUMBERS):
             return self
 
 
@@ -57,36 +56,17 @@ class MaskModel(models.PrimitiveModel):
         super().__init__(manager, ty, ir.VectorType(BIT, ty.width))
 
 
-def is_real(ty):
-    """Whether a vector can be made of it: a vector, a real number or a truth value."""
-    return isinstance(ty, Vector | types.Float | types.Integer | types.Boolean)
-
-
-def widen(context, builder, ty, value, width):
-    """A value of type `ty` as a vector."""
-    if isinstance(ty, Vector):
-        return value
-    return splat(builder, context.cast(builder, value, ty, types.float64), width)
-
-
 @lower_cast(types.Number, Vector)
 @lower_cast(types.Boolean, Vector)
 def _cast(context, builder, given, wanted, value):
-    return widen(context, builder, given, value, wanted.width)
+    return splat(builder, context.cast(builder, value, given, types.float64), wanted.width)
 
 
-def vector_in(args):
-    """The one type of the vectors among argument types, None if there is none or not one."""
-    vectors = {a for a in args if isinstance(a, Vector)}
-    return vectors.pop() if len(vectors) == 1 and all(map(is_real, args)) else None
+def _teach(function, kinds, typed, code):
+    """Teach Numba `function` of arguments of the classes `kinds`.
 
-
-def teach(function, kinds, typed, code):
-    """Teach Numba `function`.
-
-    ``typed(args)`` is its signature for arguments of these types, or None; arguments become those
-    of the signature, of the classes `kinds`, and ``code(context, builder, signature, args)`` gives
-    the LLVM value.
+    ``typed(args)`` is its signature for arguments of these types, or None; ``code(context, builder,
+    signature, args)`` gives the LLVM value, for arguments of the types of the signature.
     """
 
     @infer_global(function)
@@ -97,90 +77,46 @@ def teach(function, kinds, typed, code):
     lower_builtin(function, *kinds)(code)
 
 
-def define(function, n, result, body, exact=None):
-    """Teach Numba `function` of n arguments, some of them vectors.
+def _define(function, n, result, body):
+    """Teach Numba `function` of n arguments, numbers and at least one vector.
 
-    `body(context, builder, vectors)` gives the LLVM value, and `exact` that of exact vectors, for
-    which there is no such function without; `result` is Vector or Mask.
+    ``body(builder, vectors, flags)`` gives the LLVM value; `result` is Vector or Mask.
     """
 
     def typed(args):
-        vector = vector_in(args)
-        if vector and len(args) == n and (exact or not vector.exact):
+        vectors = {a for a in args if isinstance(a, Vector)}
+        known = all(isinstance(a, (Vector, *NUMBERS)) for a in args)
+        if len(args) == n and len(vectors) == 1 and known:
+            (vector,) = vectors
             return signature(result(vector.width, vector.exact), *[vector] * n)
 
     def code(context, builder, signature, args):
-        chosen = exact if signature.args[0].exact else body
-        return chosen(context, builder, args)
+        return body(builder, args, () if signature.args[0].exact else FUSE)
 
-    teach(function, [Vector] * n, typed, code)
-
-
-def _define_same(function, n, result, body):
-    define(function, n, result, body, body)
+    _teach(function, [Vector] * n, typed, code)
 
 
-def _operation(name, flags):
-    return lambda _, builder, v: getattr(builder, name)(*v, flags=flags)
-
-
-def _named(name):
-    def body(context, builder, v):
-        return builder.call(intrinsic_of(builder, name, v[0].type, len(v)), v)
-
-    return body
+def _arithmetic(name):
+    return lambda builder, v, flags: getattr(builder, name)(*v, flags=flags)
 
 
 def _compared(sign):
-    return lambda _, builder, v: builder.fcmp_ordered(sign, *v)
+    return lambda builder, v, _: builder.fcmp_ordered(sign, *v)
 
 
-def _best(sign):
-    """Python's min and max: the first unless the next is less, or greater."""
-
-    def body(context, builder, v):
-        best = v[0]
-        for other in v[1:]:
-            best = builder.select(builder.fcmp_ordered(sign, other, best), other, best)
-        return best
-
-    return body
+def _intrinsic(name):
+    return lambda builder, v, _: builder.call(intrinsic_of(builder, name, v[0].type, 1), v)
 
 
-def _best_or_nan(sign):
-    """NumPy's minimum and maximum: NaN if either is."""
-
-    def body(context, builder, v):
-        unordered = builder.fcmp_unordered("uno", v[1], v[1])
-        return builder.select(unordered, v[1], _best(sign)(context, builder, v))
-
-    return body
-
-
-ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "truediv": "fdiv"}
-for _name, _code in ARITHMETIC.items():
+for _name, _code in (("add", "fadd"), ("sub", "fsub"), ("mul", "fmul"), ("truediv", "fdiv")):
     for _function in (getattr(operator, _name), getattr(operator, "i" + _name)):
-        define(_function, 2, Vector, _operation(_code, FUSE), _operation(_code, ()))
-for _function in (operator.neg, np.negative):
-    _define_same(_function, 1, Vector, lambda _, builder, v: builder.fneg(v[0]))
-for _function in (operator.pos, float, np.positive):
-    _define_same(_function, 1, Vector, lambda _, builder, v: v[0])
+        _define(_function, 2, Vector, _arithmetic(_code))
 for _name, _sign in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("eq", "==")):
-    _define_same(getattr(operator, _name), 2, Mask, _compared(_sign))
-_define_same(operator.ne, 2, Mask, lambda _, builder, v: builder.fcmp_unordered("!=", *v))
-for _function in (math.sqrt, np.sqrt):
-    _define_same(_function, 1, Vector, _named("sqrt"))
-for _function in (abs, math.fabs, np.abs, np.fabs):
-    _define_same(_function, 1, Vector, _named("fabs"))
-for _function in (np.floor, np.ceil, np.trunc, np.rint):
-    _define_same(_function, 1, Vector, _named(_function.__name__))
-for _function in (math.copysign, np.copysign):
-    _define_same(_function, 2, Vector, _named("copysign"))
-for _n in (2, 3, 4):
-    _define_same(min, _n, Vector, _best("<"))
-    _define_same(max, _n, Vector, _best(">"))
-_define_same(np.minimum, 2, Vector, _best_or_nan("<"))
-_define_same(np.maximum, 2, Vector, _best_or_nan(">"))
+    _define(getattr(operator, _name), 2, Mask, _compared(_sign))
+_define(operator.ne, 2, Mask, lambda builder, v, _: builder.fcmp_unordered("!=", *v))
+_define(operator.neg, 1, Vector, lambda builder, v, _: builder.fneg(v[0]))
+_define(np.sqrt, 1, Vector, _intrinsic("sqrt"))
+_define(abs, 1, Vector, _intrinsic("fabs"))
 
 
 def _define_of_masks(function, n, name):
@@ -191,20 +127,9 @@ def _define_of_masks(function, n, name):
     def code(context, builder, signature, args):
         return getattr(builder, name)(*args)
 
-    teach(function, [Mask] * n, typed, code)
+    _teach(function, [Mask] * n, typed, code)
 
 
-for _name, _code in (("and", "and_"), ("or", "or_"), ("xor", "xor")):
-    _define_of_masks(getattr(operator, _code), 2, _code)
-    _define_of_masks(getattr(np, f"logical_{_name}"), 2, _code)
-for _function in (operator.invert, np.logical_not):
-    _define_of_masks(_function, 1, "not_")
-
-
-def _typed_where(args):
-    if len(args) == 3 and isinstance(args[0], Mask) and all(map(is_real, args[1:])):
-        vector = Vector(args[0].width, args[0].exact)
-        return signature(vector, args[0], vector, vector)
-
-
-teach(np.where, [Mask, Vector, Vector], _typed_where, lambda _, builder, s, v: builder.select(*v))
+for _function, _code in ((operator.and_, "and_"), (operator.or_, "or_")):
+    _define_of_masks(_function, 2, _code)
+_define_of_masks(operator.invert, 1, "not_")

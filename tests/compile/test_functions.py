@@ -23,6 +23,7 @@ from support.oscillators import (
     returns_list,
     returns_tuple,
     takes,
+    writes_to_y,
 )
 from support.rounding import spread
 
@@ -38,6 +39,14 @@ def test_it_compiles_and_agrees_with_scipy(fun, args):
         warnings.simplefilter("error")
         ours = fastdyn.solve_ivp(fun, **problem)
     theirs = scipy.integrate.solve_ivp(fun, **problem)
+    assert ours.nfev == theirs.nfev
+    np.testing.assert_allclose(ours.y, theirs.y, rtol=0, atol=ROUNDING)
+
+
+def test_a_function_that_writes_to_the_state_runs_in_python():
+    with pytest.warns(fastdyn.CompileWarning, match="changes the state that it is given"):
+        ours = fastdyn.solve_ivp(writes_to_y, **OSCILLATION)
+    theirs = scipy.integrate.solve_ivp(writes_to_y, **OSCILLATION)
     assert ours.nfev == theirs.nfev
     np.testing.assert_allclose(ours.y, theirs.y, rtol=0, atol=ROUNDING)
 

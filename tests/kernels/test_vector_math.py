@@ -12,7 +12,18 @@ from numba import njit
 from fastdyn.kernels.ensemble import lanes
 from fastdyn.kernels.state.layout import Form
 from fastdyn.kernels.vector import exponential, inverse, logarithm, trigonometric
-from support.by_vectors import ANY, RNG, SPECIAL, N, joined, same, spread, uniform, vectors
+from support.by_vectors import (
+    ANY,
+    RNG,
+    SPECIAL,
+    N,
+    formula,
+    joined,
+    same,
+    spread,
+    uniform,
+    vectors,
+)
 
 
 def near_multiples(unit, largest):
@@ -29,30 +40,30 @@ EXPONENTS = joined(
 )
 POSITIVE = joined(uniform(0, 3), abs(spread(-323, 308)), 1 + spread(-16, -1), uniform(0.6, 1.5))
 UNIT = joined(uniform(-1, 1), spread(-320, 0), uniform(0.45, 0.55), 1 - abs(spread(-16, -1)))
-FUNCTIONS = {  # ours, mpmath's, NumPy's, arguments
-    "sin": (math.sin, mpmath.sin, np.sin, ANGLES),
-    "cos": (math.cos, mpmath.cos, np.cos, ANGLES),
-    "tan": (math.tan, mpmath.tan, np.tan, ANGLES),
-    "exp": (math.exp, mpmath.exp, np.exp, EXPONENTS),
-    "expm1": (math.expm1, mpmath.expm1, np.expm1, EXPONENTS),
+FUNCTIONS = {  # mpmath's, NumPy's, arguments
+    "sin": (mpmath.sin, np.sin, ANGLES),
+    "cos": (mpmath.cos, np.cos, ANGLES),
+    "tan": (mpmath.tan, np.tan, ANGLES),
+    "exp": (mpmath.exp, np.exp, EXPONENTS),
+    "expm1": (mpmath.expm1, np.expm1, EXPONENTS),
     "exp2": (
-        np.exp2, lambda x: mpmath.power(2, x), np.exp2, joined(uniform(-1080, 1030), uniform(-2, 2))
+        lambda x: mpmath.power(2, x), np.exp2, joined(uniform(-1080, 1030), uniform(-2, 2))
     ),
-    "sinh": (math.sinh, mpmath.sinh, np.sinh, EXPONENTS),
-    "cosh": (math.cosh, mpmath.cosh, np.cosh, EXPONENTS),
-    "tanh": (math.tanh, mpmath.tanh, np.tanh, EXPONENTS),
-    "log": (math.log, mpmath.log, np.log, POSITIVE),
-    "log1p": (math.log1p, mpmath.log1p, np.log1p, joined(POSITIVE - 1, -abs(spread(-300, 0)))),
-    "log2": (np.log2, lambda x: mpmath.log(x) / mpmath.log(2), np.log2, POSITIVE),
-    "log10": (math.log10, mpmath.log10, np.log10, POSITIVE),
-    "cbrt": (np.cbrt, lambda x: mpmath.sign(x) * mpmath.cbrt(abs(x)), np.cbrt, ANY),
-    "asin": (math.asin, mpmath.asin, np.arcsin, UNIT),
-    "acos": (math.acos, mpmath.acos, np.arccos, UNIT),
-    "atan": (math.atan, mpmath.atan, np.arctan, ANY),
+    "sinh": (mpmath.sinh, np.sinh, EXPONENTS),
+    "cosh": (mpmath.cosh, np.cosh, EXPONENTS),
+    "tanh": (mpmath.tanh, np.tanh, EXPONENTS),
+    "log": (mpmath.log, np.log, POSITIVE),
+    "log1p": (mpmath.log1p, np.log1p, joined(POSITIVE - 1, -abs(spread(-300, 0)))),
+    "log2": (lambda x: mpmath.log(x) / mpmath.log(2), np.log2, POSITIVE),
+    "log10": (mpmath.log10, np.log10, POSITIVE),
+    "cbrt": (lambda x: mpmath.sign(x) * mpmath.cbrt(abs(x)), np.cbrt, ANY),
+    "asin": (mpmath.asin, np.arcsin, UNIT),
+    "acos": (mpmath.acos, np.arccos, UNIT),
+    "atan": (mpmath.atan, np.arctan, ANY),
 }  # fmt: skip
 for _y in (0.5, 1.5, 2.0, 2.5, -0.5, -1.5, -2.5, -3.0):
     FUNCTIONS[f"power {_y}"] = (
-        njit(lambda x, y=_y: x**y), lambda x, y=_y: mpmath.power(x, y),
+        lambda x, y=_y: mpmath.power(x, y),
         lambda x, y=_y: np.power(x, np.full_like(x, y)), POSITIVE,
     )  # fmt: skip
 
@@ -62,22 +73,26 @@ PLANE = np.concatenate([uniform(-5, 5), spread(-323, 308), spread(-323, -300), s
 OTHER = np.concatenate([uniform(-5, 5), spread(-323, 308), spread(-323, -300), spread(300, 308)])
 FUNCTIONS_OF_TWO = {
     "pow": (
-        math.pow, mpmath.power, np.power,
+        mpmath.power, np.power,
         BASES, RNG.uniform(-745, 710, len(BASES)) / np.log(np.where(BASES == 1, 2, BASES)),
     ),
-    "atan2": (math.atan2, mpmath.atan2, np.arctan2, PLANE, OTHER),
-    "hypot": (math.hypot, lambda x, y: mpmath.sqrt(x * x + y * y), np.hypot, PLANE, OTHER),
+    "atan2": (mpmath.atan2, np.arctan2, PLANE, OTHER),
 }  # fmt: skip
 
 
 def of_one(name):
-    function, exact, numpys, x = FUNCTIONS[name]
-    return lambda x: function(x), exact, numpys, (x,)
+    exact, numpys, x = FUNCTIONS[name]
+    if not name.startswith("power"):
+        ours = formula(name)
+        return lambda x: ours(x), exact, numpys, (x,)
+    power, exponent = formula("pow", 2), float(name.split()[1])
+    return lambda x: power(x, exponent), exact, numpys, (x,)
 
 
 def of_two(name):
-    function, exact, numpys, *columns = FUNCTIONS_OF_TWO[name]
-    return lambda x, y: function(x, y), exact, numpys, columns
+    exact, numpys, *columns = FUNCTIONS_OF_TWO[name]
+    ours = formula(name, 2)
+    return lambda x, y: ours(x, y), exact, numpys, columns
 
 
 CASES = [of_one(name) for name in FUNCTIONS] + [of_two(name) for name in FUNCTIONS_OF_TWO]
@@ -128,12 +143,12 @@ def test_a_lane_depends_neither_on_the_others_nor_on_the_width(function, exact, 
 
 
 def test_sine_and_cosine_of_one_argument_are_one_call():
-    form = Form(1, 8)
+    form, sine, cosine = Form(1, 8), formula("sin"), formula("cos")
 
     @njit
     def product(a):
         x = lanes.field(form, a, 0)
-        lanes.leave(form, a, 0, math.sin(x) * np.cos(x) * math.sin(x + 1.0))
+        lanes.leave(form, a, 0, sine(x) * cosine(x) * sine(x + 1.0))
 
     product(np.ones((1, 8)))
     (code,) = product.inspect_llvm().values()

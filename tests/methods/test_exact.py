@@ -2,8 +2,6 @@
 
 import functools
 import math
-import sys
-import types
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,10 +10,7 @@ import scipy.integrate
 from scipy.special import ellipj, ellipk
 
 import fastdyn
-from fastdyn.kernels import methods
 from fastdyn.kernels.methods import METHODS
-from fastdyn.kernels.methods.explicit import pair
-from fastdyn.kernels.methods.rk45 import TABLE as RK45_TABLE
 from fastdyn.specialise import scalar, shared_or_inlined
 from support.motions import pendulum, satellite
 
@@ -225,20 +220,5 @@ def test_both_tiers_give_the_same_bits(method, n, monkeypatch):
     assert len(built) == (1 if n <= scalar.MAX_TUPLE else 0)
     assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y)
     assert (a.nfev, a.n_rejected) == (b.nfev, b.n_rejected)
-    t = np.linspace(0, 3, 301)
-    assert np.array_equal(a.sol(t), b.sol(t))
-
-
-@pytest.mark.parametrize("compile", ["shared", "inlined"])
-def test_the_pair_built_from_the_table_of_rk45_has_its_bits(compile, monkeypatch):
-    file = types.ModuleType("built")
-    vars(file)["BUILT"] = pair("built", RK45_TABLE, order=5, error_order=4, dense_order=4)
-    monkeypatch.setitem(sys.modules, f"{methods.__name__}.built", file)
-    facts = METHODS["RK45"]._replace(name="built", file="built", dense_rows="built")
-    monkeypatch.setitem(methods.BY_NAME, "built", facts)
-    for module in ("fastdyn.problem.validate", __name__):
-        monkeypatch.setattr(f"{module}.METHODS", methods.BY_NAME)
-    a, b = (solved_in(compile, method, 4) for method in ("RK45", "built"))
-    assert np.array_equal(a.t, b.t) and np.array_equal(a.y, b.y) and a.nfev == b.nfev
     t = np.linspace(0, 3, 301)
     assert np.array_equal(a.sol(t), b.sol(t))

@@ -5,10 +5,12 @@ import math
 
 import numpy as np
 from numba import njit
+from numba.extending import intrinsic
 
 from fastdyn.kernels.ensemble import lanes
 from fastdyn.kernels.state.layout import Form
-from fastdyn.kernels.vector import elementary  # noqa: F401
+from fastdyn.kernels.vector.emit import Lanes
+from fastdyn.kernels.vector.formulas import BY_NAME
 
 RNG = np.random.default_rng(1)
 N = 400
@@ -18,6 +20,24 @@ SPECIAL = [
     -745.0, 800.0, -800.0, 1.7976931348623157e308, -1.7976931348623157e308, math.inf, -math.inf,
     math.nan,
 ]  # fmt: skip
+
+
+@functools.cache
+def formula(name, n=1):
+    """The formula of that name, of n vectors, for functions that Numba compiles."""
+
+    def body(builder, args):
+        return BY_NAME[name](*(Lanes(builder, v) for v in args)).value
+
+    @intrinsic
+    def of_one(typingctx, x):
+        return x(x), lambda c, b, s, args: body(b, args)
+
+    @intrinsic
+    def of_two(typingctx, x, y):
+        return x(x, x), lambda c, b, s, args: body(b, args)
+
+    return (of_one, of_two)[n - 1]
 
 
 def vectors(function, *columns, width=8):

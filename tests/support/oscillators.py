@@ -153,7 +153,6 @@ CASES = {
     "empty_like": (fills_like, ()),
     "slices": (slices, ()),
     "slice arithmetic": (doubles_slices, ()),
-    "writes to y": (writes_to_y, ()),
     "list filled": (fills_list, ()),
     "comprehension": (comprehends, ()),
     "branches": (branches, ()),

@@ -16,7 +16,6 @@ from .. import memory
 
 MISSING = object()
 HEAP_TYPE = 1 << 9  # the flag of classes written in Python
-TUPLES = "__fastdyn_tuples__"  # marks a function whose returned list may become a tuple
 
 
 class Reference(NamedTuple):

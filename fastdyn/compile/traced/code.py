@@ -135,5 +135,5 @@ def _decisions(traced):
 def kind_of_group(group):
     """The parameter type of a group; arrays are passed in place, or copied."""
     if group.shape is not None:
-        return ("frozen", group.dtype, len(group.shape))
+        return ("array", group.dtype, len(group.shape))
     return INT if group.whole else FLOAT

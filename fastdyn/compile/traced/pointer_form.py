@@ -79,10 +79,10 @@ def _note_sides(builder, truths, block):
 
 
 def _plan(traced):
-    n = traced.mode.given(traced.n)[0]
-    table = Table(traced.trace.graph, n)
-    needed = Needed(table, traced.stored, traced.trace.raising)
-    return plan_of(traced, needed)
+    ends = [*traced.stored, traced.trace.raising]
+    size = 1 + max((node.data for node in live(ends) if node.op == "y"), default=0)
+    table = Table(traced.trace.graph, size)
+    return plan_of(traced, Needed(table, traced.stored, traced.trace.raising))
 
 
 def plan_of(traced, needed):

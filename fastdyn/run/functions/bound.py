@@ -13,9 +13,7 @@ from fastdyn.compile.traced.met import writes_to_state
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import bind_equations
 
-from .followed import with_room, writes_what_others_use
-
-CHANGES = "it may change an array that another function of the solve uses"
+from .followed import with_room
 
 
 def leave_writers_to_scipy(problem, bound, others):
@@ -25,8 +23,6 @@ def leave_writers_to_scipy(problem, bound, others):
     for each, fun in functions:
         if not (each.mode.acts_on_state or each.mode.one_number):
             continue
-        if each.function is not None and each.function.mode.writes_to_state:
-            raise WritesToState
         if each.callback is not None:
             if writes_to_state(fun, p.args, each.mode, n):
                 raise WritesToState
@@ -35,16 +31,11 @@ def leave_writers_to_scipy(problem, bound, others):
 
 def bind_functions(problem, stores=False):
     """Bind the equations of a problem, and the functions that are called between steps."""
-    p, n = problem, len(problem.y0)
+    p = problem
     others = between_steps(p)
     bound = bind_equations(p, stores=stores)
     near = Near(p.t0, p.tf, p.y0, not p.method.series)
     bounds = [_bind(p, fun, mode, near) for fun, mode in others]
-    for i, (fun, mode) in enumerate(others):
-        if writes_what_others_use(bounds[i], [bound, *bounds[:i], *bounds[i + 1 :]]):
-            bounds[i] = bind(fun, p.args, mode, n, refused=CHANGES)
-    if writes_what_others_use(bound, bounds):
-        bound = bind_equations(p, CHANGES)
     if p.callback is None and all(b.function is not None for b in (bound, *bounds)):
         return bound, bounds
     return with_room(bound), [with_room(b) for b in bounds]

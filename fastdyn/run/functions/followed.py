@@ -10,7 +10,6 @@ import types as python
 import numpy as np
 
 from fastdyn.compile.bind import bind
-from fastdyn.compile.compare import arrays_given
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.rebind import rebind
 from fastdyn.compile.traced.find import Near
@@ -85,32 +84,6 @@ def _given(bound):
     return fun, args, bound.mode, n, in_batches(bound.function)
 
 
-def by_numba(bound):
-    """True if Numba compiled the function: such code may write to arrays, traced code may not."""
-    return bound.function is not None and bound.function.traced is None and not (
-        bound.pair or bound.mode.constant
-    )  # fmt: skip
-
-
-def writes_what_others_use(bound, others):
-    """True if the machine code of a function may write to an array that other functions read."""
-    written = arrays_given(bound) if by_numba(bound) else []
-    return any(
-        np.may_share_memory(a, b) for each in (others if written else ()) for a in written
-        for b in _read_by(each, a)
-    )  # fmt: skip
-
-
-def _read_by(bound, unknown):
-    """The arrays that a compiled function reads; `unknown` if the function may read any array."""
-    if bound.function is None or bound.mode.constant:
-        return []
-    if bound.function.traced is None and not bound.pair:
-        return arrays_given(bound)
-    found = None if bound.pair else arrays_read(*_given(bound))
-    return [unknown] if found is None else found
-
-
 def changes_of_code(fun, args, mode, n, batches=False):
     """True if other outside values may need other code.
 
@@ -124,15 +97,6 @@ def changes_of_code(fun, args, mode, n, batches=False):
         and row[1:] != NO_ATTRIBUTES
         for row in known[0].traced.trace.reads.rows
     )
-
-
-def arrays_read(fun, args, mode, n, batches=False):
-    """The arrays that a traced function reads; None if not known."""
-    known = known_trace(fun, args, mode, n, batches=batches)
-    if known is None:
-        return None
-    found = known[0].traced.trace.reads.found((fun, *args))
-    return [value for value in found if isinstance(value, np.ndarray)]
 
 
 def keep_true(functions, args, near, callbacks):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.problem.option_names import refuse_unknown
-from fastdyn.problem.validate import ALL, MATLAB_METHODS, method_named, time_span
+from fastdyn.problem.validate import ALL, method_named, time_span
 
 OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
 TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
@@ -34,7 +34,7 @@ def completed(system, method, options, of_ensemble=None) -> dict[str, Any]:
     if "events" in options:
         options["events"] = event_functions(system, options["events"])
     if ours is None or ours.error_order:
-        like_matlab = ours is not None and ours.name in MATLAB_METHODS
+        like_matlab = ours is not None and ours.like_matlab
         options = (MATLAB_TOLERANCES if like_matlab else TOLERANCES) | options
         if system.breakpoints is not None and (ours is not None or automatic):
             options.setdefault("breakpoints", system.breakpoints)

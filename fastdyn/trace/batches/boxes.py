@@ -156,7 +156,7 @@ class Formula:
 
 
 def name_of(batch):
-    """The name of the array that holds a batch: state, parameters, block, or memory of the batch."""
+    """The name of the array that holds a batch: state, parameters, block, or its memory."""
     if batch.op in ("y", "block"):
         return batch.op
     return ("par", batch.data) if batch.op == "par" else batch.number

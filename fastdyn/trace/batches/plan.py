@@ -54,7 +54,7 @@ class Plan(Edges):
         self._make_roots()
 
     def _choose(self, fixed):
-        """Choose the batches to keep in memory: costly ones that several places read, and `fixed`."""
+        """Choose the batches to keep in memory: `fixed`, and costly ones with several uses."""
         table, cost, uses = self.table, {}, {}
         for b in table.batches:
             if b.number in self.live:

@@ -1,1 +1,1 @@
-"""Passes over Numba's intermediate representation of the user's functions."""
+"""Numba's reading of a user's function, changed where compiled code would differ from Python."""

@@ -1,82 +1,161 @@
-"""Powers and conversions whose meaning in Python compiled code would not keep."""
+"""Arithmetic that means something else on Numba's types than in Python.
+
+Whole numbers of Python have no end, those of compiled code have 64 bits: where a result does not
+fit, the compiled function raises, and the solve goes on in Python.  Arithmetic on lists, which
+arrive as arrays, and on truth values is refused.
+"""
+
+# Numba's types say less than they are.
+# pyright: reportArgumentType=false, reportIncompatibleMethodOverride=false, reportOptionalCall=false
 
 import operator
 
-from numba.core import ir, types
-from numba.extending import overload
+from llvmlite import ir as code
+from numba import types
+from numba.core import errors, ir
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.extending import intrinsic
 
-from fastdyn.kernels.jit_options import INTERNAL
+from fastdyn.kernels.jit_options import INTERNAL, njit
 
-from .checked_integers import INSTEAD as CONVERSIONS
-from .checked_integers import TOO_LARGE
-from .definitions import call_statements, made_once, outside_value
+from ..arguments import is_list
 
-EXACT = 2.0**53  # up to which floats are all whole numbers
-
-
-def power(a, b):
-    """a ** b, a real number for whole numbers too: Python's 10 ** -2 is none that an int holds."""
-    return a**b
+TOO_LARGE = "a whole number beyond 64 bits"
+LIMIT = 2.0**63
+OF_TRUTHS = (operator.add, operator.iadd, operator.mul, operator.imul)  # NumPy's True, not 2
 
 
-def _of_whole_numbers(a, b):
-    found = float(a) ** b
-    if abs(found) > EXACT:
+def _with_flag(name):
+    """The operation of LLVM that says whether its result fits."""
+
+    @intrinsic
+    def operation(typingctx, a, b):
+        def codegen(context, builder, signature, args):
+            word = args[0].type
+            kind = code.FunctionType(code.LiteralStructType([word, code.IntType(1)]), [word, word])
+            both = builder.call(
+                builder.module.declare_intrinsic(f"llvm.{name}.with.overflow", [word], kind), args
+            )
+            with builder.if_then(builder.extract_value(both, 1), likely=False):
+                context.call_conv.return_user_exc(builder, OverflowError, (TOO_LARGE,))
+            return builder.extract_value(both, 0)
+
+        return types.int64(types.int64, types.int64), codegen
+
+    return operation
+
+
+_add, _subtract, _multiply = map(_with_flag, ("sadd", "ssub", "smul"))
+
+
+@njit(**INTERNAL)
+def _negative(a):
+    return _subtract(0, a)
+
+
+@njit(**INTERNAL)
+def _shift_left(a, b):
+    if not 0 <= b < 63:
         raise OverflowError(TOO_LARGE)
-    return found
+    return _multiply(a, 1 << b)
 
 
-@overload(power, jit_options=INTERNAL)
+@njit(**INTERNAL)
 def _power(a, b):
-    if isinstance(a, types.Integer) and isinstance(b, types.Integer):
-        return _of_whole_numbers
-    return lambda a, b: a**b
+    """a ** b by products; Python's is no whole number if b < 0."""
+    if b < 0:
+        raise OverflowError(TOO_LARGE)
+    result = 1
+    for _ in range(b):
+        result = _multiply(result, a)
+    return result
 
 
-def replace_powers(blocks):
-    """Send a ** b to `power`, but for constant exponents that are no negative whole numbers."""
-    constants = {
-        statement.target.name: statement.value.value
-        for block in blocks.values()
-        for statement in block.find_insts(ir.Assign)
-        if isinstance(statement.value, ir.Const)
-    }
-    for block in blocks.values():
-        body = []
-        for statement in block.body:
-            value = getattr(statement, "value", None)
-            if isinstance(value, ir.Expr) and value.op in ("binop", "inplace_binop"):
-                exponent = constants.get(value.rhs.name)
-                plain = isinstance(exponent, float) or (isinstance(exponent, int) and exponent >= 0)
-                if value.fn in (operator.pow, operator.ipow) and not plain:
-                    body += call_statements(
-                        power, (value.lhs, value.rhs), statement.target, value.loc
-                    )
-                    continue
-            body.append(statement)
-        block.body = body
+@njit(**INTERNAL)
+def _fitting(x):
+    """x, of which int(x), floor(x) and their kin are whole numbers of 64 bits."""
+    if not abs(x) < LIMIT:
+        raise OverflowError(TOO_LARGE)
+    return x
 
 
-def replace_conversions(blocks):
-    """Send int(x), round(x) and their kin to the functions that check what they make."""
-    made = made_once(blocks)
-    for block in blocks.values():
-        body = []
-        for statement in block.body:
-            function = _conversion(getattr(statement, "value", None), made)
-            if function is None:
+CHECKED = {
+    operator.add: _add, operator.iadd: _add, operator.sub: _subtract, operator.isub: _subtract,
+    operator.mul: _multiply, operator.imul: _multiply, operator.neg: _negative,
+    operator.lshift: _shift_left, operator.ilshift: _shift_left,
+    operator.pow: _power, operator.ipow: _power,
+}  # fmt: skip
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class Arithmetic(FunctionPass):
+    """Check or refuse operations, once types are known."""
+
+    _name = "fastdyn_arithmetic"
+
+    def __init__(self):
+        FunctionPass.__init__(self)
+
+    def run_pass(self, state):
+        for block in state.func_ir.blocks.values():
+            body = []
+            for statement in block.body:
+                value = getattr(statement, "value", None)
+                if isinstance(value, ir.Expr) and value.op in ("binop", "inplace_binop", "unary"):
+                    _refuse(value, state.typemap)
+                    statement.value = _checked(value, state)
+                elif isinstance(value, ir.Expr) and value.op == "call":
+                    body += _fitted(value, statement.target.scope, state)
                 body.append(statement)
-            else:
-                value = statement.value
-                body += call_statements(function, value.args, statement.target, value.loc)
-        block.body = body
+            block.body = body
+        return True
 
 
-def _conversion(value, made):
-    """The checked function for a conversion of one number, or None."""
-    if not (isinstance(value, ir.Expr) and value.op == "call" and len(value.args) == 1):
-        return None
-    if value.kws or value.vararg is not None:
-        return None
-    called = outside_value(value.func.name, made)
-    return next((ours for his, ours in CONVERSIONS.items() if his is called), None)
+def _refuse(value, types_of):
+    """Raise TypingError for 2 * [1, 2], which is [1, 2, 1, 2], and for True + True."""
+    operands = [types_of[v.name] for v in value.list_vars()]
+    arrays = [ty for ty in operands if isinstance(ty, types.Array)]
+    if arrays and all(map(is_list, arrays)):
+        raise errors.TypingError("it computes with a list", loc=value.loc)
+    truths = all(isinstance(getattr(ty, "dtype", ty), types.Boolean) for ty in operands)
+    if truths and value.fn in OF_TRUTHS:
+        raise errors.TypingError("it computes with truth values", loc=value.loc)
+
+
+def _checked(value, state):
+    """The checked form of an expression on whole numbers; the expression itself of others."""
+    function = CHECKED.get(value.fn)
+    names = ["value"] if value.op == "unary" else ["lhs", "rhs"]
+    operands = [getattr(value, name) for name in names]
+    kinds = [state.typemap[v.name] for v in operands]
+    whole = all(isinstance(ty, types.Integer | types.Boolean) for ty in kinds)
+    if function is None or not whole or state.calltypes[value].return_type != types.int64:
+        return value
+    given = dict(zip(names, operands, strict=True))
+    given |= {f"static_{name}": ir.UNDEFINED for name in names}
+    op = "unary" if value.op == "unary" else "binop"
+    return _typed(ir.Expr(op=op, loc=value.loc, fn=function, **given), function, operands, state)
+
+
+def _typed(expression, function, operands, state, kind=types.int64):
+    """An expression whose function takes operands of one type."""
+    context = state.typingctx
+    found = context.resolve_value_type(function).get_call_type(context, (kind,) * len(operands), {})
+    state.calltypes[expression] = found
+    return expression
+
+
+def _fitted(call, scope, state):
+    """The statements before a conversion of a float to a whole number, which then takes a check."""
+    signature, function = state.calltypes[call], state.typemap[call.func.name]
+    floats = [isinstance(ty, types.Float) for ty in signature.args if signature is not None]
+    if isinstance(function, types.Dispatcher) or floats != [True]:
+        return []
+    if signature.return_type != types.int64:
+        return []
+    given, loc = call.args[0], call.loc
+    checked = ir.Expr(op="unary", loc=loc, fn=_fitting, value=given, static_value=ir.UNDEFINED)
+    place = scope.redefine("$fastdyn_fitting", loc)
+    state.typemap[place.name] = types.float64
+    call.args = [place]
+    return [ir.Assign(_typed(checked, _fitting, [given], state, types.float64), place, loc)]

@@ -1,55 +1,54 @@
-"""Outside numbers and arrays come from the parameter block; outside functions are compiled."""
+"""Values from outside as constants of Numba's IR, and functions from outside compiled."""
 
 from types import ModuleType
 
+import numpy as np
 from numba.core import ir
 
-from ...callables.captured import MISSING, resolve, track, walks_into
-from .definitions import call_statements, made_once, outside_value
+from ...callables.captured import MISSING, count_definitions, resolve, track, walks_into
+from ...callables.diagnostics import Uncompilable
 
-BLOCK = "$fastdyn_block"
+LARGEST = 10**6  # bytes of an array
+JOIN = (np.concatenate, np.hstack, np.vstack, np.stack, np.column_stack, np.dstack)
 
 
-def replace_outside(blocks, counts, plan, called_function):
-    """Load outside numbers and arrays, and call the compiled form of outside functions.
+def replace_outside(blocks, function, owner, called_function):
+    """Put constants in place of attributes, tuples of lists, and compiled functions of functions.
 
-    `called_function` makes that form, or None of what is no function.
+    ``called_function(value)`` gives the compiled function, or None if the value is no function.
     """
-    changes = {}
-    uses = list(track(blocks, counts, plan.owner is not None))
+    uses = list(track(blocks, count_definitions(blocks), owner is not None))
     read_from = {p._replace(attributes=p.attributes[:-1]) for *_, p in uses if p.attributes}
-    for block, i, statement, path in uses:
+    for _, _, statement, path in uses:
         if path.root == "self" and not path.attributes:
             continue
-        value, depth = resolve(path, plan.function, plan.owner)
+        value, depth = resolve(path, function, owner)
         if depth < len(path.attributes) or value is MISSING:
             continue
-        load = plan.loads.get(path)
-        if load is None:
-            function = called_function(value)
-            if function is not None:
-                value = function
-            elif walks_into(value) and not isinstance(value, ModuleType) and path in read_from:
-                value = None  # an object or class: only what is read from it is needed
-            elif _numbers(value) and _only_read(blocks, statement.target.name):
-                value = tuple(value)
-            elif not path.attributes or isinstance(value, ModuleType) or callable(value):
-                continue
-        name = ".".join((path.name, *path.attributes))
-        changes.setdefault(id(block), (block, {}))[1][i] = (statement, load, value, name)
-    for block, found in changes.values():
-        body = []
-        for i, statement in enumerate(block.body):
-            if i not in found:
-                body.append(statement)
-                continue
-            _, load, value, name = found[i]
-            scope, loc = statement.target.scope, statement.loc
-            if load is None:
-                body.append(ir.Assign(ir.Global(name, value, loc), statement.target, loc))
-                continue
-            body += call_statements(load, (scope.get_or_define(BLOCK, loc),), statement.target, loc)
-        block.body = body
+        compiled = called_function(value)
+        if compiled is not None:
+            value = compiled
+        elif walks_into(value) and not isinstance(value, ModuleType) and path in read_from:
+            value = None  # of an object or a class only its attributes are needed
+        elif _numbers(value) and _only_read(blocks, statement.target.name):
+            value = tuple(value)
+        elif isinstance(value, np.ndarray):
+            value = _constant(value, path)
+        elif not path.attributes or isinstance(value, ModuleType) or callable(value):
+            continue
+        statement.value = ir.Global(_named(path), value, statement.loc)
+
+
+def _named(path):
+    return ".".join((path.name, *path.attributes))
+
+
+def _constant(array, path):
+    """An array as a constant; Numba would hold the address of a large array, or one with gaps."""
+    if array.nbytes > LARGEST:
+        size = f"{array.nbytes} bytes, which are too many for code"
+        raise Uncompilable(f"it uses `{_named(path)}`, an array of {size}: pass it as `args`")
+    return np.ascontiguousarray(array) if array.ndim else array
 
 
 def _numbers(value):
@@ -57,8 +56,8 @@ def _numbers(value):
 
 
 def _only_read(blocks, name):
-    """Whether all that is done with a list is to take its elements, or its length."""
-    made = made_once(blocks)
+    """True if the code only takes the elements of a list, or its length."""
+    made = _made_once(blocks)
     for block in blocks.values():
         for statement in block.body:
             used = name in [v.name for v in statement.list_vars()]
@@ -68,23 +67,45 @@ def _only_read(blocks, name):
             op = getattr(value, "op", None)
             element = op in ("getitem", "static_getitem", "getiter") and value.value.name == name
             whole = op == "static_getitem" and isinstance(value.index, slice)
-            length = op == "call" and outside_value(value.func.name, made) is len
+            length = op == "call" and _outside_value(value.func.name, made) is len
             if whole or not (element or length):
                 return False
     return True
 
 
-def unpack_first_argument(blocks):
-    """first = arg(0)  ->  given = arg(0); first = given[0]; block = given[1]."""
-    block = blocks[min(blocks)]
-    for i, statement in enumerate(block.body):
-        if isinstance(statement, ir.Assign) and isinstance(statement.value, ir.Arg):
-            if statement.value.index == 0:
-                scope, loc = statement.target.scope, statement.loc
-                given = scope.redefine("$fastdyn_given", loc)
-                parts = [
-                    ir.Assign(ir.Expr.static_getitem(given, k, None, loc), v, loc)
-                    for k, v in enumerate((statement.target, scope.get_or_define(BLOCK, loc)))
-                ]
-                block.body[i : i + 1] = [ir.Assign(statement.value, given, loc), *parts]
-                return
+def join_tuples(blocks):
+    """Give the functions that join arrays a tuple for a list display: arrays of several types."""
+    made, uses = _made_once(blocks), {}
+    for block in blocks.values():
+        for statement in block.body:
+            for v in statement.list_vars():
+                uses[v.name] = uses.get(v.name, 0) + 1
+    for statement in list(made.values()):
+        value = statement.value
+        if isinstance(value, ir.Expr) and value.op == "call" and len(value.args) >= 1:
+            inner = made.get(value.args[0].name)
+            if _outside_value(value.func.name, made) in JOIN and inner is not None:
+                listed = isinstance(inner.value, ir.Expr) and inner.value.op == "build_list"
+                if listed and uses[value.args[0].name] <= 3:  # made, given, and named by Numba
+                    inner.value = ir.Expr.build_tuple(inner.value.items, inner.value.loc)
+
+
+def _made_once(blocks):
+    """{name: statement} of the variables that are assigned once."""
+    counts = count_definitions(blocks)
+    return {
+        statement.target.name: statement
+        for block in blocks.values()
+        for statement in block.find_insts(ir.Assign)
+        if counts[statement.target.name] == 1
+    }
+
+
+def _outside_value(name, made):
+    statement = made.get(name)
+    value = statement.value if statement else None
+    if isinstance(value, ir.Global | ir.FreeVar):
+        return value.value
+    if isinstance(value, ir.Expr) and value.op == "getattr":
+        return getattr(_outside_value(value.value.name, made), value.attr, None)
+    return None

@@ -1,11 +1,9 @@
 """Variables that may be read before they are assigned: compiled code would take them for zero."""
 
 from numba.core import ir
-from numba.core.analysis import compute_cfg_from_blocks
+from numba.core.analysis import compute_cfg_from_blocks, compute_use_defs
 
 from fastdyn.kernels.jit_options import INTERNAL, njit
-
-from .definitions import call_statements
 
 
 @njit(**INTERNAL)
@@ -14,91 +12,57 @@ def _check(assigned):
         raise UnboundLocalError("a variable is read before it is assigned")
 
 
-def guard_unbound(blocks):
+def check_assigned(blocks):
     """Let each read of a variable that some path leaves unassigned raise as Python does.
 
     Such a variable gets a flag, false at the start and true behind each assignment.
     """
     first = min(blocks)
-    assigned = {label: _assigned(block) for label, block in blocks.items()}
-    everywhere = set().union(*assigned.values())
-    before = _on_all_paths(blocks, first, assigned, everywhere)
-    doubtful = set()
-    for label, block in blocks.items():
-        known = set(before[label])
-        for statement in block.body:
-            doubtful |= (_read(statement) & everywhere) - known
-            known |= _written(statement)
+    doubtful = _live_at(first, blocks)
     if not doubtful:
         return
-    for label, block in blocks.items():
-        block.body = _guarded(block, doubtful, set(before[label]))
+    for block in blocks.values():
+        block.body = [each for statement in block.body for each in _checked(statement, doubtful)]
     head = blocks[first]
-    for name in sorted(doubtful):
-        head.body.insert(0, _flag(head.scope, name, False, head.loc))
+    head.body[:0] = [_flag(name, False, head.scope, head.loc) for name in sorted(doubtful)]
 
 
-def _guarded(block, doubtful, known):
-    body, scope = [], block.scope
-    for statement in block.body:
-        for name in sorted((_read(statement) & doubtful) - known):
-            loc = statement.loc
-            flag = scope.get_or_define(_named(name), loc)
-            body += call_statements(_check, (flag,), scope.redefine("$fastdyn_none", loc), loc)
-            known.add(name)
-        body.append(statement)
-        for name in _written(statement) & doubtful:
-            body.append(_flag(scope, name, True, statement.loc))
-            known.add(name)
-    return body
+def _live_at(first, blocks):
+    """The variables that a path from the first block reads before it assigns them."""
+    graph, (used, assigned) = compute_cfg_from_blocks(blocks), compute_use_defs(blocks)
+    live, before = {label: set(used[label]) for label in blocks}, None
+    while before != live:
+        before = {label: set(names) for label, names in live.items()}
+        for label, names in live.items():
+            for follower, _ in graph.successors(label):
+                names |= live[follower] - assigned[label]
+    return live[first]
+
+
+def _checked(statement, doubtful):
+    """A statement with the checks before it, and the flag of its variable behind it."""
+    if isinstance(statement, ir.Del):
+        return [statement]
+    read, written, loc = statement.list_vars(), None, statement.loc
+    if isinstance(statement, ir.Assign):
+        value, written = statement.value, statement.target
+        read = [value] if isinstance(value, ir.Var) else []
+        read = value.list_vars() if isinstance(value, ir.Inst) else read
+    found = []
+    for variable in {v.name: v for v in read if v.name in doubtful}.values():
+        place, result = (variable.scope.redefine("$fastdyn_check", loc) for _ in range(2))
+        flag = variable.scope.get_or_define(_named(variable.name), loc)
+        found.append(ir.Assign(ir.Global("check", _check, loc), place, loc))
+        found.append(ir.Assign(ir.Expr.call(place, (flag,), (), loc), result, loc))
+    found.append(statement)
+    if written is not None and written.name in doubtful:
+        found.append(_flag(written.name, True, written.scope, loc))
+    return found
+
+
+def _flag(name, value, scope, loc):
+    return ir.Assign(ir.Const(value, loc), scope.get_or_define(_named(name), loc), loc)
 
 
 def _named(name):
     return f"$fastdyn_assigned.{name}"
-
-
-def _flag(scope, name, value, loc):
-    return ir.Assign(ir.Const(value, loc), scope.get_or_define(_named(name), loc), loc)
-
-
-def _written(statement):
-    if isinstance(statement, ir.Assign) and not statement.target.name.startswith("$"):
-        return {statement.target.name}
-    return set()
-
-
-def _read(statement):
-    if isinstance(statement, ir.Del):
-        return set()
-    return {v.name for v in statement.list_vars()} - _written_only(statement)
-
-
-def _written_only(statement):
-    if not isinstance(statement, ir.Assign):
-        return set()
-    value = statement.value
-    inside = {v.name for v in value.list_vars()} if isinstance(value, ir.Inst) else set()
-    inside |= {value.name} if isinstance(value, ir.Var) else set()
-    return {statement.target.name} - inside
-
-
-def _assigned(block):
-    return set().union(*map(_written, block.body))
-
-
-def _on_all_paths(blocks, first, assigned, everywhere):
-    """What is assigned on every path to each block."""
-    graph = compute_cfg_from_blocks(blocks)
-    before = {label: set(everywhere) for label in blocks}
-    before[first] = set()
-    changed = True
-    while changed:
-        changed = False
-        for label in blocks:
-            sources = [source for source, _ in graph.predecessors(label)]
-            if label == first or not sources:
-                continue
-            met = set.intersection(*(before[s] | assigned[s] for s in sources))
-            if met != before[label]:
-                before[label], changed = met, True
-    return before

@@ -73,11 +73,8 @@ class Settled:
                 places = [self._leaf[i][1] for i in members]
                 self._ids[members] = self._first_of(*leaf[0]) + np.array(places)
         elif first.op == "island":
-            given = np.array([self._number(a) for a in self._args[members[0]]], ID)
-            copy = self.table.make("copy", None, given.shape, [given])
-            shape = (first.data[2] + 1,)
-            batch = self.table.make("island", ("island", *first.data), shape, [copy.number])
-            self._ids[members] = batch.first
+            for i in members:
+                self._ids[i] = self._call(self._nodes[i], self._args[i])
         elif self._formulas.are_batches[formula]:
             if formula not in self._formulas.ordered:
                 members.sort(key=lambda i: self._ids[self._args[i]].tolist())
@@ -87,6 +84,13 @@ class Settled:
                 first.op, first.data, (len(members),), operands, is_truth(first)
             )
             self._ids[members] = np.arange(batch.first, batch.first + batch.size)
+
+    def _call(self, node, args):
+        """The node number of the first number that a call of a library gives."""
+        given = np.array([self._number(a) for a in args], ID)
+        copy = self.table.make("copy", None, given.shape, [given])
+        shape = (node.data[2] + 1,)
+        return self.table.make("island", ("island", *node.data), shape, [copy.number]).first
 
     def _first_of(self, kind, data):
         """The node number of the first number of an array."""

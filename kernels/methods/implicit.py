@@ -1,0 +1,42 @@
+"""A Method whose steps solve equations: what all of these have in common."""
+
+from functools import partial
+
+from ..state.record import K
+from ..stepping import first_step
+from ..stepping.implicit import kernel
+from .complex_states import implicit_of_pairs
+from .method import ON_PAIRS, Method
+
+
+def implicit(name, step, slope, start=first_step.implicit, *, dense_order, on_pairs=False, **more):
+    """A Method of adaptive step on rows.
+
+    Parameters
+    ----------
+    name : str
+    step : function
+        ``step(rhs, state, work, block, h_min)``; see `stepping/implicit.py`.
+    slope : int
+        The row of the derivative at the end of a step.
+    start : function, optional
+    dense_order : int
+        Order and rows of the interpolant.
+    on_pairs : bool
+        True if the steps tell real states from complex ones.
+    **more
+        Other fields of `Method`.
+    """
+    method = Method(
+        name,
+        n_stages=0,
+        fsal_stage=slope - K,
+        kernel=partial(kernel, step),
+        start=start,
+        n_dense=dense_order,
+        dense_order=dense_order,
+        **more,
+    )
+    if not on_pairs:
+        return method
+    return method._replace(on_pairs=method._replace(name=name + ON_PAIRS, start=implicit_of_pairs))
