@@ -6,6 +6,9 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn.compile import compare
+from fastdyn.compile.compare import compare_around
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced.find import Near, traced_function
 from fastdyn.run.functions import compared
 from fastdyn.trace.graph.expressions import Graph
 
@@ -92,3 +95,22 @@ def test_what_rounds_otherwise_is_no_difference():
     assert compare.differ(np.array([np.nan]), np.array([1.0]))
     assert compare.differ(np.array([np.inf]), np.array([-np.inf]))
     assert not compare.differ(np.array([np.inf, np.nan]), np.array([np.inf, np.nan]))
+
+
+def test_what_rounding_leaves_of_large_terms_is_no_difference():
+    def fun(t, y):
+        return [1e6 * (np.sin(3 * y[0]) - 3 * np.sin(y[0]) + 4 * np.sin(y[0]) ** 3), -y[1]]
+
+    near = Near(0.0, 1.0, np.array([0.7, 0.9]))
+    assert traced_function(fun, (), DERIVATIVE, 2, near) is not None
+
+
+def test_a_small_difference_beside_large_numbers_is_one():
+    def function(t, y):
+        return np.array([1e6 * y[0], 1e-3 * y[1]])
+
+    def compiled(t, y):
+        return function(t, y) + np.array([0.0, 1e-4])
+
+    near = Near(0.0, 1.0, np.array([0.7, 0.9]))
+    assert "other numbers" in compare_around(function, compiled, near, 2)

@@ -8,6 +8,7 @@ from ..graph.refusal import Abandoned, Refusal
 from ..symbols.complex_pair import Pair
 from ..symbols.conditions import Condition
 from .handlers import is_handled
+from .implied import FREE, Implied
 
 MAX_DECISIONS = 200
 
@@ -30,6 +31,7 @@ class Paths(Graph):
 
     def begin(self, script):
         self.script, self.known, self.taken, self.raising = script, {}, [], self.false
+        self.implied = Implied(self)
         self.texts, self.abandoned = False, None
         self.bounds = {}  # bounds were checked on another path, not on this one
 
@@ -121,7 +123,10 @@ class Paths(Graph):
             i = len(self.taken)
             if i >= MAX_DECISIONS:
                 raise Refusal("it decides too often", final=True, said=False)
-            value = self.script[i] if i < len(self.script) else True
-            self.taken.append((node, value))
+            value = self.implied.truth(node, i >= FREE)
+            if value is None:
+                value = self.script[i] if i < len(self.script) else True
+                self.taken.append((node, value))
+                self.implied.note(node, value)
             self.known[node.key] = value
         return self.known[node.key] != flip

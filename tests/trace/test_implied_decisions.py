@@ -1,0 +1,77 @@
+"""Decisions that earlier decisions imply are no new paths: schedules, tables, ranges of time."""
+
+import itertools
+import operator
+import types
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp as reference
+
+import fastdyn
+from fastdyn.compile.bind import bind
+from fastdyn.compile.compare import machine_value
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced.find import Near
+from fastdyn.trace.paths.runs import trace
+
+ORDER = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+LIMITS = 1.0, 2.0, np.nextafter(2.0, 3.0), 3.0, -np.inf, np.nan
+
+
+def scheduled(starts, long=1.0):
+    doses = [types.SimpleNamespace(start=s, long=long, rate=i + 1.0) for i, s in enumerate(starts)]
+
+    def rate(dose, t):
+        if dose.start <= t < dose.start + dose.long:
+            return dose.rate
+        return 0.0
+
+    def fun(t, y):
+        return [sum(rate(dose, t) for dose in doses) - 0.3 * y[0]]
+
+    return fun, doses
+
+
+def solved(solver, fun, **more):
+    return solver(fun, (0, 60), [0.5], max_step=0.25, **more)
+
+
+def test_a_schedule_is_compiled():
+    fun, doses = scheduled(np.arange(3.0, 60.0, 4.0))
+    found = trace(fun, (), 1, (1,))
+    assert found.n_paths <= 4 * len(doses)
+    mine, theirs = solved(fastdyn.solve_ivp, fun), solved(reference, fun)
+    np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
+    for order in (reversed(doses), doses[::2] + doses[1::2]):  # another order is other code
+        times = sorted(d.start for d in doses)
+        for dose, start in zip(order, times, strict=True):
+            dose.start = start
+        mine, theirs = solved(fastdyn.solve_ivp, fun), solved(reference, fun)
+        np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
+    doses[3].start = doses[4].start  # two at once
+    mine, theirs = solved(fastdyn.solve_ivp, fun), solved(reference, fun)
+    np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_ranges_are_as_in_python(seed):
+    rng = np.random.default_rng(seed)
+    signs = list(ORDER)
+    asked = [(signs[rng.integers(4)], LIMITS[rng.integers(len(LIMITS))], bool(rng.integers(2)))
+             for _ in range(8)]  # fmt: skip
+
+    def fun(t, y, limits):
+        value = 0
+        for i, ((sign, _, turned), limit) in enumerate(zip(asked, limits, strict=True)):
+            compare = ORDER[sign]
+            if compare(limit, y[0]) if turned else compare(y[0], limit):
+                value += 2**i
+        return [value]
+
+    given = tuple(limit for _, limit, _ in asked)
+    bound = bind(fun, (given,), DERIVATIVE, 1, Near(0.0, 1.0, np.array([1.5])))
+    assert bound.function is not None
+    for x in itertools.chain(LIMITS, (1.5, 2.5, 0.0, np.inf)):
+        y = np.array([x])
+        assert machine_value(bound, 0.0, y)[0] == fun(0.0, y, given)[0]
