@@ -12,7 +12,7 @@ from fastdyn.compile.traced import in_batches
 from fastdyn.compile.traced.code import Traced
 from fastdyn.compile.traced.in_batches import TracedInBatches
 from fastdyn.trace.paths.runs import trace
-from tests.support.pointer_forms import compiled
+from support.pointer_forms import compiled
 
 
 def oscillators(t, y):

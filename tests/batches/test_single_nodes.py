@@ -10,7 +10,7 @@ import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
 from fastdyn.trace.paths.runs import trace
-from tests.support.pointer_forms import compiled
+from support.pointer_forms import compiled
 
 
 def steps_of(rng, n):

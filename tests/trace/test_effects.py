@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 import fastdyn
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced import find
+from fastdyn.trace.graph.refusal import Untraceable
 from support.beside_scipy import START, agrees
 
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -163,3 +166,23 @@ def test_a_logger():
     logger.setLevel(logging.INFO)
     nfev = fastdyn.solve_ivp(fun, (0.0, 1.0), START).nfev
     assert len(lines) == nfev
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        np.save, np.savetxt, np.savez, np.savez_compressed,
+        lambda path, y: y.tofile(path),
+        lambda path, y: y.dump(path),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("n", [2, 100])
+def test_no_file_is_written_while_a_function_is_traced(write, n, tmp_path):
+    def fun(t, y, path=str(tmp_path / "never")):
+        write(path, y)
+        return -y
+
+    near = find.Near(0.0, 1.0, np.ones(n), n == 100)
+    with pytest.raises(Untraceable):
+        find._traced(fun, (), DERIVATIVE, n, near, (), "all", n == 100)
+    assert not list(tmp_path.iterdir())

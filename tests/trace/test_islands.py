@@ -201,17 +201,6 @@ def test_there_is_no_series():
         fastdyn.solve_ivp(PAIRS["expm"], (0, 2), [1.0, 0.5], "Taylor")
 
 
-def test_what_has_effects_is_not_called():
-    """Neither in a trace nor instead of one."""
-
-    def fun(t, y, path="never"):
-        np.save(path, y)
-        return -y
-
-    with pytest.raises(Untraceable):
-        find._traced(fun, (), DERIVATIVE, 2, find.Near(0.0, 1.0, np.ones(2)), (), "all", False)
-
-
 def test_kept_code_holds_in_another_process():
     """Addresses of libraries lie in the block, and are those of the process."""
     script = (

@@ -13,7 +13,7 @@ import numpy as np
 from ..symbols.arrays import look_up
 from ..symbols.complex_functions import CMATH
 from ..symbols.symbolic import Symbolic, refuse
-from .builtins import BUILTINS, MATH, bool_of, vectorized
+from .builtins import BUILTINS, MATH, bool_of, impure, vectorized
 from .calls import call_function
 from .functions import INDEXED
 from .interpolation import bisected
@@ -120,6 +120,11 @@ def _geterr(*_, **__):
 STAND_INS |= INDEXED
 STAND_INS |= {id(np.errstate): _error_state, id(np.seterr): _seterr, id(np.geterr): _geterr}
 STAND_INS[id(np.vectorize)] = vectorized
+OF_FILES = (
+    np.save, np.savez, np.savez_compressed, np.savetxt,
+    np.load, np.loadtxt, np.genfromtxt, np.fromfile,
+)  # fmt: skip
+STAND_INS |= {id(each): impure(f"numpy.{each.__name__}") for each in OF_FILES}
 STAND_INS |= {id(getattr(math, name)): function for name, function in MATH.items()}
 STAND_INS |= {id(getattr(cmath, name)): function for name, function in CMATH.items()}
 STAND_INS[id(bisect.bisect_left)] = bisected(bisect.bisect_left, "left")

@@ -38,6 +38,9 @@ class Array(AnswersNumPy, np.ndarray):
     def __reduce__(self):
         refuse("an array that depends on the state is pickled")
 
+    def dump(self, file):
+        refuse("it writes to a file", effect=True)
+
     def astype(self, dtype=None, *_, **__):
         if dtype is object:
             return self.copy()
