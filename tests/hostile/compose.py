@@ -131,7 +131,7 @@ def _long_result(draw):
     """The line that returns the rates of a long state."""
     c = round(draw.uniform(0.2, 1.8), 1)
     rates = draw.choice([
-        f"k - {c} * y", f"0.3 * k * (1 - y)", f"np.roll(y, 1) - y + 0.2 * k", f"-{c} * y * (0.3 + k)",
+        f"k - {c} * y", "0.3 * k * (1 - y)", "np.roll(y, 1) - y + 0.2 * k", f"-{c} * y * (0.3 + k)",
     ])  # fmt: skip
     forms = [f"return {rates}"] * 4 + [
         f"return list({rates})", f"dy = np.empty_like(y)\ndy[:] = {rates}\nreturn dy",

@@ -155,7 +155,7 @@ def test_functions_are_followed_where_python_runs_and_only_there(monkeypatch):
 
 def test_a_global_variable_that_an_event_makes():
     def fun(t, y):
-        return [-made_late(t) * y[0] if t > 1 else -0.5 * y[0]]
+        return [-made_late(t) * y[0] if t > 1 else -0.5 * y[0]]  # noqa: F821
 
     def event(t, y):
         globals()["made_late"] = lambda v: 2.5
