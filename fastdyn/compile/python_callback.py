@@ -79,6 +79,7 @@ class Callback:
         array = self._arrays.get((address, n))
         if array is None:
             array = np.ctypeslib.as_array(ctypes.cast(address, DOUBLES), (n,))
+            array = array.view(float)  # a memoryview takes NumPy's own type alone
             if len(self._arrays) > 1000:
                 self._arrays.clear()
             self._arrays[address, n] = array

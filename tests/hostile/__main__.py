@@ -14,11 +14,10 @@ from .workers import judged
 BAD = ("difference", "hang", "crash")
 
 
-def check_idioms(seed, first, count):
+def check_idioms(cases):
     """Name the cases that are no Python, or that raise: the idioms to look at."""
     raised: collections.Counter = collections.Counter()
-    for index in range(first, first + count):
-        case = draw_case(seed, index)
+    for case in cases:
         try:
             found = outcome(case.source, "scipy")
         except (Exception, TooMany) as error:
@@ -40,18 +39,22 @@ def main():
     parser.add_argument("--only", help="one case, as seed:index, in this process")
     parser.add_argument("--source", type=pathlib.Path, help="a case of this file, in this process")
     parser.add_argument("--keep", type=pathlib.Path, help="a folder for the sources that differ")
+    parser.add_argument("--family", default="", help="a file of tests/hostile/idioms, without .txt")
     parser.add_argument("--scipy", action="store_true", help="what SciPy makes of them, only")
     given = parser.parse_args()
     if given.only:
-        case = draw_case(*map(int, given.only.split(":")))
+        seed, index = map(int, given.only.split(":"))
+        case = draw_case(seed, index, family=given.family)
         print(case.name, case.source, *verdict(case.source), sep="\n")
         return 0
     if given.source:
         print(*verdict(given.source.read_text()), sep="\n")
         return 0
+    cases = [
+        draw_case(given.seed, given.first + j, family=given.family) for j in range(given.count)
+    ]
     if given.scipy:
-        return check_idioms(given.seed, given.first, given.count)
-    cases = [draw_case(given.seed, given.first + j) for j in range(given.count)]
+        return check_idioms(cases)
     counts: collections.Counter = collections.Counter()
 
     def report(case, found, details, seconds):

@@ -19,7 +19,8 @@ METHODS = ["RK45"] * 6 + ["DOP853", "DOP853", "RK23", "RK23", "LSODA", "Radau", 
 CHANGING = ("again", "again", "again", "event", "event", "callback", "stepper", "on_event",
             "prepare", "fun", "pieces", "twins")  # fmt: skip
 STEADY = ("once", "once", "once", "once", "elsewhere", "elsewhere", "prepare", "ensemble", "events",
-          "dense")  # fmt: skip
+          "dense", "backward", "complex", "terminal", "times", "matrix")  # fmt: skip
+LONG = (64, 64, 65, 80, 130)  # lengths of long states
 QUICK = ("once", "once", "elsewhere", "dense")
 
 
@@ -31,15 +32,19 @@ class Case(NamedTuple):
     source: str
 
 
-def draw_case(seed, index, light=False):
-    """Case `index` of a seed: each idiom has its turn, the rest is drawn; `light` are quick."""
-    found = all_idioms()
+def draw_case(seed, index, light=False, family=""):
+    """Case `index` of a seed: each idiom has its turn, the rest is drawn; `light` are quick.
+
+    With `family`, the idioms of one file only.
+    """
+    found = [idiom for idiom in all_idioms() if family in ("", idiom.family)]
     turn, place = divmod(index, len(found))
     order = random.Random(f"{seed}.{turn}").sample(range(len(found)), len(found))
     draw = random.Random(f"{seed}:{index}")
     chosen = [found[order[place]]]
     other = draw.choice(found)
-    if draw.random() < 0.25 and not {"real", "module"} & (chosen[0].flags | other.flags):
+    alone = {"real", "module"} & (chosen[0].flags | other.flags)
+    if draw.random() < 0.25 and not alone and "long" not in chosen[0].flags ^ other.flags:
         chosen.append(other)
     parts = [filled(idiom, draw) for idiom in chosen]
     if len(parts) == 2 and (_names(parts[0]) & _names(parts[1]) or "params" in parts[1]):
@@ -61,8 +66,10 @@ def _module(parts, flags, light, draw):
     changes = [p["change"] for p in parts if p.get("change")]
     params = ", ".join(p["params"] for p in parts if p.get("params"))
     own = f"t, y, {params}" if params else "t, y"
-    n = draw.choice([1, 1, 2, 2, 3, 4, 6])
+    n = draw.choice(LONG if "long" in flags else [1, 1, 2, 2, 3, 4, 6])
     setup = "\n".join(p["setup"] for p in parts if p["setup"])
+    if "long" in flags:
+        setup = f"len0 = {n}\n{setup}"
     body = _body(parts, draw, own, "real" in flags)
     out, extra = _result(n, draw, flags)
     setup = "\n".join(filter(None, [setup, extra, *body[0]]))
@@ -99,6 +106,8 @@ def _body(parts, draw, own, returns):
 
 def _result(n, draw, flags):
     """The line that returns n rates, and what it needs in the module."""
+    if "long" in flags:
+        return _long_result(draw)
     c = [round(draw.uniform(0.2, 1.8), 1) for _ in range(n + 2)]
     first = draw.choice(["-k * y[0]", f"k - {c[0]} * y[0]", f"-{c[0]} * y[0] + 0.2 * k"])
     rates = [first] + [f"y[{i - 1}] - {c[i]} * y[{i}]" for i in range(1, n)]
@@ -116,6 +125,22 @@ def _result(n, draw, flags):
         lines = "\n".join(f"buffer[{i}] = {rate}" for i, rate in enumerate(rates))
         return f"{lines}\nreturn buffer", f"buffer = np.zeros({n})"
     return form, ""
+
+
+def _long_result(draw):
+    """The line that returns the rates of a long state."""
+    c = round(draw.uniform(0.2, 1.8), 1)
+    rates = draw.choice([
+        f"k - {c} * y", "0.3 * k * (1 - y)", "np.roll(y, 1) - y + 0.2 * k", f"-{c} * y * (0.3 + k)",
+    ])  # fmt: skip
+    forms = [f"return {rates}"] * 4 + [
+        f"return list({rates})", f"dy = np.empty_like(y)\ndy[:] = {rates}\nreturn dy",
+        f"dy = np.zeros(len(y))\ndy[1:-1] = ({rates})[1:-1]\nreturn dy",
+        f"dy = {rates}\ndy[0] = dy[-1] = 0.0\nreturn dy",
+    ]  # fmt: skip
+    if draw.random() < 0.1:
+        return f"buffer[:] = {rates}\nreturn buffer", "buffer = np.zeros(len0)"
+    return draw.choice(forms), ""
 
 
 def _after(change, watch, how, draw, inline):
@@ -173,17 +198,23 @@ def _how(n, changes, flags, light, draw):
     if light and way in ("prepare", "ensemble"):  # which compile a kernel for each function
         way = "again"
     method = draw.choice(METHODS)
+    if "long" in flags and method == "Taylor":
+        method = "auto"  # the series of so many components take seconds to compile
     if "explicit" in flags or light or way not in ("once", "again", "elsewhere", "events", "event"):
         method = draw.choice(["RK45", "RK45", "RK23", "DOP853"])
+    if way == "matrix":
+        method = draw.choice(["Radau", "BDF", "LSODA"])
     rtol = draw.choice([1e-3, 1e-6, 1e-8]) if method in EXPLICIT else 1e-8
     if "explicit" in flags:
         rtol = 1e-3  # noise that depends on the calls costs steps
     if method == "RK23":
         rtol = max(rtol, 1e-6)
-    whole = draw.random() < 0.1
+    if "long" in flags and method in EXPLICIT:
+        rtol = 1e-3  # at so many kinks
+    whole, around = draw.random() < 0.1, (0.0, 2.2) if "long" in flags else (0.7, 2.2)
     return {
         "way": way, "method": method, "rtol": rtol, "atol": rtol * 1e-2,
         "span": (0, 3) if whole else (0.0, draw.choice([2.0, 3.0, 4.0])),
-        "y0": [1 if whole else round(draw.uniform(0.7, 2.2), 1) for _ in range(n)],
+        "y0": [1 if whole else round(draw.uniform(*around), 1) for _ in range(n)],
         "when": round(draw.uniform(0.5, 1.5), 2), "two": draw.random() < 0.3,
     }  # fmt: skip

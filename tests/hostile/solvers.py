@@ -110,8 +110,9 @@ class ByFastdyn(Solver):
 class ByScipy(Solver):
     """The same by SciPy; what SciPy lacks, of its parts."""
 
-    def __init__(self, module, how, noise):
+    def __init__(self, module, how, noise, keeps):
         super().__init__(module, how)
+        self.keeps = keeps
         self.calls, self.draw = 0, np.random.default_rng(noise) if noise else None
 
     def fun(self):
@@ -120,7 +121,7 @@ class ByScipy(Solver):
             if self.calls > MOST_CALLS:
                 raise TooMany
             f = self.module.fun(t, y, *args)
-            if isinstance(f, np.ndarray):  # SciPy keeps it, and what is written to it later
+            if isinstance(f, np.ndarray) and not self.keeps:  # and what is written to it later
                 f = f.copy()
             if self.draw is None:
                 return f

@@ -1,5 +1,6 @@
 """A module solved, by SciPy or by fastdyn: all that a user could see of it."""
 
+import builtins
 import contextlib
 import decimal
 import io
@@ -37,17 +38,17 @@ def loaded(source, name):
     return module
 
 
-def outcome(source, by, name="drawn", noise=0, rtol=None):
+def outcome(source, by, name="drawn", noise=0, rtol=None, keeps=False):
     """Solve what a module asks for.
 
     `by` is "scipy" or "fastdyn"; with `noise` the rates of SciPy's function have an error of a few
-    units in the last place.
+    units in the last place; if it `keeps`, SciPy gets the very array that the function returns.
     """
     module = loaded(source, name)
     how = dict(module.HOW)
     if rtol is not None:
         how |= {"rtol": rtol, "atol": rtol * 1e-2}
-    solver: Any = ByScipy(module, how, noise) if by == "scipy" else ByFastdyn(module, how)
+    solver: Any = ByScipy(module, how, noise, keeps) if by == "scipy" else ByFastdyn(module, how)
     solver.again = lambda: loaded(source, name)
     raised, left, began = None, None, time.perf_counter()
     with _settings_kept(), warnings.catch_warnings(record=True) as caught:
@@ -66,12 +67,13 @@ def outcome(source, by, name="drawn", noise=0, rtol=None):
 @contextlib.contextmanager
 def _settings_kept():
     """What a module sets for the whole process holds for one outcome."""
-    limit = sys.getrecursionlimit()
+    limit, names = sys.getrecursionlimit(), dict(vars(builtins))
     with np.errstate(), decimal.localcontext(), contextlib.redirect_stdout(io.StringIO()):
         try:
             yield
         finally:
             sys.setrecursionlimit(limit)
+            vars(builtins).update(names)
 
 
 def _in_module(error, module):

@@ -1,6 +1,7 @@
 """The ways to solve: what changes between solves, and what is called during one."""
 
 import itertools
+import math
 
 import numpy as np
 
@@ -71,6 +72,37 @@ def dense(s):
     s.once(dense_output=True, t_eval=np.linspace(*s.how["span"], 7))
 
 
+def backward(s):
+    s.once(span=s.how["span"][::-1])
+
+
+def complex_start(s):
+    s.once(np.array(s.start()) + 0.1j, events=lambda t, y, *args: t - s.how["when"])
+
+
+def terminal(s):
+    """Events with attributes: one ends the solve, one counts in one direction only."""
+    looks = lambda t, y, *args: y[0] - 0.7  # noqa: E731
+    passes = lambda t, y, *args: y[0] * math.sin(3 * t) - 0.1  # noqa: E731
+    looks.terminal, passes.direction = 1 + s.how["two"], -1
+    s.once(events=(looks, passes))
+
+
+def times(s):
+    s.once(t_eval=np.linspace(*s.how["span"], 9)[1:-1], max_step=0.3, first_step=1e-3)
+
+
+def matrix(s):
+    """With a Jacobian of one's own, which reads what the function reads, where a method has one."""
+    fun, n = s.module.fun, len(s.how["y0"])
+
+    def jac(t, y, *args):
+        at = np.asarray(fun(t, y, *args))
+        return -np.eye(n) * (1.0 + 0.1 * abs(float(at[0])))
+
+    s.once(**{"jac": jac} if s.how["method"] in ("Radau", "BDF", "LSODA") else {})
+
+
 def on_event(s):
     def act(t, y, *args):
         s.module.hook(t, y)
@@ -99,4 +131,6 @@ WAYS = {
     "once": once, "again": again, "elsewhere": elsewhere, "prepare": prepared, "events": events,
     "event": event, "callback": stepping, "stepper": stepping, "dense": dense, "fun": inside,
     "on_event": on_event, "ensemble": ensemble, "pieces": pieces, "twins": twins,
+    "backward": backward, "complex": complex_start, "terminal": terminal, "times": times,
+    "matrix": matrix,
 }  # fmt: skip

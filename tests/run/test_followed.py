@@ -151,3 +151,19 @@ def test_functions_are_followed_where_python_runs_and_only_there(monkeypatch):
         lambda t, y: -y, (0, 1), [1.0], events=lambda t, y: seen.append(t) or y[0] - 0.5
     )
     assert len(followed) == len(seen)
+
+
+def test_a_global_variable_that_an_event_makes():
+    def fun(t, y):
+        return [-made_late(t) * y[0] if t > 1 else -0.5 * y[0]]  # noqa: F821
+
+    def event(t, y):
+        globals()["made_late"] = lambda v: 2.5
+        return y[0] - 0.6
+
+    given = fun, (0.0, 3.0), [1.0]
+    solves = scipy.integrate.solve_ivp, fastdyn.solve_ivp
+    theirs, ours = (
+        solve(*given, events=event) for solve in solves if globals().pop("made_late", 1)
+    )
+    assert np.allclose(ours.y[:, -1], theirs.y[:, -1], rtol=1e-9)

@@ -1,5 +1,6 @@
 """What is asked of time's type, of living things, of objects that answer anything, of caches."""
 
+import abc
 import functools
 import gc
 import weakref
@@ -46,6 +47,44 @@ def test_classes_that_inherit_are_those_of_the_user():
 
     theirs, ours = (f(fun, SPAN, [1.0]) for f in (scipy.integrate.solve_ivp, fastdyn.solve_ivp))
     assert np.allclose(ours.y[:, -1], theirs.y[:, -1], rtol=1e-9)
+
+
+def test_a_class_that_decides_what_belongs_to_it():
+    """No copy of such a class is left among its subclasses, where isinstance() asks the copy."""
+
+    class Shape(abc.ABC):  # noqa: B024
+        @classmethod
+        def __subclasshook__(cls, c):
+            return True if "Square" in globals() else NotImplemented
+
+    class Square:
+        area = 2.0
+
+    def fun(t, y):
+        return [-y[0] if isinstance(thing, Shape) else -2.0 * y[0]]
+
+    gc.disable()
+    try:
+        for thing in (Square(), 3.0, Square()):  # noqa: B007 - which `fun` reads
+            given = fun, SPAN, [1.0]
+            theirs, ours = scipy.integrate.solve_ivp(*given), fastdyn.solve_ivp(*given)
+            assert np.allclose(ours.y[:, -1], theirs.y[:, -1], rtol=1e-9)
+    finally:
+        gc.enable()
+
+
+def test_a_state_in_python_is_an_array_as_numpy_makes_them():
+    def fun(t, y):
+        log.append(t)
+        return [-memoryview(y)[0], -y[1]] if y.dtype is np.dtype(float) else [0.0, 0.0]
+
+    log = []
+    for method in ("RK45", "LSODA", "Radau"):
+        theirs, ours = (
+            f(fun, SPAN, [1.0, 2.0], method=method)
+            for f in (scipy.integrate.solve_ivp, fastdyn.solve_ivp)
+        )
+        assert np.allclose(ours.y[:, -1], theirs.y[:, -1], rtol=1e-9)
 
 
 def test_what_dies_is_not_kept():

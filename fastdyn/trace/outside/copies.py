@@ -15,6 +15,7 @@ from ..symbols.symbolic import Unwritten, refuse
 from .kinds import OF_NAMED_TUPLES
 
 ATOMS = (type(None), bool, str, bytes, complex, slice, range, frozenset, np.generic, np.dtype)
+HOOKS = "__getattribute__", "__subclasshook__"  # which Python calls on a subclass, too
 LEFT_OUT = (
     "__new__",
     "__init_subclass__",
@@ -98,8 +99,9 @@ def shadow_of(outside, cls, row=None):
     made = outside.known(cls)
     if made is not None:
         return made
-    if any("__getattribute__" in vars(base) for base in _of_users(cls)):
-        refuse(f"the class {cls.__name__} has a `__getattribute__` of its own")
+    for hook in HOOKS:
+        if any(hook in vars(base) for base in _of_users(cls)):
+            refuse(f"the class {cls.__name__} has a `{hook}` of its own")
     if registers(cls):
         refuse(f"the class {cls.__name__} sees who inherits from it")
     try:

@@ -66,9 +66,7 @@ class Functions:
                 scope[name] = seen[name] = outside.copy(
                     f.__globals__[name], step(row, "global", name)
                 )
-            elif name not in f.__globals__ and (
-                hasattr(builtins, name) or f.__code__.co_exceptiontable  # a NameError is caught
-            ):
+            elif name not in f.__globals__ and name not in scope:
                 reads.expect(step(row, "global", name), "absent")
                 self._builtin(name, scope["__builtins__"], step(row, "builtin", name))
         reads.identities |= _compares_identities(f.__code__)
