@@ -21,7 +21,7 @@ from ..state.rows import slot
 from ..stepping import adaptive, first_step, fixed
 from ..stepping.step_size import SCIPY, SCIPYS
 from .complex_states import OF_PAIRS, hairer_of_pairs
-from .method import ON_PAIRS, Method
+from .method import method, with_complex_states
 from .tableau import Row
 
 NOWHERE = (types.none, None)
@@ -167,7 +167,7 @@ def make_fixed_step(table):
 
 
 def read_off(name, table):
-    """What a Method says that follows from its table."""
+    """The fields of a method that follow from its table."""
     s, (times, extra) = len(table.b), table.extra
     return {
         "n_stages": s,
@@ -197,7 +197,7 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
     order, error_order, dense_order : int
         Orders of the solution, of the error estimate and of the interpolant.
     **matlabs
-        Where the control of the step is not SciPy's: `norm`, `control`, and fields of `Method`.
+        Where SciPy's rules do not control the step: `norm`, `control`, other fields of `method`.
     """
     of_scipy = not matlabs
     norm, control = matlabs.pop("norm", SCIPYS), matlabs.pop("control", SCIPY)
@@ -207,7 +207,7 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
         return partial(loop, step, control, -1 / (error_order + 1), s)
 
     fields = read_off(name, table) | {"start": first_step.hairer} | matlabs
-    method = Method(
+    found = method(
         name,
         order=order,
         error_order=error_order,
@@ -217,14 +217,14 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
         **fields,
     )
     of_pairs = looped(adaptive.kernel, OF_PAIRS), hairer_of_pairs
-    return _with_complex_states(method, *of_pairs) if of_scipy else method
+    return with_complex_states(found, *of_pairs) if of_scipy else found
 
 
 def single(name, table, **more):
     """A method of fixed step from its Table, which has no error estimate."""
     s = len(table.b)
     given = make_fixed_step(table), s, s
-    method = Method(
+    found = method(
         name,
         error_order=0,
         kernel=partial(fixed.kernel, *given),
@@ -232,11 +232,4 @@ def single(name, table, **more):
         start=first_step.plain,
         **read_off(name, table) | more,
     )
-    return _with_complex_states(method, method.kernel, method.start)
-
-
-def _with_complex_states(method, kernel, start):
-    """A method that has a form for complex states, with another loop and start."""
-    name = method.name + ON_PAIRS
-    on_pairs = method._replace(name=name, kernel=kernel, lane_kernel=None, start=start)
-    return method._replace(on_pairs=on_pairs)
+    return with_complex_states(found, found.kernel, found.start)

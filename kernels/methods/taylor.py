@@ -7,7 +7,7 @@ from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RUNNING, Y_OLD, K, Y
 from ..state.series import HIGHEST, LOW, N_ROWS, SCALE
 from ..stepping.first_step import plain
-from .method import ON_PAIRS, Method
+from .method import method, with_complex_states
 
 
 @njit(**INTERNAL)
@@ -48,19 +48,9 @@ def kernel(rhs, form):
     raise NotImplementedError("the loop of a Taylor series is made for its function")
 
 
-TAYLOR = Method(
-    "Taylor",
-    order=HIGHEST,
-    error_order=HIGHEST,
-    n_stages=1,
-    n_rows=N_ROWS,
-    fsal_stage=1,
-    kernel=kernel,
-    start=taylor,
-    n_dense=HIGHEST,
-    dense_rows=dense_rows,
-    dense_order=HIGHEST,
-    h_max_share=1.0,
-    series=True,
-)
-TAYLOR = TAYLOR._replace(on_pairs=TAYLOR._replace(name=TAYLOR.name + ON_PAIRS))
+TAYLOR = method(
+    "Taylor", order=HIGHEST, error_order=HIGHEST, n_stages=1, n_rows=N_ROWS, fsal_stage=1,
+    kernel=kernel, start=taylor, n_dense=HIGHEST, dense_rows=dense_rows, dense_order=HIGHEST,
+    h_max_share=1.0, series=True,
+)  # fmt: skip
+TAYLOR = with_complex_states(TAYLOR, kernel, taylor)
