@@ -1,7 +1,7 @@
 """Explicit Runge-Kutta methods, compiled from their tables.
 
 A step has s stages and, at its end, the derivative that is the first stage of the next step.  The
-interpolant adds stages of its own to these, evaluated only where it is wanted, and rows to the
+interpolant adds stages of its own, evaluated only where a value is wanted, and rows to the
 Hermite polynomial of `dense_output.py`.
 """
 
@@ -28,7 +28,10 @@ NOWHERE = (types.none, None)
 
 
 def _call(context, builder, function, *given):
-    """Call compiled code from generated code: (type, value) of the result, for those of `given`."""
+    """Call compiled code from generated code: (type, value) of the result.
+
+    `given` are the (type, value) of the arguments.
+    """
     kinds, values = zip(*given, strict=True)
     if not isinstance(function, types.Type):
         function = context.typing_context.resolve_value_type(function)

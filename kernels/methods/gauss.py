@@ -47,8 +47,8 @@ def symplectic(s):
 def energy_conserving(s, order):
     """mu_ij = sum I_m(c_i) P_m(c_j) over the Legendre polynomials of degree below order / 2.
 
-    Rounded to whole multiples of 2^-52, so that mu_ij + mu_(s+1-i)(s+1-j) = 1 holds exactly: then
-    rounding has no sign, and the energy walks where it would drift.
+    Each mu_ij is rounded to a multiple of 2^-52, so that mu_ij + mu_(s+1-i)(s+1-j) = 1 holds
+    exactly: rounding then has no preferred sign, and the energy does not drift.
     """
     c, _ = legendre.nodes_and_weights(s)
     linear = 3 if order == 4 else 0
@@ -71,14 +71,14 @@ def collocation_polynomial(s):
 
 
 def energy_polynomial(s, order):
-    """The same for the energy-conserving methods: a line, or a parabola."""
+    """Rows of the interpolant of an energy-conserving method: a line, or a parabola."""
     c, _ = legendre.nodes_and_weights(s)
     rows = [[1.0] * s, [float(3 * (1 - 2 * x)) for x in c]]
     return np.array(rows[: order // 2])
 
 
 def make_dense_rows(name, s, rows):
-    """Fills the rows of the interpolant; 0 evaluations."""
+    """The `dense_rows` of a method, which takes no evaluations."""
     rows = np.vstack([rows, np.zeros((max(0, 3 - len(rows)), s))])
 
     def dense_rows(rhs, t, h, work, block, d):

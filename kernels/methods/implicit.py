@@ -1,4 +1,4 @@
-"""A Method whose steps solve equations: what all of these have in common."""
+"""The common fields of methods whose steps solve equations."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""What a method is: facts, and its code, which is imported when it has to be compiled."""
+"""A method: its facts, and its code, which is imported when the code has to be compiled."""
 
 import importlib
 import math
@@ -12,7 +12,7 @@ ON_PAIRS = " on complex states"  # ends the name of a method for complex states
 
 
 class Facts(NamedTuple):
-    """What a solve needs to know of a method whose kernels are compiled.
+    """The facts that a solve needs of a method whose kernels are compiled.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class Facts(NamedTuple):
 
     @property
     def code(self):
-        """The Method; RuntimeError if it is not what the facts say."""
+        """The Method; RuntimeError if the facts of the file have changed."""
         base = method_in(self.file, self.name.removesuffix(ON_PAIRS))
         found = base if base.facts.name == self.name else base.on_pairs
         if found.facts._replace(file=self.file) != self:
@@ -94,16 +94,16 @@ class Facts(NamedTuple):
 
     @property
     def events_at_once(self):
-        """How often an event may occur in a step."""
+        """The number of times that an event may occur in a step."""
         return MOST_ROOTS if self.series else 1
 
     @property
     def like_matlab(self):
-        """Whether MATLAB's rules control the step, with the largest error as norm."""
+        """True if MATLAB's rules control the step, with the largest error as norm."""
         return self.start == "matlab"
 
     def ends_at_the_end(self, inside):
-        """Whether the last evaluation of a step is at its end, in SciPy as here.
+        """True if the last evaluation of a step is at the end of the step, in SciPy and here.
 
         With `inside`, the interpolant is evaluated, whose stages may come later.
         """
@@ -156,7 +156,7 @@ CODE = frozenset(Method._fields)
 
 
 def method(name, *, start, dense_rows, **fields):
-    """A Method; `fields` are those of Method and of Facts that do not follow from others."""
+    """A Method; `fields` are the fields of Method and Facts that do not follow from others."""
     code = {field: fields.pop(field) for field in CODE & fields.keys()}
     rows = dense_rows.py_func
     stable_to = stability_limit(code.get("tableau")) if fields["error_order"] else 0.0
@@ -211,7 +211,7 @@ def method_in(file, name):
 
 
 class Derivatives(NamedTuple):
-    """Of a right-hand side on vectors, for the `lane_kernel` of a method that factorises.
+    """The Jacobian of a right-hand side on vectors, for the `lane_kernel` of an implicit method.
 
     ``function(t, y, block, out)`` gives the entries of the Jacobian in these places, and behind
     them df/dt, n vectors, which `timed` says may differ from zero.
