@@ -6,8 +6,8 @@ Both are read from the files of the methods: see `kernels/methods/method.py`.
 import json
 import pathlib
 
-from fastdyn.kernels.methods import COMPLEX, FILES, KEPT, METHODS
-from fastdyn.kernels.methods.method import Facts, every_fact
+from fastdyn.kernels.methods import COMPLEX, FILES, KEPT, METHODS, facts_in
+from fastdyn.kernels.methods.method import Facts
 
 PAGE = pathlib.Path(__file__).parents[2] / "docs" / "methods.md"
 BEGIN, END = "<!-- methods: begin -->\n", "<!-- methods: end -->"
@@ -20,7 +20,7 @@ def facts():
     for name, file in FILES.items():
         found = [
             {k: v for k, v in one._asdict().items() if k not in DEFAULTS or v != DEFAULTS[k]}
-            for one in every_fact(file, name)
+            for one in facts_in(name, file)
         ]
         lines.append(f"{json.dumps(name)}: {json.dumps(found)}")
     return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -90,10 +90,10 @@ def shared(method, splits):
 
 def inlining(name, splits, function, n):
     """The loop of a method with one function inlined, on tuples of n numbers."""
-    method = BY_NAME[name].code
+    facts, method = BY_NAME[name], BY_NAME[name].code
     if method.batched and function.build_vector and function.mode.in_vectors:
         try:
-            return _stages_kernel(method, function, n), ADVANCE
+            return _stages_kernel(method, function, n // 2 if facts.second_order else n), ADVANCE
         except Exception:  # no form for vectors; stages one by one have the same bits
             pass
     user, form = function.build(), (0.0,) * n
@@ -115,7 +115,7 @@ def _stages_kernel(method, function, n):
     from .vector_rhs import right_hand_side
 
     s, batched = method.batched
-    form = Form(n // 2 if method.second_order else n, s, exact=True)
+    form = Form(n, s, exact=True)
     kernel = batched(right_hand_side(function.build_vector()), form)
     kernel.compile(ADVANCE)
     return kernel

@@ -134,7 +134,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     if any(form.raises for form in forms[1 + len(events) :]):
         raise Uncompilable("a fold can raise, which nothing notices in vectors")
     derived = None
-    if method.n_matrices:
+    if METHODS[name].n_matrices:
         derived = forms[0].jacobian(METHODS[name].takes_mass)
         _check_elimination(derived[0], n)
     keys = [form.key for form in forms]

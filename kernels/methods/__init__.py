@@ -10,7 +10,7 @@ import pathlib
 from collections import ChainMap
 from types import MappingProxyType
 
-from .method import Facts, every_fact
+from .method import Facts, method_in
 
 FILES = {
     "RK23": "rk23",
@@ -27,24 +27,15 @@ FILES = {
     "Rodas5P": "rodas5p",
     "Taylor": "taylor",
     "RK4": "rk4",
-    "VelocityVerlet": "symplectic",
-    "McLachlanAtela4": "symplectic",
-    "BlanesMoanPRK4": "symplectic",
-    "BlanesMoan4": "symplectic",
-    "BlanesMoan6": "symplectic",
-    "KahanLi8": "symplectic",
-    "SofroniouSpaletta10": "symplectic",
-    "Yoshida4": "symplectic",
-    "Yoshida6": "symplectic",
-    "Yoshida8": "symplectic",
-    "Gauss4": "gauss",
-    "Gauss8": "gauss",
-    "Gauss16": "gauss",
-    "GaussNystrom8": "gauss",
-    "GaussNystrom16": "gauss",
-    "EnergyConserving2": "gauss",
-    "EnergyConserving4": "gauss",
-}
+    **dict.fromkeys(
+        ("VelocityVerlet", "McLachlanAtela4", "BlanesMoanPRK4", "BlanesMoan4", "BlanesMoan6",
+         "KahanLi8", "SofroniouSpaletta10", "Yoshida4", "Yoshida6", "Yoshida8"), "symplectic"
+    ),
+    **dict.fromkeys(
+        ("Gauss4", "Gauss8", "Gauss16", "GaussNystrom8", "GaussNystrom16", "EnergyConserving2",
+         "EnergyConserving4"), "gauss"
+    ),
+}  # fmt: skip
 KEPT = pathlib.Path(__file__).parent / "facts.json"
 _real: dict[str, Facts] = {}
 _complex: dict[str, Facts] = {}
@@ -53,20 +44,21 @@ COMPLEX = MappingProxyType(_complex)  # for complex states, by the names of thos
 BY_NAME = ChainMap(_real, {})  # both, each by its own name
 
 
+def facts_in(name, file):
+    """The facts of a method from its file, and of its form for complex states, if there is one."""
+    code = method_in(file, name)
+    return [m.facts._replace(file=file) for m in (code, code.on_pairs) if m is not None]
+
+
 def register(name, file, kept=()):
     """Let a method be found by its name; `kept` are the fields of its facts, if known."""
-    found = [Facts(**fields) for fields in kept] or every_fact(file, name)
-    for facts in found:
+    for facts in [Facts(**fields) for fields in kept] or facts_in(name, file):
         if facts.name == name:
             _real[name] = facts
         else:
             _complex[name] = BY_NAME.maps[1][facts.name] = facts
 
 
-def _register_all():
-    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    for name, file in FILES.items():
-        register(name, file, kept.get(name, ()))
-
-
-_register_all()
+_kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+for _name, _file in FILES.items():
+    register(_name, _file, _kept.get(_name, ()))

@@ -58,7 +58,7 @@ def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
 
     @njit(**INLINED)
     def refined(work, k, count):
-        """Stages of component k from its increments; the patience that it needs."""
+        """Stages of component k from its increments; the patience that the component needs."""
         n, numbers = work.shape[1], numbers_of(work)
         at = STAGES * n + k * s
         rise = product(mu, vector_at(stages, numbers, INCREMENTS * n + k * s))

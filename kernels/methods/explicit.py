@@ -1,7 +1,7 @@
 """Explicit Runge-Kutta methods, compiled from their tables.
 
 A step has s stages and, at its end, the derivative that is the first stage of the next step.  The
-interpolant adds stages of its own to these, evaluated only where it is wanted, and rows to the
+interpolant adds stages of its own, evaluated only where a value is wanted, and rows to the
 Hermite polynomial of `dense_output.py`.
 """
 
@@ -21,14 +21,17 @@ from ..state.rows import slot
 from ..stepping import adaptive, first_step, fixed
 from ..stepping.step_size import SCIPY, SCIPYS
 from .complex_states import OF_PAIRS, hairer_of_pairs
-from .method import ON_PAIRS, Method
+from .method import method, with_complex_states
 from .tableau import Row
 
 NOWHERE = (types.none, None)
 
 
 def _call(context, builder, function, *given):
-    """Call compiled code from generated code: (type, value) of the result, for those of `given`."""
+    """Call compiled code from generated code: (type, value) of the result.
+
+    `given` are the (type, value) of the arguments.
+    """
     kinds, values = zip(*given, strict=True)
     if not isinstance(function, types.Type):
         function = context.typing_context.resolve_value_type(function)
@@ -167,7 +170,7 @@ def make_fixed_step(table):
 
 
 def read_off(name, table):
-    """What a Method says that follows from its table."""
+    """The fields of a method that follow from its table."""
     s, (times, extra) = len(table.b), table.extra
     return {
         "n_stages": s,
@@ -197,7 +200,7 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
     order, error_order, dense_order : int
         Orders of the solution, of the error estimate and of the interpolant.
     **matlabs
-        Where the control of the step is not SciPy's: `norm`, `control`, and fields of `Method`.
+        Where SciPy's rules do not control the step: `norm`, `control`, other fields of `method`.
     """
     of_scipy = not matlabs
     norm, control = matlabs.pop("norm", SCIPYS), matlabs.pop("control", SCIPY)
@@ -207,7 +210,7 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
         return partial(loop, step, control, -1 / (error_order + 1), s)
 
     fields = read_off(name, table) | {"start": first_step.hairer} | matlabs
-    method = Method(
+    found = method(
         name,
         order=order,
         error_order=error_order,
@@ -217,14 +220,14 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
         **fields,
     )
     of_pairs = looped(adaptive.kernel, OF_PAIRS), hairer_of_pairs
-    return _with_complex_states(method, *of_pairs) if of_scipy else method
+    return with_complex_states(found, *of_pairs) if of_scipy else found
 
 
 def single(name, table, **more):
     """A method of fixed step from its Table, which has no error estimate."""
     s = len(table.b)
     given = make_fixed_step(table), s, s
-    method = Method(
+    found = method(
         name,
         error_order=0,
         kernel=partial(fixed.kernel, *given),
@@ -232,11 +235,4 @@ def single(name, table, **more):
         start=first_step.plain,
         **read_off(name, table) | more,
     )
-    return _with_complex_states(method, method.kernel, method.start)
-
-
-def _with_complex_states(method, kernel, start):
-    """A method that has a form for complex states, with another loop and start."""
-    name = method.name + ON_PAIRS
-    on_pairs = method._replace(name=name, kernel=kernel, lane_kernel=None, start=start)
-    return method._replace(on_pairs=on_pairs)
+    return with_complex_states(found, found.kernel, found.start)

@@ -26,7 +26,7 @@ from ..stepping import first_step
 from . import collocation, legendre
 from .collocation import make_step
 from .iteration import INCREMENTS
-from .method import Method
+from .method import method
 from .stages import Matrix
 
 N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments and stages; rounding, two changes, slope
@@ -47,8 +47,8 @@ def symplectic(s):
 def energy_conserving(s, order):
     """mu_ij = sum I_m(c_i) P_m(c_j) over the Legendre polynomials of degree below order / 2.
 
-    Rounded to whole multiples of 2^-52, so that mu_ij + mu_(s+1-i)(s+1-j) = 1 holds exactly: then
-    rounding has no sign, and the energy walks where it would drift.
+    Each mu_ij is rounded to a multiple of 2^-52, so that mu_ij + mu_(s+1-i)(s+1-j) = 1 holds
+    exactly: rounding then has no preferred sign, and the energy does not drift.
     """
     c, _ = legendre.nodes_and_weights(s)
     linear = 3 if order == 4 else 0
@@ -71,14 +71,14 @@ def collocation_polynomial(s):
 
 
 def energy_polynomial(s, order):
-    """The same for the energy-conserving methods: a line, or a parabola."""
+    """Rows of the interpolant of an energy-conserving method: a line, or a parabola."""
     c, _ = legendre.nodes_and_weights(s)
     rows = [[1.0] * s, [float(3 * (1 - 2 * x)) for x in c]]
     return np.array(rows[: order // 2])
 
 
 def make_dense_rows(name, s, rows):
-    """Fills the rows of the interpolant; 0 evaluations."""
+    """The `dense_rows` of a method, which takes no evaluations."""
     rows = np.vstack([rows, np.zeros((max(0, 3 - len(rows)), s))])
 
     def dense_rows(rhs, t, h, work, block, d):
@@ -95,46 +95,31 @@ def make_dense_rows(name, s, rows):
     return njit(**INLINED)(dense_rows)
 
 
-def method(name, s, order, mu, rows, nystrom=False):
+def _gauss(name, s, order, mu, rows, nystrom=False):
     """A Method of this family."""
     nodes, weights = legendre.nodes_and_weights(s)
     b, c = (np.array([float(x) for x in values]) for values in (weights, nodes))
     more = N_ROWS_PER_STAGE * s + N_ROWS_MORE
     given = s, Matrix(mu), Matrix(extrapolation(s)), b, c, nystrom
-    return Method(
-        name,
-        order=order,
-        error_order=0,
-        n_stages=0,
-        n_rows=more,
-        fsal_stage=more - 1,
+    return method(
+        name, order=order, error_order=0, n_stages=0, n_rows=more, fsal_stage=more - 1,
         kernel=partial(collocation.kernel, make_step(*given)),
         batched=(s, partial(collocation.kernel, make_step(*given, batched=True))),
         start=first_step.second_order if nystrom else first_step.plain,
-        n_dense=max(3, len(rows)),
-        dense_rows=make_dense_rows(name, s, rows),
-        dense_order=len(rows),
-        second_order=nystrom,
-        projects=False,
-        cost=s * ITERATIONS,
+        n_dense=max(3, len(rows)), dense_rows=make_dense_rows(name, s, rows),
+        dense_order=len(rows), second_order=nystrom, projects=False, cost=s * ITERATIONS,
         tableau={"mu": mu, "b": tuple(map(Decimal, weights)), "c": nodes},
-    )
+    )  # fmt: skip
 
 
 GAUSS = tuple(
-    method(f"Gauss{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s)) for s in (2, 4, 8)
+    _gauss(f"Gauss{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s)) for s in (2, 4, 8)
 )
 NYSTROM = tuple(
-    method(f"GaussNystrom{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s), True)
+    _gauss(f"GaussNystrom{2 * s}", s, 2 * s, symplectic(s), collocation_polynomial(s), True)
     for s in (4, 8)
 )
 ENERGY_CONSERVING = tuple(
-    method(
-        f"EnergyConserving{order}",
-        8,
-        order,
-        energy_conserving(8, order),
-        energy_polynomial(8, order),
-    )
-    for order in (2, 4)
+    _gauss(f"EnergyConserving{n}", 8, n, energy_conserving(8, n), energy_polynomial(8, n))
+    for n in (2, 4)
 )

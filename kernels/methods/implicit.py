@@ -1,4 +1,4 @@
-"""A Method whose steps solve equations: what all of these have in common."""
+"""The common fields of methods whose steps solve equations."""
 
 from functools import partial
 
@@ -6,7 +6,7 @@ from ..state.record import K
 from ..stepping import first_step
 from ..stepping.implicit import kernel
 from .complex_states import implicit_of_pairs
-from .method import ON_PAIRS, Method
+from .method import method, with_complex_states
 
 
 def implicit(name, step, slope, start=first_step.implicit, *, dense_order, on_pairs=False, **more):
@@ -25,9 +25,9 @@ def implicit(name, step, slope, start=first_step.implicit, *, dense_order, on_pa
     on_pairs : bool
         True if the steps tell real states from complex ones.
     **more
-        Other fields of `Method`.
+        Other fields; see `method`.
     """
-    method = Method(
+    found = method(
         name,
         n_stages=0,
         fsal_stage=slope - K,
@@ -37,6 +37,4 @@ def implicit(name, step, slope, start=first_step.implicit, *, dense_order, on_pa
         dense_order=dense_order,
         **more,
     )
-    if not on_pairs:
-        return method
-    return method._replace(on_pairs=method._replace(name=name + ON_PAIRS, start=implicit_of_pairs))
+    return with_complex_states(found, found.kernel, implicit_of_pairs) if on_pairs else found

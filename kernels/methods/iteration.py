@@ -33,7 +33,7 @@ def outer_weights(s, b):
 
 
 def all_weights(b, weight):
-    """``weights(h)``: the same for all i, as a vector."""
+    """``weights(h)``: the vector of all h b_i."""
     row = Matrix([b])
 
     @njit(**INLINED)
@@ -71,7 +71,7 @@ def make_evaluate(batched, nystrom, s, c, weight, weights):
 
     @njit(**INLINED)
     def given(value):
-        """What the function of the equations takes of a state, or gives."""
+        """The part of a state that the function of the equations takes, or gives."""
         return halves(value)[0] if nystrom else value
 
     @njit(**INLINED)

@@ -1,4 +1,4 @@
-"""Which step LSODA takes next: its size, its order, and whether by Adams' formulas or BDF.
+"""The next step of LSODA: size, order, and family of formulas, Adams' or BDF.
 
 K. Radhakrishnan and A. C. Hindmarsh, NASA RP-1327 (1993), section 2.7: orders and sizes.
 L. Petzold, "Automatic selection of methods for solving stiff and nonstiff systems", SIAM J. Sci.
@@ -19,7 +19,7 @@ BETTER, WAIT = 5.0, 20  # by which BDF must be, and steps between two changes of
 
 @njit(**INTERNAL)
 def growth(error, order, bias):
-    """The factor for steps of a formula of this order that made this error."""
+    """The factor for the step size, from the error of a step by a formula of this order."""
     return 1.0 / (bias * error ** (1.0 / (order + 1)) + bias * 1e-6)
 
 
@@ -33,7 +33,7 @@ def load_formula(s):
 
 @njit(**INTERNAL)
 def change_step(s, factor):
-    """Change the size by a factor, as far as it may; returns by how much."""
+    """Change the step size by a factor, within its limits; return the factor taken."""
     factor = min(factor, s.growth)
     factor /= max(1.0, s.h / s.h_max * factor)
     if s.stiff == 0:
@@ -51,8 +51,8 @@ def change_step(s, factor):
 def next_order(s, work, error, n_failed):
     """Choose the order of the next step: the factor for its size; 0 to change nothing.
 
-    After a step that failed so often, or after one that is accepted and has its past: then the
-    order may rise.
+    `n_failed` counts the failures of the step.  After an accepted step with a past of its order,
+    the order may rise.
     """
     order, family = s.order, s.stiff
     same, lower, higher, bound = growth(error, order, 1.2), 0.0, 0.0, 0.0
@@ -104,9 +104,9 @@ def _append_term(s, work):
 
 @njit(**INTERNAL)
 def next_family(s, error, predicted):
-    """Change the family if it is worth it: the factor for the size; 0 if not.
+    """Change the family if the other one takes longer steps: the factor for the size, or 0.
 
-    `predicted` is the norm of the predicted state, which an error must stand out from.
+    `predicted` is the norm of the predicted state: the error must exceed its rounding.
     """
     factor = _to_bdf(s, error, predicted) if s.stiff == 0 else _to_adams(s, error, predicted)
     if factor > 0.0:
@@ -116,7 +116,7 @@ def next_family(s, error, predicted):
 
 @njit(**INTERNAL)
 def _stable_growth(s, factor, constant):
-    """The factor that Adams' formula may take, of a step times L."""
+    """The factor for the step size of Adams' formula, from the bound on the step times L."""
     bound = constant * s.h
     if bound * factor > 1e-5:
         return min(factor, STABLE[s.order] / bound)

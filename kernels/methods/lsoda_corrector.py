@@ -1,7 +1,7 @@
-"""The equations of a step of LSODA: iterated as they are, or solved with a matrix.
+"""The equations of a step of LSODA: fixed-point iteration, or Newton's with a matrix.
 
 K. Radhakrishnan and A. C. Hindmarsh, NASA RP-1327 (1993), sections 2.3 and 2.4: iterations, their
-test, the Jacobian and when it is renewed.  L. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983): L, an
+test, the Jacobian and its renewal.  L. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983): L, an
 estimate of the Lipschitz constant, from the rates of convergence.
 """
 
@@ -32,15 +32,15 @@ def _factors(work, block):
 
 @njit(**INTERNAL)
 def _increment(work, j, noise):
-    """How far component j is moved."""
+    """The displacement of component j."""
     return max(np.sqrt(EPS) * abs(work[Z, j]), noise / work[WEIGHT, j])
 
 
 @njit(**INTERNAL)
 def _difference(rhs, s, t, work, block, h):
-    """The Jacobian at the state in row TRIAL by forward differences; False if it raised.
+    """The Jacobian at the state in row TRIAL by forward differences; False if the function raised.
 
-    Of a band, columns that share no row have one evaluation: RP-1327, equations (2.43) to (2.45).
+    Columns without a common row share an evaluation: RP-1327, equations (2.43) to (2.45).
     """
     n, banded = work.shape[1], s.lband >= 0
     noise = 1000.0 * abs(h) * EPS * n * norm(work, RATE)
@@ -86,7 +86,7 @@ def _jacobian(rhs, s, t, work, block, h):
 
 @njit(**INTERNAL)
 def _cut(s, work):
-    """Leave out what lies outside of the user's band."""
+    """Set elements outside of the user's band to zero."""
     n = work.shape[1]
     for j in range(n):
         for i in range(max(0, j - s.upper), min(n, j + s.lower + 1)):
@@ -99,7 +99,7 @@ def _cut(s, work):
 def _sum_rows(s, work, block):
     """The sizes of the elements of each row of the Jacobian, in units of the weights of columns.
 
-    Of a matrix that is not full the entries are summed, which have just been found.
+    The sizes of a matrix that is not full are sums over its entries.
     """
     n, given = work.shape[1], block[JACOBIAN]
     for i in range(n):
@@ -119,9 +119,9 @@ def _sum_rows(s, work, block):
 
 @njit(**INTERNAL)
 def _renew_matrix(rhs, s, t, work, block, h, c):
-    """Factors of I - c df/dy: (status, whether they may be divided by).
+    """Factors of I - c df/dy: (status, whether the matrix is regular).
 
-    The norm of the Jacobian is the one that belongs to `norm`.
+    The norm of the Jacobian is the matrix norm that belongs to `norm`.
     """
     status = _jacobian(rhs, s, t, work, block, h)
     if status != RUNNING:
@@ -191,8 +191,8 @@ def _iterate(rhs, s, t, work, block, h, predicted):
 def correct(rhs, s, t, work, block, h, predicted):
     """Correct the predicted state, whose norm is given: (status, converged, iterations, change).
 
-    The state is in row TRIAL, the correction of h y' in row CHANGE.  A Jacobian that is not of this
-    step is renewed when the iteration fails with it.
+    The state is in row TRIAL, the correction of h y' in row CHANGE.  If the iteration fails with a
+    Jacobian of an earlier step, the Jacobian is renewed.
     """
     c = h * CORRECTION[s.stiff, s.order, 0]
     s.current = 0

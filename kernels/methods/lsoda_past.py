@@ -19,7 +19,7 @@ J = K + N_ROWS  # the Jacobian; behind it the factors of I - h l0 J
 
 @njit(**INTERNAL)
 def weigh(work):
-    """One over the tolerances at the state; False where there is none."""
+    """Keep 1 / tolerance of each component at the state; False if a tolerance is 0."""
     for i in range(work.shape[1]):
         tolerance = work[RTOL, i] * abs(work[Y, i]) + work[ATOL, i]
         if not tolerance > 0.0:
@@ -30,7 +30,7 @@ def weigh(work):
 
 @njit(**INTERNAL)
 def norm(work, row):
-    """The largest component of a row in units of its tolerance; NaN if one is."""
+    """The largest component of a row in units of its tolerance; NaN if a component is NaN."""
     largest = 0.0
     for i in range(work.shape[1]):
         x = abs(work[row, i]) * work[WEIGHT, i]
@@ -73,8 +73,9 @@ def rescale(work, order, factor):
 def dense_rows(rhs, t, h, work, block, d):
     """The polynomial of the last step, in the form of `dense_output.py`; 0 evaluations.
 
-    It is divided by x and 1 - x in turn, powers of x - 1 being those of the Nordsieck array.  The
-    ends of the step, which the first two rows stand for, it meets as it is.
+    The Nordsieck array has the powers of x - 1, where x is the share of the step; the polynomial is
+    divided by x and by 1 - x in turn.  The first two rows are the states at the ends of the step,
+    which the polynomial meets.
     """
     order, last, n = int(work[ORDER, 0]), HIGHEST[0], work.shape[1]
     for j in range(last + 1):

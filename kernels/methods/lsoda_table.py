@@ -24,10 +24,11 @@ def product(order):
 
 
 def correction(family, order):
-    """By how much the terms of the Nordsieck array rise for a rise of h y' by 1.
+    """The changes of the terms of the Nordsieck array if h y' changes by 1.
 
-    Of BDF they are the polynomial that is zero at -1 to -order, of Adams' formulas the integral
-    from -1 of the one that is zero at -1 to 1 - order; both have a slope of 1 at zero.
+    For BDF the changes are the coefficients of the polynomial that is zero at -1 to -order; for
+    Adams' formulas, of the integral from -1 of the polynomial that is zero at -1 to 1 - order.
+    Both have a slope of 1 at zero.
     """
     if family == BDF:
         found = product(order)
@@ -38,7 +39,7 @@ def correction(family, order):
 
 
 def constant(family, order):
-    """The error of a formula in h^(order + 1) y^(order + 1); of BDF where h y' has no factor."""
+    """The factor of h^(order + 1) y^(order + 1) in the error; for BDF with the factor 1 of h y'."""
     if family == BDF:
         return Fraction(1, order + 1)
     moment = sum(a * Fraction((-1) ** j, j + 2) for j, a in enumerate(product(order - 1)))
@@ -46,7 +47,7 @@ def constant(family, order):
 
 
 def _by_order(number):
-    """An array [family, order] of what ``number(family, order)`` gives."""
+    """The array [family, order] of the numbers ``number(family, order)``."""
     table = np.zeros((2, HIGHEST[ADAMS] + 1))
     for family, highest in enumerate(HIGHEST):
         for order in range(1, highest + 1):
@@ -55,9 +56,9 @@ def _by_order(number):
 
 
 def _per_correction(family, order, errors_of):
-    """One over the error of order `errors_of` that goes with a correction by 1, or a change by 1.
+    """1 / the error of order `errors_of` of a step whose correction, or change, is 1.
 
-    The correction, times its last coefficient, is what is new in h^order y^(order) / order!.
+    The correction times its last coefficient is the change of h^order y^(order) / order!.
     """
     last = correction(family, order)[-1] * math.factorial(order)
     return 1 / (constant(family, errors_of) * last)
@@ -68,8 +69,9 @@ for _family, _highest in enumerate(HIGHEST):
     for _order in range(1, _highest + 1):
         CORRECTION[_family, _order, : _order + 1] = correction(_family, _order)
 CONSTANT = _by_order(constant)
-# What the norm is divided by that makes the norm of an error: of a correction at its own order, of
-# the change of two corrections at an order more, of the last term of the array at an order less.
+# Divisors that turn the norm of a row into that of an error: SAME of a correction, at its order;
+# HIGHER of the change of two corrections, at an order more; LOWER of the last term of the array, at
+# an order less.
 SAME = _by_order(lambda family, order: _per_correction(family, order, order))
 HIGHER = _by_order(lambda family, order: _per_correction(family, order, order + 1))
 LOWER = _by_order(

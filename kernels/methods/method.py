@@ -1,4 +1,4 @@
-"""What a method is: facts, and its code, which is imported when it has to be compiled."""
+"""A method: its facts, and its code, which is imported when the code has to be compiled."""
 
 import importlib
 import math
@@ -11,8 +11,8 @@ from ..output.arguments import MOST_ROOTS
 ON_PAIRS = " on complex states"  # ends the name of a method for complex states
 
 
-class Method(NamedTuple):
-    """A method: its loop, and what others need to know of it.
+class Facts(NamedTuple):
+    """The facts that a solve needs of a method whose kernels are compiled.
 
     Parameters
     ----------
@@ -26,22 +26,14 @@ class Method(NamedTuple):
         Rows of stages that the method keeps in the work array; see `n_matrices`.
     fsal_stage : int
         The stage that is the derivative at the end of a step.
-    kernel : function
-        ``kernel(rhs, form)``, the loop around a right-hand side: see `adaptive.kernel`.
-    start : function
-        ``start(state, work, block, order, fsal_stage)``, the first derivative and step.
-    n_dense : int
-        Rows of the interpolant.
-    dense_rows : function
-        ``dense_rows(rhs, t, h, work, block, d)`` fills the rows beyond F2, returns its evaluations.
-    dense_order : int
+    n_dense, dense_order : int
+        Rows of the interpolant, and its order.
+    start, dense_rows : str
+        Names of these functions of the Method, which several methods may have in common.
     second_order : bool
         Whether the method integrates q'' = a(t, q): the derivative it calls is the acceleration.
-    lane_kernel : function, optional
-        The same with a trajectory in each lane, if the steps are written for it: see
-        `lanes.adaptive`.
-    separable : function, optional
-        ``separable(velocity)``, the `kernel` for H = T(p) + V(q), if the method is made for it.
+    separable : bool
+        Whether the method is made for H = T(p) + V(q), too.
     h_max_share : float
         Longest step as a share of the span, unless the caller gives one.
     projects : bool
@@ -52,69 +44,19 @@ class Method(NamedTuple):
         Matrices of n x n numbers that the method keeps behind its rows.
     complex_matrices : bool
         Whether two of these are a complex one.
-    batched : tuple (int, function), optional
-        The number of stages of an implicit method, and the `kernel` that evaluates all of them on
-        exact vectors, with the same bits.
-    tableau : dict
-        Coefficients as printed, for the tests of the order conditions.
     series : bool
         Whether the loop is made for each function, from its trace.
     takes_mass : bool
         Whether the method solves M y' = f, with the time derivative of f.
-    on_pairs : Method, optional
-        The method for complex states, which are stored as pairs of real numbers.
+    stable_to : float
+        Of an adaptive explicit method: see `stability_limit`.
+    loop : str
+        The method whose loop this one takes, if another's.
+    file : str
+        The file that defines the Method.
     """
 
     name: str
-    order: int
-    error_order: int
-    n_stages: int
-    n_rows: int
-    fsal_stage: int
-    kernel: Any
-    start: object
-    n_dense: int
-    dense_rows: object
-    dense_order: int
-    second_order: bool = False
-    lane_kernel: Any = None
-    separable: Any = None
-    h_max_share: float = math.inf
-    projects: bool = True
-    cost: int = 0
-    n_matrices: int = 0
-    complex_matrices: bool = False
-    batched: Any = None
-    tableau: dict | None = None
-    series: bool = False
-    takes_mass: bool = False
-    on_pairs: Any = None
-
-
-class Derivatives(NamedTuple):
-    """Of a right-hand side on vectors, for the `lane_kernel` of a method that factorises.
-
-    ``function(t, y, block, out)`` gives the entries of the Jacobian in these places, and behind
-    them df/dt, n vectors, which `timed` says may differ from zero.
-    """
-
-    function: Any
-    rows: Any
-    columns: Any
-    timed: bool
-
-
-class Facts(NamedTuple):
-    """What a solve needs to know of a method whose kernels are compiled; see `Method`.
-
-    `file` is where the Method is defined.  `start` and `dense_rows` name kernels that several
-    methods may have in common.  `separable` is true of a method for H = T(p) + V(q); `loop` names
-    the method whose loop this one takes, if another's.  `stable_to` is the z > 0 at which the
-    stability function R(-z) of an explicit pair first exceeds 1 in size.
-    """
-
-    name: str
-    file: str
     order: int
     error_order: int
     n_stages: int
@@ -133,8 +75,9 @@ class Facts(NamedTuple):
     complex_matrices: bool = False
     series: bool = False
     takes_mass: bool = False
-    loop: str = ""
     stable_to: float = 0.0
+    loop: str = ""
+    file: str = ""
 
     def rows(self, n_matrix):
         """Rows that the method keeps in the work array, where a matrix takes so many."""
@@ -142,24 +85,25 @@ class Facts(NamedTuple):
 
     @property
     def code(self):
-        """The Method; RuntimeError if it is not what the facts say."""
-        found = method_in(self.file, self.name)
-        if facts_of(found, self.file) != self._replace(loop=""):
+        """The Method; RuntimeError if the facts of the file have changed."""
+        base = method_in(self.file, self.name.removesuffix(ON_PAIRS))
+        found = base if base.facts.name == self.name else base.on_pairs
+        if found.facts._replace(file=self.file) != self:
             raise RuntimeError(f"{self.name} was changed: run `python -m bench.report.methods`")
         return found
 
     @property
     def events_at_once(self):
-        """How often an event may occur in a step."""
+        """The number of times that an event may occur in a step."""
         return MOST_ROOTS if self.series else 1
 
     @property
     def like_matlab(self):
-        """True of a pair under MATLAB's control of the step, with the largest error as norm."""
+        """True if MATLAB's rules control the step, with the largest error as norm."""
         return self.start == "matlab"
 
     def ends_at_the_end(self, inside):
-        """True if the last evaluation of a step is at its end, in SciPy as here.
+        """True if the last evaluation of a step is at the end of the step, in SciPy and here.
 
         With `inside`, the interpolant is evaluated, whose stages may come later.
         """
@@ -171,40 +115,72 @@ class Facts(NamedTuple):
         return self.code.tableau
 
 
-SHARED = [
-    name for name in Facts._fields
-    if name in Method._fields and name not in ("start", "dense_rows", "separable")
-]  # fmt: skip
+class Method(NamedTuple):
+    """The code of a method.
+
+    Parameters
+    ----------
+    facts : Facts
+    kernel : function
+        ``kernel(rhs, form)``, the loop around a right-hand side: see `adaptive.kernel`.
+    start : function
+        ``start(state, work, block, order, fsal_stage)``, the first derivative and step.
+    dense_rows : function
+        ``dense_rows(rhs, t, h, work, block, d)`` fills the rows beyond F2, returns its evaluations.
+    lane_kernel : function, optional
+        A loop with a trajectory in each lane, if the steps are written for vectors: see
+        `lanes.adaptive`.
+    separable : function, optional
+        ``separable(velocity)``, the `kernel` for H = T(p) + V(q), if the method is made for it.
+    batched : tuple (int, function), optional
+        The number of stages of an implicit method, and the `kernel` that evaluates all of them on
+        exact vectors, with the same bits.
+    tableau : dict, optional
+        Coefficients as printed, for the tests of the order conditions.
+    on_pairs : Method, optional
+        The method for complex states, which are stored as pairs of real numbers.
+    """
+
+    facts: Facts
+    kernel: Any
+    start: Any
+    dense_rows: Any
+    lane_kernel: Any = None
+    separable: Any = None
+    batched: Any = None
+    tableau: dict | None = None
+    on_pairs: Any = None
 
 
-def method_in(file, name):
-    """The Method of that name in a file; of "NAME on complex states" that of NAME."""
-    module = importlib.import_module(f".{file}", __package__)
-    base = name.removesuffix(ON_PAIRS)
-    found = {method.name: method for method in _methods_in(vars(module).values())}[base]
-    return found if name == base else found.on_pairs
+CODE = frozenset(Method._fields)
 
 
-def facts_of(method, file):
-    """The Facts of a Method, but for `loop`."""
-    rows = method.dense_rows.py_func
-    return Facts(
-        **{name: getattr(method, name) for name in SHARED},
-        file=file,
-        start=method.start.py_func.__name__,
+def method(name, *, start, dense_rows, **fields):
+    """A Method; `fields` are the fields of Method and Facts that do not follow from others."""
+    code = {field: fields.pop(field) for field in CODE & fields.keys()}
+    rows = dense_rows.py_func
+    stable_to = stability_limit(code.get("tableau")) if fields["error_order"] else 0.0
+    facts = Facts(
+        name,
+        start=start.py_func.__name__,
         dense_rows=f"{rows.__module__.rpartition('.')[2]}.{rows.__name__}",
-        separable=method.separable is not None,
-        stable_to=stability_limit(method.tableau) if method.error_order else 0.0,
+        separable=code.get("separable") is not None,
+        stable_to=stable_to,
+        **fields,
     )
+    return Method(facts, start=start, dense_rows=dense_rows, **code)
 
 
-def every_fact(file, name):
-    """The Facts of a method, and of its form on complex states, if there is one."""
-    method = method_in(file, name)
-    yield facts_of(method, file)
-    if method.on_pairs is not None:
-        shares = method.on_pairs.kernel is method.kernel and not method.series
-        yield facts_of(method.on_pairs, file)._replace(loop=name if shares else "")
+def with_complex_states(method, kernel, start):
+    """A Method that has a form for complex states, with another loop and start."""
+    facts = method.facts
+    own = facts._replace(
+        name=facts.name + ON_PAIRS,
+        start=start.py_func.__name__,
+        loop=facts.name if kernel is method.kernel and not facts.series else "",
+    )
+    given = {"facts": own, "kernel": kernel, "start": start, "lane_kernel": None}
+    return method._replace(on_pairs=method._replace(**given))
 
 
 def stability_limit(tableau):
@@ -227,9 +203,21 @@ def stability_limit(tableau):
     return float(z[outside.argmax() - 1])
 
 
-def _methods_in(values):
-    for value in values:
-        if isinstance(value, Method):
-            yield value
-        elif type(value) is tuple:
-            yield from _methods_in(value)
+def method_in(file, name):
+    """The Method of that name in a file of this folder."""
+    values = vars(importlib.import_module(f".{file}", __package__)).values()
+    listed = [one for value in values for one in (value if type(value) is tuple else (value,))]
+    return next(one for one in listed if isinstance(one, Method) and one.facts.name == name)
+
+
+class Derivatives(NamedTuple):
+    """The Jacobian of a right-hand side on vectors, for the `lane_kernel` of an implicit method.
+
+    ``function(t, y, block, out)`` gives the entries of the Jacobian in these places, and behind
+    them df/dt, n vectors, which `timed` says may differ from zero.
+    """
+
+    function: Any
+    rows: Any
+    columns: Any
+    timed: bool

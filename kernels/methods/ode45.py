@@ -6,12 +6,12 @@ from . import rk45
 from .explicit import pair
 
 
-def as_in_matlab(name, pair_of_scipy, table, least):
+def as_in_matlab(name, scipys, table, least):
     """A pair under MATLAB's control; `least` is that of `step_size.matlab`."""
-    given = pair_of_scipy
+    given = scipys.facts
     return pair(
         name, table, order=given.order, error_order=given.error_order,
-        dense_order=given.dense_order, dense_rows=given.dense_rows, norm=MATLABS,
+        dense_order=given.dense_order, dense_rows=scipys.dense_rows, norm=MATLABS,
         control=matlab(least), start=first_step.matlab, h_max_share=0.1,
     )  # fmt: skip
 

@@ -62,7 +62,7 @@ def _error(s, work, block):
 
 @njit(**INTERNAL)
 def _estimate(rhs, s, work, block, h, rejected):
-    """The norm of the error of a step, looked at again if a step was rejected before it."""
+    """The norm of the error of a step, estimated twice if the step before was rejected."""
     n = work.shape[1]
     for i in range(n):
         rise = work[Z, i] * E[0] + work[Z + 1, i] * E[1] + work[Z + 2, i] * E[2]
@@ -82,7 +82,7 @@ def _estimate(rhs, s, work, block, h, rejected):
 
 @njit(**INTERNAL)
 def _factor(h, h_old, error, error_old):
-    """By how much the step may grow; after Gustafsson, from two steps."""
+    """The factor by which the step may grow; after Gustafsson, from two steps."""
     ratio = 1.0
     if h_old > 0.0 and error != 0.0:
         ratio = h / h_old * (error_old / error) ** 0.25

@@ -64,7 +64,7 @@ def _transform(m, work, given, found):
 
 @njit(**INLINED)
 def _complex_at(work, block):
-    """The first row of the factors of the complex system, behind those of the real one."""
+    """The first row of the factors of the complex system, behind the factors of the real system."""
     return J + 2 * matrix_rows(block, work.shape[1])
 
 
@@ -170,7 +170,7 @@ def renew_jacobian(rhs, s, work, block):
 def solve_stages(rhs, s, work, block, h, tolerance):
     """Find Z for a step of size h, with a new Jacobian if need be.
 
-    Returns (status, whether it converged, iterations, rate of convergence).
+    Returns (status, converged, iterations, rate of convergence).
     """
     while True:
         if s.factorised == 0:

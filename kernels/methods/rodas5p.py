@@ -27,7 +27,7 @@ FIRST = END.floats[0]
 
 @njit(**INTERNAL)
 def _factorise(s, work, block, h):
-    """Factorise the matrix for a step of this size; whether it is regular."""
+    """Factorise the matrix for a step of this size; True if the matrix is regular."""
     factors = J + matrix_rows(block, work.shape[1])
     return factorise_sum(s, work, block, J, factors, PIVOTS, -1.0, 1.0 / (h * GAMMA))
 
@@ -51,10 +51,10 @@ def _solve_stage(s, work, block, i, slope, b):
 def _solve_last_stage(s, work, block, h):
     """From the derivative in its row and the combination in SUM to the last stage.
 
-    Its equation is not that of a stage but, the same without rounding, that of the end:
-    M (y_1 - y_0) = sum(b_i h (f_i + J U_i)).  Where l M y is constant for an l, nothing ever damps
-    what rounding leaves in it, eps h |J U_i| in each elimination; here only that of the last stage,
-    which is small, and of one product with J are left.
+    The equation of the stage is replaced by the equation of the end of the step, M (y_1 - y_0) =
+    sum(b_i h (f_i + J U_i)), which is equal without rounding.  Nothing damps rounding errors of a
+    linear invariant l M y, and each stage has such an error, eps h |J U_i|.  With the equation of
+    the end, only the errors of the last stage, which is small, and of one product with J remain.
     """
     n, row, total = work.shape[1], work[U + N_STAGES - 1], work[TOTAL]
     add_jacobian_product(s, work, block, J, SUM, TOTAL, FACTOR + 1)

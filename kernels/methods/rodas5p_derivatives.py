@@ -1,4 +1,4 @@
-"""What a step of Rodas5P begins with: the Jacobian, and the derivative by the time.
+"""The start of a step of Rodas5P: the Jacobian, and the derivative by the time.
 
 The rows of the work array have their names here.
 """
@@ -50,7 +50,7 @@ def _time_difference(rhs, s, work, block):
 
 @njit(**INLINED)
 def _first_factors(work):
-    """Let the first differences stand out where a state begins at 0, beside the largest of all."""
+    """Scale the first differences of states that begin at 0 by the largest state."""
     largest = 0.0
     for j in range(work.shape[1]):
         largest = max(largest, abs(work[Y, j]))
@@ -65,8 +65,9 @@ def _first_factors(work):
 def _keep_factors(work):
     """Let no step of differences be shorter than the first.
 
-    SciPy shortens those whose change is large beside the derivative.  That of an algebraic equation
-    is zero, that of others is small near their equilibrium: what is left is rounding.
+    SciPy shortens a step whose difference is large beside the derivative.  The derivative of an
+    algebraic equation is zero, and any derivative is small near an equilibrium: with ever shorter
+    steps, the difference becomes rounding.
     """
     for j in range(work.shape[1]):
         work[FACTOR, j] = max(work[FACTOR, j], FIRST_FACTOR)

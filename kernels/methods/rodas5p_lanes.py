@@ -114,7 +114,7 @@ def _and_stage(before, i, solve, timed):
 
 
 def _and_last_stage(before, solve, multiply):
-    """The same with the last stage, by the equation of the end: see `rodas5p.py`."""
+    """The function that finds all stages, the last by the equation of the end: see `rodas5p.py`."""
     state, time = _make_state(N_STAGES - 1), TIMES.floats[-1]
 
     @njit(**INLINED)

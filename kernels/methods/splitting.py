@@ -21,7 +21,7 @@ from ..state.elementwise import apply, assign, halves, join
 from ..state.record import Y_OLD, K, Y
 from ..state.rows import slot
 from ..stepping import first_step, fixed
-from .method import Method
+from .method import method
 
 LAST = 1  # the stage with the derivative at the end
 
@@ -101,27 +101,16 @@ def cubic_of_pair(rhs, t, h, work, block, d):
     return 0
 
 
-def method(name, order, kicks, drifts, quadratic=False):
+def composed(name, order, kicks, drifts, quadratic=False):
     """A Method of this family; `quadratic` says that it holds for T = v² / 2 only."""
 
     def looped(loop, velocity):
         return partial(loop, make_step(kicks, drifts, velocity), LAST, LAST + 1)
 
-    return Method(
-        name,
-        order=order,
-        error_order=0,
-        n_stages=len(drifts),
-        n_rows=3,
-        fsal_stage=LAST,
-        kernel=looped(fixed.kernel, itself),
-        lane_kernel=looped(lanes.fixed, itself),
-        start=first_step.second_order,
-        n_dense=3,
-        dense_rows=cubic,
-        dense_order=min(order, 3),
-        second_order=True,
-        separable=None if quadratic else partial(looped, fixed.kernel),
-        projects=False,
-        tableau={"kicks": kicks, "drifts": drifts},
-    )
+    return method(
+        name, order=order, error_order=0, n_stages=len(drifts), n_rows=3, fsal_stage=LAST,
+        kernel=looped(fixed.kernel, itself), lane_kernel=looped(lanes.fixed, itself),
+        start=first_step.second_order, n_dense=3, dense_rows=cubic, dense_order=min(order, 3),
+        second_order=True, separable=None if quadratic else partial(looped, fixed.kernel),
+        projects=False, tableau={"kicks": kicks, "drifts": drifts},
+    )  # fmt: skip

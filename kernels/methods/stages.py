@@ -1,4 +1,4 @@
-"""The stages of an implicit step as vectors: those of one component lie side by side.
+"""The stages of an implicit step as vectors: the stages of one component lie side by side.
 
 A block of s rows of `work` is read as n components of s stages each.
 """

@@ -18,7 +18,7 @@ for comparison: the others need a fraction of their evaluations.
 
 import numpy as np
 
-from .splitting import method, of_verlet_steps, palindrome
+from .splitting import composed, of_verlet_steps, palindrome
 
 BM4_KICKS = """
     0.08298440641740498233489856731
@@ -117,14 +117,14 @@ MA4_KICKS = np.array(
 )
 
 SYMPLECTIC = (
-    method("VelocityVerlet", 2, np.array([0.5, 0.5]), np.array([1.0])),
-    method("McLachlanAtela4", 4, np.r_[MA4_KICKS, 0.0], MA4_DRIFTS, True),
-    method("BlanesMoanPRK4", 4, palindrome(BM_PRK4_KICKS, 7), palindrome(BM_PRK4_DRIFTS, 6)),
-    method("BlanesMoan4", 4, palindrome(BM4_KICKS, 7), palindrome(BM4_DRIFTS, 6), True),
-    method("BlanesMoan6", 6, palindrome(BM6_KICKS, 12), palindrome(BM6_DRIFTS, 11), True),
-    method("KahanLi8", 8, *of_verlet_steps(palindrome(KL8, 17))),
-    method("SofroniouSpaletta10", 10, *of_verlet_steps(palindrome(SS10, 35))),
-    method("Yoshida4", 4, *of_verlet_steps(palindrome(Y4, 3))),
-    method("Yoshida6", 6, *of_verlet_steps(palindrome(Y6, 7))),
-    method("Yoshida8", 8, *of_verlet_steps(palindrome(Y8, 15))),
+    composed("VelocityVerlet", 2, np.array([0.5, 0.5]), np.array([1.0])),
+    composed("McLachlanAtela4", 4, np.r_[MA4_KICKS, 0.0], MA4_DRIFTS, True),
+    composed("BlanesMoanPRK4", 4, palindrome(BM_PRK4_KICKS, 7), palindrome(BM_PRK4_DRIFTS, 6)),
+    composed("BlanesMoan4", 4, palindrome(BM4_KICKS, 7), palindrome(BM4_DRIFTS, 6), True),
+    composed("BlanesMoan6", 6, palindrome(BM6_KICKS, 12), palindrome(BM6_DRIFTS, 11), True),
+    composed("KahanLi8", 8, *of_verlet_steps(palindrome(KL8, 17))),
+    composed("SofroniouSpaletta10", 10, *of_verlet_steps(palindrome(SS10, 35))),
+    composed("Yoshida4", 4, *of_verlet_steps(palindrome(Y4, 3))),
+    composed("Yoshida6", 6, *of_verlet_steps(palindrome(Y6, 7))),
+    composed("Yoshida8", 8, *of_verlet_steps(palindrome(Y8, 15))),
 )

@@ -62,7 +62,7 @@ class Table(NamedTuple):
     d : tuple of Row
         Weights of all stages in the rows of the interpolant beyond the Hermite polynomial.
     extra : tuple (Row, tuple of Row)
-        The same as `stages`, for the stages of the interpolant.
+        Times and rows of the stages of the interpolant.
     """
 
     stages: tuple

@@ -1,4 +1,4 @@
-"""Taylor: what its compiled series leave in the rows, and the interpolant from them.
+"""Taylor: the rows that its compiled series fill, and the interpolant from the rows.
 
 The series, and the loop over steps, are made for each function: see `fastdyn/compile/taylor`.
 """
@@ -7,7 +7,7 @@ from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RUNNING, Y_OLD, K, Y
 from ..state.series import HIGHEST, LOW, N_ROWS, SCALE
 from ..stepping.first_step import plain
-from .method import ON_PAIRS, Method
+from .method import method, with_complex_states
 
 
 @njit(**INTERNAL)
@@ -26,7 +26,7 @@ def taylor(state, work, block, order, fsal_stage):
 def dense_rows(rhs, t, h, work, block, d):
     """The series in the form of `output/dense_output.py`; 0 evaluations.
 
-    Dividing by x moves the coefficients; dividing by x - 1 sums those above each.
+    Dividing by x moves the coefficients; dividing by x - 1 sums the coefficients above each.
     """
     n, x = work.shape[1], h / work[SCALE, 0]
     for i in range(n):
@@ -39,7 +39,7 @@ def dense_rows(rhs, t, h, work, block, d):
                 d[k, i] += d[k + 1, i]
             for k in range(first + 1, HIGHEST + 1):
                 d[k, i] = -d[k, i]
-        d[1, i] = work[Y, i] - work[Y_OLD, i]  # not but for the rounding
+        d[1, i] = work[Y, i] - work[Y_OLD, i]  # as exact as the end of the step
     return 0
 
 
@@ -48,19 +48,9 @@ def kernel(rhs, form):
     raise NotImplementedError("the loop of a Taylor series is made for its function")
 
 
-TAYLOR = Method(
-    "Taylor",
-    order=HIGHEST,
-    error_order=HIGHEST,
-    n_stages=1,
-    n_rows=N_ROWS,
-    fsal_stage=1,
-    kernel=kernel,
-    start=taylor,
-    n_dense=HIGHEST,
-    dense_rows=dense_rows,
-    dense_order=HIGHEST,
-    h_max_share=1.0,
-    series=True,
-)
-TAYLOR = TAYLOR._replace(on_pairs=TAYLOR._replace(name=TAYLOR.name + ON_PAIRS))
+TAYLOR = method(
+    "Taylor", order=HIGHEST, error_order=HIGHEST, n_stages=1, n_rows=N_ROWS, fsal_stage=1,
+    kernel=kernel, start=taylor, n_dense=HIGHEST, dense_rows=dense_rows, dense_order=HIGHEST,
+    h_max_share=1.0, series=True,
+)  # fmt: skip
+TAYLOR = with_complex_states(TAYLOR, kernel, taylor)

@@ -21,14 +21,14 @@ FIRST_FACTOR, LEAST_FACTOR = EPS**0.5, 1e3 * EPS
 
 @njit(**INTERNAL)
 def evaluate_row(rhs, t, work, given, found, block):
-    """Evaluate the derivative at the state in one row into another; False if it raised."""
+    """Put the derivative at the state of one row into another row; False if f raised."""
     rhs(t, slot(None, work, given), block, slot(None, work, found))
     return block[RAISED_WORD] == 0
 
 
 @njit(**INTERNAL)
 def _increment(work, y, f, factor, j, times):
-    """How far component j is moved, a multiple of its factor; the factor grows if that is 0."""
+    """The displacement of component j, a multiple of its factor; the factor grows if this is 0."""
     here = work[y, j]
     scale = max(work[ATOL, j], abs(here))
     if scale == 0.0:
@@ -99,7 +99,7 @@ def _largest_change(new, old):
 
 @njit(**INTERNAL)
 def differences_in_groups(rhs, t, work, y, f, block, given, factor, entries):
-    """The entries of the Jacobian whose places the block at `given` has; False if it raised.
+    """The entries of the Jacobian in the places of the block at `given`; False if f raised.
 
     Behind the places are, in words, the rows of the entries, where each column begins among them,
     and the group of each column.  Two rows behind the factors are free.

@@ -149,7 +149,7 @@ def lsoda(state, work, block, order, fsal_stage):
         late = max(abs(s.t), abs(s.t_end))
         s.h = 1.0 / np.sqrt(1.0 / (rtol * late * late) + rtol * steepest * steepest)
     s.h = min(s.h, span)
-    if s.h == 0.0:  # what is squared is out of range
+    if s.h == 0.0:  # a square is out of range
         s.h = span
     if s.h == np.inf:  # nothing moves, and there is no end
         s.h = 1.0

@@ -21,9 +21,9 @@ def kernel(step, fsal_stage, compensation_stage, rhs, form):
     """The loop around `rhs`, as `adaptive.kernel`, with steps of size state.h.
 
     Step i ends at t_start + (i + 1) h, so that the times carry no accumulated rounding.  The last
-    step is as long as the others: it ends at t_end or beyond.  A state that is no longer finite
+    step is as long as the others and ends at t_end or beyond.  A state that is no longer finite
     ends the run with NON_FINITE.  `compensation_stage` holds what compensated summation carries to
-    the next step; it is `fsal_stage` again for a step without.
+    the next step; for a step without, `fsal_stage` again.
     """
 
     @njit(**INTERNAL)

@@ -14,7 +14,7 @@ def kernel(step, rhs, form):
     """The loop around `rhs`, as `adaptive.kernel`, on rows: `form` is None.
 
     ``step(rhs, state, work, block, h_min)`` takes one step, none shorter than h_min, and
-    returns RUNNING or why it took none.  It keeps all counters but n_accepted, and the size of the
+    returns RUNNING or a failure.  `step` keeps all counters but n_accepted, and the size of the
     next step.
     """
 
@@ -41,7 +41,7 @@ def kernel(step, rhs, form):
 
 @njit(**INTERNAL)
 def newton_tolerance(work):
-    """How near Newton's iteration comes to the solution, in units of the tolerance."""
+    """The distance to the solution at which Newton's iteration ends, in units of the tolerance."""
     rtol = work[RTOL, 0]
     for i in range(work.shape[1]):
         rtol = min(rtol, work[RTOL, i])

@@ -1,7 +1,7 @@
 """The Jacobian of a right-hand side: exact, as the user gives it, constant, or by differences.
 
-It is stored as `algebra/matrices.py` says.  Which of the four it is says the word JACOBIAN of the
-block; see `calls/block.py`.
+The Jacobian is stored as `algebra/matrices.py` says.  The word JACOBIAN of the block tells which of
+the four kinds is used; see `calls/block.py`.
 """
 
 import numpy as np
@@ -46,8 +46,10 @@ def clear_matrix(work, block, first):
 
 @njit(**INTERNAL)
 def takes_slope(block):
-    """Whether the Jacobian may need the derivative at its state: where it is not constant, but has
-    entries, which are by differences if they are not finite.
+    """True if the Jacobian may need the derivative at its state.
+
+    Differences need the derivative.  Entries by a function become differences if they are not
+    finite.
     """
     if block[JACOBIAN] == 0:
         return True

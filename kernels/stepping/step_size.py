@@ -24,7 +24,7 @@ MAX_FACTOR = 10.0
 
 
 class Norm(NamedTuple):
-    """How errors are measured: ``mean(error, y, y_new, rtol, atol)``, 1 at the tolerance.
+    """The norm of errors: ``mean(error, y, y_new, rtol, atol)``, 1 at the tolerance.
 
     `squares` is the sum of the squares behind the mean, over components of `parts` numbers each.
     """

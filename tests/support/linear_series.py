@@ -13,7 +13,7 @@ import numpy as np
 from fastdyn import code_store
 from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
-from fastdyn.kernels.methods.method import Facts, Method
+from fastdyn.kernels.methods.method import Facts, method
 from fastdyn.kernels.output.arguments import MOST_ROOTS
 from fastdyn.kernels.state.record import FINISHED, RUNNING, Y_OLD, K, Y
 from fastdyn.kernels.state.rows import slot
@@ -73,7 +73,10 @@ def dense_rows(rhs, t, h, work, block, d):
     return 0
 
 
-METHOD = Method(NAME, ORDER, 0, ORDER, ORDER + 3, 1, kernel, plain, ORDER, dense_rows, ORDER)
+METHOD = method(
+    NAME, order=ORDER, error_order=0, n_stages=ORDER, n_rows=ORDER + 3, fsal_stage=1, kernel=kernel,
+    start=plain, n_dense=ORDER, dense_rows=dense_rows, dense_order=ORDER,
+)  # fmt: skip
 
 
 class Stands(Facts):
@@ -83,7 +86,7 @@ class Stands(Facts):
     events_at_once = MOST_ROOTS
 
 
-FACTS = Stands(NAME, "", ORDER, 0, ORDER, ORDER + 3, 1, ORDER, ORDER, "plain", NAME)
+FACTS = Stands(*METHOD.facts)
 
 
 def install(monkeypatch):
