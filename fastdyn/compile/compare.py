@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
+from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, SIDES, TIME
 from fastdyn.trace.graph.clock import look
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
@@ -158,14 +158,28 @@ def python_value(bound, t, y) -> Any:
 
 def machine_value(bound, t, y):
     """The value of a function's machine code; None if the code raises."""
-    block, out = bound.block, np.empty(bound.mode.n_results(len(y)))
-    kept = block[RAISED_WORD : TIME + 1].copy()
-    code, left = ctypes.cast(bound.function.address, SIGNATURE), np.zeros(1, np.int64)
-    failed = call(code, t, y.copy(), block, out, left.ctypes.data)
-    block[RAISED_WORD : TIME + 1] = kept
+    out = np.empty(bound.mode.n_results(len(y)))
+    failed, _ = _called(bound, t, y, out)
     if failed:
         raise_interrupts(islands_of([bound]))
     return None if failed else out
+
+
+def sides_at(bound, t, y):
+    """The word of the sides that a function's decisions take at a state; 0 if the code raises."""
+    failed, sides = _called(bound, t, y, np.empty(bound.mode.n_results(len(y))))
+    return 0 if failed else sides
+
+
+def _called(bound, t, y, out):
+    """Call machine code, and leave its block as it was; (whether it failed, the sides it took)."""
+    block = bound.block
+    kept = block[RAISED_WORD : TIME + 1].copy()
+    block[SIDES] = 0
+    code, left = ctypes.cast(bound.function.address, SIGNATURE), np.zeros(1, np.int64)
+    failed = call(code, t, y.copy(), block, out, left.ctypes.data)
+    sides, block[RAISED_WORD : TIME + 1] = int(block[SIDES]), kept
+    return failed, sides
 
 
 def _value(function, t, y) -> Any:

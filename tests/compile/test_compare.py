@@ -1,5 +1,7 @@
 """Code is used only where it was compared with its function, along the solution, too."""
 
+import math
+
 import numpy as np
 import pytest
 import scipy.integrate
@@ -39,7 +41,7 @@ def test_a_wrong_side_of_a_decision_is_found_on_the_solution(wrong_choices):
 
 def test_when_functions_are_compared(monkeypatch):
     seen = []
-    monkeypatch.setattr(compared, "compare", lambda run, count: seen.append(count))
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
     for when, expected in (
         ("auto", [True, True, False, True, False, False, False, True]),
         ("always", [True] * 8),
@@ -60,11 +62,50 @@ def test_when_functions_are_compared(monkeypatch):
 
 def test_a_side_that_is_new_is_compared(monkeypatch):
     seen = []
-    monkeypatch.setattr(compared, "compare", lambda run, count: seen.append(count))
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
     solver = fastdyn.prepare(lambda t, y: [-y[0] if y[0] < 5.5 else 1.0 - y[0]], (0, 1), [1.0])
     for start in (1.0, 1.5, 1.2, 1.1, 7.0, 8.0, 1.0):
         solver([start])
     assert seen == [compared.AT_FIRST, compared.LATER, compared.LATER, compared.AT_FIRST]
+
+
+FORMS = {
+    "where": lambda t, y: np.where(y < 5.5, -y, 1.0 - y),
+    "mask": lambda t, y: -y * (1.0 + masked(y)),
+    "one number": lambda t, y: -y * max(y[3], 5.5),
+    "path": lambda t, y: -y if y.max() < 5.5 else 1.0 - y,
+    "edge": lambda t, y: np.concatenate([np.where(y[:3] < 5.5, -y[:3], 1.0), -y[3:]]),
+    "one by one": lambda t, y: [-v * math.sin(max(v, 5.5)) for v in y],
+}
+
+
+def masked(y):
+    v = y.copy()
+    v[v > 5.5] = 5.5
+    return v
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("n", [40, 64, 65, 301])
+def test_a_side_that_an_array_takes_first_is_compared(form, n, monkeypatch):
+    seen = []
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
+    solver = fastdyn.prepare(FORMS[form], (0, 1), np.ones(n))
+    for start in (1.0, 1.5, 1.2, 1.1, 7.0, 8.0, 1.0):
+        solver(np.r_[np.ones(3), start, np.ones(n - 4)] if form != "edge" else [start] * n)
+    assert seen == [compared.AT_FIRST, compared.LATER, compared.LATER, compared.AT_FIRST]
+
+
+def test_the_states_that_show_a_side_are_compared(wrong_choices):
+    """The window is so narrow that states at equal distances miss it."""
+
+    def fun(t, y):
+        return [-2.0 * y[0] if (t < 0.61) | (t > 0.63) else -y[0]]
+
+    theirs = scipy.integrate.solve_ivp(fun, (0, 9), [1.0], rtol=1e-10, max_step=0.015)
+    with pytest.warns(fastdyn.CompileWarning, match="at t = 0.6"):
+        ours = fastdyn.solve_ivp(fun, (0, 9), [1.0], rtol=1e-10, max_step=0.015)
+    assert abs(ours.y[0, -1] - theirs.y[0, -1]) < 1e-9 * abs(theirs.y[0, -1])
 
 
 def test_a_wrong_side_taken_late_is_found(wrong_choices):
@@ -82,7 +123,7 @@ def test_a_wrong_side_taken_late_is_found(wrong_choices):
 
 def test_a_prepared_solver_compares_too(monkeypatch):
     seen = []
-    monkeypatch.setattr(compared, "compare", lambda run, count: seen.append(count))
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
     solver = fastdyn.prepare(lambda t, y: [-3.25 * y[0]], (0, 1), [1.0])
     for _ in range(5):
         solver()

@@ -6,7 +6,6 @@ The key of the code is the graph itself: kept code is right for every function w
 import hashlib
 
 from fastdyn import code_store
-from fastdyn.kernels.calls.block import MOST_DECISIONS
 from fastdyn.trace.graph.clock import EVERY, look
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
@@ -129,7 +128,7 @@ class Traced(PythonForm):
 def _decisions(traced):
     nodes = live([*traced.stored, traced.trace.raising])
     found = {node.args[0].key: node.args[0] for node in nodes if node.op == "select"}
-    return list(found.values())[:MOST_DECISIONS]
+    return list(found.values())
 
 
 def kind_of_group(group):

@@ -26,7 +26,6 @@ class TracedInBatches(PythonForm):
     It has no form that kernels inline, no form on vectors, and no Taylor series.
     """
 
-    decisions = ()
     in_batches = True
     dispatcher = build_vector = series = lane_series = None
 
@@ -42,6 +41,8 @@ class TracedInBatches(PythonForm):
             self.plan, self.nodes = self._planned(trace.outputs, trace.raising)
         except Irregular:
             raise Untraceable("its arrays are indexed without order", said=False) from None
+        decisions = [*self.plan.decisions, *self.plan.single_decisions(self.nodes)]
+        self.decisions = decisions if mode.notes_sides else []
 
     def _planned(self, outputs, raising):
         """The Plan, and the nodes behind its loops: single outputs, and whether it raises."""

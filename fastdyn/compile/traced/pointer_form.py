@@ -5,7 +5,7 @@ import functools
 import numpy as np
 from llvmlite import ir
 
-from fastdyn.kernels.calls.block import SIDES
+from fastdyn.kernels.calls.block import MOST_DECISIONS, SIDES
 from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
 from fastdyn.trace.batches.pieces import Irregular
@@ -15,6 +15,7 @@ from fastdyn.trace.batches.singles.settle import Settled
 from fastdyn.trace.batches.table import ID, Table
 from fastdyn.trace.emit.batches import BatchEmitter, TooManyEdges
 from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD, Emitter
+from fastdyn.trace.emit.sides import Sides
 from fastdyn.trace.graph.expressions import live
 
 from .. import calling_convention
@@ -70,7 +71,8 @@ def _note_sides(builder, truths, block):
     place = builder.gep(block, [INDEX(SIDES)])
     sides = builder.load(place)
     for i, truth in enumerate(truths):
-        side = builder.select(truth, WORD(1 << 2 * i), WORD(2 << 2 * i))
+        bit = 2 * (i % MOST_DECISIONS)
+        side = builder.select(truth, WORD(1 << bit), WORD(2 << bit))
         sides = builder.or_(sides, side)
     builder.store(sides, place)
 
@@ -117,10 +119,13 @@ def _loops(traced, plan, nodes, module):
     builder = ir.IRBuilder(function.append_basic_block())
     source = Source(builder, traced, t, y, block, traced.kinds)
     in_vectors = functools.partial(by_formula, builder)
-    emitter = BatchEmitter(builder, traced.trace.graph, plan, source, in_vectors)
+    sides = Sides(builder, MOST_DECISIONS) if traced.mode.notes_sides else None
+    emitter = BatchEmitter(builder, traced.trace.graph, plan, source, in_vectors, sides)
     *values, raises = emitter.store(out, nodes)
     for i, value in enumerate(values):
         builder.store(value, builder.gep(out, [INDEX(i)]))
+    if sides is not None:
+        sides.store(builder.gep(block, [INDEX(SIDES)]))
     builder.ret(raises)
     return function
 

@@ -4,8 +4,8 @@ import os
 
 import numpy as np
 
-from fastdyn.compile.compare import compare_along
-from fastdyn.kernels.calls.block import SIDES
+from fastdyn.compile.compare import compare_along, sides_at
+from fastdyn.kernels.calls.block import FAULT, SIDES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.lsoda import NAME as LSODA
 
@@ -13,6 +13,7 @@ from ..output import Output
 
 MOST_NUMBERS = 2**18  # in the states of a comparison
 AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
+LOOKED_AT = 512  # states of a solve that are searched for sides that decisions took
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
 
@@ -43,15 +44,21 @@ class Compared:
                 self._now(run, AT_FIRST)
 
     def _now(self, run, count):
-        self._sides = [int(block[SIDES]) | seen for block, seen in zip(
+        fresh = [int(block[SIDES]) & ~seen for block, seen in zip(
             self._deciding, self._sides, strict=True
         )]  # fmt: skip
+        self._sides = [seen | new for seen, new in zip(self._sides, fresh, strict=True)]
+        by_block = {id(b): new for b, new in zip(self._deciding, fresh, strict=True)}
         with run.not_repeated():
-            compare(run, count)
+            compare(run, count, by_block)
 
 
-def compare(run, count):
-    """Raise Different if code and function differ at one of `count` states of a solve."""
+def compare(run, count, fresh):
+    """Raise Different if code and function differ at one of `count` states of a solve.
+
+    `fresh` has the words of the sides that were not compared before, by the ids of blocks: states
+    at which decisions take these sides are compared, too.
+    """
     bounds = [b for b in run.compiled() if b.mode.compared]
     if not bounds:
         return
@@ -59,8 +66,29 @@ def compare(run, count):
     time = float if run.problem.method.name == LSODA else np.float64
     for bound in bounds:
         half = bound.mode.half
+        missing = fresh.get(id(bound.block), 0)
+        if missing and half is None:
+            more = _showing(bound, missing, t, y, *states_of(run, LOOKED_AT))
+        else:
+            more = [], []
         given = y if half is None else [np.split(each, 2)[half] for each in y]
-        compare_along(bound, t, given, time)
+        compare_along(bound, [*t, *more[0]], [*given, *more[1]], time)
+
+
+def _showing(bound, missing, t, y, times, states):
+    """Those times and states at which decisions take sides that they take at none of (t, y)."""
+    n, found = len(bound.block) - int(bound.block[FAULT]), ([], [])
+    for at, state in zip(t, y, strict=True):
+        missing &= ~sides_at(bound, at, state[:n])
+    for at, state in zip(times, states, strict=True):
+        if not missing:
+            break
+        new = missing & sides_at(bound, at, state[:n])
+        if new:
+            missing &= ~new
+            found[0].append(at)
+            found[1].append(state)
+    return found
 
 
 def states_of(run, count):

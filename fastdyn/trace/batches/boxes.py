@@ -91,7 +91,8 @@ class Formula:
         if kept or b.op in IN_MEMORY:
             return Value("read", (name_of(b), at, strides), (), strides)
         args = tuple(self._operand(b, j, at, strides) for j in range(len(b.operands)))
-        return Value("op", (b.op, b.data), args, strides)
+        data = self.plan.decisions.get(b.number, b.data)
+        return Value("op", (b.op, data), args, strides)
 
     def _operand(self, b, j, at, strides):
         plan, operand = self.plan, b.operands[j]
@@ -144,6 +145,8 @@ class Formula:
                 values.append(("read", v.data[0]))
             elif v.kind == "gather":
                 return None
+            elif v.kind == "op" and v.data[0] == "select":  # whichever decision it is
+                values.append((v.kind, "select", v.args))
             else:
                 values.append((v.kind, v.data, v.args))
         return tuple(values), tuple((s.target, s.value, s.reduction) for s in self.stores)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..graph.expressions import live
 from .pieces import Edges, Irregular, lengths, place_of, row_major
 from .table import LEAVES, PRODUCTS, REDUCTIONS
 
@@ -50,6 +51,8 @@ class Plan(Edges):
 
     def __init__(self, table, result, nodes):
         super().__init__(table, result, table.items_of(*nodes))
+        selects = [b for b in table.batches if b.op == "select" and b.number in self.live]
+        self.decisions = {b.number: i for i, b in enumerate(selects)}
         self._choose(self._read_one_by_one(nodes))
         self._make_roots()
 
@@ -84,13 +87,21 @@ class Plan(Edges):
                     if len(places) < MOST_USES:
                         places |= mine if isinstance(operand, int) else {(m, shift) for m in mine}
 
-    def _read_one_by_one(self, nodes):
-        """The numbers of the batches of which nodes of the graph read many numbers."""
-        nodes = [
+    def _with_ones(self, nodes):
+        """Nodes of the graph, and those that loops use."""
+        return [
             *nodes,
             *(b.data for b in self.table.batches if b.op == "one" and b.number in self.live),
         ]
-        items = self.table.items_of(*nodes)
+
+    def single_decisions(self, nodes):
+        """The conditions of nodes of the graph, and of those that loops use."""
+        found = [node.args[0] for node in live(self._with_ones(nodes)) if node.op == "select"]
+        return list({condition.key: condition for condition in found}.values())
+
+    def _read_one_by_one(self, nodes):
+        """The numbers of the batches of which nodes of the graph read many numbers."""
+        items = self.table.items_of(*self._with_ones(nodes))
         numbers, times = np.unique(
             [self.table.batch_of(i).number for i in items], return_counts=True
         )

@@ -14,8 +14,9 @@ from .numbers import INDEX, REAL, WORD, Emitter
 class BatchValues(Memory):
     """Emits values for the loops of `BatchLoops`; `BatchEmitter` is the complete emitter."""
 
-    def __init__(self, builder, graph, plan, source, vector_function):
+    def __init__(self, builder, graph, plan, source, vector_function, sides=None):
         super().__init__(builder)
+        self.sides = sides
         self.plan, self.table_of, self.source = plan, plan.table, source
         source.item = self._item
         self._out: Any = None
@@ -95,6 +96,8 @@ class BatchValues(Memory):
         op, data = v.data
         if op == "copy":
             return given[0]
+        if op == "select" and self.sides is not None:
+            self.sides.note(data, given[0])
         return emitter.emit(SimpleNamespace(op=op, data=data), given)
 
     def _is_real(self, name):

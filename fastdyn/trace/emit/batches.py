@@ -31,6 +31,8 @@ class BatchEmitter(BatchLoops):
         The source of an `Emitter` that also has ``array(name)``, the address of an array.
     vector_function : callable
         ``function(name, values)`` emits an elementary function of vectors.
+    sides : Sides, optional
+        Notes the sides that decisions take.
     """
 
     def store(self, out, nodes):
@@ -54,6 +56,9 @@ class BatchEmitter(BatchLoops):
             for formulas in alike:
                 self._edges(formulas)
         values = self._one.nodes(nodes)
+        if self.sides is not None:
+            for i, node in enumerate(self.plan.single_decisions(nodes), len(self.plan.decisions)):
+                self.sides.note(i, *self._one.nodes([node]))
         if heap is not None:
             self.builder.call(self._one._declared("free", [BYTES], VOID), [heap])
         return values
