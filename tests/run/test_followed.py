@@ -167,3 +167,22 @@ def test_a_global_variable_that_an_event_makes():
         solve(*given, events=event) for solve in solves if globals().pop("made_late", 1)
     )
     assert np.allclose(ours.y[:, -1], theirs.y[:, -1], rtol=1e-9)
+
+
+def test_an_event_that_makes_another_object_the_chosen_one():
+    """Equal lists are told apart by identity, back and forth within one solve."""
+    one, two = [1.98], [1.98]
+    chosen = one
+
+    def fun(t, y):
+        return [-y[0] + (0.1 if chosen is one else 0.4)]
+
+    def hook(t, y):
+        nonlocal chosen
+        chosen = two if t < 1.2 else one
+        return t - 1.2
+
+    mine = fastdyn.solve_ivp(fun, (0, 2), [2.0], "RK23", events=hook)
+    chosen = one
+    theirs = scipy.integrate.solve_ivp(fun, (0, 2), [2.0], "RK23", events=hook)
+    np.testing.assert_allclose(mine.y, theirs.y, 1e-9)

@@ -84,6 +84,7 @@ class Reads:
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that hold one object
         self.lasting, self.identities = True, False
+        self._pattern: tuple | None = None
 
     def root(self, i):
         """The row of the function (0), or of argument i."""
@@ -175,8 +176,13 @@ class Reads:
         return found
 
     def same_things(self):
-        """The `pattern` of the objects of all rows, if the function compares identities."""
-        return pattern(self.found(self.roots)) if self.identities else ()
+        """The `pattern` of the objects of all rows at the trace, if identities are compared.
+
+        The roots are live objects: the pattern is kept from the first call, which follows the trace.
+        """
+        if self._pattern is None:
+            self._pattern = pattern(self.found(self.roots)) if self.identities else ()
+        return self._pattern
 
     def values(self):
         """The values of all groups, read again from the roots of the trace."""
