@@ -178,7 +178,7 @@ class Reads:
     def same_things(self):
         """The `pattern` of the objects of all rows at the trace, if identities are compared.
 
-        The roots are live objects: the pattern is kept from the first call, which follows the trace.
+        The roots are live objects: the pattern is kept from the first call, just after the trace.
         """
         if self._pattern is None:
             self._pattern = pattern(self.found(self.roots)) if self.identities else ()
