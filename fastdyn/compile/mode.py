@@ -130,7 +130,7 @@ JUMP = _mode("jump", argument="on_event", acts_at_events=True, notes_sides=True,
 MATRIX = _mode("matrix", matrix=True, probed=True)
 ENTRIES = _mode("entries", entries=True)
 CONSTANT = _mode("constant", constant=True)
-COMPLEX_NUMBERS = _mode("complex", complex_numbers=True)
+COMPLEX_NUMBERS = _mode("complex", complex_numbers=True, long_arrays=True)
 COMPLEX_EVENT = _mode("complex event", complex_numbers=True, one_number=True)
 SENSITIVITIES = _mode("variational", sensitivities=True)
 MOMENTS: dict[tuple, Mode] = {

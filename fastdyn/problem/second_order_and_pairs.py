@@ -113,7 +113,8 @@ def takes_batches(problem):
     Implicit methods then take differences for the Jacobian, at the places that may not be zero.
     """
     p = problem
-    if p.method.n_matrices and (len(p.y0) < IMPLICIT_FROM or p.method.name == LSODA):
+    short = len(p.y0) < IMPLICIT_FROM or p.mode.complex_numbers
+    if p.method.n_matrices and (short or p.method.name == LSODA):
         return False
     return not p.method.series
 

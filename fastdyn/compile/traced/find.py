@@ -30,6 +30,7 @@ from .met import NOTHING, TABLE, Known, Met, acts, code_of, known_trace, place_o
 
 LONG = 64  # a state of at least so many components is one long array
 STORES = "stores"  # stands for tracing by `trace_with_stores`
+OF_CALL = 1e-5  # seconds of a call from Python, in which code is measured
 SLOWER = 1.2  # code that calls libraries may take so many times Python's time
 LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
 MAX_KNOWN, MAX_REFUSALS = 16, 3  # limits for one code object
@@ -171,21 +172,24 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
             raise Untraceable("it changes what it uses", effect=True)
         if different:
             raise Untraceable(different)
-        if calls_libraries(found.graph) and _is_slower(function, fun, args, mode, near, n):
+        calls = calls_libraries(found.graph)
+        dense = traced.in_batches and mode.complex_numbers  # libraries may multiply faster
+        given_to = fun, args, mode, near, n
+        if (calls or dense) and _is_slower(function, *given_to, 0.0 if calls else OF_CALL):
             raise Untraceable("the libraries that it calls take as long in Python", final=True)
         now = np.flatnonzero(values == 0)
         unseen = _verified.put(place, now if unseen is None else np.intersect1d(now, unseen))
     return traced, function, given, unseen
 
 
-def _is_slower(function, fun, args, mode, near, n):
+def _is_slower(function, fun, args, mode, near, n, more):
     """Whether an evaluation at the start takes longer than in Python."""
     y0 = np.resize(np.asarray(near.y0, float), n)
 
     def in_python():
         evaluate(lambda t, y: fun(t, y, *args), mode, near.t0, y0.copy())
 
-    return function.seconds > SLOWER * min(timeit.repeat(in_python, number=1, repeat=3))
+    return function.seconds > more + SLOWER * min(timeit.repeat(in_python, number=1, repeat=3))
 
 
 def _of_mode(found, mode, n, batches):

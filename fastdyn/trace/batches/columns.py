@@ -6,18 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from ..symbols.complex_pair import is_complex
 from ..symbols.masks import Masked
-from ..symbols.symbolic import Batched, Symbolic, is_symbolic, kind_of, refuse
+from ..symbols.symbolic import BATCHES, Batched, Symbolic, is_symbolic, kind_of, refuse
 from .table import ID, numbers
 
 
 class Store:
-    """Whether any view of an array was written to."""
+    """Whether any view of an array was written to, and whether none may be (`frozen`)."""
 
-    __slots__ = ("written",)
+    __slots__ = ("frozen", "written")
 
     def __init__(self):
-        self.written = False
+        self.written = self.frozen = False
 
 
 class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
@@ -93,7 +94,11 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
             key, value = ..., np.where(chosen, value, self.copy())
         elif isinstance(value, Masked):
             refuse("a selection by a mask of the state")
+        if is_complex(value) or (isinstance(value, Batched) and value.dtype.kind == "c"):
+            refuse("complex numbers are stored in an array of real ones")
         given = ids_of(self.table, value, self.truth)
+        if self._store.frozen:
+            refuse("a store beside a view of another type")
         self._store.written = True
         ids[_plain(key)] = given
 
@@ -150,9 +155,20 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         kind = kind_of(dtype)
         if kind == "b":
             return self.copy() if self.truth else self != 0
+        if kind == "c":
+            return BATCHES["complex"](self.table, self.copy())
         if kind == "f" or (kind in "iu" and self.truth):
             return self.copy() if not self.truth else np.where(self, 1.0, 0.0)
         return refuse(f"a conversion to {dtype}")
+
+    def freeze(self):
+        """Refuse stores from now on: a view of another type has copies of these numbers."""
+        self._store.frozen = True
+
+    def view(self, dtype=None):
+        if dtype is None or kind_of(dtype) != "c":
+            refuse("a view of a long array in this way")
+        return BATCHES["viewed"](self)
 
     def __array__(self, *_, **__):
         refuse("an array of the state is made one of plain numbers")

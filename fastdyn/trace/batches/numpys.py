@@ -14,7 +14,10 @@ from .columns import Columns
 from .filters import FILTERS
 from .formulas import as_columns, elementwise
 from .library import OWN, reduced, stored
-from .products import matmul, sparse
+from .pairs import calls as of_complexes
+from .pairs.columns import ComplexColumns, as_complex, is_of_complexes
+from .pairs.fourier import fourier
+from .products import matmul
 from .structure import JOINING, STRUCTURE, joined, structured
 
 BY_ELEMENT = {
@@ -32,6 +35,8 @@ def call_ufunc(ufunc, method, args, kwargs):
     kwargs.pop("casting", None)
     if any(isinstance(a, Masked) for a in args):
         refuse("a selection by a mask of the state, beside a long array")
+    if any(map(is_of_complexes, args)) or isinstance(out and out[0], ComplexColumns):
+        return of_complexes.call_ufunc(table, ufunc, method, args, kwargs, out, where)
     if method == "__call__":
         if kwargs:
             refuse(f"np.{ufunc.__name__} with {next(iter(kwargs))}")
@@ -60,6 +65,11 @@ def call_function(function, args, kwargs):
     table = NOW.table
     if kwargs.get("dtype") in (float, np.float64):
         kwargs = {k: v for k, v in kwargs.items() if k != "dtype"}
+    transform = fourier(function)
+    if transform is not None:
+        return transform(*args, **kwargs)
+    if any(map(is_of_complexes, (*args, *kwargs.values()))):
+        return of_complexes.call_function(table, function, args, kwargs)
     own = OWN.get(function)
     if own is not None:
         return own(table, *args, **kwargs)
@@ -83,6 +93,9 @@ def _listed(table, value):
 def call_scipy(function, args, kwargs):
     """Call a function of SciPy; refuse a function without a rule."""
     name = getattr(function, "__name__", "")
+    transform = fourier(function)
+    if transform is not None:
+        return transform(*args, **kwargs)
     if name in FILTERS:
         return FILTERS[name](*args, **kwargs)
     if name == "norm":
@@ -90,8 +103,13 @@ def call_scipy(function, args, kwargs):
     return refuse(f"{name} of a long array that depends on the state")
 
 
+def _raised(table, value):
+    if value.dtype.kind == "c":
+        return as_complex(table, value)
+    return Columns(table, table.constants(value))
+
+
 BATCHES.update(
-    ufunc=call_ufunc, function=call_function, elementwise=elementwise, sparse=sparse,
-    filter=call_scipy,
-    raised=lambda table, value: Columns(table, table.constants(value)),
+    ufunc=call_ufunc, function=call_function, elementwise=elementwise, filter=call_scipy,
+    sparse=of_complexes.by_sparse, raised=_raised,
 )  # fmt: skip

@@ -8,29 +8,39 @@ from ..graph.refusal import Refusal
 from ..symbols.real import symbol
 from . import numpys  # noqa: F401  # registers itself in BATCHES
 from .columns import Columns, ids_of
+from .pairs.columns import as_complex, is_of_complexes, viewed
 from .table import ID, Table, numbers
 
 
 class LongArrays:
-    """A state of n real numbers as one long array; results are arrays of node numbers."""
+    """A state of n numbers as one long array; results are arrays of node numbers.
 
-    complex_state = False
+    A complex state, and what becomes of it, has real and imaginary parts in turn.
+    """
 
-    def __init__(self, g, n):
-        self.g, self.table = g, Table(g, n)
+    def __init__(self, g, n, complex_state=False):
+        self.g, self.table, self.complex_state = g, Table(g, n * (1 + complex_state)), complex_state
         g.batches = self.table
 
     def start(self):
-        return Columns(self.table, None, self.table.state)
+        whole = Columns(self.table, None, self.table.state)
+        return viewed(whole) if self.complex_state else whole
 
     def written(self, y):
-        return y.written() and not np.array_equal(y.ids, numbers(self.table.state))
+        if not y.written():
+            return False
+        ids = np.stack([y.real.ids, y.imag.ids], -1) if self.complex_state else y.ids
+        return not np.array_equal(ids.reshape(-1), numbers(self.table.state))
 
     def results(self, result, shape) -> Any:
         if shape is None:
             if isinstance(result, list | tuple | np.ndarray) and np.size(result) == 1:
                 result = self.table.symbol(np.reshape(ids_of(self.table, result), -1)[0])
             return [symbol(self.table.g, result).node]
+        if self.complex_state:
+            return self._pairs(result, int(np.prod(shape)))
+        if is_of_complexes(result):
+            raise Refusal("it returns complex numbers")
         try:
             ids = ids_of(self.table, result, False)
         except ValueError:
@@ -40,6 +50,13 @@ class LongArrays:
             ids = np.full(size, ids, ID)
         if np.size(ids) != size:
             raise Refusal(f"it returns {np.size(ids)} numbers, not {size}")
+        return np.ascontiguousarray(ids, ID).reshape(-1)
+
+    def _pairs(self, result, size):
+        found = as_complex(self.table, result)
+        if found.size != size:
+            raise Refusal(f"it returns {found.size} numbers, not {size}")
+        ids = np.stack([found.real.ids, found.imag.ids], -1)
         return np.ascontiguousarray(ids, ID).reshape(-1)
 
     def _joined(self, result):

@@ -1,5 +1,6 @@
 """The forms of an island's arguments and results, with the numbers taken out."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from ..symbols.arrays import Array
 from ..symbols.complex_pair import Pair, is_complex, parts
 from ..symbols.lazy import complete
 from ..symbols.real import Symbol
-from ..symbols.symbolic import Batched, Symbolic, is_symbolic, refuse
+from ..symbols.symbolic import BATCHES, Batched, Symbolic, is_symbolic, refuse
 
 PLAIN = type(None), bool, int, float, complex, str, bytes, slice, np.generic, np.dtype, type(...)
 NUMBERS = {FLOAT: float, INT: int, NUMPY: np.float64}
@@ -59,6 +60,8 @@ class Given:
         if isinstance(value, Batched):
             array: Any = value
             shape = array.shape
+            if array.dtype.kind == "c":
+                return self._complex_array(array.real, array.imag, shape)
             at, end = self._take(value, array.size)
             return lambda v: v[at:end].reshape(shape), ("array", shape)
         if isinstance(value, np.ndarray):
@@ -93,10 +96,13 @@ class Given:
         if not any(map(is_complex, flat)):
             at, end = self._take(flat, size)
             return lambda v: v[at:end].reshape(shape), ("array", shape)
-        self.fixed = False
         pairs = list(map(parts, flat))
-        at, middle = self._take([real for real, _ in pairs], size)
-        self._take([imag for _, imag in pairs], size)  # after all real parts
+        return self._complex_array([a for a, _ in pairs], [b for _, b in pairs], shape)
+
+    def _complex_array(self, real, imag, shape):
+        self.fixed, size = False, math.prod(shape)
+        at, middle = self._take(real, size)
+        self._take(imag, size)  # after all real parts
 
         def of_complexes(v):
             found = np.empty(size, complex)
@@ -176,7 +182,8 @@ class Result:
             if not of_complexes:
                 return part.reshape(shape)
             if isinstance(found, Batched):
-                refuse("a library gives complex numbers beside long arrays")
+                both: Any = part
+                return BATCHES["joint"](both[:size].reshape(shape), both[size:].reshape(shape))
             pairs = np.empty(size, dtype=object)
             pairs[:] = [Pair(a, b) for a, b in zip(part[:size], part[size:], strict=True)]
             return pairs.view(Array).reshape(shape)

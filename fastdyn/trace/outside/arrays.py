@@ -10,6 +10,9 @@ from .shared_copies import SMALL, constant_array, long_array
 from .unwritten import UNWRITTEN
 
 
+FEW = 16  # complex numbers, of which each may have an imaginary part later
+
+
 def array_copy(outside, value, row):
     """Copy an array; its numbers become parameters, or constants of the code."""
     reads = outside.reads
@@ -26,9 +29,10 @@ def array_copy(outside, value, row):
         for i, slot in enumerate(reads.parameters(row, value)):
             flat[i] = Symbol(g, g.make("par", (), slot))
     elif value.dtype == complex and not outside.fixed(row) and 2 * value.size <= MAX_ARRAY:
-        reads.expect(row, "complex array", value.shape)
+        real = value.size > FEW and not value.imag.any()  # half of the products, or less
+        reads.expect(row, "real values" if real else "complex array", value.shape)
         copy = np.empty(value.shape, dtype=object)
-        copy.reshape(-1)[:] = outside.pairs_of(value, row)
+        copy.reshape(-1)[:] = outside.pairs_of(value, row, real)
     elif value.dtype.kind not in "fiubc":
         refuse(f"an array of {value.dtype}")
     elif value.dtype.kind in "iub" or (value.dtype == float and value.size > MAX_ARRAY):

@@ -16,7 +16,7 @@ from ..graph.expressions import LARGEST_WHOLE
 from ..graph.kinds import FLOAT, INT, NUMPY
 from ..numpy.builtins import impure
 from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, root_of
-from ..reads.reads import MAX_ARRAY, STABLE, real_numbers
+from ..reads.reads import MAX_ARRAY, STABLE, real_numbers, real_parts
 from ..scipy import objects as scipy_objects
 from ..symbols.complex_pair import Pair
 from ..symbols.real import Symbol
@@ -131,9 +131,12 @@ class Outside:
         """Whether the numbers of a row are constants of the code."""
         return row in (None, STABLE) or self.lifted == "none"
 
-    def pairs_of(self, value, row):
+    def pairs_of(self, value, row, real=False):
         """The complex numbers of an array, as Pairs of parameters."""
         g, reads = self.graph, self.reads
+        if real:  # without imaginary parts, as long as they are zero
+            slots = reads.parameters(reads.step(row, "real parts"), real_parts(value))
+            return [Pair(Symbol(g, g.make("par", (), slot)), 0.0) for slot in slots]
         slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(value))
         found = [Symbol(g, g.make("par", (), slot)) for slot in slots]
         return [Pair(*pair) for pair in zip(found[::2], found[1::2], strict=True)]

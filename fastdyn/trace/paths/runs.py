@@ -101,7 +101,9 @@ def trace(
     if not batches and n * (1 + complex_state) >= g.most:  # refuse before any node is made
         raise Untraceable("its state is too long", final=True, said=False)
     g.reads = Reads(g, (fun, *args), varying)
-    states: Any = LongArrays(g, n) if batches else Numbers(g, n, zeros, complex_state)
+    states: Any = (
+        LongArrays(g, n, complex_state) if batches else Numbers(g, n, zeros, complex_state)
+    )
     todo: list[tuple] = [()]
     leaves, errors = [], []
     while todo:

@@ -17,6 +17,9 @@ CHECKS: dict[str, Any] = {
     "complex array": lambda value, shape: (
         type(value) is np.ndarray and value.shape == shape and value.dtype == complex
     ),
+    "real values": lambda value, shape: (
+        CHECKS["complex array"](value, shape) and not value.imag.any()
+    ),
     "size": lambda cls, expected: len(vars(cls)) == expected,
     "absent": lambda value, _: value is MISSING,
     "type": lambda value, expected: type(value) is expected,

@@ -35,6 +35,7 @@ STEPS: dict[str, Any] = {
     "class": lambda thing, _: type(thing),
     "base": lambda cls, i: cls.__mro__[i],
     "real numbers": lambda value, _: real_numbers(value),
+    "real parts": lambda value, _: real_parts(value),
     "island": lambda _, island: island.address,
     **table_reads.STEPS,
     **of_pandas.STEPS,
@@ -51,6 +52,11 @@ def _content(cell):
 def real_numbers(value):
     """Real and imaginary parts of complex numbers, alternating; a view of the array if possible."""
     return np.ascontiguousarray(value, dtype=complex).reshape(-1).view(float)
+
+
+def real_parts(value):
+    """The real parts of complex numbers, in turn."""
+    return np.ascontiguousarray(value.real).reshape(-1)
 
 
 class Row(NamedTuple):

@@ -176,7 +176,7 @@ class Sparse(Unwritten):
         y, m = Array.of(y), self._matrix
         if y.ndim != 1:
             refuse("a sparse matrix times a matrix that depends on the state")
-        data = m.data.astype(float)
+        data = m.data.astype(complex if m.dtype.kind == "c" else float)
         rows = [range(*pair) for pair in zip(m.indptr, m.indptr[1:], strict=False)]
         products = Array.of([total(product(data[k], y[m.indices[k]]) for k in r) for r in rows])
         plain = not is_symbolic(self._factor) and self._factor == 1.0

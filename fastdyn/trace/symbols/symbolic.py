@@ -81,6 +81,7 @@ class Batched:
     g: Any
     table: Any
     truth: Any
+    dtype: Any
     ids: Any  # node numbers
 
     def __array_ufunc__(self, ufunc, method, *args, **kwargs) -> Any:

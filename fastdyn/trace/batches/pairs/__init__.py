@@ -1,0 +1,1 @@
+"""Long complex arrays: a real and an imaginary one, each of node numbers."""
