@@ -66,6 +66,7 @@ def compiled(key, build, kernel=True):
 
 def _compiled(key, build, kernel):
     """The machine code of the dispatcher that `build` returns."""
+    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
     from numba.core.errors import NumbaWarning
 
     from . import emit_object

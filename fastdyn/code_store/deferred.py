@@ -5,6 +5,7 @@
 import functools
 import threading
 
+import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
 from numba.core import callconv, codegen, cpu, dispatcher, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import lookup_environment

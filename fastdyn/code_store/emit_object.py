@@ -11,6 +11,7 @@ symbol internal, optimises and translates the whole once.
 import inspect
 
 import llvmlite.binding as llvm
+import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
 from llvmlite import ir
 from numba.core import types
 from numba.core.registry import cpu_target

@@ -24,8 +24,10 @@ def chosen():
     """
     found = sys.modules.get("numba.core.config")
     if found is None and any(k.startswith("NUMBA_") and k not in ELSEWHERE for k in os.environ):
+        import numba  # waits for a thread that imports it; a module inside does not
         from numba.core import config as found
     if found is None and os.path.isfile(FILE):
+        import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
         from numba.core import config as found
     return found
 

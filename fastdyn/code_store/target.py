@@ -37,6 +37,7 @@ def _processor(name, features):
 def _features(name):
     """The features of the host, as Numba chooses them."""
     if chosen() is not None or name in WITHOUT_AVX:
+        import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
         from numba.core.codegen import get_host_cpu_features
 
         return get_host_cpu_features()

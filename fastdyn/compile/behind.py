@@ -168,6 +168,7 @@ def watch_numba():
 
 @functools.cache
 def _listen():
+    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
     from numba.core import event
 
     class Listener(event.Listener):

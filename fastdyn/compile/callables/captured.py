@@ -32,6 +32,7 @@ def track(blocks, n_definitions, owned):
     `owned` tells that the first argument is bound (`self`).  A path is a Reference.  Each attribute
     extends the path; every prefix of a path is yielded, too.
     """
+    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
     from numba.core import ir
 
     paths = {}
@@ -60,6 +61,7 @@ def track(blocks, n_definitions, owned):
 
 def count_definitions(blocks):
     """The number of assignments to each variable."""
+    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
     from numba.core import ir
 
     counts = {}
@@ -70,6 +72,7 @@ def count_definitions(blocks):
 
 
 def _references(code, owned):
+    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
     from numba.core.compiler import run_frontend
 
     cells = tuple(python.CellType(None) for _ in code.co_freevars)

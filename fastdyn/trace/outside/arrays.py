@@ -9,7 +9,6 @@ from ..symbols.symbolic import refuse
 from .shared_copies import SMALL, constant_array, long_array
 from .unwritten import UNWRITTEN
 
-
 FEW = 16  # complex numbers, of which each may have an imaginary part later
 
 
