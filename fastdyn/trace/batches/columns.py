@@ -1,14 +1,14 @@
 """The array type of long arrays: an ndarray of node numbers that acts as an array of numbers."""
 
-import contextlib
 import operator
 from typing import Any
 
 import numpy as np
 
 from ..symbols.complex_pair import is_complex
+from ..symbols.looking_up import plain_key
 from ..symbols.masks import Masked
-from ..symbols.symbolic import BATCHES, Batched, Symbolic, is_symbolic, kind_of, refuse
+from ..symbols.symbolic import BATCHES, Batched, Symbolic, kind_of, refuse
 from .table import ID, numbers
 
 
@@ -81,7 +81,7 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
     def __getitem__(self, key) -> Any:
         if isinstance(key, Batched) and key.truth:
             return Masked(self, key)
-        return self.view_of(self.ids[_plain(key)])
+        return self.view_of(self.ids[plain_key(key)])
 
     def __setitem__(self, key: Any, value: Any):
         ids = self.ids
@@ -100,7 +100,7 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         if self._store.frozen:
             refuse("a store beside a view of another type")
         self._store.written = True
-        ids[_plain(key)] = given
+        ids[plain_key(key)] = given
 
     def __bool__(self):
         return bool(self.item())
@@ -186,21 +186,6 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         if name.startswith("__") or not hasattr(np.ndarray, name):
             raise AttributeError(f"'numpy.ndarray' object has no attribute '{name}'")
         refuse(f"`{name}` of a long array that depends on the state")
-
-
-def _plain(key: Any) -> Any:
-    """An index key with plain numbers in place of symbols."""
-    if isinstance(key, tuple):
-        return tuple(map(_plain, key))
-    if is_symbolic(key) and not isinstance(key, Symbolic):
-        with contextlib.suppress(TypeError):
-            key = np.array(key.tolist())
-    if isinstance(key, Batched):
-        refuse("an array is indexed by an array that depends on the state")
-    if isinstance(key, Symbolic):
-        number: Any = key
-        return operator.index(number)
-    return key
 
 
 def _of_structure(name):

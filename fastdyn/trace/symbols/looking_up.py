@@ -1,6 +1,8 @@
 """Indices that depend on t, y or parameters: bounds checks, and entries of tables."""
 
+import contextlib
 import itertools
+import operator
 from typing import Any
 
 import numpy as np
@@ -8,6 +10,7 @@ import numpy as np
 from ..graph.kinds import INT
 from ..reads.table_reads import LONG, held
 from .real import Symbol
+from .symbolic import Batched, Symbolic, is_symbolic, refuse
 
 
 def index_of(key) -> Any:
@@ -166,3 +169,18 @@ def all_symbols(key):
     if not isinstance(key, np.ndarray | list):
         return False
     return all(isinstance(k, Symbol | int) for k in np.asarray(key, object).flat)
+
+
+def plain_key(key: Any) -> Any:
+    """An index key with plain numbers in place of symbols."""
+    if isinstance(key, tuple):
+        return tuple(map(plain_key, key))
+    if is_symbolic(key) and not isinstance(key, Symbolic):
+        with contextlib.suppress(TypeError):
+            key = np.array(key.tolist())
+    if isinstance(key, Batched):
+        refuse("an array is indexed by an array that depends on the state")
+    if isinstance(key, Symbolic):
+        number: Any = key
+        return operator.index(number)
+    return key
