@@ -17,7 +17,12 @@ import pytest
 
 import fastdyn
 from fastdyn.compile import behind, budget
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced.code import Traced
+from fastdyn.compile.traced.find import Near, traced_function
 from fastdyn.run import solve_problem
+from fastdyn.trace.graph.clock import CLOCK
+from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
 TEXT = """
 def {name}(t, y):
@@ -188,3 +193,19 @@ def test_it_does_not_keep_the_interpreter_from_exiting():
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 def test_it_survives_a_fork():
     assert script(FORK) == (0, "")
+
+
+@pytest.mark.parametrize("stage", ["look", "text"])
+def test_work_that_is_out_of_time_is_no_refusal(stage, monkeypatch):
+    def out_of_time(*_):
+        raise OutOfTime
+
+    def fun(t, y):
+        return [sum(math.sin(k * v) for k in range(40)) for v in y]
+
+    if stage == "look":
+        monkeypatch.setattr(CLOCK, "check", out_of_time)
+    else:
+        monkeypatch.setattr(Traced, "text", out_of_time)
+    with pytest.raises(NotYet):
+        traced_function(fun, (), DERIVATIVE, 30, Near(0.0, 1.0, np.ones(30)))

@@ -73,7 +73,8 @@ class OutOfTime(Refusal):
 def refused_as(error):
     """Decorate a function that works on a finished graph: its Refusals become other exceptions.
 
-    ``error(refusal)`` makes the exception.  No code outside `trace` and `compile` sees a Refusal.
+    ``error(refusal)`` makes the exception; work that is out of time raises NotYet.  No code outside
+    `trace` and `compile` sees a Refusal.
     """
 
     def decorate(work):
@@ -81,6 +82,8 @@ def refused_as(error):
         def guarded(*args, **kwargs):
             try:
                 return work(*args, **kwargs)
+            except OutOfTime as reason:
+                raise reason.untraceable() from None
             except Refusal as reason:
                 raise error(reason) from None
 
