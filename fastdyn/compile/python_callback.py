@@ -148,7 +148,7 @@ def evaluate(fun, mode, t, y):
         return value.reshape(1)
     if mode.complex_numbers:
         value = derivative(np.asarray(fun(t, y), dtype=complex).view(), n // 2, mode)
-        return value.view(float)
+        return np.ascontiguousarray(value).view(float)
     if mode.matrix:
         return matrix(fun(t, y), n).reshape(-1)
     if mode.entries:

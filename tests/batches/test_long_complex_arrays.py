@@ -58,6 +58,7 @@ def spectral(t, y):
 
 FUNCTIONS = {
     "a number": lambda t, y: -1j * y,
+    "backwards": lambda t, y: np.conj(y)[::-1],
     "a dense matrix": lambda t, y: -1j * (H @ y) + y @ H + H.dot(y) * np.exp(1j * t),
     "a stencil": stencil,
     "matrices": master,
