@@ -7,9 +7,9 @@ import numpy as np
 from ..graph.kinds import INT, NUMPY
 from ..reads.reads import MAX_ARRAY
 from ..reads.table_reads import MAX_WHOLE
-from ..symbols.arrays import Array, elementwise
+from ..symbols.arrays import Array
 from ..symbols.lazy import complete
-from ..symbols.looking_up import all_symbols, chosen, namer, spread
+from ..symbols.looking_up import by_elements, chosen, namer, spread
 from ..symbols.real import Symbol
 from ..symbols.symbolic import is_symbolic, refuse
 
@@ -50,8 +50,9 @@ class Constants(np.ndarray):
         key = complete(key)
         if not is_symbolic(key):
             return super().__getitem__(key)
-        if self.ndim == 1 and all_symbols(key):
-            return elementwise(lambda one: self[one], key)
+        found = by_elements(self, key)
+        if found is not None:
+            return found.view(Array)
         parts, kind = spread(key, self.ndim), KINDS.get(self.dtype)
         if parts is None or kind is None or not _are_exact(self):
             return super().__getitem__(key)

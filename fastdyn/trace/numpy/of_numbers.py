@@ -103,6 +103,10 @@ def _is_whole(value):
     return isinstance(value, Symbol) and value.kind == INT
 
 
+def _is_exact(value):
+    return _is_whole(value) or (isinstance(value, int) and not isinstance(value, bool))
+
+
 @functools.lru_cache(256)
 def of_numbers(ufunc):
     """A ufunc as a function of numbers, some of which may be symbols."""
@@ -129,6 +133,8 @@ def of_numbers(ufunc):
             refuse(f"{name} of what depends on the state")
         else:
             result = known(*values)
-        return Symbol(result.g, result.node, NUMPY) if isinstance(result, Symbol) else result
+        if not isinstance(result, Symbol) or (result.kind == INT and all(map(_is_exact, values))):
+            return result
+        return Symbol(result.g, result.node, NUMPY)
 
     return function

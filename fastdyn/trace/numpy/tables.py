@@ -6,9 +6,9 @@ import numpy as np
 
 from ..graph.kinds import FLOAT, NUMPY
 from ..reads.reads import MAX_ARRAY
-from ..symbols.arrays import Array, elementwise
+from ..symbols.arrays import Array
 from ..symbols.lazy import Unasked, complete
-from ..symbols.looking_up import all_symbols, chosen, name_of_slots, part_of, spread
+from ..symbols.looking_up import by_elements, chosen, name_of_slots, part_of, spread
 from ..symbols.real import Symbol
 from ..symbols.symbolic import NOW, Lazy, is_symbolic
 
@@ -155,8 +155,9 @@ class Table(Lazy, Array):
         return Table._over(self.view(np.ndarray)[key], at, self._elements, self._asked)
 
     def _by_symbol(self, key):
-        if self.ndim == 1 and all_symbols(key):
-            return elementwise(lambda one: self[one], key)
+        found = by_elements(self, key)
+        if found is not None:
+            return found.view(Array)
         parts = spread(key, self.ndim) if self._asked.untouched() else None
         if parts is not None:
             if not is_symbolic(parts):

@@ -8,7 +8,7 @@ import numpy as np
 from .complex_pair import is_complex
 from .conditions import Condition, both, cast, either, select
 from .lazy import complete
-from .looking_up import check_bounds, index_of, table_of
+from .looking_up import by_elements, check_bounds, index_of, table_of
 from .masks import Masked
 from .real import Symbol
 from .symbolic import BATCHES, NOW, AnswersNumPy, Symbolic, in_batches, is_symbolic, refuse
@@ -203,18 +203,18 @@ def _at(array, key):
         if key.shape != array.shape:
             refuse("a mask of the state of another shape than the array")
         return Masked(array, key)
+    found = by_elements(array, key)
+    if found is not None:
+        return found.view(Array)
     key = key if isinstance(key, tuple) else (key,)
     if Ellipsis in [k for k in key if not isinstance(k, Symbolic | np.ndarray)]:
         at = next(i for i, k in enumerate(key) if k is Ellipsis)
         key = key[:at] + (slice(None),) * (array.ndim - len(key) + 1) + key[at + 1 :]
     where = [i for i, k in enumerate(key) if is_symbolic(k)]
-    if len(where) != 1 or None in [k for k in key if not isinstance(k, Symbolic | np.ndarray)]:
-        refuse("an array is indexed by several numbers that depend on the state")
+    if None in [k for k in key if not isinstance(k, Symbolic | np.ndarray)]:
+        refuse("an array is indexed by None and numbers that depend on the state")
     i = where[0]
     if not isinstance(key[i], Symbol):
-        index = key[i]
-        if isinstance(index, np.ndarray | list) and len(key) == 1 and array.ndim == 1:
-            return elementwise(lambda one: look_up(array, one), index)
         refuse("an array is indexed by an array that depends on the state")
     rows = [array[(*key[:i], j, *key[i + 1 :])] for j in range(array.shape[i])]
     return look_up(rows, key[i])

@@ -164,11 +164,39 @@ def spread(key, ndim):
     return tuple(index_of(k) for k in (*key[:at], *rest, *key[at + 1 :]))
 
 
-def all_symbols(key):
-    """Whether a key is an array or a list of whole numbers and symbols."""
-    if not isinstance(key, np.ndarray | list):
-        return False
-    return all(isinstance(k, Symbol | int) for k in np.asarray(key, object).flat)
+def by_elements(array, key) -> Any:
+    """``array[key]`` by one key for each element of the arrays in `key`, some of them of symbols.
+
+    The axes of the result lie where NumPy puts them.  None if `key` has no array of symbols, or
+    contains None.
+    """
+    key = key if isinstance(key, tuple) else (key,)
+    of_arrays = [i for i, k in enumerate(key) if isinstance(k, np.ndarray | list)]
+    if any(k is None for k in key) or not is_symbolic([key[i] for i in of_arrays]):
+        return None
+    if any(k is Ellipsis for k in key):
+        at = next(i for i, k in enumerate(key) if k is Ellipsis)
+        return by_elements(array, (*key[:at], *[slice(None)] * (array.ndim - len(key) + 1),
+                                   *key[at + 1 :]))  # fmt: skip
+    places = np.broadcast_arrays(*[np.asarray(key[i], object).view(np.ndarray) for i in of_arrays])
+    if not all(isinstance(k, Symbol | int) for each in places for k in each.flat) or not len(
+        places[0]
+    ):
+        return None
+    shape, found = places[0].shape, []
+    for element in zip(*[each.flat for each in places], strict=True):
+        one = list(key)
+        for i, k in zip(of_arrays, element, strict=True):
+            one[i] = k
+        found.append(array[tuple(one)])
+    rest = np.shape(found[0])
+    result = np.empty((len(found), *rest), dtype=object)
+    for i, one in enumerate(found):
+        result[i] = one
+    advanced = [i for i, k in enumerate(key) if not isinstance(k, slice)]
+    together = advanced[-1] - advanced[0] == len(advanced) - 1
+    axes, at = range(len(shape)), advanced[0] if together else 0
+    return np.moveaxis(result.reshape(*shape, *rest), axes, range(at, at + len(shape)))
 
 
 def plain_key(key: Any) -> Any:
