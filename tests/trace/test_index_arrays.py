@@ -1,5 +1,7 @@
 """Arrays of whole numbers that depend on the state index other arrays, as in NumPy."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp as reference
@@ -46,7 +48,8 @@ def test_code_is_the_function(name):
     assert bound.function is not None and bound.function.traced is not None
     for t in np.linspace(0, 2, 40):
         y = RNG.uniform(0, 3, size=3)
-        np.testing.assert_allclose(machine_value(bound, t, y), fun(t, y), rtol=1e-13, atol=1e-13)
+        found: Any = machine_value(bound, t, y)
+        np.testing.assert_allclose(found, fun(t, y), rtol=1e-13, atol=1e-13)
 
 
 def test_places_outside_raise_as_in_numpy():

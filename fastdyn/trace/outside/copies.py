@@ -150,8 +150,7 @@ def _member(outside, name, value, row):
     if kind is property and value.fget is not None:
         return property(inside("fget"), value.fset and inside("fset"))
     if kind is functools.cached_property:
-        reads.lasting = False  # the object may hold the value of an earlier call
-        return property(inside("func"))
+        return NotCached(inside("func"), reads)
     if name.startswith("__") or kind.__name__ in ("member_descriptor", "getset_descriptor"):
         return None
     if kind in (float, int) or isinstance(value, np.ndarray | list | dict | np.ufunc):
@@ -165,6 +164,19 @@ def _member(outside, name, value, row):
             return Forbidden(f"an object of type {kind.__name__}", effect=False)
     reads.expect(row, "same", value)
     return None
+
+
+class NotCached:
+    """A cached_property of an object that holds no value of it yet; held values hide it."""
+
+    def __init__(self, function, reads):
+        self.function, self.reads = function, reads
+
+    def __get__(self, thing, kind=None):
+        if thing is None:
+            refuse("it uses a cached_property of a class")
+        self.reads.lasting = False  # a call in Python makes the object hold the value
+        return self.function(thing)
 
 
 def slots_of(cls):
