@@ -7,7 +7,8 @@ import operator
 import types as python
 
 from fastdyn.trace.graph.expressions import LARGEST_WHOLE
-from fastdyn.trace.reads.reads import CHECKS, STEPS
+from fastdyn.trace.reads.checks import CHECKS
+from fastdyn.trace.reads.steps import STEPS
 
 ERRORS = (AttributeError, KeyError, IndexError, TypeError, ValueError)
 NO_DEFAULTS, NO_ATTRIBUTES = (0, 0), ("inside", "__dict__", "keys", (dict, []))

@@ -137,16 +137,19 @@ class Functions:
         new.cell_contents = self.outside.copy(content, row)
         self.outside.watched.append(("a variable of an outer function", new, new.cell_contents))
 
-    def _remembered(self, cached):
+    def _remembered(self, cached, row):
         """The stand-in of a cached function, which takes only arguments that are known numbers."""
+        reads, asked = self.outside.reads, set()
 
         def of_known(*args, **named):
-            given = [_plain(v) for v in args], {k: _plain(v) for k, v in named.items()}
-            empty = not cached.cache_info().currsize
-            found = cached(*given[0], **given[1])
-            if empty:  # the cache would keep the value, and later values may differ
+            given = tuple(map(_plain, args)), tuple((k, _plain(v)) for k, v in named.items())
+            size, most = cached.cache_info().currsize, cached.cache_info().maxsize
+            found = cached(*given[0], **dict(given[1]))
+            if not size:  # the cache would keep the value, and later values may differ
                 cached.cache_clear()
-            return self.outside.copy(found)
+            asked.add(given)
+            keeps = most is None or size + 2 * len(asked) <= most  # a later call costs no old value
+            return self.outside.copy(found, reads.step(row if keeps else None, "remembered", given))
 
         return of_known
 
@@ -160,7 +163,7 @@ class Functions:
             if static and wraps and not isinstance(value, type):
                 reads.expect(row, "type", kind)
                 if name == "__wrapped__":
-                    return outside.keep(value, self._remembered(value))
+                    return outside.keep(value, self._remembered(value, row))
                 if name == "pyfunc":
                     reads.expect(reads.step(row, "inside", "otypes"), "equal", None)
                     if value.otypes is not None or value.excluded or value.signature:

@@ -16,7 +16,8 @@ from ..graph.expressions import LARGEST_WHOLE
 from ..graph.kinds import FLOAT, INT, NUMPY
 from ..numpy.builtins import impure
 from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, root_of
-from ..reads.reads import MAX_ARRAY, STABLE, real_numbers, real_parts
+from ..reads.reads import MAX_ARRAY, STABLE
+from ..reads.steps import real_numbers, real_parts
 from ..scipy import objects as scipy_objects
 from ..symbols.complex_pair import Pair
 from ..symbols.real import Symbol
@@ -45,8 +46,7 @@ class Outside:
 
     def __init__(self, graph, reads, lifted="all"):
         self.graph, self.reads, self.lifted, self.functions = graph, reads, lifted, Functions(self)
-        self._made, self._held, self._first = {}, [], {}
-        self.enumerations: dict = {}
+        self._made, self._held, self._first, self.enumerations = {}, [], {}, {}
         self.watched: list = []
         self.stores = getattr(graph, "stores", None)
 

@@ -6,57 +6,16 @@ of the code.
 """
 
 import bisect
-import builtins
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..graph.evaluate import evaluate
-from . import of_pandas, table_reads
-from .checks import CHECKS, MISSING
+from .checks import CHECKS
+from .steps import STEPS
 
 STABLE = -1  # the row of objects inside libraries, which do not change
 MAX_ARRAY = 4096  # the largest array whose elements become symbols
-STEPS: dict[str, Any] = {
-    "global": lambda function, name: function.__globals__.get(name, MISSING),
-    "builtin": lambda function, name: vars(builtins).get(name, MISSING),
-    "cell": lambda function, i: _content(function.__closure__[i]),
-    "default": lambda function, i: function.__defaults__[i],
-    "keyword default": lambda function, name: function.__kwdefaults__[name],
-    "function": lambda method, _: method.__func__,
-    "self": lambda method, _: method.__self__,
-    "inside": lambda wrapper, name: getattr(wrapper, name),  # py_func, fget
-    "argument": lambda partial, i: partial.args[i],
-    "keyword": lambda partial, name: partial.keywords[name],
-    "item": lambda container, key: container[key],
-    "member": lambda thing, name: getattr(thing, name, MISSING),
-    "dict item": lambda thing, key: dict.__getitem__(thing, key),
-    "own": lambda thing, name: getattr(thing, "__dict__", {}).get(name, MISSING),
-    "class": lambda thing, _: type(thing),
-    "base": lambda cls, i: cls.__mro__[i],
-    "real numbers": lambda value, _: real_numbers(value),
-    "real parts": lambda value, _: real_parts(value),
-    "island": lambda _, island: island.address,
-    **table_reads.STEPS,
-    **of_pandas.STEPS,
-}
-
-
-def _content(cell):
-    try:
-        return cell.cell_contents
-    except ValueError:  # the variable is not assigned yet
-        return MISSING
-
-
-def real_numbers(value):
-    """Real and imaginary parts of complex numbers, alternating; a view of the array if possible."""
-    return np.ascontiguousarray(value, dtype=complex).reshape(-1).view(float)
-
-
-def real_parts(value):
-    """The real parts of complex numbers, in turn."""
-    return np.ascontiguousarray(value.real).reshape(-1)
 
 
 class Row(NamedTuple):

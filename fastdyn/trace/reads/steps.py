@@ -1,0 +1,62 @@
+"""The steps by which a later call reaches the objects that a traced function reads."""
+
+import builtins
+from typing import Any
+
+import numpy as np
+
+from . import of_pandas, table_reads
+from .checks import MISSING
+
+STEPS: dict[str, Any] = {
+    "global": lambda function, name: function.__globals__.get(name, MISSING),
+    "builtin": lambda function, name: vars(builtins).get(name, MISSING),
+    "cell": lambda function, i: _content(function.__closure__[i]),
+    "default": lambda function, i: function.__defaults__[i],
+    "keyword default": lambda function, name: function.__kwdefaults__[name],
+    "function": lambda method, _: method.__func__,
+    "self": lambda method, _: method.__self__,
+    "inside": lambda wrapper, name: getattr(wrapper, name),  # py_func, fget
+    "argument": lambda partial, i: partial.args[i],
+    "keyword": lambda partial, name: partial.keywords[name],
+    "item": lambda container, key: container[key],
+    "member": lambda thing, name: getattr(thing, name, MISSING),
+    "dict item": lambda thing, key: dict.__getitem__(thing, key),
+    "own": lambda thing, name: getattr(thing, "__dict__", {}).get(name, MISSING),
+    "class": lambda thing, _: type(thing),
+    "base": lambda cls, i: cls.__mro__[i],
+    "real numbers": lambda value, _: real_numbers(value),
+    "real parts": lambda value, _: real_parts(value),
+    "remembered": lambda cached, given: remembered(cached, *given),
+    "island": lambda _, island: island.address,
+    **table_reads.STEPS,
+    **of_pandas.STEPS,
+}
+
+
+def _content(cell):
+    try:
+        return cell.cell_contents
+    except ValueError:  # the variable is not assigned yet
+        return MISSING
+
+
+def real_numbers(value):
+    """Real and imaginary parts of complex numbers, alternating; a view of the array if possible."""
+    return np.ascontiguousarray(value, dtype=complex).reshape(-1).view(float)
+
+
+def real_parts(value):
+    """The real parts of complex numbers, in turn."""
+    return np.ascontiguousarray(value.real).reshape(-1)
+
+
+def remembered(cached, args, named):
+    """What a function of ``functools.lru_cache`` gives; KeyError where the cache is full."""
+    info = cached.cache_info()
+    if info.maxsize is not None and info.currsize >= info.maxsize:
+        raise KeyError(args)
+    try:
+        return cached(*args, **dict(named))
+    except Exception as error:
+        raise KeyError(args) from error
