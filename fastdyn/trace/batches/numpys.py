@@ -8,6 +8,7 @@ from ..islands.calls import apart
 from ..numpy import functions
 from ..numpy.calls import WITH_EFFECTS
 from ..numpy.of_numbers import of_numbers
+from ..scipy.distances import DISTANCES
 from ..symbols.masks import Masked
 from ..symbols.symbolic import BATCHES, NOW, Batched, refuse
 from .columns import Columns
@@ -96,6 +97,8 @@ def call_scipy(function, args, kwargs):
     transform = fourier(function)
     if transform is not None:
         return transform(*args, **kwargs)
+    if name in DISTANCES:
+        return DISTANCES[name](*args, **kwargs)
     if name in FILTERS:
         return FILTERS[name](*args, **kwargs)
     if name == "norm":

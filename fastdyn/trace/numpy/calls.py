@@ -131,6 +131,8 @@ def _at_places(function, array, key, *others):
 
 def call_function(function, args, kwargs):
     """Call a NumPy function whose arguments may hold symbols."""
+    if function is np.fromiter:
+        args = list(args[0]), *args[1:]
     args = tuple(list(a) if isinstance(a, types.GeneratorType) else a for a in args)
     if in_batches((*args, *kwargs.values())) or (
         NOW.table is not None and function in MAKERS and is_symbolic([*args, *kwargs.values()])

@@ -16,6 +16,7 @@ from ..symbols.lazy import complete
 from ..symbols.symbolic import BATCHES, Batched, Unwritten, in_batches, is_symbolic, refuse
 from . import others
 from .convolution import convolved_2d
+from .distances import DISTANCES
 from .functions import WRITTEN_OUT
 from .interpolators import Interpolator, evaluated, maker_of, numbers_in
 from .rotation import Rotation
@@ -52,6 +53,8 @@ def stand_in_of(value):
     if not isinstance(value, types.FunctionType) and type(value).__module__ != "uarray":
         return None
     package = ".".join(module.split(".")[:2])
+    if module.startswith("scipy.spatial.distance") and name in DISTANCES:
+        return _beside(value, DISTANCES[name])
     if module.startswith("scipy.linalg") and name in ALGEBRA:
         return _beside(value, ALGEBRA[name])
     if "fft" in module and name in ("fft", "ifft", "rfft", "irfft"):
