@@ -21,8 +21,8 @@ def _measure(metric, more):
     return MEASURES[metric]
 
 
-def _points(x) -> Any:
-    x = x if isinstance(x, Batched) else Array.of(x)
+def _points(values) -> Any:
+    x: Any = values if isinstance(values, Batched) else Array.of(values)
     if x.ndim != 2:
         raise ValueError("points must be a 2-dimensional array.")
     return x
@@ -43,7 +43,7 @@ def pdist(X, metric="euclidean", **more):
 
 def squareform(X, force="no", checks=True):
     """The matrix of the distances that `pdist` gives."""
-    x = X if isinstance(X, Batched) else Array.of(X)
+    x: Any = X if isinstance(X, Batched) else Array.of(X)
     n = int(np.ceil(np.sqrt(2 * x.size)))
     if x.ndim != 1 or force != "no" or n * (n - 1) != 2 * x.size or not n:
         refuse("squareform of this array")
