@@ -15,7 +15,7 @@ from . import output
 from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
 
 NONE_YET = (0.0, *[0] * 9)  # counts and flags of implicit methods
-NONE_OF_LSODA = (0.0,) * 8 + (0,) * 6
+NONE_OF_LSODA = (0.0,) * 8 + (0,) * 7
 
 
 def first_state(problem, n_extra=0):

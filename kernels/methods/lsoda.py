@@ -47,6 +47,7 @@ from .lsoda_past import (
 from .lsoda_table import CORRECTION, ORDERS, SAME
 
 MOST_FAILURES = 10
+MOST_STANDING = 50  # steps in turn that do not change the time; none may fail
 RESTARTS = 3  # failures of one step from which on the order is one
 OLD, FAR = 20, 0.3  # steps, and a change of h l0, after which a Jacobian is renewed
 
@@ -62,7 +63,7 @@ def _begin(state, work, block):
             return status
     s.order, s.rescale, s.l0 = 1, 1.0, 1.0
     s.wait, s.wait_family, s.growth, s.rate = 2, WAIT, FIRST_GROWTH, 0.7
-    s.stiff = s.was_stiff = s.limited = s.factorised = s.age = 0
+    s.stiff = s.was_stiff = s.limited = s.factorised = s.age = s.n_standing = 0
     s.drift = s.lipschitz = s.lipschitz_now = s.jacobian_norm = 0.0
     h = s.h * s.direction
     for i in range(work.shape[1]):
@@ -161,7 +162,8 @@ def step(rhs, state, work, block, h_min):
             s.factorised = 0
         h = s.h * s.direction
         t_new = s.t + h
-        if t_new == s.t:
+        s.n_standing = s.n_standing + 1 if t_new == s.t else 0
+        if s.n_standing > (0 if n_failed + n_unsolved else MOST_STANDING):
             return STEP_TOO_SMALL
         predict(work, s.order)
         predicted = norm(work, Z)

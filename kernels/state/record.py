@@ -55,6 +55,7 @@ STATE = np.dtype(
         ("wait", "i8"),  # steps until order and size are looked at, and until the family is
         ("wait_family", "i8"),
         ("age", "i8"),  # steps that the factors have served
+        ("n_standing", "i8"),  # trials in turn that are too short to change the time
     ]
 )
 

@@ -211,6 +211,23 @@ def test_a_component_without_a_tolerance_on_the_way():
     assert "positive `atol`" in run.message
 
 
+def test_first_steps_that_do_not_change_the_time():
+    """The pressure in a star falls by 1e27 a centimetre at first, which is little of 1e38."""
+
+    def star(r, y):
+        pressure, mass = y
+        density = (pressure / 5.4e12) ** 0.6
+        inner = mass + 4 * np.pi * r**3 * pressure / 9e20
+        slope = -6.674e-8 * (density + pressure / 9e20) * inner / (r * (r - 1.5e-28 * mass))
+        return [slope, 4 * np.pi * r**2 * density]
+
+    given = star, (1.0, 3e6), [6.6e37, 0.0], "LSODA"
+    mine, theirs = (f(*given, rtol=1e-6) for f in (solve_ivp, scipy.integrate.solve_ivp))
+    assert theirs.t[1] == 1.0
+    assert mine.nfev == theirs.nfev and len(mine.t) == len(theirs.t)
+    np.testing.assert_allclose(mine.y[:, -1], theirs.y[:, -1], rtol=1e-6)
+
+
 @pytest.mark.parametrize("span", [(1.0, 1.0 + EPS), (0.0, 1e-300), (1.0, 1.0 - 8 * EPS)])
 def test_spans_of_a_few_roundings(span):
     run = solve_ivp(spring, span, [1.0, 0.0], "LSODA")
