@@ -31,7 +31,7 @@ GOES_ON = (RUNNING, FULL)
 STANDS, FEWEST, MANY_AHEAD, MOST_AHEAD = 1e-3, 1000, 1e6, 1e8
 # It slides along a jump if that many steps lead nowhere: so many more as far as it came.
 NOWHERE, FOR_EVER = 10_000, 1e11
-FIRST_OF_SERIES = 64  # steps of the first chunk, whose mean is the first to compare with
+FIRST_OF_SERIES = 2000  # steps of the first chunk, whose mean is the first to compare with
 
 
 def counters(state):

@@ -1,7 +1,7 @@
 """The stepping kernel of the Taylor method, compiled for each function."""
 
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
-from fastdyn.compile.taylor.steps.accuracy import order_for
+from fastdyn.compile.taylor.steps.accuracy import is_fine, order_for
 from fastdyn.compile.traced.met import why
 
 
@@ -22,7 +22,7 @@ def series_kernel(problem, bound, order=None):
             "Take Vern9, which needs its values only."
         )
     try:
-        return function.series(order or order_for(p.rtol, p.atol, p.y0))
+        return function.series(order or order_for(p.rtol, p.atol, p.y0), is_fine(p.rtol))
     except NotSmooth as reason:
         raise NoSeries(f"Taylor does not apply: {reason}. Take Vern9 instead.") from None
 

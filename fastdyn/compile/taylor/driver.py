@@ -5,11 +5,12 @@ The words are the arguments of ``advance(state, work, block, n_steps)``; see
 """
 
 from fastdyn.kernels.state.record import ATOL, RTOL, Y
-from fastdyn.kernels.state.series import HIGHEST, LOW
+from fastdyn.kernels.state.series import LOW
 
 from .coefficients.online import Online
+from .recurrences.deceptive import is_deceptive
 from .steps import coarse, proof
-from .steps.accuracy import ALLOWANCE, BELOW, DITHER, GOLDEN, ROUND_OFF
+from .steps.accuracy import ALLOWANCE, DITHER, GOLDEN, ROUND_OFF
 from .steps.kinks import Kinks
 from .steps.leave import leave
 from .steps.pace import Clock, chosen, longest, unit_of, wildness
@@ -25,18 +26,21 @@ class Driver(Kernel):
     ----------
     plan : Plan
     order : int
+    fine : bool
+        True for tolerances near rounding: see `accuracy.py`.
     fused : str
         See `Text`.
     width : int
         Lanes of a vector register.
     """
 
-    def __init__(self, plan, order, fused, width=4):
-        self.plan, self.order = plan, order
+    def __init__(self, plan, order, fine, fused, width=4):
+        self.plan, self.order, self.fine = plan, order, fine
         self.text, self.width, self.n = Text(fused), width, len(plan.outputs)
         lanes = 4 if self.n <= 4 else 8
         self.row = -(-self.n // lanes) * lanes
         self.kinks = Kinks(plan, self.text, order - 1)
+        self.deceptive = is_deceptive(plan)
 
     # -- parts
 
@@ -51,26 +55,25 @@ class Driver(Kernel):
         for i in range((self.order + 1) * self.row if n < self.row else 0):
             if i % self.row >= n:
                 text.store(ZERO, text.at(self.rows, i))
-        finest: list = []
         for name, row in (("y", Y), ("low", LOW), ("rtol", RTOL), ("atol", ATOL)):
             for i in range(self.row):
                 value = text.load(text.at("%work", row * n + i)) if i < n else ZERO
-                if name == "rtol" and i < n:
-                    finest.append(text.compare("ole", value, hexadecimal(ROUND_OFF)))
-                if name in ("rtol", "atol") and i < n:
-                    value = text.select(finest[i], text.mul(value, hexadecimal(BELOW)), value)
                 text.store(value, text.at(self.room[name], i))
         self.var = {name: text.slot("double") for name in ("t", "t_old", "h", "scale", "cap")}
         for name in ("t", "t_old", "h"):
             text.store(self.field[name], self.var[name])
         text.store(ONE, self.var["scale"])
         self.tolerance = text.add(*[text.load(text.at(self.room[n], 0)) for n in ("rtol", "atol")])
-        self.dither = text.select(finest[0], hexadecimal(-DITHER), ZERO)
+        if self.fine:
+            rtol = text.load(text.at(self.room["rtol"], 0))
+            finest = text.compare("ole", rtol, hexadecimal(ROUND_OFF))
+            self.dither = text.select(finest, hexadecimal(-DITHER), ZERO)
         self.taken, self.out = text.slot("i64"), text.slot("double", self.row)
-        self.refused = text.slot("i64")
+        self.refused, self.status = text.slot("i64"), text.slot("i64")
         for place in (self.taken, self.refused):
             text.put(f"store i64 0, ptr {place}")
         text.store(proof.INFINITE, self.var["cap"])
+        proof.begin(self)
         self.rooted = bool(self.plan.rooted)
         if self.rooted:
             coarse.begin(self)
@@ -91,10 +94,8 @@ class Driver(Kernel):
         text, n, var = self.text, self.n, self.var
         t = text.load(var["t"])
         y = [text.load(text.at(self.room["y"], i)) for i in range(n)]
-        for i, value in enumerate(y):
-            text.store(value, text.at(self.rows, i))
         scale = unit_of(text, text.load(var["h"]))
-        text.store(scale, var["scale"])
+        inverse = text.div(ONE, scale)
         kinks = self.kinks
         if kinks.count:
             kinks.forget()
@@ -102,19 +103,24 @@ class Driver(Kernel):
             text.label("series")
         series = Online(
             self.plan, self.order, text, self.width, self._invariant, self.rows, self.row, scale,
-            kinks,
+            kinks, self.fine,
         )  # fmt: skip
-        series.emit(t, y)
+        series.begin(t, y)
         if self.plan.raises():
             text.put(f"br i1 {kinks.raising}, label %raises, label %defined")
             text.label("defined")
+        proof.check(self, series.slopes())
+        text.store(scale, var["scale"])
+        for i, value in enumerate(y):
+            text.store(value, text.at(self.rows, i))
+        series.emit()
         if kinks.count:
             text.put(f"br i1 {kinks.decide()}, label %series, label %decided")
             text.label("decided")
         step = Step(text, n, self.order, self.rows, self.row)
         step.weights(self.room["y"], self.room["rtol"], self.room["atol"], self.room["weights"])
         x, size = step.length(self.room["weights"], ALLOWANCE[self.order], self.tolerance)
-        if self.order == HIGHEST:
+        if self.fine:
             x = self._dithered(x)
         wild, shorter, short = wildness(text, t, size, scale)
         text.put(f"br i1 {wild}, label %wild, label %fine")
@@ -145,13 +151,17 @@ class Driver(Kernel):
         text.label("go")
         if self.rooted:
             pace, scale, shortened = coarse.taken(self, pace)
-        for i in range(n):
-            low = text.load(text.at(self.room["low"], i))
-            text.store(low, text.at(self.room["low_old"], i))
-        x = text.div(pace.signed, scale)
+            inverse = text.div(ONE, scale)
+        step.copy(self.room["low"], self.room["low_old"])
+        x = text.mul(pace.signed, inverse)
         step.end(x, self.room["y"], self.room["low"])
-        proof.emit(self, step, pace, x, scale, shortened)
-        step_taken(self, t, pace)
+        text.store(proof.INFINITE, var["cap"])
+        status, stops = step_taken(self, t, pace)
+        text.put(f"store i64 {status}, ptr {self.status}")
+        proof.within(self, step, pace, x, inverse)
+        proof.predict(self, pace, x, inverse, shortened)
+        proof.ask(self, stops)
+        proof.take_back(self)
 
     def _dithered(self, x):
         """Vary the length x from step to step, for tolerances near rounding: see `DITHER`."""

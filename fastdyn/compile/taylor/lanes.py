@@ -43,14 +43,17 @@ class LaneDriver(Kernel):
         The order of the series, and the lanes of a vector.
     raises : bool
         True if the function may raise: ``fastdyn_raises(t, y, block)`` is then not 0 in such lanes.
+    deceptive : bool
+        True if steps are compared within: see `deceptive.py`.
     fused : str
         See `Text`.
     together : int
         See `places.Places`.
     """
 
-    def __init__(self, plan, order, width, raises, fused, together):
-        self.plan, self.order, self.width, self.raises = plan, order, width, raises
+    def __init__(self, plan, order, width, raises, deceptive, fused, together):
+        self.plan, self.order, self.width = plan, order, width
+        self.raises, self.deceptive = raises, deceptive
         self.text, self.n = Text(fused, width), len(plan.states)
         self.places = Places(plan, order, width, together)
 
@@ -99,7 +102,8 @@ class LaneDriver(Kernel):
         self.state_rows = [rows.pointer(y.key) for y in self.plan.states]
         for i, place in enumerate(self.state_rows):
             text.store(text.load(self._row(Y, i)), place)
-        rows.emit(t, scale)
+        rows.begin(t, scale)
+        rows.emit()
         for i, place in enumerate(self.state_rows):
             y, r, a = (text.load(self._row(row, i)) for row in (Y, RTOL, ATOL))
             slope = text.load(text.at(place, self.width))

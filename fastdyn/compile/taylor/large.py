@@ -13,18 +13,18 @@ from .coefficients.places import Places
 from .coefficients.rows import Rows
 from .steps.accuracy import ALLOWANCE
 from .steps.pace import LEAST, Clock, chosen, longest, unit_of
-from .steps.proof import SHORTER, WITHIN
-from .steps.proof_in_vectors import off
+from .steps.proof import INFINITE, SHORTER, WITHIN, allowed_share, slope_of
+from .steps.proof_in_vectors import differ
 from .steps.step import TERMS, end, length, powers_of, weight
 from .steps.vanish import excess, some_must_not
 from .text.frame import (
     AT,
     HALF,
-    RETRY,
     WORDS,
     Kernel,
     add,
     asked,
+    counted,
     fields,
     raised_word,
     read_words,
@@ -43,14 +43,15 @@ class LargeDriver(Kernel):
     plan : bundles.Bundles
     order, width : int
         The order of the series, and the lanes of a vector.
-    raises : bool
-        True if the function may raise.
+    raises, deceptive : bool
+        Whether the function may raise, and whether steps are compared within: see `deceptive.py`.
     fused, together
         See `Text` and `places.Places`.
     """
 
-    def __init__(self, plan, order, width, raises, fused, together):
-        self.plan, self.order, self.width, self.raises = plan, order, width, raises
+    def __init__(self, plan, order, width, raises, deceptive, fused, together):
+        self.plan, self.order, self.width = plan, order, width
+        self.raises, self.deceptive = raises, deceptive
         self.text, self.n = Text(fused), len(plan.places_of_states)
         self.wide = self.text.of(width)
         self.places = Places(plan, order, width, together)
@@ -73,33 +74,44 @@ class LargeDriver(Kernel):
         self.memory.read_factors()
         for name, row in ROWS.items():
             self.memory.read(row, name)
-        self.var = {name: text.slot("double") for name in ("t", "t_old", "h", "scale")}
+        names = ("t", "t_old", "h", "scale", "cap", "pending")
+        self.var = {name: text.slot("double") for name in names}
         for name in ("t", "t_old", "h"):
             text.store(f[name], self.var[name])
-        text.store(ONE, self.var["scale"])
+        for name, value in (("scale", ONE), ("cap", INFINITE), ("pending", ZERO)):
+            text.store(value, self.var[name])
         tolerances = [text.load(self.memory.in_work(row, 0)) for row in (record.RTOL, record.ATOL)]
         self.tolerance = text.add(*tolerances)
-        self.taken, self.tries = text.slot("i64"), text.slot("double")
-        text.put(f"store i64 0, ptr {self.taken}")
-        text.store(ZERO, self.tries)
+        self.taken, self.refused, self.result = (text.slot("i64") for _ in range(3))
+        for place in (self.taken, self.refused):
+            text.put(f"store i64 0, ptr {place}")
 
     # -- one step
 
     def _step(self):
         text, wide, var, f = self.text, self.wide, self.var, self.field
-        t, h = text.load(var["t"]), text.load(var["h"])
-        scale = unit_of(text, h)
-        text.store(scale, var["scale"])
+        t = text.load(var["t"])
+        scale = unit_of(text, text.load(var["h"]))
+        inverse = text.div(ONE, scale)
         with self.memory.each_vector() as (row, here):
             wide.store(wide.load(here["y"]), row)
-        self.rows.emit(wide.splat(t, self.width), wide.splat(scale, self.width))
+        self.rows.begin(wide.splat(t, self.width), wide.splat(scale, self.width))
+        per_time = wide.splat(inverse, self.width)
+
+        def slopes(row, _):
+            return wide.mul(wide.load(wide.at(row, self.width)), per_time)
+
+        off = differ(self, slopes, "predicted")
+        text.put(f"br i1 {off}, label %doubtful, label %proved")
+        text.label("proved")
+        text.store(ZERO, var["pending"])
+        text.store(scale, var["scale"])
+        self.rows.emit()
         x, size = self._length()
         cap = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
-        tried = text.compare("ogt", text.load(self.tries), ZERO)
-        cap = text.select(tried, text.smaller(h, cap), cap)
+        cap = text.smaller(text.load(var["cap"]), cap)
         clock = Clock(t, f["t_end"], f["direction"], cap)
         pace = chosen(text, clock, x, size, scale)
-        text.store(ZERO, self.tries)
         text.put(f"br i1 {pace.wild}, label %wild, label %fine")
         text.label("wild")
         text.store(pace.shorter, var["h"])
@@ -107,12 +119,11 @@ class LargeDriver(Kernel):
         text.label("fine")
         text.put(f"br i1 {pace.stuck}, label %lost, label %go")
         text.label("go")
-        x = text.div(pace.signed, scale)
+        x = text.mul(pace.signed, inverse)
         if some_must_not(self.rows):
-            self._keep_from_roots(pace, x)
-        self._end(x)
-        self._prove(t, pace, x)
-        self._accept(t, pace)
+            self._keep_from_roots(t, pace, x)
+        self._take(t, pace, x, inverse)
+        self._take_back()
 
     def _length(self):
         """The `step.length`; stores the weights of the states."""
@@ -141,49 +152,86 @@ class LargeDriver(Kernel):
             each = [join(a, b) for a, b in zip(each[::2], each[1::2], strict=True)]
         return each[0]
 
-    def _end(self, x):
-        """Store the state at x in `new`, its rounding error in `rest`, an inner one in `probe`."""
+    def _take(self, t, pace, x, inverse):
+        """Go on from the state at x, with the prediction of its slope for `_prove`."""
+        text, var = self.text, self.var
+        status, stops = step_taken(self, t, pace)
+        text.put(f"store i64 {status}, ptr {self.result}")
+        allowed = allowed_share(text, pace.h, self.order)
+        for name, value in (("cap", INFINITE), ("pending", allowed)):
+            text.store(value, var[name])
+        self._end(x, inverse)
+        if self.deceptive:
+            self._look(x, inverse)
+            self._compare("probe", text.fma(pace.signed, hexadecimal(WITHIN), t), "inner")
+        if not self.raises:
+            text.put(f"br i1 {stops}, label %asking, label %step")
+            text.label("asking")
+        self._compare("y", pace.t, "predicted")
+        text.put(f"br i1 {stops}, label %done, label %step")
+
+    def _end(self, x, inverse):
+        """Store the state at x, its rounding error and its slope; keep the old state."""
         wide = self.wide
-        powers, nearer = (
-            powers_of(wide, wide.splat(at, self.width), self.order)
-            for at in (x, self.text.mul(x, hexadecimal(WITHIN)))
-        )
+        powers, inverse = self._powers(x), wide.splat(inverse, self.width)
         with self.memory.each_vector() as (row, here):
             terms = [wide.load(wide.at(row, k * self.width)) for k in range(self.order + 1)]
             low = wide.load(here["low"])
             value, rest = end(wide, terms, powers, low)
-            wide.store(value, here["new"])
-            wide.store(rest, here["rest"])
-            wide.store(end(wide, terms, nearer, low)[0], here["probe"])
+            slope = wide.mul(slope_of(wide, terms[1:], powers), inverse)
+            given = {"y": value, "low": rest, "y_old": terms[0], "low_old": low}
+            for name, value in {**given, "predicted": slope}.items():
+                wide.store(value, here[name])
 
-    def _prove(self, t, pace, x):
-        """Shorten the step if the function raises, or has another slope than the series."""
+    def _look(self, x, inverse):
+        """Store the state and the slope within a step of length x."""
+        wide = self.wide
+        powers = self._powers(self.text.mul(x, hexadecimal(WITHIN)))
+        inverse = wide.splat(inverse, self.width)
+        with self.memory.each_vector() as (row, here):
+            terms = [wide.load(wide.at(row, k * self.width)) for k in range(self.order + 1)]
+            wide.store(end(wide, terms, powers, ZERO)[0], here["probe"])
+            slope = wide.mul(slope_of(wide, terms[1:], powers), inverse)
+            wide.store(slope, here["inner"])
+
+    def _powers(self, x):
+        return powers_of(self.wide, self.wide.splat(x, self.width), self.order)
+
+    def _compare(self, name, t, predicted):
+        """Compare the function with a prediction; go back if it differs or raises."""
         text = self.text
-        between = text.fma(pace.signed, hexadecimal(WITHIN), t)
-        for name, at, share in (("probe", between, WITHIN), ("new", pace.t, 1.0)):
-            raised = self._raised(name, at)
-            text.put(f"store i64 0, ptr {raised_word(text)}")
-            self._shorter(raised, pace, RETRY, f"raises_{name}")
-            self._shorter(off(self, x, share), pace, SHORTER, f"off_{name}")
+        raised = self._raised(name, t)
+        text.put(f"store i64 0, ptr {raised_word(text)}")
+        self.memory.read(record.STAGE, "slope")
+        off = differ(self, lambda row, here: self.wide.load(here["slope"]), predicted)
+        text.put(f"br i1 {text.truths('or', off, raised)}, label %doubtful, label %{name}_alike")
+        text.label(f"{name}_alike")
 
-    def _shorter(self, refused, pace, share, name):
-        """Go back to a shorter step if the step is refused."""
-        text = self.text
-        text.put(f"br i1 {refused}, label %{name}, label %{name}_not")
-        text.label(name)
-        shorter = text.mul(pace.h, hexadecimal(share))
-        text.store(shorter, self.var["h"])
-        text.store(ONE, self.tries)
-        least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", pace.t))
-        short = text.compare("ule", shorter, least)
-        text.put(f"br i1 {short}, label %lost, label %step")
-        text.label(f"{name}_not")
+    def _take_back(self):
+        """Emit the way back from `doubtful` to the start of a step, which becomes shorter."""
+        text, wide, var = self.text, self.wide, self.var
+        text.label("doubtful")
+        with self.memory.each_vector() as (_, here):
+            for name in ("y", "low"):
+                wide.store(wide.load(here[f"{name}_old"]), here[name])
+        text.store(text.load(var["t_old"]), var["t"])
+        text.store(ZERO, var["pending"])
+        text.store(text.mul(text.load(var["h"]), hexadecimal(SHORTER)), var["cap"])
+        counted(text, self.refused)
+        counted(text, self.taken, -1)
+        text.put("br label %step")
 
-    def _keep_from_roots(self, pace, x):
+    def _keep_from_roots(self, t, pace, x):
         """Shorten the step if the argument of a root may touch zero on the step."""
         text, wide = self.text, self.wide
         beyond = self.across(excess(self.rows, wide.splat(x, self.width)), text.larger)
-        self._shorter(text.compare("uge", beyond, ZERO), pace, HALF, "rooted")
+        text.put(f"br i1 {text.compare('uge', beyond, ZERO)}, label %rooted, label %off_roots")
+        text.label("rooted")
+        shorter = text.mul(pace.h, hexadecimal(HALF))
+        text.store(shorter, self.var["cap"])
+        least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", t))
+        text.put(f"br i1 {text.compare('ule', shorter, least)}, label %lost, label %step")
+        text.label("off_roots")
 
     def _raised(self, name, t):
         """A truth value: the function raises at a time and the state in array `name`."""
@@ -191,18 +239,11 @@ class LargeDriver(Kernel):
         y, out = (self.text.at("%work", row * self.n) for row in (Y, record.STAGE))
         return asked(self.text, t, y, self.n, out)
 
-    def _accept(self, t, pace):
-        wide = self.wide
-        with self.memory.each_vector() as (_, here):
-            for source, target in (("new", "y"), ("rest", "low")):
-                wide.store(wide.load(here[source]), here[target])
-        step_taken(self, t, pace)
-
     # -- the end
 
     def _leave(self):
         """Store the record and the rows before the kernel returns."""
-        text, var, result = self.text, self.var, self.text.slot("i64")
+        text, var, result = self.text, self.var, self.result
         text.label("lost")
         raised = self._raised("y", text.load(var["t"])) if self.raises else "false"
         lost = text.new(f"select i1 {raised}, i64 {RAISED}, i64 {STEP_TOO_SMALL}")
@@ -210,7 +251,6 @@ class LargeDriver(Kernel):
         self.memory.write("y", Y_OLD)
         text.put("br label %leave")
         text.label("done")
-        text.put(f"store i64 %status, ptr {result}")
         self.memory.write_series()
         text.put("br label %leave")
         text.label("leave")
@@ -219,6 +259,7 @@ class LargeDriver(Kernel):
         text.store(text.load(var["scale"]), text.at("%work", SCALE * self.n))
         for name in ("t", "t_old", "h"):
             text.store(text.load(var[name]), text.at("%state", AT[name]))
-        add(text, "n_accepted", self.taken)
+        for name, place in (("n_accepted", self.taken), ("n_rejected", self.refused)):
+            add(text, name, place)
         self.memory.release()
         text.put(f"ret i64 {text.new(f'load i64, ptr {result}')}")

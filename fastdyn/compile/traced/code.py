@@ -79,8 +79,10 @@ class Traced(PythonForm):
 
         return text(self, symbol)
 
-    def series(self, order):
+    def series(self, order, fine=False):
         """The Taylor kernel of an order; of an event, the kernel of its series along a step.
+
+        `fine`: for tolerances near rounding.
 
         Raises
         ------
@@ -92,9 +94,10 @@ class Traced(PythonForm):
 
         if calls_libraries(self.trace.graph):
             raise NotSmooth("a call of a library")
-        text = text_of_event if self.mode.one_number else text
-        key = f"series {order} {self.key()}"
-        return code_store.assembled(key, lambda symbol: text(self, symbol, order), True)
+        key, given = f"series {order} {fine} {self.key()}", (order, fine)
+        if self.mode.one_number:
+            text, given = text_of_event, (order,)
+        return code_store.assembled(key, lambda symbol: text(self, symbol, *given), True)
 
     def lane_series(self, order, kinds, width):
         """The Taylor kernel with a trajectory in each lane of a vector."""

@@ -10,6 +10,7 @@ from fastdyn.trace.graph.refusal import refused_as
 
 from ..taylor.coefficients.bundles import Single
 from ..taylor.lanes import LaneDriver
+from ..taylor.recurrences.deceptive import is_deceptive
 from ..taylor.recurrences.operations import Integral, Power
 from ..taylor.recurrences.plan import Plan
 from ..taylor.recurrences.rewrite import NotSmooth
@@ -37,7 +38,8 @@ def text(traced, symbol, order, kinds, width):
     functions(module, plan, width)
     if raises:
         _raises(module, traced, kinds, width)
-    driver = LaneDriver(Single(plan), order, width, raises, *by_processor(width))
+    looks = is_deceptive(plan)
+    driver = LaneDriver(Single(plan), order, width, raises, looks, *by_processor(width))
     return f"{module}\n{driver(symbol, set(module.globals))}"
 
 

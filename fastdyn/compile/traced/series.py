@@ -10,6 +10,7 @@ from ..taylor.coefficients.bundles import Bundles
 from ..taylor.coefficients.composed import emit
 from ..taylor.driver import Driver
 from ..taylor.large import LargeDriver
+from ..taylor.recurrences.deceptive import is_deceptive
 from ..taylor.recurrences.plan import Plan
 from ..taylor.recurrences.rewrite import NotSmooth
 from .inputs import Source
@@ -20,7 +21,7 @@ INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer(
 
 
 @refused_as(NotSmooth)
-def text(traced, symbol, order):
+def text(traced, symbol, order, fine):
     """The text of an LLVM module with the Taylor kernel."""
     graph, raising = traced.trace.graph, traced.trace.failing
     plan = Plan(graph, traced.stored, raising)
@@ -31,7 +32,9 @@ def text(traced, symbol, order):
     module = _invariants(traced, plan)
     raises = raising is not graph.false
     driver = (
-        _large(module, plan, order, raises) if large else Driver(plan, order, by_processor(4)[0])
+        _large(module, plan, order, raises)
+        if large
+        else Driver(plan, order, fine, by_processor(4)[0])
     )
     return f"{module}\n{driver(symbol, set(module.globals))}"
 
@@ -52,7 +55,7 @@ def _large(module, plan, order, raises):
     lanes = width()
     functions(module, plan, lanes)
     bundles = Bundles(plan, lanes)
-    return LargeDriver(bundles, order, lanes, raises, *by_processor(lanes))
+    return LargeDriver(bundles, order, lanes, raises, is_deceptive(plan), *by_processor(lanes))
 
 
 @refused_as(NotSmooth)

@@ -55,7 +55,7 @@ def last(fun, y0, method="Taylor", tol=1e-12, t_end=0.5, args=()):
 def text_of(fun, n):
     found = trace(fun, (), n, (n,), (), "all", 0, False)
     plan = Bundles(plan_of_rows(Traced(found, DERIVATIVE, n)), 8)
-    return LargeDriver(plan, 17, 8, False, "fma", 6)("kernel", set())
+    return LargeDriver(plan, 17, 8, False, False, "fma", 6)("kernel", set())
 
 
 @pytest.mark.parametrize("number", range(8))

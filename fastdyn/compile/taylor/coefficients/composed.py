@@ -44,7 +44,7 @@ class Composed(Online):
         self.used = sorted(a.data for a in self._leaves() if a.op == "y")
         return {}
 
-    def _first(self, zeroth):
+    def _first(self):
         self.ahead = {}
         return self._coefficients(1)
 
@@ -80,6 +80,7 @@ def emit(plan, order, symbol, declared, fused, width=4):
     terms = _Terms(plan, text, text.div("%h", scale), invariant)
     series = Composed(plan, order + 1, text, width, invariant, rows, "%n", scale, terms)
     y = {i: text.load(text.at(rows, i)) for i in series.used}
-    series.emit("%t", y)
+    series.begin("%t", y)
+    series.emit()
     text.put(f"ret i64 {order + 1}")
     return listing(text, symbol, declared)

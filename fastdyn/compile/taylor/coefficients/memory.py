@@ -7,7 +7,10 @@ from fastdyn.kernels.state.record import Y_OLD, K
 from fastdyn.kernels.state.series import HIGHEST
 
 ON_STACK = 2**13  # up to so many numbers, the workspace is on the stack
-ARRAYS = ("y", "low", "rtol", "atol", "weights", "new", "rest", "probe", "slope")
+ARRAYS = (
+    "y", "low", "rtol", "atol", "weights", "y_old", "low_old",
+    "probe", "inner", "predicted", "slope",
+)  # fmt: skip
 
 
 class Memory:

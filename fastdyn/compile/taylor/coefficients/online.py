@@ -15,8 +15,6 @@ The loop over k stays a loop, in phases by the number of registers that the lane
 
 from typing import Any
 
-from fastdyn.kernels.state.series import HIGHEST
-
 from ..recurrences.operations import Choice, Integral, Power, Quotient, Root, Sum, leaves
 from ..text.instructions import ZERO, hexadecimal
 from ..text.loops import Loops
@@ -45,10 +43,12 @@ class Online:
     scale : str
         The unit of time s: the series are in powers of t / s.
     kinks : Kinks
+    exact : bool
+        See `Order`.
     """
 
-    def __init__(self, plan, order, text, width, invariant, rows, row, scale, kinks):
-        self.kinks = kinks
+    def __init__(self, plan, order, text, width, invariant, rows, row, scale, kinks, exact=False):
+        self.kinks, self.exact, self._paced = kinks, exact, {}
         self.plan, self.text, self.width, self.invariant = plan, text, width, invariant
         self.rows, self.row, self.scale, self.last = rows, row, scale, order - 1
         self.lanes = max((order - 1) // 2, 1)
@@ -73,21 +73,34 @@ class Online:
         degree = self.plan.degree
         return isinstance(step, Integral) and [degree.get(a.key) for _, a, _ in step.parts] == [1]
 
-    def emit(self, t, y):
-        """Compute all orders from the values of time and state, and store them in rows 1 to p."""
-        text, plan = self.text, self.plan
+    def begin(self, t, y):
+        """Compute order 0 from the values of time and state."""
+        plan = self.plan
         known = {a.key: t if a.op == "t" else y[a.data] for a in self._leaves()}
-        start = Start(plan, text, self.invariant, known, self.kinks.sides())
+        start = Start(plan, self.text, self.invariant, known, self.kinks.sides())
         start.emit()
         self.kept = start.kept
         self.kinks.begin(start)
         self.kinks.store(0, known | start.value)
-        zeroth = {step.node.key: start.of(step.node) for step in plan.steps} | known
+        self._zeroth = {step.node.key: start.of(step.node) for step in plan.steps} | known
+
+    def slopes(self):
+        """The derivatives of the states, from order 0."""
+        return [
+            self.invariant(f)
+            if core is None
+            else self.text.mul(self.invariant(f), self._zeroth[core.key])
+            for f, core in self.plan.outputs
+        ]
+
+    def emit(self):
+        """Compute the orders from 1 on, and store them in rows 1 to p."""
         self.previous = {
-            g.key: zeroth[g.key]
-            for step in plan.steps if self.by_time(step) for _, _, g in step.parts if g is not None
+            g.key: self._zeroth[g.key]
+            for step in self.plan.steps if self.by_time(step)
+            for _, _, g in step.parts if g is not None
         }  # fmt: skip
-        self.leaf = self._first(zeroth)
+        self.leaf = self._first()
         self.store(1)
         self.add_order(self.order(1, min(1, self.registers), True))
         self.store(2)
@@ -99,16 +112,16 @@ class Online:
             self.text.table(name, [of(k) for k in range(self.last + self.width + 3)])
             for name, of in (("numbers", float), ("inverses", lambda k: 1.0 / max(k, 1)))
         ]
-        finest = self.last + 1 >= HIGHEST
-        return Order(self.text, k, here, grows, self.width, tables, finest)
+        return Order(self.text, k, here, grows, self.width, tables, self.exact)
 
-    def _first(self, zeroth):
+    def _first(self):
         """The coefficients of order 1 of the states, by index."""
-        half = hexadecimal(0.5)
-        found = {i: self._rate(i, zeroth, None) for i in range(self.n)}
-        self.ahead = {
-            i: self._scaled(self.text.mul(found[j], half)) for i, j in self.chains.items()
-        }
+        found = {i: self.text.mul(self.scale, slope) for i, slope in enumerate(self.slopes())}
+        half = self.text.mul(self.scale, hexadecimal(0.5))
+        self.ahead = {i: self.text.mul(half, found[j]) for i, j in self.chains.items()}
+        for i, (f, core) in enumerate(self.plan.outputs):
+            if core is not None:
+                self._pace(f, 2 if i in self.chains.values() else 1)
         return found
 
     def _leaves(self):
@@ -122,21 +135,27 @@ class Online:
                 found[core.key] = core
         return found.values()
 
-    def _scaled(self, value):
-        return self.text.mul(self.scale, value)
+    def _pace(self, f, ahead):
+        """scale f, or scale^2 f, computed once, before the loops over orders."""
+        if (f.key, ahead) not in self._paced:
+            below = self.scale if ahead == 1 else self._pace(f, 1)
+            other = self.invariant(f) if ahead == 1 else self.scale
+            self._paced[f.key, ahead] = self.text.mul(below, other)
+        return self._paced[f.key, ahead]
 
-    def _rate(self, i, values, order):
-        """The coefficient of y_i that follows from `values`, the coefficients of one order less."""
-        f, core = self.plan.outputs[i]
+    def _rate(self, i, v, order, ahead=1):
+        """The coefficient of y_i that follows from v, the coefficients of one order less.
+
+        For ahead = 2, the coefficient of the state whose derivative is y_i.  Only one factor
+        waits for v.
+        """
+        text, (f, core) = self.text, self.plan.outputs[i]
         if core is None:
-            return self._scaled(self.invariant(f)) if order is None else None
-        value = self.text.mul(self.invariant(f), values[core.key])
-        return self._scaled(value if order is None else self._divided(value, order, 1))
-
-    def _divided(self, value, order, ahead):
-        """value / (k + 1) for ahead = 1, value / ((k + 1)(k + 2)) for ahead = 2."""
-        factor = order.next if ahead == 1 else order.after
-        return self.text.div(value, factor) if order.exact else self.text.mul(factor, value)
+            return None
+        pace, below = self._pace(f, ahead), order.next if ahead == 1 else order.after
+        if order.exact:
+            return text.div(text.mul(pace, v[core.key]), below)
+        return text.mul(order.memo(text.mul, pace, below), v[core.key])
 
     def store(self, k):
         """Store the coefficients of order k of all states; k is a number or an LLVM value."""
@@ -222,10 +241,5 @@ class Online:
         found = {
             i: self.ahead[i] if i in self.chains else self._rate(i, v, order) for i in range(self.n)
         }
-        ahead = {}
-        for i, j in self.chains.items():
-            f, core = self.plan.outputs[j]
-            value = None if core is None else self.text.mul(self.invariant(f), v[core.key])
-            ahead[i] = self._scaled(self._scaled(self._divided(value, order, 2)))
-        self.ahead = ahead
+        self.ahead = {i: self._rate(j, v, order, 2) for i, j in self.chains.items()}
         return found

@@ -12,11 +12,11 @@ class Order:
     up; the sum is visible if the truncation error is below rounding.
     """
 
-    def __init__(self, text, k, here, grows, width, tables, finest):
+    def __init__(self, text, k, here, grows, width, tables, exact):
         self.k, self.here, self.grows, self.first = k, here, grows, k == 1
         self.text, self.width, self.last_lane = text, width, (here - 1) * width
         self.numbers, self.inverses = tables
-        self.exact = finest and grows
+        self.exact, self._known = exact and grows, {}
         later, latest = (text.new(f"add i64 {k}, {ahead}") for ahead in (1, 2))
         self.number, self.inverse = (text.load(text.at(table, k)) for table in tables)
         table = self.numbers if self.exact else self.inverses
@@ -32,3 +32,9 @@ class Order:
             all_k = text.new(f"shufflevector {kind} {one}, {kind} poison, {zeros}")
             lanes = ", ".join(f"i64 {self.last_lane + j + 1}" for j in range(width))
             self.mask = text.new(f"icmp eq {kind} {all_k}, <{lanes}>")
+
+    def memo(self, emit, a, b):
+        """``emit(a, b)``, emitted once in this order."""
+        if (a, b) not in self._known:
+            self._known[a, b] = emit(a, b)
+        return self._known[a, b]

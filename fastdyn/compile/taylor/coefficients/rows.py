@@ -87,8 +87,8 @@ class Rows:
 
     # -- all orders
 
-    def emit(self, t, scale):
-        """Compute all orders from the time and from order 0 of the states, which is in the rows."""
+    def begin(self, t, scale):
+        """Compute order 1 of the states from the time and from order 0, which is in the rows."""
         text, plan = self.text, self.plan
         self.scale, self.v, self._inverses = scale, {}, {}
         self.order: Any = 0
@@ -102,6 +102,9 @@ class Rows:
             if any(isinstance(step, Integral) for step in part.steps):
                 self.each(part, self._slopes)
         self._rates(1)
+
+    def emit(self):
+        """Compute the other orders."""
         for self.order in range(1, BLOCK + 1):
             self._all(self._early)
             self._rates(self.order + 1)

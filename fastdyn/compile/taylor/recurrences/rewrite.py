@@ -55,6 +55,8 @@ class Rewriter:
         g, op = self.graph, node.op
         if not args or self.is_invariant(node):
             return node
+        if op == "sub" and args[0].key > args[1].key:
+            return g.neg(g.sub(args[1], args[0]))  # x[i] - x[j] and x[j] - x[i] share a recurrence
         if op in ("add", "sub", "neg", "select"):
             return getattr(g, op)(*args)
         if op == "mul":

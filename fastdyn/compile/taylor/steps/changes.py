@@ -113,12 +113,7 @@ class FirstChange(_Function):
 
     def _tail(self, x, order):
         """The size of the last two terms, an estimate of the remainder."""
-        power, square, e = None, x, order - 1
-        while e:
-            if e & 1:
-                power = square if power is None else self.mul(power, square)
-            e >>= 1
-            square = self.mul(square, square) if e else square
+        power = self.power(x, order - 1)
         last = [self.absolute(self.coefficient(k)) for k in (order, order - 1)]
         return self.mul(power, self.fma(last[0], x, last[1]))
 

@@ -6,7 +6,6 @@ along the tangent instead, as far as the slope stays constant within the toleran
 """
 
 from ..text.instructions import ONE, ZERO, hexadecimal
-from .accuracy import ALLOWANCE
 from .pace import longest, unit_of
 from .proof import DOUBT
 
@@ -76,7 +75,7 @@ def emit(driver, step, t):
     step.weights(room["y"], room["rtol"], room["atol"], room["weights"])
     kept = {"signed": signed, "later": later, "length": length, "scale": unit, "cut": ZERO}
     kept["ends"] = text.select(ends, ONE, ZERO)
-    kept["finer"] = hexadecimal(FINER * DOUBT * driver.order * ALLOWANCE[driver.order])
+    kept["finer"] = hexadecimal(FINER * DOUBT * driver.order)
     for name, value in kept.items():
         text.store(value, var[name])
     text.put("br label %go")

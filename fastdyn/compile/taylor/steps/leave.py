@@ -28,6 +28,7 @@ def _copy(driver):
     """Copy the coefficients to the rows."""
     text, n = driver.text, driver.n
     text.label("done")
+    text.put(f"%taken_status = load i64, ptr {driver.status}")
     for i in range(n):
         text.store(text.load(text.at(driver.rows, i)), text.at("%work", Y_OLD * n + i))
     rest = text.at("%work", (K + driver.order + 1) * n)
@@ -48,7 +49,7 @@ def _write(driver):
     """Write the state to the rows and the record."""
     text, n = driver.text, driver.n
     text.label("leave")
-    text.put("%result = phi i64 [%lost_status, %lost], [%status, %copy]")
+    text.put("%result = phi i64 [%lost_status, %lost], [%taken_status, %copy]")
     for name, row in (("y", Y), ("low", LOW)):
         for i in range(n):
             text.store(text.load(text.at(driver.room[name], i)), text.at("%work", row * n + i))

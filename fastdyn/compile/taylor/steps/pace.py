@@ -88,7 +88,7 @@ def chosen(text, clock, x, size, scale, limited=None):
     longest = text.select(text.compare("oeq", size, ZERO), longest, clock.longest)
     h = text.smaller(h, longest)
     if limited is not None:
-        x = limited(text.mul(text.div(h, scale), clock.direction))
+        x = limited(text.mul(text.mul(h, text.div(ONE, scale)), clock.direction))
         h = text.mul(text.intrinsic("fabs", x), scale)
     signed = text.mul(h, clock.direction)
     left = text.sub(clock.t_end, clock.t)

@@ -1,98 +1,162 @@
-"""The proof of a step: function and series must have equal slopes within the step and at its end.
+"""The proof of a step: function and series must have equal slopes at its end.
 
-A series describes the function near one point.  A saturated tanh, a pulse, or a power that vanishes
-looks constant at that point; an evaluation of the function elsewhere detects the difference.
+The next step computes the slope at the end anyway, as its first coefficient.  The comparison comes
+there, beside the series of the next step; a step that fails is taken back.  The last step of a call
+is compared with the function.
+
+A series describes the function near one point.  A saturated tanh or a pulse looks constant at that
+point: a plan with such functions is compared within the step, too (see `deceptive.py`).
 """
 
 from ..text.frame import counted, raised_word
 from ..text.instructions import ONE, ZERO, hexadecimal
-from .accuracy import ALLOWANCE
 from .step import powers_of, sum_of
 
-DOUBT = 20.0  # ratio of the allowed error of the slope to the error from terms in tolerance
+DOUBT = 40.0  # allowed error of the slope over the step, in units of order x tolerance
 WITHIN = 0.4375  # place of the inner evaluation, as a share of the step
 SHORTER = 0.25  # share of a step that is not proved
 INFINITE = hexadecimal(float("inf"))
 
 
+def slope_of(text, coefficients, powers):
+    """The slope of a series; `coefficients` begin with order 1."""
+    first, *rest = coefficients
+    terms = [text.mul(c, hexadecimal(k)) for k, c in enumerate(rest, 2)]
+    return sum_of(text, terms, powers, first)
+
+
 def slope_off(text, coefficients, powers, given, weight):
     """The error of the series' slope, in units of the tolerance; NaN if the slope is NaN.
 
-    `coefficients` begin with order 1.  `given` is the function's slope in the unit of the series.
+    `given` is the function's slope in the unit of the series.
     """
-    first, *rest = coefficients
-    terms = [text.mul(c, hexadecimal(k)) for k, c in enumerate(rest, 2)]
-    slope = sum_of(text, terms, powers, first)
+    slope = slope_of(text, coefficients, powers)
     return text.mul(text.intrinsic("fabs", text.sub(given, slope)), weight)
 
 
-def believed(text, off, x, order):
-    """The error of the slope over a length of x, in units of the allowed error."""
-    off = text.mul(text.intrinsic("fabs", x), off)
-    return text.mul(off, hexadecimal(1.0 / (DOUBT * order * ALLOWANCE[order])))
+def begin(driver):
+    """Allocate the prediction; there is no step to be proved."""
+    text = driver.text
+    driver.room["predicted"] = text.slot("double", driver.row)
+    driver.var["pending"] = text.slot("double")
+    text.store(ZERO, driver.var["pending"])
 
 
-def _excess(driver, x, share, scale):
-    """The error of the slope at a share of a step, in units of the allowed error.
+def predict(driver, pace, x, inverse, cut):
+    """Store the slopes that the series predicts at x, for `check`.
 
-    `driver.out` has the derivative at that point; x is the step's length in units of `scale`.
+    `inverse` is one over the unit of the series.  `cut` is true if the step ends where the function
+    may jump: then there is nothing to compare.
     """
+    _store_slopes(driver, x, inverse)
+    text, allowed = driver.text, _allowed(driver, pace)
+    text.store(allowed if cut is None else text.select(cut, ZERO, allowed), driver.var["pending"])
+
+
+def _allowed(driver, pace):
+    """The `allowed_share`; of a step along a tangent, a finer one."""
+    text = driver.text
+    allowed = allowed_share(text, pace.h, driver.order)
+    return text.mul(allowed, text.load(driver.var["finer"])) if driver.rooted else allowed
+
+
+def allowed_share(text, h, order):
+    """The factor of slopes' distances, in units of the tolerance: 1 is the most allowed."""
+    return text.mul(h, hexadecimal(1.0 / (DOUBT * order)))
+
+
+def _store_slopes(driver, x, inverse):
     text, wide = driver.text, driver.text.of(4 if driver.n <= 4 else 8)
-    at = wide.splat(text.mul(x, hexadecimal(share)), wide.lanes)
-    powers, found = powers_of(wide, at, driver.order - 1), []
+    powers = powers_of(wide, wide.splat(x, wide.lanes), driver.order - 1)
+    inverse, orders = wide.splat(inverse, wide.lanes), range(1, driver.order + 1)
     for first in range(0, driver.row, wide.lanes):
-        orders = range(1, driver.order + 1)
         terms = [wide.load(wide.at(driver.rows, k * driver.row + first)) for k in orders]
-        given = wide.mul(wide.load(wide.at(driver.out, first)), wide.splat(scale, wide.lanes))
-        weight = wide.load(wide.at(driver.room["weights"], first))
-        far = slope_off(wide, terms, powers, given, weight)
-        found += [
-            text.new(f"extractelement {wide.kind} {far}, i64 {i}")
-            for i in range(min(wide.lanes, driver.n - first))
-        ]
-    total = found[0]
-    for each in found[1:]:
-        total = text.add(total, each)
-    found = believed(text, total, x, driver.order)
-    return text.mul(found, text.load(driver.var["finer"])) if driver.rooted else found
+        slope = wide.mul(slope_of(wide, terms, powers), inverse)
+        wide.store(slope, text.at(driver.room["predicted"], first))
 
 
-def _within(driver, step, pace, x, scale):
-    """Evaluate the function at a point within the step."""
+def _excess(driver, slopes, share):
+    """The distance of slopes from the predicted ones, in units of the allowed distance."""
+    text, total = driver.text, None
+    for i, slope in enumerate(slopes):
+        predicted, weight = (
+            text.load(text.at(driver.room[name], i)) for name in ("predicted", "weights")
+        )
+        off = text.intrinsic("fabs", text.sub(slope, predicted))
+        total = text.fma(off, weight, total)
+    return text.mul(total, share)
+
+
+def _asked(driver):
+    """The slopes that the function returned."""
+    return [driver.text.load(driver.text.at(driver.out, i)) for i in range(driver.n)]
+
+
+def within(driver, step, pace, x, inverse):
+    """Compare the slopes of function and series within the step, unless the series is honest.
+
+    A step along a tangent is always compared.  Go on to `seen` or `doubtful`.
+    """
     text, room = driver.text, driver.room
+    if not (driver.deceptive or driver.rooted):
+        return
+    if not driver.deceptive:
+        of_series = text.compare("oeq", text.load(driver.var["finer"]), ONE)
+        text.put(f"br i1 {of_series}, label %seen, label %look")
+        text.label("look")
     for i in range(driver.n):
         text.store(ZERO, text.at(room["probe_low"], i))
-    step.end(text.mul(x, hexadecimal(WITHIN)), room["probe"], room["probe_low"])
-    t = text.fma(pace.signed, hexadecimal(WITHIN), text.load(driver.var["t"]))
+    inner = text.mul(x, hexadecimal(WITHIN))
+    step.end(inner, room["probe"], room["probe_low"])
+    _store_slopes(driver, inner, inverse)
+    t = text.fma(pace.signed, hexadecimal(WITHIN), text.load(driver.var["t_old"]))
     raised = driver.asked(t, "probe")
-    word = raised_word(text)
-    text.put(f"store i64 0, ptr {word}")
-    off = text.compare("uge", _excess(driver, x, WITHIN, scale), ONE)
+    text.put(f"store i64 0, ptr {raised_word(text)}")
+    off = text.compare("uge", _excess(driver, _asked(driver), _allowed(driver, pace)), ONE)
     text.put(f"br i1 {text.truths('or', off, raised)}, label %doubtful, label %seen")
     text.label("seen")
 
 
-def emit(driver, step, pace, x, scale, cut):
-    """Emit the proof: go on to the label `proved`, or back to `step` for a shorter step.
+def check(driver, slopes):
+    """Compare the slopes at the start of a step with the predicted ones.
 
-    `cut` is true if the step ends where the function may jump.
+    Go on to `proved`, or to `doubtful`.
     """
-    text, var = driver.text, driver.var
-    _within(driver, step, pace, x, scale)
-    raised = driver.asked(pace.t)
+    text = driver.text
+    text.put(f"br i1 {_differ(driver, slopes)}, label %doubtful, label %proved")
+    text.label("proved")
+    text.store(ZERO, driver.var["pending"])
+
+
+def _differ(driver, slopes):
+    """A truth value: slopes differ from the predicted ones, and a prediction is pending."""
+    text = driver.text
+    pending = text.load(driver.var["pending"])
+    off = text.compare("uge", _excess(driver, slopes, pending), ONE)
+    return text.truths("and", off, text.compare("ogt", pending, ZERO))
+
+
+def ask(driver, stops):
+    """After the last step of a call, compare the function with the prediction."""
+    text = driver.text
+    text.put(f"br i1 {stops}, label %asking, label %step")
+    text.label("asking")
+    raised = driver.asked(text.load(driver.var["t"]))
     text.put(f"br i1 {raised}, label %lost, label %answered")
     text.label("answered")
-    off = _excess(driver, x, 1.0, scale)
-    doubtful = text.compare("uge", off, ONE)
-    if cut is not None:
-        doubtful = text.truths("and", doubtful, text.truths("xor", cut, "true"))
-    text.put(f"br i1 {doubtful}, label %doubtful, label %proved")
+    text.put(f"br i1 {_differ(driver, _asked(driver))}, label %doubtful, label %done")
+
+
+def take_back(driver):
+    """Emit the way back from `doubtful` to the start of a step, which becomes shorter."""
+    text, var = driver.text, driver.var
     text.label("doubtful")
     for i in range(driver.n):
         text.store(text.load(text.at(driver.rows, i)), text.at(driver.room["y"], i))
         text.store(text.load(text.at(driver.room["low_old"], i)), text.at(driver.room["low"], i))
-    text.store(text.mul(pace.h, hexadecimal(SHORTER)), var["cap"])
+    text.store(text.load(var["t_old"]), var["t"])
+    text.store(ZERO, var["pending"])
+    text.store(text.mul(text.load(var["h"]), hexadecimal(SHORTER)), var["cap"])
     counted(text, driver.refused)
+    counted(text, driver.taken, -1)
     text.put("br label %step")
-    text.label("proved")
-    text.store(INFINITE, var["cap"])

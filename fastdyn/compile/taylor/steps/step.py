@@ -9,8 +9,10 @@ example in t^5.
 import math
 
 from ..text.instructions import ONE, ZERO, hexadecimal
+from .accuracy import SMALLEST
 
 LAST, TERMS = 3, 8
+IRREGULAR = 64.0  # ratio of earlier terms to those of exp, above which a series has gaps
 # log2(1.5 + u / 2) and 2**(0.5 + u / 2) to 1e-4 for |u| < 1: least squares at Chebyshev's points.
 LOGARITHM = (
     0.5849504981408199, 0.48048162364576458, -0.079937273772185555,
@@ -49,13 +51,56 @@ class Step:
         tolerance : str
             The relative tolerance.
         """
-        norms, total = {}, None
-        for k in range(self.order, self.order - TERMS, -1):
-            terms = self._terms(k, weights)
-            norms[k], total = terms[0], self.text.add(sum_of_all(self.text, terms), total)
-            for term in terms[1:]:
-                norms[k] = self.text.larger(norms[k], term)
-        return length(self.text, norms, allowance, tolerance), total
+        text, orders = self.text, range(self.order, self.order - LAST, -1)
+        length_at, size_at = text.slot("double"), text.slot("double")
+        norms, size = self._norms(orders, weights)
+        x = length(text, norms, allowance, tolerance)
+        text.store(x, length_at)
+        text.store(size, size_at)
+        regular = text.compare("ole", self._earlier(x, weights, allowance), ONE)
+        regular = text.truths("and", regular, text.compare("ogt", size, ZERO))
+        text.put(f"br i1 {regular}, label %regular, label %gaps")
+        text.label("gaps")
+        norms, size = self._norms(range(self.order, self.order - TERMS, -1), weights)
+        text.store(length(text, norms, allowance, tolerance), length_at)
+        text.store(size, size_at)
+        text.put("br label %regular")
+        text.label("regular")
+        return text.load(length_at), text.load(size_at)
+
+    def _earlier(self, x, weights, allowance):
+        """The terms before the last ones, at x, in units of the largest that a regular series has.
+
+        The unit is the bound of `length` at the smallest tolerance of the order.
+        """
+        text, wide, last = self.text, self.wide, self.order - LAST
+        orders = range(last, self.order - TERMS, -1)
+        power, shares = text.power(x, orders[-1]), {}
+        for k in reversed(orders):
+            bound = (
+                IRREGULAR
+                * allowance
+                * SMALLEST[self.order] ** (k / (last + 1) - 1)
+                * ((last + 1) / k) ** k
+            )
+            shares[k] = wide.splat(text.mul(power, hexadecimal(1.0 / bound)), wide.lanes)
+            power = text.mul(power, x)
+        found: list = []
+        for first in range(0, self.row, wide.lanes):
+            total = None
+            for k, share in shares.items():
+                c = wide.load(wide.at(self.rows, k * self.row + first))
+                total = wide.fma(wide.intrinsic("fabs", c), share, total)
+            found.append(wide.mul(total, wide.load(wide.at(weights, first))))
+        whole = joined(found, wide.add)
+        each = [text.new(f"extractelement {wide.kind} {whole}, i64 {i}") for i in range(wide.lanes)]
+        return joined(each, text.add)
+
+    def _norms(self, orders, weights):
+        """The largest terms of some orders, and the sum of all terms, in units of the tolerance."""
+        found = {k: self._terms(k, weights) for k in orders}
+        norms = {k: joined(terms, self.text.larger) for k, terms in found.items()}
+        return norms, joined([term for terms in found.values() for term in terms], self.text.add)
 
     def _terms(self, k, weights):
         """The sizes of the coefficients of an order, in units of the tolerance."""
@@ -77,6 +122,12 @@ class Step:
             wide.store(rest, low_at)
             wide.store(value, state_at)
 
+    def copy(self, source, target):
+        """Copy a row."""
+        for first in range(0, self.row, self.wide.lanes):
+            value = self.wide.load(self.wide.at(source, first))
+            self.wide.store(value, self.wide.at(target, first))
+
     def weights(self, state, rtol, atol, weights):
         """Store the `weight` of each component at the address `weights`."""
         wide = self.wide
@@ -86,11 +137,11 @@ class Step:
             wide.store(weight(wide, y, slope, r, a), wide.at(weights, first))
 
 
-def sum_of_all(text, terms):
-    """The sum of the terms, in pairs."""
+def joined(terms, join):
+    """All terms, joined in pairs."""
     while len(terms) > 1:
         pairs = zip(terms[::2], terms[1::2], strict=False)
-        terms = [text.add(a, b) for a, b in pairs] + terms[len(terms) & ~1 :]
+        terms = [join(a, b) for a, b in pairs] + terms[len(terms) & ~1 :]
     return terms[0]
 
 

@@ -52,9 +52,9 @@ def fields(text):
     return {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
 
 
-def counted(text, place):
-    """Increment an integer in memory; return the new value."""
-    count = text.new(f"add i64 {text.new(f'load i64, ptr {place}')}, 1")
+def counted(text, place, more=1):
+    """Add to an integer in memory; return the new value."""
+    count = text.new(f"add i64 {text.new(f'load i64, ptr {place}')}, {more}")
     text.put(f"store i64 {count}, ptr {place}")
     return count
 
@@ -67,7 +67,7 @@ def add(text, name, place):
 
 
 def step_taken(driver, t, pace):
-    """Count a step from t; continue with the next step, or go to `done` with a %status."""
+    """Count a step from t; return the status after the step, and whether the call ends there."""
     text, var, field = driver.text, driver.var, driver.field
     for name, value in (("t_old", t), ("t", pace.t), ("h", pace.h)):
         text.store(value, var[name])
@@ -76,8 +76,7 @@ def step_taken(driver, t, pace):
     past = text.compare("oge", past, ZERO)
     enough = text.new(f"icmp sge i64 {count}, %n_steps")
     stop = text.new(f"or i1 {text.new(f'or i1 {past}, {enough}')}, {pace.ends}")
-    text.put(f"%status = select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}")
-    text.put(f"br i1 {stop}, label %done, label %step")
+    return text.new(f"select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}"), stop
 
 
 def asked(text, t, y, n, out):

@@ -157,6 +157,16 @@ class Text(Lines):
     def _two(self, word, a, b):
         return self.new(f"{word} {self.kind} {self.given(a)}, {self.given(b)}")
 
+    def power(self, x, exponent):
+        """x to a whole exponent above 0."""
+        result = None
+        while exponent:
+            if exponent & 1:
+                result = x if result is None else self.mul(result, x)
+            exponent >>= 1
+            x = self.mul(x, x) if exponent else x
+        return result
+
     # -- vectors
 
     def splat(self, x, width):
