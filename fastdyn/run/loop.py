@@ -27,8 +27,9 @@ from .resume import checkpoint_of, from_arrays, to_arrays
 CHUNK_SECONDS = 0.05  # of a chunk; Ctrl-C, the progress bar and the tier act between two chunks
 GOES_ON = (RUNNING, FULL)
 # A run stands if its steps are shorter than STANDS times the longest mean before, and the way to
-# the end takes more such steps than MANY_AHEAD (if another method may follow) or MOST_AHEAD.
-STANDS, FEWEST, MANY_AHEAD, MOST_AHEAD = 1e-3, 1000, 1e6, 1e8
+# the end takes more such steps than MOST_AHEAD, or than MANY_AHEAD, if another method may follow or
+# one of SLIDING steps hardly changes the time.
+STANDS, FEWEST, MANY_AHEAD, MOST_AHEAD, SLIDING = 1e-3, 1000, 1e6, 1e8, 4
 # It slides along a jump if that many steps lead nowhere: so many more as far as it came.
 NOWHERE, FOR_EVER = 10_000, 1e11
 FIRST_OF_SERIES = 2000  # steps of the first chunk, whose mean is the first to compare with
@@ -137,6 +138,7 @@ class Run(LaidOut):
                     self.output.make_room()
                     self.lay_output()
                 done, reached = int(state["n_accepted"][0]), float(state["t"][0])
+                at_rest = int(state["n_equal"][0])
                 left = p.max_steps - done
                 if left <= 0:
                     return STEP_LIMIT
@@ -148,7 +150,9 @@ class Run(LaidOut):
                 if status in GOES_ON and p.method.series:
                     step, left = _mean_step(state[0], done, reached), p.tf - state["t"][0]
                     taken = state["n_accepted"][0] - done
-                    if _stands(abs(left), step, taken, longest, most):
+                    slides = SLIDING * (state["n_equal"][0] - at_rest) > taken
+                    ahead = MANY_AHEAD if slides else most
+                    if _stands(abs(left), step, taken, longest, ahead):
                         return STEP_TOO_SMALL
                     longest = max(longest, step)
                 if status in GOES_ON and done - mark[0] >= NOWHERE:

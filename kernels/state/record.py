@@ -28,7 +28,7 @@ STATE = np.dtype(
         # Of methods that factorise matrices, or look back at more than one step:
         ("h_old", "f8"),  # size of the step before; 0 if there is none to look back at
         ("order", "i8"),  # of the next step; 0 where the method begins, or begins anew
-        ("n_equal", "i8"),  # steps since size or order changed
+        ("n_equal", "i8"),  # steps since size or order changed; of Taylor, steps at a jump
         ("factorised", "i8"),  # whether the factors of the last step hold for the next
         ("current", "i8"),  # whether the Jacobian is of the present state
         ("lower", "i8"),  # diagonals of the Jacobian below the main one, and above

@@ -11,7 +11,7 @@ import numpy as np
 
 
 def radioactive(t, y):
-    return [-y[0], *[a - b for a, b in zip(y[:-2], y[1:-1], strict=True)], y[-2]]
+    return [-y[0], *[y[i - 1] - y[i] for i in range(1, len(y) - 1)], y[-2]]
 
 
 def faster(t, y):

@@ -15,8 +15,10 @@ from .steps.kinks import Kinks
 from .steps.leave import leave
 from .steps.pace import Clock, chosen, longest, unit_of, wildness
 from .steps.step import Step
-from .text.frame import AT, WORDS, Kernel, asked, fields, read_words, step_taken
+from .text.frame import AT, WORDS, Kernel, asked, counted, fields, read_words, step_taken
 from .text.instructions import ONE, ZERO, Text, hexadecimal
+
+AT_REST = 2.0**-40  # of the time: a shorter step is one at a jump
 
 
 class Driver(Kernel):
@@ -69,8 +71,8 @@ class Driver(Kernel):
             finest = text.compare("ole", rtol, hexadecimal(ROUND_OFF))
             self.dither = text.select(finest, hexadecimal(-DITHER), ZERO)
         self.taken, self.out = text.slot("i64"), text.slot("double", self.row)
-        self.refused, self.status = text.slot("i64"), text.slot("i64")
-        for place in (self.taken, self.refused):
+        self.refused, self.status, self.at_rest = (text.slot("i64") for _ in range(3))
+        for place in (self.taken, self.refused, self.at_rest):
             text.put(f"store i64 0, ptr {place}")
         text.store(proof.INFINITE, self.var["cap"])
         proof.begin(self)
@@ -158,10 +160,19 @@ class Driver(Kernel):
         text.store(proof.INFINITE, var["cap"])
         status, stops = step_taken(self, t, pace)
         text.put(f"store i64 {status}, ptr {self.status}")
+        if self.plan.signed:
+            self._count_if_at_rest(pace)
         proof.within(self, step, pace, x, inverse)
         proof.predict(self, pace, x, inverse, shortened)
         proof.ask(self, stops)
         proof.take_back(self)
+
+    def _count_if_at_rest(self, pace):
+        """Count a step that hardly changes the time, as those along a jump."""
+        text = self.text
+        least = text.mul(text.intrinsic("fabs", pace.t), hexadecimal(AT_REST))
+        more = text.new(f"zext i1 {text.compare('ole', pace.h, least)} to i64")
+        counted(text, self.at_rest, more)
 
     def _dithered(self, x):
         """Vary the length x from step to step, for tolerances near rounding: see `DITHER`."""

@@ -23,7 +23,7 @@ from .steps.pace import LEAST, Clock, chosen, longest, unit_of
 from .steps.proof import SHORTER
 from .steps.proof_in_vectors import unproved
 from .steps.step import TERMS, end, length, powers_of, weight
-from .steps.vanish import excess, some_must_not
+from .steps.vanish import excess, some_held
 from .text.frame import AT, HALF, RETRY, Kernel, counted, read_words
 from .text.instructions import ONE, ZERO, Text, hexadecimal
 
@@ -185,7 +185,7 @@ class LaneDriver(Kernel):
     def _tests(self, pace):
         """Yield the lanes whose step must be shorter, and the remaining share of the step."""
         text = self.text
-        if some_must_not(self.rows):
+        if some_held(self.rows):
             beyond = excess(self.rows, text.div(pace.signed, text.load(self.var["scale"])))
             yield text.compare("uge", beyond, ZERO), HALF
         if self.raises:

@@ -16,7 +16,7 @@ from .steps.pace import LEAST, Clock, chosen, longest, unit_of
 from .steps.proof import INFINITE, SHORTER, WITHIN, allowed_share, slope_of
 from .steps.proof_in_vectors import differ
 from .steps.step import TERMS, end, length, powers_of, weight
-from .steps.vanish import excess, some_must_not
+from .steps.vanish import excess, some_held
 from .text.frame import (
     AT,
     HALF,
@@ -120,7 +120,7 @@ class LargeDriver(Kernel):
         text.put(f"br i1 {pace.stuck}, label %lost, label %go")
         text.label("go")
         x = text.mul(pace.signed, inverse)
-        if some_must_not(self.rows):
+        if some_held(self.rows):
             self._keep_from_roots(t, pace, x)
         self._take(t, pace, x, inverse)
         self._take_back()

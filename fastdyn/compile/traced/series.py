@@ -62,7 +62,7 @@ def _large(module, plan, order, raises):
 def text_of_event(traced, symbol, order):
     """The text of an LLVM module with the series of an event; NotSmooth if it has a kink."""
     plan = Plan(traced.trace.graph, traced.stored, traced.trace.failing)
-    if plan.watched or plan.outputs[0][1] is None or plan.raises():
+    if plan.signed or plan.rooted or plan.outputs[0][1] is None or plan.raises():
         raise NotSmooth("an event with a kink")
     module = _invariants(traced, plan)
     return f"{module}\n{emit(plan, order, symbol, set(module.globals), by_processor(4)[0])}"

@@ -29,10 +29,11 @@ def plan_of(fun, n):
         (lambda t, y: [y[1], -math.sin(y[0]) + math.cos(2.0 * t)], 2, False),
         (lambda t, y: [y[0] * (1.0 - y[0]) / (1.0 + y[0] ** 2)], 1, False),
         (lambda t, y: [math.sqrt(1.0 + y[0] ** 2)], 1, False),
-        (lambda t, y: [y[1], -y[0] - 0.1 * math.tanh(y[1])], 2, True),
-        (lambda t, y: [math.exp(-t * t)], 1, True),
+        (lambda t, y: [y[1], -y[0] - 0.1 * math.tanh(y[1])], 2, False),  # the argument is held
+        (lambda t, y: [(1.0 + t * t) ** -6], 1, False),
+        (lambda t, y: [math.exp(-t) ** 40], 1, True),
         (lambda t, y: [math.cos(t) ** 40], 1, True),
-        (lambda t, y: [(1.0 + t * t) ** -6], 1, True),
+        (lambda t, y: [math.log(2.0 + y[0])], 1, True),
         (lambda t, y: [abs(y[0])], 1, True),
     ],
 )  # fmt: skip
@@ -54,9 +55,10 @@ FORCES = {
     "sech": lambda y: 1.0 - math.tanh(y[0] / W) ** 2,
     "narrow pole": lambda y: W * W / (W * W + y[0] ** 2),
     "two poles": lambda y: W**3 / (W * W + y[0] ** 2) ** 1.5,
+    "three poles": lambda y: (1.0 + (y[0] / W) ** 2) ** -3,
     "steep pole": lambda y: (1.0 + (y[0] / W) ** 2) ** -8,
     "saturated root": lambda y: -y[1] / math.sqrt(W * W + y[1] ** 2),
-    "high power": lambda y: y[0] ** 40 / (1.0 + y[0] ** 40),
+    "high power": lambda y: y[0] ** 12 / (1.0 + y[0] ** 12),
     "distance": lambda y: -math.sqrt(W * W + y[0] ** 2),
 }
 

@@ -163,7 +163,7 @@ def test_a_transition_that_no_series_sees_from_afar(how, steep):
     else:
         n = 1 if how == "alone" else 40
         run = solve_ivp(rubbing(steep, n), span, np.repeat(start, n), "Taylor", **options)
-        assert run.n_rejected > 0 or n > 1
+        assert run.n_accepted < 1000
         found = run.y[:, -1].reshape(2, n).T
     assert np.abs(found - same.y[:, -1]).max() < 1e-8
 

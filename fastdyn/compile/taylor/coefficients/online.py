@@ -18,7 +18,7 @@ from typing import Any
 from ..recurrences.operations import Choice, Integral, Power, Quotient, Root, Sum, leaves
 from ..text.instructions import ZERO, hexadecimal
 from ..text.loops import Loops
-from .order import Order
+from .order import Order, Tables
 from .updates import Updates
 from .values import Start
 
@@ -100,6 +100,7 @@ class Online:
             for step in self.plan.steps if self.by_time(step)
             for _, _, g in step.parts if g is not None
         }  # fmt: skip
+        self._tables = Tables(self.text, self.scale, self.last + 1)
         self.leaf = self._first()
         self.store(1)
         self.add_order(self.order(1, min(1, self.registers), True))
@@ -108,11 +109,7 @@ class Online:
 
     def order(self, k, here, grows):
         """The `Order` k of this series."""
-        tables = [
-            self.text.table(name, [of(k) for k in range(self.last + self.width + 3)])
-            for name, of in (("numbers", float), ("inverses", lambda k: 1.0 / max(k, 1)))
-        ]
-        return Order(self.text, k, here, grows, self.width, tables, self.exact)
+        return Order(self.text, k, here, grows, self.width, self._tables, self.exact)
 
     def _first(self):
         """The coefficients of order 1 of the states, by index."""
@@ -120,7 +117,7 @@ class Online:
         half = self.text.mul(self.scale, hexadecimal(0.5))
         self.ahead = {i: self.text.mul(half, found[j]) for i, j in self.chains.items()}
         for i, (f, core) in enumerate(self.plan.outputs):
-            if core is not None:
+            if core is not None and self.exact:
                 self._pace(f, 2 if i in self.chains.values() else 1)
         return found
 
@@ -146,16 +143,14 @@ class Online:
     def _rate(self, i, v, order, ahead=1):
         """The coefficient of y_i that follows from v, the coefficients of one order less.
 
-        For ahead = 2, the coefficient of the state whose derivative is y_i.  Only one factor
-        waits for v.
+        For ahead = 2, the coefficient of the state whose derivative is y_i.
         """
-        text, (f, core) = self.text, self.plan.outputs[i]
+        f, core = self.plan.outputs[i]
         if core is None:
             return None
-        pace, below = self._pace(f, ahead), order.next if ahead == 1 else order.after
-        if order.exact:
-            return text.div(text.mul(pace, v[core.key]), below)
-        return text.mul(order.memo(text.mul, pace, below), v[core.key])
+        return order.next(
+            v[core.key], self.invariant(f), self.exact and self._pace(f, ahead), ahead
+        )
 
     def store(self, k):
         """Store the coefficients of order k of all states; k is a number or an LLVM value."""

@@ -2,26 +2,48 @@
 
 from ..text.instructions import ONE
 
+LANES = 8  # of the vectors that fill tables
+
+
+class Tables:
+    """Numbers by order: k, 1 / k, and scale / k and scale^2 / (k (k + 1)) of the current step."""
+
+    def __init__(self, text, scale, last):
+        self.text, count = text, -(-(last + 2) // LANES) * LANES
+        self.numbers = text.table("numbers", [float(k) for k in range(count + LANES)])
+        inverses = [1.0 / max(k, 1) for k in range(count + LANES)]
+        both = [1.0 / max(k * k + k, 1) for k in range(count)]
+        self.inverses = text.table("inverses", inverses)
+        self.paced = self._times(self.inverses, scale, count)
+        scales = text.mul(scale, scale)
+        self.paced_twice = self._times(text.table("twice", both), scales, count)
+
+    def _times(self, table, factor, count):
+        """A copy of a table, multiplied."""
+        wide = self.text.of(LANES)
+        room, factor = self.text.slot("double", count), wide.splat(factor, LANES)
+        for first in range(0, count, LANES):
+            value = wide.load(wide.at(table, first))
+            wide.store(wide.mul(value, factor), wide.at(room, first))
+        return room
+
 
 class Order:
     """One order: its number as an LLVM value, its reciprocals, the registers of its sums.
 
     `first` is true for order 1.  `grows` is true if the coefficients of the order take a new lane.
-    `next` and `after` are 1 / (k + 1) and 1 / ((k + 1)(k + 2)), or the divisors if the order is
-    `exact`.  In low orders, the rounding error of a reciprocal has one sign in all steps and adds
-    up; the sum is visible if the truncation error is below rounding.
+    In an `exact` order, numbers are divided by k + 1: the rounding error of a reciprocal has one
+    sign in all steps and adds up; the sum is visible if the truncation error is below rounding.
     """
 
     def __init__(self, text, k, here, grows, width, tables, exact):
         self.k, self.here, self.grows, self.first = k, here, grows, k == 1
         self.text, self.width, self.last_lane = text, width, (here - 1) * width
-        self.numbers, self.inverses = tables
-        self.exact, self._known = exact and grows, {}
-        later, latest = (text.new(f"add i64 {k}, {ahead}") for ahead in (1, 2))
-        self.number, self.inverse = (text.load(text.at(table, k)) for table in tables)
-        table = self.numbers if self.exact else self.inverses
-        self.next, after = (text.load(text.at(table, i)) for i in (later, latest))
-        self.after = text.mul(self.next, after)
+        self.numbers, self.inverses = tables.numbers, tables.inverses
+        self.exact, self._tables, self._known = exact and grows, tables, {}
+        self.number, self.inverse = (
+            text.load(text.at(t, k)) for t in (self.numbers, self.inverses)
+        )
         if self.first:
             self.number = self.inverse = ONE
             return
@@ -33,8 +55,21 @@ class Order:
             lanes = ", ".join(f"i64 {self.last_lane + j + 1}" for j in range(width))
             self.mask = text.new(f"icmp eq {kind} {all_k}, <{lanes}>")
 
-    def memo(self, emit, a, b):
-        """``emit(a, b)``, emitted once in this order."""
-        if (a, b) not in self._known:
-            self._known[a, b] = emit(a, b)
-        return self._known[a, b]
+    def next(self, value, factor, pace, ahead):
+        """scale f value / (k + 1) for ahead = 1, scale^2 f value / ((k + 1) (k + 2)) for 2.
+
+        `factor` is f; `pace` is f times the power of the scale.
+        """
+        text, k = self.text, self._later(1)
+        if self.exact:
+            below = text.load(text.at(self.numbers, k))
+            if ahead == 2:
+                below = text.mul(below, text.load(text.at(self.numbers, self._later(2))))
+            return text.div(text.mul(pace, value), below)
+        if (factor, ahead) not in self._known:
+            table = self._tables.paced if ahead == 1 else self._tables.paced_twice
+            self._known[factor, ahead] = text.mul(factor, text.load(text.at(table, k)))
+        return text.mul(self._known[factor, ahead], value)
+
+    def _later(self, ahead):
+        return self.text.new(f"add i64 {self.k}, {ahead}")

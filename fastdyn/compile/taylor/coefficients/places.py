@@ -1,6 +1,7 @@
 """The places of rows in their workspace."""
 
-from ..recurrences.listing import Gather, must_not_vanish
+from ..recurrences.deceptive import held
+from ..recurrences.listing import Gather
 from ..recurrences.operations import Integral, Power, Quotient, Root, Sum
 from ..text.instructions import hexadecimal
 from .convolutions import convolutions
@@ -62,7 +63,7 @@ class Places:
         for step in plan.steps:
             for c in convolutions(step, self.timed):
                 found |= {c.a.key, c.b.key}
-            found |= {node.key for node in [must_not_vanish(step)] if node is not None}
+            found |= {hold.node.key for hold in [held(step)] if hold is not None}
             if step.node.key in self.timed:
                 found |= {step.parts[0][1].key, step.parts[0][2].key}
         return _together(found, plan)

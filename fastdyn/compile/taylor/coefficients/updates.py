@@ -19,7 +19,15 @@ class Updates:
         wanted = set()
         for step in online.plan.steps:
             wanted |= set(self._wanted(step))
+        self._squared, self.doubled = self._squares(), {}
         self.state = {name: [None] * online.registers for name in sorted(wanted)}
+
+    def _squares(self):
+        """The keys of nodes whose square, or own square root, is a recurrence."""
+        steps = self.online.plan.steps
+        sums = [step for step in steps if isinstance(step, Sum)]
+        found = [a.key for step in sums for _, a, b in step.products if a is b]
+        return found + [step.node.key for step in steps if isinstance(step, Root)]
 
     def _wanted(self, step):
         key = step.node.key
@@ -67,9 +75,7 @@ class Updates:
         for f, a, b in step.products:
             factor = self.online.invariant(f)
             if a is b:
-                self._add(
-                    key, self._splat(a, factor), self._both(before["c", a.key], after["c", a.key])
-                )
+                self._add(key, self._splat(a, factor), self._both(a.key, before, after))
             else:
                 self._add(key, self._splat(a, factor), before["c", b.key])
                 self._add(key, self._splat(b, factor), after["c", a.key])
@@ -80,8 +86,8 @@ class Updates:
         self._add(key, self._splat(step.node), after["c", b])
 
     def _root(self, step, before, after):
-        c = "c", step.node.key
-        self._add(c[1], self._splat(step.node), self._both(before[c], after[c]))
+        key = step.node.key
+        self._add(key, self._splat(step.node), self._both(key, before, after))
 
     def _integral(self, step, before, after):
         key = step.node.key
@@ -154,8 +160,18 @@ class Updates:
             self._splats[place] = value and self.text.splat(value, self.width)
         return self._splats[place]
 
-    def _both(self, before, after):
+    def double(self):
+        """Double the coefficients of squares, before a loop whose orders take no lanes."""
+        for key in self._squared:
+            self.doubled[key] = self._sums(self.state["c", key], self.state["c", key])
+
+    def _both(self, key, before, after):
         """Registers that count earlier lanes twice, and the new lane once."""
+        if not self.order.grows:
+            return self.doubled[key]
+        return self._sums(before["c", key], after["c", key])
+
+    def _sums(self, before, after):
         kind = f"<{self.width} x double>"
         return [
             b if a is None else b and self.text.new(f"fadd {kind} {a}, {b}")

@@ -1,23 +1,68 @@
 """Plans whose series may look right although the function changes within the step.
 
 Far from its transition a saturated tanh is constant to rounding, and a pulse vanishes: no term of
-the series tells.  Sums, products, quotients, powers, sines and cosines of low degree cannot deceive
-so: their coefficients decay slowly, and a zero or pole of low degree is seen from afar.
+the series tells.  A step must not carry the argument of such a function to its transition: the
+argument moves by half of itself at most, or by the width of the transition.  Sums, products,
+quotients, powers, sines and cosines of low degree cannot deceive: their terms decay slowly, and a
+zero or pole of low degree is seen from afar.  For other functions the step is compared within.
 """
+
+from typing import Any, NamedTuple
 
 from .operations import Choice, Integral, Power, Quotient, Root, Sum
 
 MOST = 6.0  # degree in one component, or in the time
+STEEP = 1.5  # exponent beyond which a pole may be a pulse
 HONEST = frozenset(("sin", "cos"))
+# Functions of a with a transition near a = 0, and the width of this transition.
+WIDTH = {
+    "tanh": 2.0, "erf": 2.0, "erfc": 2.0, "atan": 2.0, "asinh": 2.0,
+    "exp": 8.0, "expm1": 8.0, "sinh": 8.0, "cosh": 8.0,
+}  # fmt: skip
+
+
+class Hold(NamedTuple):
+    """A node u that a step must not move farther than the larger of `width` and `share` |u|."""
+
+    node: Any
+    width: float
+    share: float
+
+
+def root(step):
+    """The `Hold` of a root or power that must not touch zero: see `Plan.rooted`; or None.
+
+    For a root, the node is the root itself, which changes more slowly than its argument; for a
+    pole, the argument.
+    """
+    if isinstance(step, Root):
+        return Hold(step.node, 0.0, 1.0)
+    if isinstance(step, Power) and step.exponent % 1.0 and step.exponent > -1.0:
+        return Hold(step.node if step.exponent > 0.0 else step.a, 0.0, 1.0)
+    return None
+
+
+def transition(step):
+    """The `Hold` of the argument of a function with a transition, or of a steep pole; or None."""
+    if isinstance(step, Power) and step.exponent < -STEEP:
+        return Hold(step.a, 0.0, min(1.0, -2.0 * STEEP / step.exponent))
+    if isinstance(step, Integral) and step.name in WIDTH and step.parts:
+        return Hold(step.parts[0][1], WIDTH[step.name], 0.5)
+    return None
+
+
+def held(step):
+    """The `Hold` of a step, or None."""
+    return root(step) or transition(step)
 
 
 def is_deceptive(plan):
     """True if steps of a plan must be compared with the function within the step."""
     degrees: dict = {}
-    functions = [step for step in plan.steps if isinstance(step, Integral)]
-    if plan.signed or any(step.name not in HONEST for step in functions):
-        return True
     for step in plan.steps:
+        unknown = isinstance(step, Integral) and not (step.name in HONEST or transition(step))
+        if unknown or isinstance(step, Choice):
+            return True
         degrees[step.node.key] = found = _degree(step, degrees)
         if any(degree > MOST for degree in found.values()):
             return True
@@ -36,12 +81,9 @@ def _degree(step, known):
     if isinstance(step, Quotient):
         return _added({} if step.a is None else of(step.a), of(step.b))
     if isinstance(step, Power):
-        return {key: abs(step.exponent) * d for key, d in of(step.a).items()}
-    if isinstance(step, Root):
-        return of(step.a)
-    if isinstance(step, Choice):
-        return _largest([of(step.a), of(step.b)])
-    return of(step.arguments[0])
+        exponent = 1.0 if transition(step) else abs(step.exponent)
+        return {key: exponent * degree for key, degree in of(step.a).items()}
+    return of(step.a if isinstance(step, Root) else step.parts[0][1])
 
 
 def _added(a, b):

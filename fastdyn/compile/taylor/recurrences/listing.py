@@ -84,16 +84,3 @@ def shape(step, invariant=lambda node: False):
         fixed = tuple([invariant(a) for a in step.arguments])
         return kind, step.name, fixed, tuple([g is None for _, _, g in step.parts])
     return (kind,)
-
-
-def must_not_vanish(step):
-    """The node of a root or power that must not touch zero during a step: see `Plan.rooted`.
-
-    For a root, the node is the root itself, which changes more slowly than its argument; for a
-    pole, the argument.
-    """
-    if isinstance(step, Root):
-        return step.node
-    if isinstance(step, Power) and step.exponent % 1.0 and step.exponent > -1.0:
-        return step.node if step.exponent > 0.0 else step.a
-    return None

@@ -5,6 +5,7 @@ from collections import Counter
 
 from fastdyn.trace.graph.refusal import refused_as
 
+from . import deceptive
 from .operations import Choice, Integral, Power, Quotient, Root, Sum, operands
 from .rewrite import NotSmooth, Rewriter
 from .scaled import Scaled
@@ -37,6 +38,8 @@ class Plan:
         Keys of `watched`.  `signed`: the differences of `switch` and the first arguments of atan2,
         which must not change sign on a step.  `rooted`: the arguments of roots, which must not
         touch zero; the series of sqrt(x^2) = |x| would continue as the series of x or -x.
+    held : dict of Hold
+        By key of `watched`, the arguments of functions that may deceive: see `deceptive.py`.
     invariants : dict of Node
         By key, the invariants of the steps, without constants.
     level : dict of int
@@ -60,7 +63,7 @@ class Plan:
         cores = self._cores([core for _, core in roots] + others)
         self.steps = self._steps(cores, roots)
         self.outputs = [self._output(*root) for root in roots]
-        self.watched, self.signed, self.rooted = self._watched()
+        self.watched, self.signed, self.rooted, self.held = self._watched()
         share_factors(self.steps, self.uses, graph)
         self.level, self.degree = self._levels()
         self.invariants = self._invariants()
@@ -191,13 +194,14 @@ class Plan:
         signed = [core for _, core in self.switch.values() if core is not None]
         rooted = []
         for step in self.steps:
-            power = isinstance(step, Power) and step.exponent % 1.0 and step.exponent > -1.0
-            if isinstance(step, Root) or power:  # steeper poles shorten the steps anyway
+            if deceptive.root(step):  # steeper poles shorten the steps anyway
                 rooted.append(step.a)
             if isinstance(step, Integral) and step.name == "atan2":
                 signed += [a for a in step.arguments[:1] if not self.rewrite.is_invariant(a)]
         keys = ({core.key for core in cores} for cores in (signed, rooted))
-        return {core.key: core for core in signed + rooted}, *keys
+        held = {hold.node.key: hold for hold in filter(None, map(deceptive.transition, self.steps))}
+        cores = signed + rooted + [hold.node for hold in held.values()]
+        return {core.key: core for core in cores}, *keys, held
 
     def _output(self, factor, core):
         whole = core is not None and core.op in SUMS and self.uses[core.key] == 1

@@ -9,6 +9,7 @@ VANISHING = 2.0**-48  # at this share of its size, the argument of a root counts
 CHAINS, FIRST_TERMS = 4, 3
 LEAST_BOUND = 1e-300  # of a second derivative
 FIRST_SIGN, FIRST_CHANGE = "fastdyn_first_sign", "fastdyn_first_change"
+NOT_FAR = "fastdyn_not_far"
 
 
 class _Function(Text):
@@ -59,6 +60,36 @@ class FirstSign(_Function):
         self.end("each", 0)
         self.put(f"ret double {self.load(sign)}")
         return self.function(f"internal double @{FIRST_SIGN}(ptr %c, i64 %stride, i64 %order)")
+
+
+class NotFar(_Function):
+    """The end, or a share 2^-i of it, up to which the polynomial stays near its value at 0.
+
+    The bound sum(|c[k]| |x|^k), k > 0, is at most the larger of `width` and `share` |c[0]|.
+    """
+
+    def body(self):
+        at, left, total = self.slot("double"), self.slot("i64"), self.slot("double")
+        self.store("%end", at)
+        self.put(f"store i64 {ROUNDS}, ptr {left}")
+        first = self.mul("%share", self.absolute(self.coefficient(0)))
+        allowed = self.pick(self.compare("ogt", first, "%width"), first, "%width")
+        self.put("br label %round")
+        self.label("round")
+        self.store(ZERO, total)
+        x = self.absolute(self.load(at))
+        k = self.begin("sum")
+        self.store(self.fma(self.load(total), x, self.absolute(self.coefficient(k))), total)
+        self.end("sum", 1)
+        near = self.compare("ole", self.mul(self.load(total), x), allowed)
+        self.jump(near, "found", "far")
+        self.store(self.mul(self.load(at), hexadecimal(0.5)), at)
+        rounds = self.new(f"add i64 {self.load(left, 'i64')}, -1")
+        self.put(f"store i64 {rounds}, ptr {left}")
+        self.jump(self.new(f"icmp sgt i64 {rounds}, 0"), "round", "found")
+        self.put(f"ret double {self.load(at)}")
+        head = "(ptr %c, i64 %stride, i64 %order, double %end, double %width, double %share)"
+        return self.function(f"internal double @{NOT_FAR}{head}")
 
 
 class FirstChange(_Function):

@@ -9,7 +9,7 @@ from ..text.instructions import ONE, ZERO, hexadecimal
 from .pace import longest, unit_of
 from .proof import DOUBT
 
-SHARE = 2.0**-36  # of the time behind or ahead: a shorter step of the series is hopeless
+SHARE = 2.0**-30  # of the time behind or ahead: a shorter step of the series is hopeless
 MOST = 2.0**-10  # of the time behind or ahead: the longest tangent step, which detects no kinks
 GAIN = 4.0  # least ratio of the tangent step to the step of the series
 INFINITE = hexadecimal(float("inf"))

@@ -6,7 +6,16 @@ its first coefficient that is not zero decides the side.
 """
 
 from ..text.instructions import ZERO, hexadecimal
-from .changes import BEYOND, FIRST_CHANGE, FIRST_SIGN, VANISHING, FirstChange, FirstSign
+from .changes import (
+    BEYOND,
+    FIRST_CHANGE,
+    FIRST_SIGN,
+    NOT_FAR,
+    VANISHING,
+    FirstChange,
+    FirstSign,
+    NotFar,
+)
 
 
 class Kinks:
@@ -81,6 +90,9 @@ class Kinks:
                 x = self._call(FIRST_CHANGE, place, x, least, ZERO)
             if key in self.plan.rooted:
                 x = self._call(FIRST_CHANGE, place, x, least, hexadecimal(VANISHING))
+            if key in self.plan.held:
+                _, width, share = self.plan.held[key]
+                x = self._call(NOT_FAR, place, x, hexadecimal(width), hexadecimal(share))
         return x
 
     def _call(self, name, pointer, *numbers):
@@ -93,4 +105,5 @@ class Kinks:
         if not self.count:
             return []
         given = self.text.fused, self.text.declarations
-        return [FirstSign(*given).body(), FirstChange(*given).body(self.order)]
+        found = [FirstSign(*given).body(), FirstChange(*given).body(self.order)]
+        return [*found, NotFar(*given).body()] if self.plan.held else found

@@ -56,6 +56,7 @@ def _write(driver):
     text.store(text.load(driver.var["scale"]), text.at("%work", SCALE * n))
     for name in ("t", "t_old", "h"):
         text.store(text.load(driver.var[name]), text.at("%state", AT[name]))
-    for name, place in (("n_accepted", driver.taken), ("n_rejected", driver.refused)):
+    counts = {"n_accepted": driver.taken, "n_rejected": driver.refused, "n_equal": driver.at_rest}
+    for name, place in counts.items():
         add(text, name, place)
     text.put("ret i64 %result")

@@ -1,9 +1,8 @@
 """A step from its coefficients: its length, and the state at its end.
 
-The length keeps the last three terms of the series below the tolerance (A. Jorba and M. Zou, see
-`rewrite.py`, section 3.2.1; three, because every other term may vanish).  Terms of lower orders may
-be larger, by the ratio of the terms of exp.  This second bound detects a series with gaps, for
-example in t^5.
+The length keeps the last two terms of the series below the tolerance (A. Jorba and M. Zou, see
+`rewrite.py`, section 3.2.1).  Terms of lower orders may be larger, by the ratio of the terms of
+exp.  This second bound detects a series with gaps, for example in t^5.
 """
 
 import math
@@ -11,7 +10,7 @@ import math
 from ..text.instructions import ONE, ZERO, hexadecimal
 from .accuracy import SMALLEST
 
-LAST, TERMS = 3, 8
+LAST, TERMS = 2, 8
 IRREGULAR = 64.0  # ratio of earlier terms to those of exp, above which a series has gaps
 # log2(1.5 + u / 2) and 2**(0.5 + u / 2) to 1e-4 for |u| < 1: least squares at Chebyshev's points.
 LOGARITHM = (
@@ -71,30 +70,26 @@ class Step:
     def _earlier(self, x, weights, allowance):
         """The terms before the last ones, at x, in units of the largest that a regular series has.
 
-        The unit is the bound of `length` at the smallest tolerance of the order.
+        The bound of `length` at the smallest tolerance of the order, and a geometric series.
         """
-        text, wide, last = self.text, self.wide, self.order - LAST
-        orders = range(last, self.order - TERMS, -1)
-        power, shares = text.power(x, orders[-1]), {}
-        for k in reversed(orders):
-            bound = (
-                IRREGULAR
-                * allowance
-                * SMALLEST[self.order] ** (k / (last + 1) - 1)
-                * ((last + 1) / k) ** k
-            )
-            shares[k] = wide.splat(text.mul(power, hexadecimal(1.0 / bound)), wide.lanes)
-            power = text.mul(power, x)
-        found: list = []
+        text, wide, least = self.text, self.wide, self.order - LAST + 1
+        ratio = math.e * SMALLEST[self.order] ** (-1.0 / least)
+        orders = range(least - 1, self.order - TERMS, -1)
+        x = text.mul(x, hexadecimal(ratio))
+        share = text.mul(
+            text.power(x, orders[-1]), hexadecimal(ratio**-least / allowance / IRREGULAR)
+        )
+        at, found = wide.splat(x, wide.lanes), []
         for first in range(0, self.row, wide.lanes):
             total = None
-            for k, share in shares.items():
+            for k in orders:
                 c = wide.load(wide.at(self.rows, k * self.row + first))
-                total = wide.fma(wide.intrinsic("fabs", c), share, total)
+                c = wide.intrinsic("fabs", c)
+                total = c if total is None else wide.fma(total, at, c)
             found.append(wide.mul(total, wide.load(wide.at(weights, first))))
         whole = joined(found, wide.add)
         each = [text.new(f"extractelement {wide.kind} {whole}, i64 {i}") for i in range(wide.lanes)]
-        return joined(each, text.add)
+        return text.mul(joined(each, text.add), share)
 
     def _norms(self, orders, weights):
         """The largest terms of some orders, and the sum of all terms, in units of the tolerance."""

@@ -23,12 +23,15 @@ class Loops:
         text, one = self.text, self.series
         rooms = self._rooms()
         room = text.slot("i64")
-        text.put(f"store i64 2, ptr {room}")
         self._keep(rooms)
         for i, (first, last, grows, here) in enumerate(self._phases()):
             if first > last:
                 continue
             name = f"order{i}"
+            text.put(f"store i64 {first}, ptr {room}")
+            if not grows:
+                self._restore(rooms, here)
+                one.updates.double()
             text.put(f"br label %{name}")
             text.label(name)
             k = text.new(f"load i64, ptr {room}")
