@@ -61,6 +61,9 @@ class Driver(Kernel):
             for i in range(self.row):
                 value = text.load(text.at("%work", row * n + i)) if i < n else ZERO
                 text.store(value, text.at(self.room[name], i))
+        self.y = [text.slot("double") for _ in range(n)]  # the state, in registers
+        for i, place in enumerate(self.y):
+            text.store(text.load(text.at(self.room["y"], i)), place)
         self.var = {name: text.slot("double") for name in ("t", "t_old", "h", "scale", "cap")}
         for name in ("t", "t_old", "h"):
             text.store(self.field[name], self.var[name])
@@ -95,7 +98,7 @@ class Driver(Kernel):
     def _step(self):
         text, n, var = self.text, self.n, self.var
         t = text.load(var["t"])
-        y = [text.load(text.at(self.room["y"], i)) for i in range(n)]
+        y = [text.load(place) for place in self.y]
         scale = unit_of(text, text.load(var["h"]))
         inverse = text.div(ONE, scale)
         kinks = self.kinks
@@ -156,7 +159,7 @@ class Driver(Kernel):
             inverse = text.div(ONE, scale)
         step.copy(self.room["low"], self.room["low_old"])
         x = text.mul(pace.signed, inverse)
-        step.end(x, self.room["y"], self.room["low"])
+        step.end(x, self.room["y"], self.room["low"], self.y)
         text.store(proof.INFINITE, var["cap"])
         status, stops = step_taken(self, t, pace)
         text.put(f"store i64 {status}, ptr {self.status}")

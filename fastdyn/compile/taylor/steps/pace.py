@@ -83,18 +83,16 @@ def chosen(text, clock, x, size, scale, limited=None):
     a `wild` step.
     """
     wild, shorter, short = wildness(text, clock.t, size, scale)
-    h = text.mul(text.smaller(x, hexadecimal(GROWTH)), scale)
     longest = text.mul(clock.longest, hexadecimal(BLIND))
     longest = text.select(text.compare("oeq", size, ZERO), longest, clock.longest)
-    h = text.smaller(h, longest)
+    longest = text.smaller(text.mul(scale, hexadecimal(GROWTH)), longest)
+    h = text.smaller(text.mul(x, scale), longest)
     if limited is not None:
         x = limited(text.mul(text.mul(h, text.div(ONE, scale)), clock.direction))
         h = text.mul(text.intrinsic("fabs", x), scale)
-    signed = text.mul(h, clock.direction)
     left = text.sub(clock.t_end, clock.t)
     ends = text.compare("oge", h, text.intrinsic("fabs", left))
-    signed = text.select(ends, left, signed)
-    later = text.select(ends, clock.t_end, text.add(clock.t, signed))
+    later = text.select(ends, clock.t_end, text.fma(h, clock.direction, clock.t))
     signed = text.sub(later, clock.t)  # exact, so that the time after the step is exact
     stuck = text.compare("oeq", later, clock.t)
     return Pace(h, signed, later, ends, wild, shorter, short, stuck)

@@ -152,7 +152,8 @@ def take_back(driver):
     text, var = driver.text, driver.var
     text.label("doubtful")
     for i in range(driver.n):
-        text.store(text.load(text.at(driver.rows, i)), text.at(driver.room["y"], i))
+        for place in (text.at(driver.room["y"], i), driver.y[i]):
+            text.store(text.load(text.at(driver.rows, i)), place)
         text.store(text.load(text.at(driver.room["low_old"], i)), text.at(driver.room["low"], i))
     text.store(text.load(var["t_old"]), var["t"])
     text.store(ZERO, var["pending"])

@@ -12,14 +12,13 @@ from .accuracy import SMALLEST
 
 LAST, TERMS = 2, 8
 IRREGULAR = 64.0  # ratio of earlier terms to those of exp, above which a series has gaps
-# log2(1.5 + u / 2) and 2**(0.5 + u / 2) to 1e-4 for |u| < 1: least squares at Chebyshev's points.
+# log2(1.5 + u / 2) for |u| < 1 and 2**u for |u| < 1 / 2, to 1e-4: least squares at Chebyshev's
+# points.
 LOGARITHM = (
     0.5849504981408199, 0.48048162364576458, -0.079937273772185555,
     0.01943073188493305, -0.0050006798066754132,
 )  # fmt: skip
-EXPONENTIAL = (
-    1.4141067630232833, 0.49011058331845442, 0.085786223979359005, 0.0098857126559829256,
-)  # fmt: skip
+EXPONENTIAL = 0.9999244814555224, 0.6931210339915466, 0.24264008283277344, 0.055922035647262516
 
 
 class Step:
@@ -106,8 +105,11 @@ class Step:
         ]
         return [text.mul(c, text.load(text.at(weights, i))) for i, c in enumerate(sizes)]
 
-    def end(self, x, state, low):
-        """Store the state at x at the address `state`, and its rounding error at `low`."""
+    def end(self, x, state, low, each=()):
+        """Store the state at x at the address `state`, and its rounding error at `low`.
+
+        `each` are places for the components.
+        """
         wide = self.wide
         powers = powers_of(wide, wide.splat(x, wide.lanes), self.order)
         for first in range(0, self.row, wide.lanes):
@@ -116,6 +118,9 @@ class Step:
             value, rest = end(wide, [wide.load(p) for p in places], powers, wide.load(low_at))
             wide.store(rest, low_at)
             wide.store(value, state_at)
+            for i, place in enumerate(each[first : first + wide.lanes]):
+                one = self.text.new(f"extractelement {wide.kind} {value}, i64 {i}")
+                self.text.store(one, place)
 
     def copy(self, source, target):
         """Copy a row."""
@@ -147,20 +152,19 @@ def length(text, norms, allowance, tolerance):
     """
     found, least, digits = None, max(norms) - LAST + 1, _logarithm(text, tolerance)
     for k, m in norms.items():
-        z = text.mul(_logarithm(text, m), hexadecimal(1.0 / k))
-        z = text.add(z, hexadecimal(-math.log2(allowance) / k))
+        constant = math.log2(allowance) / k
         if k < least:
-            z = text.fma(digits, hexadecimal(1.0 / k - 1.0 / least), z)
-            z = text.add(z, hexadecimal(-math.log2(least / k)))
-        found = z if found is None else text.larger(z, found)
-    return _exponential(text, text.neg(found))
+            constant += math.log2(least / k)
+        z = text.fma(_logarithm(text, m), hexadecimal(-1.0 / k), hexadecimal(constant))
+        if k < least:
+            z = text.fma(digits, hexadecimal(1.0 / least - 1.0 / k), z)
+        found = z if found is None else text.smaller(z, found)
+    return _exponential(text, found)
 
 
 def _polynomial(text, coefficients, u):
-    result = hexadecimal(coefficients[-1])
-    for c in coefficients[-2::-1]:
-        result = text.fma(result, u, hexadecimal(c))
-    return result
+    first, *rest = map(hexadecimal, coefficients)
+    return sum_of(text, rest, powers_of(text, u, len(coefficients)), first)
 
 
 def _logarithm(text, x):
@@ -174,12 +178,12 @@ def _logarithm(text, x):
 
 
 def _exponential(text, z):
-    """2**z, |z| < 1000, to 1e-4."""
-    whole = text.intrinsic("floor", z)
-    u = text.fma(text.sub(z, whole), hexadecimal(2.0), hexadecimal(-1.0))
-    exponent = text.new(f"fptosi {text.kind} {whole} to {text.whole}")
-    power = text.real(text.of_bits("shl", text.of_bits("add", exponent, 1023), 52))
-    return text.mul(power, _polynomial(text, EXPONENTIAL, u))
+    """2**z, |z| < 1000, to 1e-4; a sum with 1.5 2**52 has the whole part in its last bits."""
+    shifted = text.add(z, hexadecimal(1.5 * 2.0**52))
+    u = text.sub(z, text.sub(shifted, hexadecimal(1.5 * 2.0**52)))
+    exponent = text.of_bits("shl", text.bits(shifted), 52)
+    result = text.bits(_polynomial(text, EXPONENTIAL, u))
+    return text.real(text.new(f"add {text.whole} {result}, {exponent}"))
 
 
 def powers_of(text, x, order):
