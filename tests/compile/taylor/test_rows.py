@@ -10,6 +10,7 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.coefficients import looped
 from fastdyn.compile.taylor.coefficients.bundles import Bundles
 from fastdyn.compile.taylor.large import LargeDriver
+from fastdyn.compile.taylor.recurrences.operations import Power
 from fastdyn.compile.traced.code import Traced
 from fastdyn.compile.traced.series import plan_of_rows
 from fastdyn.trace.paths.runs import trace
@@ -105,6 +106,18 @@ def test_a_thousand_states():
 def test_text_does_not_grow_with_what_is_alike():
     few, many = (text_of(chain(n)[0], n).count("\n") for n in (300, 600))
     assert many == few
+
+
+def test_differences_of_either_sign_share_a_recurrence():
+    """The force of body i on body j, and of j on i, as one writes them in a loop."""
+
+    def fun(t, y):
+        forces = [sum((b - a) / ((b - a) ** 2 + 0.1) ** 1.5 for b in y if b is not a) for a in y]
+        return forces
+
+    found = trace(fun, (), 4, (4,), (), "all", 0, False)
+    steps = plan_of_rows(Traced(found, DERIVATIVE, 4)).steps
+    assert sum(isinstance(step, Power) for step in steps) == 6  # of 12 terms
 
 
 def test_parts_of_one_solve_give_its_bits():
