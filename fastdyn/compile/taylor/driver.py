@@ -108,8 +108,9 @@ class Driver(Kernel):
             text.label("series")
         series = Online(
             self.plan, self.order, text, self.width, self._invariant, self.rows, self.row, scale,
-            kinks, self.fine,
+            kinks,
         )  # fmt: skip
+        series.exact = self.fine
         series.begin(t, y)
         if self.plan.raises():
             text.put(f"br i1 {kinks.raising}, label %raises, label %defined")
@@ -127,6 +128,26 @@ class Driver(Kernel):
         x, size = step.length(self.room["weights"], ALLOWANCE[self.order], self.tolerance)
         if self.fine:
             x = self._dithered(x)
+        pace, scale, inverse, cut = self._pace(t, x, size, scale, inverse, step)
+        step.copy(self.room["low"], self.room["low_old"])
+        x = text.mul(pace.signed, inverse)
+        step.end(x, self.room["y"], self.room["low"], self.y)
+        text.store(proof.INFINITE, var["cap"])
+        status, stops = step_taken(self, t, pace)
+        text.put(f"store i64 {status}, ptr {self.status}")
+        if self.plan.signed:
+            self._count_if_at_rest(pace)
+        proof.within(self, step, pace, x, inverse)
+        proof.predict(self, pace, x, inverse, cut)
+        proof.ask(self, stops)
+        proof.take_back(self)
+
+    def _pace(self, t, x, size, scale, inverse, step):
+        """The Pace, the unit of time, 1 over the unit, and whether a change of sign cuts the step.
+
+        Of a series that is not finite, the step begins again with a shorter unit.
+        """
+        text, var, kinks = self.text, self.var, self.kinks
         wild, shorter, short = wildness(text, t, size, scale)
         text.put(f"br i1 {wild}, label %wild, label %fine")
         text.label("wild")
@@ -157,18 +178,7 @@ class Driver(Kernel):
         if self.rooted:
             pace, scale, shortened = coarse.taken(self, pace)
             inverse = text.div(ONE, scale)
-        step.copy(self.room["low"], self.room["low_old"])
-        x = text.mul(pace.signed, inverse)
-        step.end(x, self.room["y"], self.room["low"], self.y)
-        text.store(proof.INFINITE, var["cap"])
-        status, stops = step_taken(self, t, pace)
-        text.put(f"store i64 {status}, ptr {self.status}")
-        if self.plan.signed:
-            self._count_if_at_rest(pace)
-        proof.within(self, step, pace, x, inverse)
-        proof.predict(self, pace, x, inverse, shortened)
-        proof.ask(self, stops)
-        proof.take_back(self)
+        return pace, scale, inverse, shortened
 
     def _count_if_at_rest(self, pace):
         """Count a step that hardly changes the time, as those along a jump."""

@@ -11,10 +11,10 @@ from fastdyn.kernels.state.series import LOW, SCALE
 from .coefficients.memory import Memory
 from .coefficients.places import Places
 from .coefficients.rows import Rows
+from .steps import proof_in_vectors as proof
 from .steps.accuracy import ALLOWANCE
 from .steps.pace import LEAST, Clock, chosen, longest, unit_of
-from .steps.proof import INFINITE, SHORTER, WITHIN, allowed_share, slope_of
-from .steps.proof_in_vectors import differ
+from .steps.proof import INFINITE, allowed_share, slope_of
 from .steps.step import TERMS, end, length, powers_of, weight
 from .steps.vanish import excess, some_held
 from .text.frame import (
@@ -24,9 +24,7 @@ from .text.frame import (
     Kernel,
     add,
     asked,
-    counted,
     fields,
-    raised_word,
     read_words,
     step_taken,
 )
@@ -101,7 +99,7 @@ class LargeDriver(Kernel):
         def slopes(row, _):
             return wide.mul(wide.load(wide.at(row, self.width)), per_time)
 
-        off = differ(self, slopes, "predicted")
+        off = proof.differ(self, slopes, "predicted")
         text.put(f"br i1 {off}, label %doubtful, label %proved")
         text.label("proved")
         text.store(ZERO, var["pending"])
@@ -123,7 +121,7 @@ class LargeDriver(Kernel):
         if some_held(self.rows):
             self._keep_from_roots(t, pace, x)
         self._take(t, pace, x, inverse)
-        self._take_back()
+        proof.take_back(self)
 
     def _length(self):
         """The `step.length`; stores the weights of the states."""
@@ -162,18 +160,19 @@ class LargeDriver(Kernel):
             text.store(value, var[name])
         self._end(x, inverse)
         if self.deceptive:
-            self._look(x, inverse)
-            self._compare("probe", text.fma(pace.signed, hexadecimal(WITHIN), t), "inner")
+            proof.look(self, x, inverse)
+            between = text.fma(pace.signed, hexadecimal(proof.WITHIN), t)
+            proof.compare(self, "probe", between, "inner")
         if not self.raises:
             text.put(f"br i1 {stops}, label %asking, label %step")
             text.label("asking")
-        self._compare("y", pace.t, "predicted")
+        proof.compare(self, "y", pace.t, "predicted")
         text.put(f"br i1 {stops}, label %done, label %step")
 
     def _end(self, x, inverse):
         """Store the state at x, its rounding error and its slope; keep the old state."""
         wide = self.wide
-        powers, inverse = self._powers(x), wide.splat(inverse, self.width)
+        powers, inverse = self.powers(x), wide.splat(inverse, self.width)
         with self.memory.each_vector() as (row, here):
             terms = [wide.load(wide.at(row, k * self.width)) for k in range(self.order + 1)]
             low = wide.load(here["low"])
@@ -183,43 +182,8 @@ class LargeDriver(Kernel):
             for name, value in {**given, "predicted": slope}.items():
                 wide.store(value, here[name])
 
-    def _look(self, x, inverse):
-        """Store the state and the slope within a step of length x."""
-        wide = self.wide
-        powers = self._powers(self.text.mul(x, hexadecimal(WITHIN)))
-        inverse = wide.splat(inverse, self.width)
-        with self.memory.each_vector() as (row, here):
-            terms = [wide.load(wide.at(row, k * self.width)) for k in range(self.order + 1)]
-            wide.store(end(wide, terms, powers, ZERO)[0], here["probe"])
-            slope = wide.mul(slope_of(wide, terms[1:], powers), inverse)
-            wide.store(slope, here["inner"])
-
-    def _powers(self, x):
+    def powers(self, x):
         return powers_of(self.wide, self.wide.splat(x, self.width), self.order)
-
-    def _compare(self, name, t, predicted):
-        """Compare the function with a prediction; go back if it differs or raises."""
-        text = self.text
-        raised = self._raised(name, t)
-        text.put(f"store i64 0, ptr {raised_word(text)}")
-        self.memory.read(record.STAGE, "slope")
-        off = differ(self, lambda row, here: self.wide.load(here["slope"]), predicted)
-        text.put(f"br i1 {text.truths('or', off, raised)}, label %doubtful, label %{name}_alike")
-        text.label(f"{name}_alike")
-
-    def _take_back(self):
-        """Emit the way back from `doubtful` to the start of a step, which becomes shorter."""
-        text, wide, var = self.text, self.wide, self.var
-        text.label("doubtful")
-        with self.memory.each_vector() as (_, here):
-            for name in ("y", "low"):
-                wide.store(wide.load(here[f"{name}_old"]), here[name])
-        text.store(text.load(var["t_old"]), var["t"])
-        text.store(ZERO, var["pending"])
-        text.store(text.mul(text.load(var["h"]), hexadecimal(SHORTER)), var["cap"])
-        counted(text, self.refused)
-        counted(text, self.taken, -1)
-        text.put("br label %step")
 
     def _keep_from_roots(self, t, pace, x):
         """Shorten the step if the argument of a root may touch zero on the step."""
@@ -233,7 +197,7 @@ class LargeDriver(Kernel):
         text.put(f"br i1 {text.compare('ule', shorter, least)}, label %lost, label %step")
         text.label("off_roots")
 
-    def _raised(self, name, t):
+    def raised(self, name, t):
         """A truth value: the function raises at a time and the state in array `name`."""
         self.memory.write(name, Y)
         y, out = (self.text.at("%work", row * self.n) for row in (Y, record.STAGE))
@@ -245,7 +209,7 @@ class LargeDriver(Kernel):
         """Store the record and the rows before the kernel returns."""
         text, var, result = self.text, self.var, self.result
         text.label("lost")
-        raised = self._raised("y", text.load(var["t"])) if self.raises else "false"
+        raised = self.raised("y", text.load(var["t"])) if self.raises else "false"
         lost = text.new(f"select i1 {raised}, i64 {RAISED}, i64 {STEP_TOO_SMALL}")
         text.put(f"store i64 {lost}, ptr {result}")
         self.memory.write("y", Y_OLD)

@@ -43,12 +43,17 @@ class Online:
     scale : str
         The unit of time s: the series are in powers of t / s.
     kinks : Kinks
+
+    Attributes
+    ----------
     exact : bool
         See `Order`.
     """
 
-    def __init__(self, plan, order, text, width, invariant, rows, row, scale, kinks, exact=False):
-        self.kinks, self.exact, self._paced = kinks, exact, {}
+    exact = False
+
+    def __init__(self, plan, order, text, width, invariant, rows, row, scale, kinks):
+        self.kinks, self._paced = kinks, {}
         self.plan, self.text, self.width, self.invariant = plan, text, width, invariant
         self.rows, self.row, self.scale, self.last = rows, row, scale, order - 1
         self.lanes = max((order - 1) // 2, 1)

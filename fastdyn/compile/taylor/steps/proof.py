@@ -149,12 +149,18 @@ def ask(driver, stops):
 
 def take_back(driver):
     """Emit the way back from `doubtful` to the start of a step, which becomes shorter."""
-    text, var = driver.text, driver.var
+    text = driver.text
     text.label("doubtful")
     for i in range(driver.n):
         for place in (text.at(driver.room["y"], i), driver.y[i]):
             text.store(text.load(text.at(driver.rows, i)), place)
         text.store(text.load(text.at(driver.room["low_old"], i)), text.at(driver.room["low"], i))
+    back_to_start(driver)
+
+
+def back_to_start(driver):
+    """Undo the accounts of a step, and take a shorter one."""
+    text, var = driver.text, driver.var
     text.store(text.load(var["t_old"]), var["t"])
     text.store(ZERO, var["pending"])
     text.store(text.mul(text.load(var["h"]), hexadecimal(SHORTER)), var["cap"])

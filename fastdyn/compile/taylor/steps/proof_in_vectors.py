@@ -1,8 +1,11 @@
 """The proof of `proof.py` for vectors of trajectories, and for vectors of like nodes."""
 
+from fastdyn.kernels.state.record import STAGE
+
+from ..text.frame import raised_word
 from ..text.instructions import ONE, ZERO, hexadecimal
-from .proof import WITHIN, allowed_share, slope_off
-from .step import powers_of
+from .proof import WITHIN, allowed_share, back_to_start, slope_of, slope_off
+from .step import end, powers_of
 
 
 def unproved(driver, pace):
@@ -57,3 +60,38 @@ def differ(driver, given, predicted):
     total = driver.across(total, text.add)  # NaN if a component is NaN
     off = text.truths("or", text.compare("uge", far, ONE), text.compare("uno", total, total))
     return text.truths("and", off, text.compare("ogt", pending, ZERO))
+
+
+def look(driver, x, inverse):
+    """Store the state and the slope within a step of length x; `inverse` is 1 over its unit."""
+    wide, width = driver.wide, driver.width
+    powers = driver.powers(driver.text.mul(x, hexadecimal(WITHIN)))
+    inverse = wide.splat(inverse, width)
+    with driver.memory.each_vector() as (row, here):
+        terms = [wide.load(wide.at(row, k * width)) for k in range(driver.order + 1)]
+        wide.store(end(wide, terms, powers, ZERO)[0], here["probe"])
+        wide.store(wide.mul(slope_of(wide, terms[1:], powers), inverse), here["inner"])
+
+
+def compare(driver, name, t, predicted):
+    """Compare the function at the state `name` with a prediction.
+
+    Go on, or to `doubtful` if the function differs or raises.
+    """
+    text, wide = driver.text, driver.wide
+    raised = driver.raised(name, t)
+    text.put(f"store i64 0, ptr {raised_word(text)}")
+    driver.memory.read(STAGE, "slope")
+    off = differ(driver, lambda row, here: wide.load(here["slope"]), predicted)
+    text.put(f"br i1 {text.truths('or', off, raised)}, label %doubtful, label %{name}_alike")
+    text.label(f"{name}_alike")
+
+
+def take_back(driver):
+    """Emit the way back from `doubtful` to the start of a step, which becomes shorter."""
+    text, wide = driver.text, driver.wide
+    text.label("doubtful")
+    with driver.memory.each_vector() as (_, here):
+        for name in ("y", "low"):
+            wide.store(wide.load(here[f"{name}_old"]), here[name])
+    back_to_start(driver)
