@@ -14,7 +14,7 @@ from .loader import UnknownSymbol, initialise, provider
 from .numba_settings import chosen, setting, settings
 from .object_file import Unsealable, checked, is_elf, symbols
 
-STRAIGHT = 1500  # lines of text without a loop, beyond which LLVM's time grows with their square
+STRAIGHT = 1500  # lines of a function, beyond which LLVM's time grows with their square
 BACK_TO_PYTHON = "it goes back to Python (prints, or uses Python objects)"
 # Processors on which Numba's `config.ENABLE_AVX` is off, or may be off.
 WITHOUT_AVX = {"corei7-avx", "core-avx-i", "sandybridge", "ivybridge", "nocona"}
@@ -82,7 +82,7 @@ def translated(text, symbol, scheduled=False):
         passes.add_sroa_pass()
         _finish(passes, module, builder)
         return emitted(module, symbol, target(2))
-    if text.count("\n") > STRAIGHT:
+    if max(part.count("\n") for part in text.split("\ndefine ")) > STRAIGHT:
         return emitted(module, symbol, target(0))
     optimise(module)
     return emitted(module, symbol)

@@ -13,7 +13,7 @@ from fastdyn import code_store
 from fastdyn.compile import memory
 from fastdyn.compile.bind import Bound, bind
 from fastdyn.compile.callables.compiled import Function
-from fastdyn.compile.mode import ACCELERATION, DERIVATIVE, FORCE, VELOCITY
+from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
 from fastdyn.compile.python_callback import derivative, evaluate
 from fastdyn.compile.traced.find import Near
 from fastdyn.compile.variational import bind_variational
@@ -83,13 +83,13 @@ def check_second_order(fun, t0, y0, args, name):
         )
 
 
-def mode_for(method, fun, t0, y0, args):
-    """The mode of the equations for a method, as `compile.bind` takes the mode.
+def mode_for(method, fun, t0, y0, args, vectorized=False):
+    """The mode of the equations for a method and a real state, as `compile.bind` takes the mode.
 
     For a method for q'' = a(t, q), the equations are checked to have this form.
     """
     if not method.second_order:
-        return DERIVATIVE
+        return COLUMN if vectorized else DERIVATIVE
     check_second_order(fun, t0, y0, extra_arguments(args), method.name)
     return ACCELERATION
 

@@ -116,8 +116,7 @@ class LaidOut(PythonBetween):
         self.problem: Any = problem
         p = problem
         if self._asked != p.compile or self.tier.open or p.method.series:
-            self._asked = p.compile
-            self.tier = Tier(p, self._own, self._followed is None)
+            self._asked, self.tier = p.compile, Tier(p, self._own, self._followed is None)
         self._t_eval = None if p.t_eval is None else p.t_eval.astype(float)
         self._lay_times()
         fill(self._image, p, self._n_extra)
@@ -135,8 +134,7 @@ class LaidOut(PythonBetween):
 
     def let_go(self):
         """Drop everything that belongs to the last solve."""
-        if self.grown is not None:
-            self._make_room()
+        self.make_room()
         self.problem = self.memory = self._t_eval = None
         self._used.clear()
         self._used["solve.block"] = self._own.block
@@ -160,8 +158,10 @@ class LaidOut(PythonBetween):
         if len(segments):
             self._lay("output.segments", segments)
 
-    def _make_room(self):
+    def make_room(self):
         """Make the first piece of the output as long as the last solve's output, within limits."""
+        if self.grown is None:
+            return
         wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)
         n = self.plan.n
         wanted = max(min(wanted, output.PIECE_NUMBERS // n), output.first_piece(n))
@@ -187,8 +187,7 @@ class LaidOut(PythonBetween):
 
     def begin(self, y0, n_steps=0):
         """Begin at `y0`, n contiguous floats, and take at most `n_steps` steps; the status."""
-        if self.grown is not None:
-            self._make_room()
+        self.make_room()
         plan, words = self.plan, self._words
         self.memory = own = new_memory(plan.size)
         launch = self._launch

@@ -19,6 +19,7 @@ from fastdyn.kernels.state.record import (
     STOPPED,
     Y,
 )
+from fastdyn.specialise.shared_or_inlined import Tier
 
 from .functions.compared import Compared
 from .laid_out import LaidOut
@@ -79,24 +80,34 @@ class Run(LaidOut):
     """A solve: the loop over chunks of steps, from the initial state to the end."""
 
     between_chunks: Any = None  # a function without arguments
+    spent = 0.0  # seconds of the last solve's first chunk
 
     def __init__(self, *given):
         super().__init__(*given)
-        self._compared = Compared(self)
+        self.compared = Compared(self)
         function = self._own.function
         self._stores = function is not None and has_stores(function)
 
-    def solve(self, y0):
-        """Solve from an initial state to the end; the status."""
+    def n_first(self, problem=None):
+        """The most steps of the first chunk."""
+        p = problem or self.problem
         first = int(CHUNK_SECONDS / self.cost)
-        if self.problem.method.series:
+        if p.method.series:
             first = min(first, FIRST_OF_SERIES)
-        if first > self.problem.max_steps:
-            first = int(self.problem.max_steps)
+        return int(p.max_steps) if first > p.max_steps else first
+
+    def solve(self, y0, begun=None):
+        """Solve from an initial state to the end; the status.
+
+        `begun` are the status, the steps and the seconds of a first chunk that C has taken.
+        """
         try:
-            began = perf_counter()
-            status = self.begin(y0, first)
-            spent = perf_counter() - began
+            if begun is None:
+                first, began = self.n_first(), perf_counter()
+                status = self.begin(y0, first)
+                spent = self.spent = perf_counter() - began
+            else:
+                status, first, spent = begun
             if status in GOES_ON or self.watched:
                 status = self._go_on(status, first, spent)
             elif first and self.tier.open:
@@ -107,10 +118,31 @@ class Run(LaidOut):
             return INTERRUPTED
         if status != FINISHED:
             self.check(status)
-        self._compared.after(self)
+        self.compared.after(self)
         if self._stores:
             self._call_at_the_end()
         return status
+
+    def is_plain(self):
+        """Whether the kernels call nothing of Python's, and the steps are nobody's business."""
+        plain = not self._callbacks and self._followed is None and not self._stores
+        return plain and len(self.bounds) == 1 and not self.watched and self.n_first() > 0
+
+    def words(self):
+        """The words of the kernel's arguments, and those of its Launch; both change with a plan."""
+        return self._words, self._launch
+
+    def take_tier(self):
+        """Take the kernel that pays now."""
+        self.tier = Tier(self.problem, self._own, self._followed is None)
+
+    def given(self):
+        """The first content of a solve's memory, and its times of output or None."""
+        return self._image, self._t_eval
+
+    def seconds_of_step(self):
+        """The time of a step in the last solve that `solve` has begun."""
+        return self.spent / max(1, min(sum(counters(self.memory)[:2]), self.n_first()))
 
     def _call_at_the_end(self):
         """Let the equations write what they write, as their last call does."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.callables.diagnostics import LeftToSciPy, WritesToState
-from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.problem import validate
 from fastdyn.problem.complex_states import on_pairs
 from fastdyn.problem.mass import refuse, refuse_sensitivity
@@ -14,6 +13,7 @@ from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.solve_problem import solve_problem
 
 from .automatic import solve_automatically
+from .entry import again
 from .error_estimate import with_error_estimate
 from .scipy_methods import begun_again, by_scipy
 from .sensitivities import solve_with_sensitivities
@@ -193,6 +193,10 @@ def solve_ivp(
     >>> at_bottom = lambda t, y, g, l: y[0]
     >>> result = solve_ivp(pendulum, (0, 10), [0.5, 0.0], args=(9.81, 1.0), events=at_bottom)
     """
+    if events is None and not (dense_output or vectorized):
+        result = again.solved(fun, t_span, y0, method, t_eval, args, options)
+        if result is not None:
+            return result
     automatic = isinstance(method, str) and method == "auto"
     if automatic or options.get("error_estimate", False):
         given = {
@@ -220,7 +224,7 @@ def solve_ivp(
         if y0.dtype.kind != "c":
             problem = validate.problem(
                 fun, t0, tf, y0, ours, t_eval, dense_output, events, args,
-                _mode(ours, fun, t0, y0, args, vectorized),
+                mode_for(ours, fun, t0, y0, args, vectorized),
                 options if callback is None else _observed(options),
             )  # fmt: skip
         elif not vectorized:
@@ -232,18 +236,14 @@ def solve_ivp(
         if sensitivity is not None:
             return solve_with_sensitivities(problem, sensitivity)
         try:
-            return solve_problem(problem)
+            result = solve_problem(problem)
+            again.note(problem, method, options, result)
+            return result
         except (LeftToSciPy, WritesToState) as reason:
             begun_again(problem, reason)  # by SciPy
     return by_scipy(
         fun, t_span, given, method, t_eval, dense_output, events, vectorized, args, options
     )
-
-
-def _mode(method, fun, t0, y0, args, vectorized):
-    """The mode of the equations, for a real state."""
-    mode = mode_for(method, fun, t0, y0, args)
-    return COLUMN if vectorized and mode is DERIVATIVE else mode
 
 
 def _observed(options):

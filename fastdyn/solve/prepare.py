@@ -8,18 +8,13 @@ import numpy as np
 
 from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.callables.diagnostics import GaveUp
-from fastdyn.compile.rebind import rebind
-from fastdyn.kernels.state.record import BAD_STATE, FINISHED
 from fastdyn.problem import validate
-from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
 from fastdyn.problem.option_names import refuse_unknown
 from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
-from fastdyn.run.loop import announce
-from fastdyn.run.outcome import result_of
-from fastdyn.run.solve_problem import run_of
 
+from .entry.solver import Solver
 from .many import Ends, solve_many
 
 if TYPE_CHECKING:
@@ -27,7 +22,6 @@ if TYPE_CHECKING:
 
 
 REFUSED = ("callback", "checkpoint", "progress", *validate.OF_ONE_SOLVE)
-FLOAT = np.dtype(float)
 
 
 def prepare(
@@ -99,7 +93,7 @@ class Prepared:
 
     def __init__(self, problem, given):
         self._problem, self._shape, self._given = problem, problem.y0.shape, given
-        self._idle = [_Kept(problem)]
+        self._solver, self._entry = Solver(problem), None
 
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
@@ -110,26 +104,11 @@ class Prepared:
 
         Outside values of the functions are read anew, as in `solve_ivp`.
         """
-        p = self._problem
-        if y0 is None:
-            y0 = p.y0
-        elif (
-            y0.__class__ is not np.ndarray
-            or y0.dtype is not FLOAT
-            or y0.shape != self._shape
-            or not y0.flags.c_contiguous
-        ):
-            y0 = self._state(y0)
-        if args is None:
-            args = p.args
-        elif args.__class__ is not tuple:
-            args = validate.extra_arguments(args)
-        while True:
-            try:
-                return self._solve(y0, args)
-            except GaveUp as reason:
-                self._idle.clear()  # of solvers with the compiled function
-                leave_to_python(reason.bound, str(reason))
+        if self._entry is not None:
+            return self._entry(y0, args)
+        result = self._solver.solve(y0, args)
+        self._entry = self._solver.entry()
+        return result
 
     def many(self, y0s=None, args=None):
         """Solve from many initial states, with many arguments, one after the other.
@@ -181,48 +160,3 @@ class Prepared:
             for i in range(members.count):
                 ends.put(i, self(members.state(i), members.args(i)))
         return ends.result()
-
-    def _state(self, y0):
-        """A state in the form that the kernel takes."""
-        y0 = validate.initial_state(y0)
-        if y0.shape != self._shape or y0.dtype.kind == "c":
-            raise ValueError(
-                f"`y0` must be {self._shape[0]} real numbers, as when it was prepared."
-            )
-        return y0
-
-    def _solve(self, y0, args):
-        try:
-            kept = self._idle.pop()  # another thread may have it
-        except IndexError:
-            kept = None
-        if kept is None or not kept.take(args):
-            kept = _Kept(self._problem._replace(y0=y0, args=args))
-        run, p = kept.run, self._problem
-        status = run.solve(y0)
-        if status == BAD_STATE:
-            self._idle.append(kept)
-            self._state(y0)  # which raises
-        if status != FINISHED:
-            p = p._replace(y0=y0)
-        result = result_of(p, status, run)
-        self._idle.append(kept)
-        return result
-
-
-class _Kept:
-    """A Run with its functions, whose arguments can be replaced."""
-
-    def __init__(self, problem):
-        p = problem
-        self.run = run_of(p)
-        announce(self.run.bounds)
-        functions = [p.fun, *(function for function, _ in between_steps(p))]
-        self._pairs = list(zip(self.run.bounds, functions, strict=True))
-
-    def take(self, args):
-        """Give the functions these arguments; False if the arguments need other code."""
-        for bound, fun in self._pairs:
-            if not rebind(bound, fun, args):
-                return False
-        return True

@@ -7,7 +7,6 @@ from scipy.integrate import DenseOutput, OdeSolver
 
 from fastdyn.compile.bind import leave_to_python, or_in_python
 from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
-from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
 from fastdyn.problem import validate
 from fastdyn.problem.own_method import checked
@@ -84,9 +83,7 @@ class Stepper(OdeSolver):
         given = {"vectorized": vectorized, "method": method, "args": args, **options}
         self._given = (fun, t0, y0, t_bound), given
         ours, t0, t_bound, y0 = checked("a Stepper", REFUSED, method, (t0, t_bound), y0, options)
-        mode = mode_for(ours, fun, t0, y0, args)
-        if vectorized and mode is DERIVATIVE:
-            mode = COLUMN
+        mode = mode_for(ours, fun, t0, y0, args, vectorized)
         options = {"max_steps": ENDLESS, **options}
         problem = validate.problem(
             fun, t0, t_bound, y0, ours, NO_OUTPUT, False, None, args, mode, options

@@ -7,11 +7,11 @@ from numpy._core import umath
 
 # NumPy's error state, in some versions; a changed setting makes a new object.
 state: Any = getattr(umath, "_extobj_contextvar", None)
-_usual = None if state is None else state.get()
+USUAL = None if state is None else state.get()
 
 
 def are_heard():
     """Whether a function must run in Python, because compiled code reports no NumPy errors."""
-    if state is not None and state.get() is _usual:
+    if state is not None and state.get() is USUAL:
         return False
     return not {"ignore", "warn"}.issuperset(np.geterr().values())

@@ -24,7 +24,7 @@ class Follower:
 
     def __init__(self, reads):
         self._reads, self._lasting, self._n = reads, reads.lasting, len(reads.roots)
-        needed = self._needed()
+        needed = self.needed()
         at_root = [i for i in needed if reads.rows[i].parent < 0]
         rest = [i for i in needed if reads.rows[i].parent >= 0]
         place = {i: reads.rows[i].key for i in at_root}
@@ -48,9 +48,9 @@ class Follower:
         self._groups = [place[group.row] for group in reads.groups]
         self._whole = [place[group.row] for group in reads.groups if group.whole]
         self._deep = bool(self._roots or self._rows or self._aliases or self._whole)
-        self._assumes = bool(reads._fixed or reads.assumed)
+        self._assumes = bool(reads.fixed or reads.assumed)
 
-    def _needed(self):
+    def needed(self):
         """The rows with a check, the rows of parameters, and the rows that lead to them."""
         reads, needed = self._reads, set()
         todo = [i for i, row in enumerate(reads.rows) if row.check is not None]

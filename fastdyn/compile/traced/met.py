@@ -2,6 +2,7 @@
 
 import functools
 import types as python
+from array import array
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,6 +46,7 @@ class Met:
 NOTHING = Met()
 TABLE = memory.Table()  # by `place_of`
 _left = memory.Table()  # reasons of functions left to Python, by code and mode
+N_LEFT = array("q", [0])  # how often a function was left to Python; C reads it, too
 
 
 def known_trace(fun, args, mode, n, varying=(), batches=False):
@@ -107,6 +109,7 @@ def writes_to_state(fun, args, mode, n):
 
 def leave_to_python(fun, args, mode, reason):
     """Make a function run in Python from now on, because its machine code gave other values."""
+    N_LEFT[0] += 1
     _left.put((codes(fun, args), mode), reason)
 
 

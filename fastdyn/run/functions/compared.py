@@ -1,6 +1,7 @@
 """Comparison of compiled code with its Python function at states of the solution."""
 
 import os
+from array import array
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ..output import Output
 
 MOST_NUMBERS = 2**18  # in the states of a comparison
 AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
+NEVER = 2**62  # solves
 LOOKED_AT = 512  # states of a solve that are searched for sides that decisions took
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
@@ -21,34 +23,45 @@ class Compared:
     """The schedule of comparisons of a Run.
 
     The code is compared after solves 1, 2, 4, 8, ..., and after a solve in which a decision took a
-    side for the first time.
+    side for the first time.  `left`, and `sides` of the functions with the blocks `deciding`, are
+    words that the compiled entry reads and counts, too.
     """
 
     def __init__(self, run, when=None):
         self._when = WHEN if when is None else when
-        self._n_solves, self._next = 0, 1 if self._when != "never" else -1
+        self._due = 1 if self._when != "never" else 0  # the number of the next such solve
+        self.left = array("q", [self._due or NEVER])  # solves until then
         functions = [(b.block, b.function) for b in run.bounds if b.function is not None]
         traced = [(block, f.traced) for block, f in functions if f.traced is not None]
-        self._deciding = [block for block, each in traced if each.decisions]
-        self._sides = [0] * len(self._deciding)
+        self.deciding = [block for block, each in traced if each.decisions and self._due]
+        self.sides = array("q", [0] * len(self.deciding))  # those that were compared
 
     def after(self, run):
         """Compare after a solve if a comparison is due; raise Different on a difference."""
-        self._n_solves += 1
-        if self._n_solves == self._next:
-            first = self._n_solves == 1
-            self._next = self._n_solves + 1 if self._when == "always" else 2 * self._n_solves
+        self.left[0] -= 1
+        if not self.left[0]:
+            first = self._due == 1
+            self.left[0] = 1 if self._when == "always" else self._due
+            self._due += self.left[0]
             self._now(run, AT_FIRST if first else LATER)
-        elif self._deciding and self._next > 0:
-            if any(b[SIDES] & ~seen for b, seen in zip(self._deciding, self._sides, strict=True)):
+        elif self.deciding:
+            if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, self.sides, strict=True)):
                 self._now(run, AT_FIRST)
+
+    def go_on_from(self, other):
+        """Take over the schedule of another Run with the same code."""
+        self._when, self._due = other._when, other._due
+        self.left[0] = other.left[0]
+        if len(self.sides) == len(other.sides):
+            self.sides[:] = other.sides
 
     def _now(self, run, count):
         fresh = [int(block[SIDES]) & ~seen for block, seen in zip(
-            self._deciding, self._sides, strict=True
+            self.deciding, self.sides, strict=True
         )]  # fmt: skip
-        self._sides = [seen | new for seen, new in zip(self._sides, fresh, strict=True)]
-        by_block = {id(b): new for b, new in zip(self._deciding, fresh, strict=True)}
+        for i, new in enumerate(fresh):
+            self.sides[i] |= new
+        by_block = {id(b): new for b, new in zip(self.deciding, fresh, strict=True)}
         with run.not_repeated():
             compare(run, count, by_block)
 

@@ -45,7 +45,7 @@ class Reads:
         self.graph, self.roots, self.varying = graph, roots, varying
         self.rows: list[Row] = []
         self.groups: list[Group] = []
-        self._known, self._of_row, self._firsts, self._fixed = {}, {}, [], set()
+        self._known, self._of_row, self._firsts, self.fixed = {}, {}, [], set()
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that hold one object
         self.lasting, self.identities = True, False
@@ -124,7 +124,7 @@ class Reads:
         if node.op == "const":
             return
         if node.op == "par":
-            self._fixed.add(node.data)
+            self.fixed.add(node.data)
         else:
             self.assumed[node.key] = node
 
@@ -176,11 +176,11 @@ class Reads:
 
     def _holds(self, given):
         """Whether the values on which the code relies have not changed."""
-        if not self._fixed and not self.assumed:
+        if not self.fixed and not self.assumed:
             return True
         values = flat(given)
         known = self.graph.values
-        if any(not _same(values[slot], known[slot]) for slot in self._fixed):
+        if any(not _same(values[slot], known[slot]) for slot in self.fixed):
             return False
         nodes = list(self.assumed.values())
         if not nodes:

@@ -1,0 +1,85 @@
+"""The machine code of the entry in this process: kept as all code, and made without Numba.
+
+No solve waits: a thread loads the code, or makes it in a fresh installation, while Python solves.
+"""
+
+import ctypes
+import functools
+import os
+from typing import Any
+
+from fastdyn import code_store
+from fastdyn.compile import behind
+
+from . import objects
+
+ON = os.environ.get("FASTDYN_ENTRY", "on") != "off"
+FASTCALL = 0x80 | 0x02  # METH_FASTCALL with METH_KEYWORDS
+
+
+class _State:
+    """The code, the thread's task, and whether there is no entry in this process."""
+
+    code: Any = None
+    job: Any = None
+    refused = not ON
+
+
+class _Method(ctypes.Structure):
+    _fields_ = (
+        ("name", ctypes.c_char_p), ("address", ctypes.c_void_p), ("flags", ctypes.c_int),
+        ("doc", ctypes.c_char_p),
+    )  # fmt: skip
+
+
+def is_here(wait=0.0):
+    """Whether the code is in this process; the first call lets a thread load it."""
+    s = _State
+    if s.code is None and not s.refused:
+        if s.job is None or (s.job.wait(wait) and s.code is None and not s.refused):
+            s.job = behind.Job(_make)
+        s.job.wait(wait)
+    return s.code is not None
+
+
+def _make():
+    try:
+        objects.table()
+        _State.code = code_store.assembled(f"entry {objects.LAYOUT}", text)
+    except (objects.Unknown, code_store.Unsealable):
+        _State.refused = True
+
+
+def text(symbol):
+    """The text of an LLVM module with the entry under this name."""
+    from llvmlite import ir
+
+    from fastdyn.trace.graph.expressions import LARGEST_WHOLE
+
+    from .follow import Follow
+    from .given import Number, Sized, Span, State
+    from .result import Result
+    from .solve import Entry, Plain, Run
+
+    module = ir.Module()
+    number = Number(module)
+    state = State(module, number)
+    functions = [state, Sized(module), Span(module, number, state), Follow(module, LARGEST_WHOLE)]
+    functions += [part(module) for part in (Run, Plain, Result)]
+    Entry(module, symbol, {part.function.name: part for part in functions})
+    return str(module)
+
+
+@functools.cache
+def _method(address):
+    return _Method(b"solver", address, FASTCALL, b"solver($self, y0=None, args=None, /)\n--\n\n")
+
+
+def callable_of(words, *held):
+    """The entry with these words, as a function of Python that holds what the words point to."""
+    code = _State.code
+    method = _method(code.address)
+    new = ctypes.pythonapi.PyCFunction_NewEx
+    thing, address = ctypes.py_object, ctypes.c_void_p
+    new.restype, new.argtypes = thing, [address, thing, thing]
+    return new(ctypes.addressof(method), (words, code.library, *held), None)

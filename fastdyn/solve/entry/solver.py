@@ -1,0 +1,135 @@
+"""A solver of one problem for any state and arguments: plain solves in C, the others in Python."""
+
+import numpy as np
+
+from fastdyn.code_store.call import address_of
+from fastdyn.compile.bind import leave_to_python
+from fastdyn.compile.callables.diagnostics import GaveUp
+from fastdyn.kernels.state.record import BAD_STATE, FINISHED
+from fastdyn.problem import validate
+from fastdyn.run.loop import counters
+from fastdyn.run.outcome import result_of
+
+from . import load, objects
+from .kept import LOOK, LOOK_EVERY, REST, SHORT, Kept, kept_of
+
+FLOAT = np.dtype(float)
+MOST_GIVEN = 5  # arguments of an entry
+
+
+class Solver:
+    """``solve(y0, args)`` in Python, and `finish`, with which Python goes on from C.
+
+    Attributes
+    ----------
+    idle : list of Kept
+        The runs that no thread has.
+    """
+
+    def __init__(self, problem):
+        self.problem, self.shape = problem, problem.y0.shape
+        self.idle = [kept_of(problem)]
+
+    def entry(self):
+        """``entry(y0, args)`` in C, which leaves the rest to `solve`; None without the code."""
+        if not load.is_here():
+            return None
+        p, y0 = self.problem, np.empty(self.shape)
+        y0[:] = p.y0  # an array with NumPy's own type; that of a copy may be another object
+        return entry_of(self, self.solve, p.fun, p.args, y0)
+
+    def solve(self, y0=None, args=None):
+        """Solve in Python."""
+        p = self.problem
+        if y0 is None:
+            y0 = p.y0
+        elif (
+            y0.__class__ is not np.ndarray
+            or y0.dtype is not FLOAT
+            or y0.shape != self.shape
+            or not y0.flags.c_contiguous
+        ):
+            y0 = self.state(y0)
+        if args is None:
+            args = p.args
+        elif args.__class__ is not tuple:
+            args = validate.extra_arguments(args)
+        while True:
+            try:
+                return self._solved(y0, args)
+            except GaveUp as reason:
+                self._give_up(reason)
+
+    def state(self, y0):
+        """A state in the form that the kernel takes."""
+        y0 = validate.initial_state(y0)
+        if y0.shape != self.shape or y0.dtype.kind == "c":
+            raise ValueError(f"`y0` must be {self.shape[0]} real numbers, as when it was prepared.")
+        return y0
+
+    def _give_up(self, reason):
+        self.idle.clear()  # of runs with the compiled function
+        leave_to_python(reason.bound, str(reason))
+
+    def _solved(self, y0, args):
+        try:
+            kept = self.idle.pop()  # another thread may have it
+        except IndexError:
+            kept = None
+        if kept is None or not kept.take(args):
+            kept = kept_of(self.problem._replace(y0=y0, args=args))
+        run, p = kept.run, self.problem
+        status = run.solve(y0)
+        if status == BAD_STATE:
+            self.idle.append(kept)
+            self.state(y0)  # which raises
+        if status != FINISHED:
+            p = p._replace(y0=y0)
+        result = result_of(p, status, run)
+        self.idle.append(kept.given_back(p.fun, args))
+        return result
+
+    def finish(self, kept: Kept, status, fun, args):
+        """The result of a solve whose first chunk C has taken, with this status."""
+        if status == BAD_STATE:
+            self.idle.append(kept)
+            validate.initial_state(kept.own["room"].copy())  # which raises
+        y0 = kept.own["room"].copy()
+        try:
+            result = finished(self.problem._replace(y0=y0, args=args), kept, status)
+        except GaveUp as reason:
+            self._give_up(reason)
+            return self.solve(y0, args)
+        kept.run.problem = self.problem
+        self.idle.append(kept)
+        return result
+
+
+def finished(problem, kept, status):
+    """Go on in Python with a solve of C's; the result."""
+    run, p = kept.run, problem
+    run.memory, run.problem = kept.own["memory"], p
+    for bound in run.bounds:
+        bound.keepalive[:] = p.fun, p.args, bound.function
+    n_steps = int(kept.words[SHORT] + kept.words[REST])
+    look = kept.words[LOOK] == 1
+    step = kept.own["step"]
+    spent = LOOK_EVERY * step * sum(counters(run.memory)[:2]) if look else step * n_steps
+    status = run.solve(p.y0, (status, n_steps, spent))
+    result = result_of(p, status, run)
+    if look:
+        run.take_tier()  # the kernel that pays now
+    kept.renew()
+    return result
+
+
+def entry_of(solver, slow, fun, args, y0, spans=False):
+    """The function in C for a solver with `idle` and `finish`.
+
+    Without `slow`, it gives None for what is not plain; with `spans`, it takes spans and times.
+    """
+    table, finish = objects.table(), solver.finish
+    things = solver.idle, slow, finish, fun, args, y0
+    addresses = [0 if thing is None else id(thing) for thing in things]
+    words = address_of(table), *addresses, len(args), MOST_GIVEN if spans else 2
+    return load.callable_of(np.array(words, np.int64), table, *things)
