@@ -154,7 +154,7 @@ def test_bands_are_made_use_of():
     run = solve_ivp(heat, (0, 2), y0, "BDF", rtol=1e-4)
     state = fastdyn.prepare(heat, (0, 2), y0, "BDF", rtol=1e-4)
     state(y0)
-    run_of_it = state._idle[0].run
+    run_of_it = state._solver.idle[0].run
     (s,) = run_of_it.view("solve.state")
     assert (s["lower"], s["upper"]) == (1, 1) and run.success
     assert run_of_it.bounds[0].block[JACOBIAN] != 0  # an exact one

@@ -1,0 +1,132 @@
+"""The compiled entry of a prepared solver: Python's results, to the last bit, and exceptions."""
+
+import gc
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from support.entries import (
+    METHODS,
+    START,
+    assert_same,
+    by_c,
+    goes_by_c,
+    in_c_and_python,
+    oscillator,
+    pendulum,
+    warm,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("t_eval", [None, [0.25, 1.0]], ids=["steps", "times"])
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_has_the_bits_of_python(method, t_eval):
+    fun = oscillator if method == "VelocityVerlet" else pendulum
+    mine, plain = in_c_and_python(fun, method=method, t_eval=t_eval, **METHODS[method])
+    for y0 in (None, START, [0.1, -0.5], (1.0, 0), [np.float64(0.3), 2.0], np.array([2.0, 0.0])):
+        result = mine(y0)
+        assert by_c(result), y0
+        assert_same(plain(y0), result)
+
+
+BAD = [
+    [1.0], np.zeros(3), np.zeros((1, 2)), [math.nan, 0.0], np.array([math.inf, 0.0]), ["a", "b"],
+    [1j, 0.0], 5.0, [None, 1.0], [10**400, 0.0],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("y0", BAD, ids=map(repr, BAD))
+def test_what_python_refuses_is_refused(y0):
+    mine, plain = in_c_and_python()
+    said = []
+    for solver in (plain, mine):
+        with pytest.raises((TypeError, ValueError, OverflowError)) as raised:
+            solver(y0)
+        said.append((raised.type, str(raised.value)))
+    assert said[0] == said[1]
+    assert goes_by_c(mine, START)
+
+
+UNUSUAL = [
+    [1, 2], np.array([1, 2]), np.zeros(4)[::2], np.array([0.1, 0.2], "f4"), range(2),
+    np.array([0.1, 0.2], ">f8"), np.frombuffer(bytearray(17), np.int8)[1:].view(float),
+    [True, 2.0], np.array([0.1, 0.2], object), np.ma.array([0.1, 0.2]), iter([1.0, 2.0]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("y0", UNUSUAL[:-1], ids=lambda y0: type(y0).__name__)
+def test_any_form_of_a_state(y0):
+    mine, plain = in_c_and_python()
+    assert_same(plain(y0), mine(y0))
+
+
+def test_wrong_calls_raise_as_before():
+    mine, _ = in_c_and_python()
+    for given, named in (((START, (), 1), {}), ((), {"y": START}), ((START,), {"y0": START})):
+        with pytest.raises(TypeError):
+            mine(*given, **named)
+    assert_same(mine(START, ()), mine(y0=START, args=[]))
+
+
+def test_a_function_that_raises():
+    def fun(t, y):
+        return [math.sqrt(y[0]) * math.log(y[0])]
+
+    mine, plain = in_c_and_python(fun, y0=[2.0])
+    assert goes_by_c(mine, [2.5])
+    for solver in (plain, mine):
+        with pytest.raises(ValueError, match="math domain error"):
+            solver([-1.0])
+    assert_same(plain([2.5]), mine([2.5]))
+    del fun
+
+
+@pytest.mark.parametrize("method", ["RK45", "Taylor", "RK4"])
+def test_long_solves_go_on_in_python(method):
+    span, options = (0.0, 400.0), {"step": 0.01} if method == "RK4" else {"rtol": 1e-10}
+    mine, plain = in_c_and_python(span=span, method=method, t_eval=[1.0, 400.0], **options)
+    for y0 in (START, [1.0, 0.0]):
+        assert_same(plain(y0), mine(y0))
+    mine, plain = in_c_and_python(span=span, method=method, **options)
+    for y0 in (START, [1.0, 0.0], [0.0, 0.0], [1.0, 0.5]):
+        assert_same(plain(y0), mine(y0))
+        gc.collect()
+
+
+def test_results_do_not_share_memory():
+    mine, plain = in_c_and_python()
+    results = [mine([0.1 * i, 0.0]) for i in range(1, 20)]
+    for i, result in enumerate(results, 1):
+        assert_same(plain([0.1 * i, 0.0]), result)
+        result.y[:] = 0.0
+
+
+def test_solves_that_fail():
+    mine, plain = in_c_and_python(lambda t, y: y * y, y0=[0.5])
+    assert goes_by_c(mine, [0.25])
+    failed = mine([2.0])
+    assert failed.status == -1
+    assert_same(plain([2.0]), failed)
+    assert_same(plain([0.25]), mine([0.25]))
+
+
+def test_what_a_result_can_do():
+    mine, _ = in_c_and_python()
+    result = mine()
+    assert pickle.loads(pickle.dumps(result)).keys() == result.keys() and result.t is result["t"]
+    assert "sol" in result and result.sol is None and result.get("none", 5) == 5
+    result.note = 1
+    del result.sol
+    assert result["note"] == 1 and not hasattr(result, "sol") and not hasattr(result, "other")
+    with pytest.raises(KeyError):
+        result["other"]
+    assert result.y.flags.owndata and result.y.flags.writeable and "n_accepted" in repr(result)
+
+
+def test_a_copy_has_an_entry_of_its_own():
+    mine, _ = in_c_and_python()
+    copied = pickle.loads(pickle.dumps(mine))
+    assert_same(mine(), warm(copied))
+    assert goes_by_c(copied)

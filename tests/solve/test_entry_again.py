@@ -1,0 +1,153 @@
+"""The compiled entry of `solve_ivp`: the results of Python, to the last bit, at any later call."""
+
+import gc
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn import solve_ivp
+from fastdyn.compile.taylor.steps.accuracy import order_for
+from fastdyn.solve.entry import again
+from support.entries import CALLS, assert_same, by_c, goes_by_c, loaded, switched_off, warm
+
+g = 9.81
+START = np.array([0.5, 0.25])
+METHODS = ["RK23", "RK45", "DOP853", "Tsit5", "Vern9", "ode45", "Taylor", "Radau", "BDF", "LSODA"]
+
+
+def pendulum(t, y):
+    return [y[1], -g * math.sin(y[0]) + 0.01 * t]
+
+
+def closure(q):
+    return lambda t, y: [y[1], -q * math.sin(y[0])]
+
+
+@pytest.fixture(autouse=True)
+def nothing_known(monkeypatch):
+    monkeypatch.setattr(again, "_recent", fastdyn.compile.memory.Table())
+    loaded()
+
+
+def plain(*given, **named):
+    with switched_off():
+        return solve_ivp(*given, **named)
+
+
+SPANS = [
+    ((0.0, 1.0), None), ((0.0, 2.0), None), ((1.0, -1.0), None), ((2, 3), None), ((0, 0.001), None),
+    ((np.float64(0.5), 1.0), None), ((-0.0, 1.0), None), ((5.0, 5.0 + 1e-9), None),
+    ((0.0, 1.0), [0.5, 1.0]), ((0.0, 2.0), np.array([0.0, 2.0])), ((1.0, 0.0), [0.5, 0.25]),
+    ((0.0, 1.0), (0.5, 0.75)), ((0.0, 1.0), [0.125, np.float64(1.0)]), ((0.0, 1.0), [0, 1]),
+    ((0.0, 1.0), [0.5]), ([0.0, 1.0], [0.5, 0.75]), (np.array([0.0, 1.0]), None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_spans_times_states_and_methods(method):
+    for times in (None, [0.25, 0.5]):
+        warm(solve_ivp, pendulum, (0.0, 1.0), START, method, times)
+        assert goes_by_c(solve_ivp, pendulum, (0.0, 1.0), START, method, times)
+    n_by_c = 0
+    for span, times in SPANS:
+        for y0 in (START, [0.1, -0.3], (1.0, 0), [1e3, 0.0]):
+            mine = solve_ivp(pendulum, span, y0, method, times)
+            n_by_c += by_c(mine)
+            assert_same(plain(pendulum, span, y0, method, times), mine)
+    assert n_by_c > 30
+
+
+def test_the_size_of_a_state_chooses_the_order_of_a_series():
+    options = {"rtol": 1e-12, "atol": 1e-9}
+    for start in ([1.0, 0.0], [1e-6, 0.0]):
+        assert goes_by_c(solve_ivp, pendulum, (0, 1), start, "Taylor", **options)
+        orders = set()
+        for size in (0.0, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6):
+            mine = solve_ivp(pendulum, (0, 1), [0.0, -size], "Taylor", **options)
+            expected = plain(pendulum, (0, 1), [0.0, -size], "Taylor", **options)
+            orders.add(order_for(1e-12, 1e-9, np.array([size])))
+            assert_same(expected, mine)
+        assert len(orders) > 1
+
+
+@pytest.mark.parametrize("method", ["RK45", "Taylor"])
+def test_tolerances_and_closures(method):
+    for options in ({}, {"rtol": 1e-8}, {"rtol": 1e-6, "atol": 1e-9}, {"atol": 1e-3}):
+        warm(solve_ivp, closure(1.0), (0, 1), START, method, **options)
+        for q in (2.0, 9.81, np.float64(3.0), 4):
+            if type(q) is float:
+                assert goes_by_c(solve_ivp, closure(q), (0, 1), START, method, **options)
+            mine = solve_ivp(closure(q), (0, 1), START, method, **options)
+            assert_same(plain(closure(q), (0, 1), START, method, **options), mine)
+    for options in ({"rtol": 1}, {"rtol": np.array([1e-3, 1e-4])}, {"max_step": 0.1}):
+        for _ in range(CALLS):
+            mine = solve_ivp(closure(1.0), (0, 1), START, method, **options)
+        assert_same(plain(closure(1.0), (0, 1), START, method, **options), mine)
+
+
+WRONG = [
+    {"t_span": (0.0, math.nan)}, {"t_span": (0.0,)}, {"t_span": (0.0, 1.0, 2.0)},
+    {"t_span": (0.0, "b")}, {"t_span": 1.0}, {"t_eval": [0.5, 2.0]}, {"t_eval": [0.75, 0.5]},
+    {"t_eval": [-0.5, 0.5]}, {"t_eval": [0.5, 0.5]}, {"t_eval": [0.5, math.nan]},
+    {"t_eval": [math.nan, 0.5]}, {"t_eval": np.array([[0.25, 0.5]])}, {"y0": [math.nan, 1.0]},
+    {"y0": [[1.0, 2.0]]}, {"y0": "ab"}, {"args": (1.0,)}, {"args": 5}, {"rtol": math.nan},
+    {"atol": -1.0}, {"method": "RK54"}, {"method": ["RK45"]}, {"t_span": (0.0, 10**400)},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=map(repr, WRONG))
+def test_what_python_refuses_is_refused(wrong):
+    given = {"t_span": (0.0, 1.0), "y0": START, "t_eval": [0.25, 0.5]}
+    warm(solve_ivp, pendulum, **given)
+    said = []
+    for solve in (plain, solve_ivp):
+        with pytest.raises((TypeError, ValueError, OverflowError)) as raised:
+            solve(pendulum, **(given | wrong))
+        said.append((raised.type, str(raised.value)))
+    assert said[0] == said[1]
+    assert goes_by_c(solve_ivp, pendulum, **given)
+
+
+def test_spans_that_python_solves_otherwise():
+    warm(solve_ivp, pendulum, (0.0, 1.0), START)
+    for span in ((0.0, 0.0), (0.0, 1e300), (-1e308, 1e308)):
+        for solve in (plain, solve_ivp):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                result = solve(pendulum, span, START) if span[1] == 0.0 else None
+        assert result is None or result.t.tolist() == [0.0, 0.0]
+
+
+def test_outside_values_arguments_and_numbers_of_components():
+    def decay(t, y, k):
+        return [-k * v for v in y]
+
+    warm(solve_ivp, decay, (0, 1), [1.0, 2.0], args=(2.0,))
+    for y0 in ([1.0, 2.0], [1.0, 2.0, 3.0], [1.0]):
+        for args in ((2.0,), (3.0,), (3,), [2.5], (np.float64(2.0),)):
+            for _ in range(CALLS):
+                mine = solve_ivp(decay, (0, 1), y0, args=args)
+            assert_same(plain(decay, (0, 1), y0, args=args), mine)
+
+
+def test_too_low_a_tolerance_warns_each_time():
+    for _ in range(CALLS):
+        with pytest.warns(UserWarning, match="rtol"):
+            solve_ivp(pendulum, (0, 1), START, rtol=1e-20)
+
+
+def test_long_solves_and_failures():
+    for method in ("RK45", "Taylor"):
+        warm(solve_ivp, pendulum, (0.0, 1.0), START, method)
+        for end in (1.0, 300.0, 1.0, 20.0, 3000.0, 2.0):
+            mine = solve_ivp(pendulum, (0.0, end), START, method)
+            assert_same(plain(pendulum, (0.0, end), START, method), mine)
+            del mine
+            gc.collect()
+    blow_up = lambda t, y: y * y  # noqa: E731
+    warm(solve_ivp, blow_up, (0.0, 1.0), [0.5])
+    for y0, end in (([0.5], 1.0), ([2.0], 1.0), ([0.5], 3.0), ([0.25], 1.0)):
+        assert_same(plain(blow_up, (0.0, end), y0), solve_ivp(blow_up, (0.0, end), y0))

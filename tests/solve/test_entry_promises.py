@@ -1,0 +1,165 @@
+"""The entry of `solve_ivp` keeps the promises of a solve: comparisons, warnings, memory."""
+
+import gc
+import math
+import sys
+import threading
+import warnings
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn import solve_ivp
+from fastdyn.compile.compare import Different
+from fastdyn.run.functions import compared
+from fastdyn.solve.entry import again
+from fastdyn.solve.entry.kept import ADVANCE
+from support.entries import CALLS, START, assert_same, by_c, loaded, switched_off, warm
+
+
+def pendulum(t, y):
+    return [y[1], -9.81 * math.sin(y[0]) + 0.01 * t]
+
+
+def closure(q):
+    return lambda t, y: [y[1], -q * math.sin(y[0])]
+
+
+@pytest.fixture(autouse=True)
+def nothing_known(monkeypatch):
+    monkeypatch.setattr(again, "_recent", fastdyn.compile.memory.Table())
+    loaded()
+
+
+def plain(*given, **named):
+    with switched_off():
+        return solve_ivp(*given, **named)
+
+
+def test_stiffness_is_noticed():
+    def stiff(t, y):
+        return [-5000.0 * (y[0] - math.cos(t))]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for end in (0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08):
+            solve_ivp(stiff, (0, end), [1.5])
+    with pytest.warns(fastdyn.StiffnessWarning):
+        mine = solve_ivp(stiff, (0, 10), [1.5])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert_same(plain(stiff, (0, 10), [1.5]), mine)
+
+
+def test_comparisons_are_due_as_before(monkeypatch):
+    seen = []
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
+
+    def fun(t, y):
+        return [-y[0] if y[0] < 5.5 else 1.0 - y[0]]
+
+    due = []
+    for i in range(1, 40):
+        seen.clear()
+        result = solve_ivp(fun, (0, 1), [1.0])
+        due += [i] if seen else []
+    assert due == [1, 2, 4, 8, 16, 32] and by_c(result)
+    seen.clear()
+    solve_ivp(fun, (0, 1), [7.0])
+    solve_ivp(fun, (0, 1), [8.0])
+    assert seen == [compared.AT_FIRST]
+
+
+def test_a_difference_is_found_in_a_solve_of_c(monkeypatch):
+    def fun(t, y):
+        return [-y[0] if y[0] < 5.5 else -1.5 * y[0]]
+
+    warm(solve_ivp, fun, (0, 1), [1.0])
+    different = compared.compare_along
+
+    def wrong(bound, times, states, time):
+        if max(map(np.max, states)) > 5.5:
+            raise Different(bound, times[0], states[0], np.ones(1), np.zeros(1))
+        return different(bound, times, states, time)
+
+    monkeypatch.setattr(compared, "compare_along", wrong)
+    with pytest.warns(fastdyn.CompileWarning):
+        mine = solve_ivp(fun, (0, 1), [7.0])
+    assert mine.y[0, 0] == 7.0
+    assert not by_c(solve_ivp(fun, (0, 1), [1.0]))  # it has been left to Python
+
+
+def test_errors_of_numpy_are_heard():
+    def root(t, y):
+        return -np.sqrt(y) / y
+
+    warm(solve_ivp, root, (0.0, 0.5), [1.0])
+    with np.errstate(invalid="raise"), pytest.raises(FloatingPointError):
+        solve_ivp(root, (0.0, 0.5), [-1.0])
+
+
+def test_nothing_of_a_closure_is_held():
+    class Thing(float):
+        pass
+
+    def make(a):
+        held = Thing(3.0)
+
+        def fun(t, y, q):
+            return [-a * q * y[0]]
+
+        fun_of.append(sys.getrefcount(held))
+        return fun
+
+    fun_of: list = []
+    args = (1.5,)
+    warm(solve_ivp, make(2.0), (0, 1), [1.0], args=args)
+    gc.collect()
+    before = sys.getrefcount(args)
+    for end in (1.0, 500.0):  # in C, and by Python, which goes on
+        fun = make(2.0)
+        count = sys.getrefcount(fun)
+        solve_ivp(fun, (0, end), [1.0], args=args)
+        gc.collect()
+        assert sys.getrefcount(fun) == count and sys.getrefcount(args) == before
+
+
+def test_threads():
+    expected = {q: plain(closure(q), (0, 5), START).y.tobytes() for q in (1.0, 2.0, 3.0, 4.0)}
+    wrong = []
+
+    def work(q):
+        for _ in range(200):
+            if solve_ivp(closure(q), (0, 5), START).y.tobytes() != expected[q]:
+                wrong.append(q)
+
+    threads = [threading.Thread(target=work, args=(q,)) for q in expected]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+
+
+def test_auto_and_its_watch():
+    """A solve in the trial of `auto` is watched where it is long, although C begins it."""
+    for _ in range(CALLS):
+        mine = solve_ivp(pendulum, (0, 1), START, "auto")
+    assert_same(plain(pendulum, (0, 1), START, "auto"), mine)
+
+
+def test_a_faster_kernel_takes_over(monkeypatch):
+    from fastdyn.specialise import shared_or_inlined
+
+    def fun(t, y):
+        return [y[1], -0.77 * y[0]]
+
+    warm(solve_ivp, fun, (0, 1), START)
+    expected = solve_ivp(fun, (0, 1), START)
+    monkeypatch.setattr(shared_or_inlined, "PROMOTE_AFTER", 1e-5)
+    (met,) = [entry.value for entry in again._recent.entries.values()]
+    for _ in range(200):
+        assert_same(expected, solve_ivp(fun, (0, 1), START))
+    (kept,) = met.solver.idle
+    assert not kept.run.tier.open and kept.words[ADVANCE] == kept.run.tier.address
