@@ -187,10 +187,10 @@ def or_in_python(solve):
         try:
             return solve()
         except GaveUp as reason:
-            leave_to_python(reason.bound, str(reason))
+            leave_to_python(reason.bound, reason)
 
 
 def leave_to_python(bound, reason):
-    """Make a function run in Python from now on, for all values."""
+    """Make a function run in Python from now on, for all values; `reason` is text, or a GaveUp."""
     fun, args = bound.keepalive[:2]
-    met.leave_to_python(fun, args, bound.mode, reason)
+    met.leave_to_python(fun, args, bound.mode, str(reason), getattr(reason, "wrong", False))

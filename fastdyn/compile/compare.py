@@ -16,13 +16,13 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.islands.island import islands_of, raise_interrupts
 
 from .callables.diagnostics import GaveUp
+from .callables.same_numbers import all_close, are_close, differ, short
 from .calling_convention import SIGNATURE, call
 from .python_callback import evaluate as in_python
 
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
 FEWEST, MOST_NUMBERS = 4, 2**19  # for long states: fewest points, most numbers in all points
-TOLERANCE, CANCELLED, EPS = 1e-9, 1e-12, np.finfo(float).eps
-CLOSE = 1e-6  # largest effect of cancellation around the start, of the largest number
+EPS = np.finfo(float).eps
 ROUNDINGS = 1e3  # largest difference, in units of the function's response to rounding of y
 SPREADS = np.array([0.01, 0.1, 0.5, 1.5, 10.0, 100.0])
 
@@ -79,11 +79,13 @@ def _sides(table):
 class Different(GaveUp):
     """Raised if machine code and its function give different values."""
 
+    wrong = True
+
     def __init__(self, bound, t, y, of_python, of_code):
         super().__init__(bound, t)
         self.args = (
-            f"at t = {t:.10g}, y = {_short(y)} its compiled form gives {_short(of_code)}, "
-            f"and Python {_short(of_python)}",
+            f"at t = {t:.10g}, y = {short(y)} its compiled form gives {short(of_code)}, "
+            f"and Python {short(of_python)}",
         )
 
 
@@ -123,7 +125,7 @@ def compare_around(function, compiled, near, n, trace=None):
         if real.shape != mine.shape:
             return f"it returns {real.size} numbers, not {mine.size}"
         if differ(real, mine, of_solution=False) and not (
-            _are_close(real, mine) and _by_rounding(function, real, mine, time(t), y)
+            are_close(real, mine) and _by_rounding(function, real, mine, time(t), y)
         ):
             return "its compiled form gives other numbers"
         compared += bool(np.isfinite(real).any())
@@ -140,10 +142,13 @@ def compare_along(bound, times, states, time: Any = np.float64):
     for t, y in zip(times, states, strict=True):
         t, y = time(t), np.array(y[:n])
         found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
+    pairs = [(real, mine) for *_, real, mine in found if _is_value(real) and mine is not None]
+    if not found or (len(pairs) == len(found) and all_close(*zip(*pairs, strict=True))):
+        return
     sizes = [np.abs(real[np.isfinite(real)]) for *_, real, _ in found if _is_value(real)]
     largest = max((float(size.max()) for size in sizes if size.size), default=0.0)
     for t, y, real, mine in found:
-        if not _agree(bound, real, mine, t, y, largest):
+        if not agree(bound, real, mine, t, y, largest):
             raise Different(bound, t, y, real, "an exception" if mine is None else mine)
 
 
@@ -191,7 +196,7 @@ def _value(function, t, y) -> Any:
         return error
 
 
-def _agree(bound, real, mine, t, y, largest):
+def agree(bound, real, mine, t, y, largest=0.0):
     """Whether two results agree, up to roundings that large cancelling terms amplify."""
     if not _is_value(real) or mine is None:
         return not _is_value(real) and mine is None
@@ -200,13 +205,6 @@ def _agree(bound, real, mine, t, y, largest):
     if not differ(real, mine, largest):
         return True
     return _by_rounding(lambda t, y: python_value(bound, t, y), real, mine, t, y)
-
-
-def _are_close(real, mine):
-    """Whether numbers differ by little beside the largest, and the same are finite."""
-    finite = np.isfinite(real)
-    far = np.abs(real - mine)[finite] > CLOSE * np.max(np.abs(real[finite]), initial=0.0)
-    return np.array_equal(finite, np.isfinite(mine)) and not far.any()
 
 
 def _by_rounding(function, real, mine, t, y):
@@ -218,30 +216,3 @@ def _by_rounding(function, real, mine, t, y):
             return True
         spread = np.maximum(spread, np.abs(moved - real))
     return not np.any(np.abs(real - mine) > ROUNDINGS * spread)
-
-
-def differ(real, mine, largest=0.0, of_solution=True):
-    """Whether two results differ by more than rounding.
-
-    `largest` is the largest size of a result along the solution; its roundings are no difference.
-    Away from a solution (`of_solution` False), any two non-finite numbers agree.
-    """
-    if np.array_equal(real, mine, equal_nan=True):
-        return False
-    finite = np.isfinite(real) & np.isfinite(mine)
-    if of_solution:
-        odd = ~finite & (real != mine) & ~(np.isnan(real) & np.isnan(mine))
-    else:
-        odd = np.isfinite(real) != np.isfinite(mine)
-    if odd.any():
-        return True
-    real, mine = real[finite], mine[finite]
-    scale = np.maximum(np.abs(real), 1e-3 * np.max(np.abs(real), initial=0.0))
-    allowed = np.maximum(TOLERANCE * scale, CANCELLED * largest) + 1e-300
-    return bool(np.any(np.abs(real - mine) > allowed))
-
-
-def _short(value):
-    if isinstance(value, Exception | str):
-        return value if isinstance(value, str) else f"{type(value).__name__}: {value}"
-    return np.array2string(np.asarray(value), precision=12, threshold=8, edgeitems=3)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fastdyn.compile.bind import or_in_python
 
+from .compared import compare_trajectories
 from .plan import checked, sizes
 from .results import Results
 from .threads import solve_here
@@ -118,6 +119,7 @@ def _solve(ensemble, threads, progress, client, store, block, options):
     finally:
         if bar is not None:
             bar.close()
+    compare_trajectories(ensemble, results)
     return done
 
 

@@ -154,7 +154,7 @@ class Prepared:
                 ends = solve_many(p, members)
                 break
             except GaveUp as reason:
-                leave_to_python(reason.bound, str(reason))
+                leave_to_python(reason.bound, reason)
         if ends is None:  # a function stays in Python
             ends = Ends(p, members.count, members.n)
             for i in range(members.count):

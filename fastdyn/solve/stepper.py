@@ -158,7 +158,7 @@ class Stepper(OdeSolver):
                 run.check(status)
                 break
             except GaveUp as reason:  # compiled, it raises; in Python, it may go on
-                leave_to_python(reason.bound, str(reason))
+                leave_to_python(reason.bound, reason)
                 self._run = run_of(run.problem)
                 self._run.go_on_from(before)
         if status not in (RUNNING, FINISHED, EVENT):

@@ -32,7 +32,12 @@ class FoundLater(Uncompilable):
 
 
 class GaveUp(Exception):
-    """Raised if compiled code fails where the Python function gives a value."""
+    """Raised if compiled code fails where the Python function gives a value.
+
+    Code that is `wrong` gives another value: no form of the code may be used.
+    """
+
+    wrong = False
 
     def __init__(self, bound, t):
         super().__init__(f"its compiled form could not go on at t = {t:.10g}")

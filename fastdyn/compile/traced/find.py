@@ -26,7 +26,7 @@ from ..python_callback import evaluate
 from . import elimination
 from .code import Traced
 from .follow import Follower
-from .met import NOTHING, TABLE, Known, Met, acts, code_of, known_trace, place_of
+from .met import NOTHING, TABLE, Known, Met, acts, code_of, is_wrong, known_trace, place_of
 
 LONG = 64  # a state of at least so many components is one long array
 STORES = "stores"  # stands for tracing by `trace_with_stores`
@@ -60,9 +60,11 @@ NODES, COMPONENTS = 100, 1000  # so many take as much memory as a small function
 def traced_function(fun, args, mode, n, near, varying=()):
     """(Function, (type, value) of each parameter, indices of the arguments among them), or None.
 
-    None if the function cannot be traced.  `varying` are the positions, from 1, of the arguments
-    that vary between trajectories.
+    None if the function cannot be traced, or if its code was found wrong.  `varying` are the
+    positions, from 1, of the arguments that vary between trajectories.
     """
+    if is_wrong(fun, args, mode):
+        return None
     if near is not None and near.batches and n >= LONG and mode.long_arrays and not varying:
         found = _traced_function(fun, args, mode, n, near, varying, True)
         if found is not None:

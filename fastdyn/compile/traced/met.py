@@ -66,7 +66,8 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
 
 def why(fun, args, mode, n, varying=()):
     """Why and where a function was refused, if its user should see the reason; else None."""
-    return _met_at(fun, args, mode, n, varying).reason
+    reason, wrong = _left_of(fun, args, mode)
+    return reason if wrong else _met_at(fun, args, mode, n, varying).reason
 
 
 def _met_at(*place):
@@ -107,15 +108,25 @@ def writes_to_state(fun, args, mode, n):
     return _met_at(fun, args, mode, n).of_state
 
 
-def leave_to_python(fun, args, mode, reason):
-    """Make a function run in Python from now on, because its machine code gave other values."""
+def leave_to_python(fun, args, mode, reason, wrong):
+    """Make a function run in Python from now on: its code could not go on, or is `wrong`."""
     N_LEFT[0] += 1
-    _left.put((codes(fun, args), mode), reason)
+    _left.put((codes(fun, args), mode), (reason, wrong))
 
 
 def left_to_python(fun, args, mode):
     """The reason for which a function was left to Python; None if it was not."""
-    return _left.get((codes(fun, args), mode)) if _left.entries else None
+    return _left_of(fun, args, mode)[0]
+
+
+def is_wrong(fun, args, mode):
+    """Whether the machine code of a function gave other values than the function."""
+    return _left_of(fun, args, mode)[1]
+
+
+def _left_of(fun, args, mode):
+    found = _left.get((codes(fun, args), mode)) if _left.entries else None
+    return found or (None, False)
 
 
 def place_of(fun, args, mode, n, varying=(), batches=False):

@@ -6,6 +6,7 @@ from array import array
 import numpy as np
 
 from fastdyn.compile.compare import compare_along, sides_at
+from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
 from fastdyn.kernels.calls.block import FAULT, SIDES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.lsoda import NAME as LSODA
@@ -70,38 +71,47 @@ def compare(run, count, fresh):
     """Raise Different if code and function differ at one of `count` states of a solve.
 
     `fresh` has the words of the sides that were not compared before, by the ids of blocks: states
-    at which decisions take these sides are compared, too.
+    at which decisions take these sides are compared, too.  The code of derivatives is compared when
+    that of its function is for the first time, or on a new side.
     """
-    bounds = [b for b in run.compiled() if b.mode.compared]
-    if not bounds:
+    p, bounds = run.problem, run.compiled()
+    if not any(b.mode.compared or b.mode.sensitivities for b in bounds):
         return
-    t, y = states_of(run, count)
-    time = float if run.problem.method.name == LSODA else np.float64
+    (t, y), derivatives = states_of(run, count), count == AT_FIRST
+    time = float if p.method.name == LSODA else np.float64
     for bound in bounds:
-        half = bound.mode.half
+        if bound.mode.sensitivities and derivatives:
+            compare_sensitivities(bound, p.fun, p.args, t, y)
+        if not bound.mode.compared:
+            continue
+        half, more = bound.mode.half, ([], [])
+        given = y if half is None else [np.split(each, 2)[half] for each in y]
         missing = fresh.get(id(bound.block), 0)
         if missing and half is None:
-            more = _showing(bound, missing, t, y, *states_of(run, LOOKED_AT))
-        else:
-            more = [], []
-        given = y if half is None else [np.split(each, 2)[half] for each in y]
+            more = _showing(run, bound, missing, t, y)
         compare_along(bound, [*t, *more[0]], [*given, *more[1]], time)
+        if derivatives and p.method.n_matrices and bound.function.traced is not None:
+            compare_jacobian(bound, t, [each[: _length(bound)] for each in given])
 
 
-def _showing(bound, missing, t, y, times, states):
-    """Those times and states at which decisions take sides that they take at none of (t, y)."""
-    n, found = len(bound.block) - int(bound.block[FAULT]), ([], [])
+def _showing(run, bound, missing, t, y):
+    """Times and states at which decisions take sides that they take at none of (t, y)."""
+    n, found = _length(bound), ([], [])
     for at, state in zip(t, y, strict=True):
         missing &= ~sides_at(bound, at, state[:n])
-    for at, state in zip(times, states, strict=True):
-        if not missing:
-            break
+    for at, state in zip(*states_of(run, LOOKED_AT), strict=True) if missing else ():
         new = missing & sides_at(bound, at, state[:n])
         if new:
             missing &= ~new
             found[0].append(at)
             found[1].append(state)
+        if not missing:
+            break
     return found
+
+
+def _length(bound):
+    return len(bound.block) - int(bound.block[FAULT])
 
 
 def states_of(run, count):

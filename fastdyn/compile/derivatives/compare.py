@@ -1,0 +1,191 @@
+"""Compares the code of derivatives with differences of the function, at states of a solution.
+
+A derivative along one vector is compared, in which each element has a part.  Away from kinks, as a
+kink has several derivatives; and at several steps, as a function may wind within any one of them.
+"""
+
+import ctypes
+
+import numpy as np
+
+from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.reads.reads import flat
+
+from ..callables.diagnostics import GaveUp
+from ..callables.same_numbers import short
+from ..calling_convention import SIGNATURE, call
+from ..compare import Different, agree, machine_value, python_value
+
+APART = 1e-2  # relative deviation beyond the errors of differences
+EPS = np.finfo(float).eps
+NOISE = 1e3 * EPS  # rounding of a difference, relative to its terms
+HIDDEN = 10 * EPS  # rounding of a function, relative to the largest number inside
+STEPS = EPS ** (1 / 3) * np.array([1.0, 0.1, 0.01])
+ASIDE = 1e-3  # share of a component by which a state is moved from a kink on which it may lie
+SMALLEST = 1e-4  # share of a component's largest size along the solution by which it is moved
+MOST, FEWEST = 3, 2  # states that are compared, and that must differ
+
+
+class OtherDerivative(GaveUp):
+    """The code of a derivative is not the derivative of its function."""
+
+    wrong = True
+
+    def __init__(self, bound, t, y, given, differences):
+        super().__init__(bound, t)
+        self.args = (
+            f"at t = {t:.10g}, y = {short(y)} its compiled derivative along a vector is "
+            f"{short(given)}, and differences give {short(differences)}",
+        )
+
+
+def compare_jacobian(bound, times, states):
+    """Raise OtherDerivative if the Jacobian that was made for a Bound is not its derivative."""
+    for time in (False, True):
+        found = bound.function.notes.get(("jacobian", time))
+        if found is not None:
+            _compare(bound, times, states, lambda *at, found=found: _along(bound, found, *at))
+
+
+def compare_sensitivities(bound, equations, args, times, states):
+    """Raise GaveUp if the rates of a state and its sensitivities are not those of the function.
+
+    Parameters
+    ----------
+    bound : Bound
+        Of the variational equations.
+    equations : problem.sensitivities.Variational
+    args : tuple
+    times, states : sequences
+        The states include the sensitivities.
+    """
+    _compare(bound, times, states, lambda *at: _of_solution(bound, equations, args, *at))
+
+
+@np.errstate(all="ignore")
+def _compare(bound, times, states, derivative):
+    """Raise OtherDerivative if most of a few states say so.
+
+    ``derivative(t, y, sizes, span, rng)`` has a derivative along a vector, the sum of its terms
+    without their signs, and the function of a distance along the vector; None where one is missing.
+    """
+    rng, wrong, tried = np.random.default_rng(1), [], 0
+    largest = np.abs(states).max(axis=0) if len(states) else 0.0
+    span = abs(times[0] - times[-1]) if len(times) else 0.0
+    for i in np.unique(np.linspace(0, len(times) - 1, MOST).astype(int)) if len(times) else ():
+        t, y = times[i], np.array(states[i])
+        found = derivative(t, y, np.maximum(np.abs(y), SMALLEST * largest), span, rng)
+        if found is None:
+            continue
+        tried += 1
+        differences = _contradicted(*found)
+        if differences is not None:  # the largest number is asked for in case of need
+            differences = _contradicted(*found, largest=_largest(bound, t, y, found[0]))
+        if differences is not None:
+            wrong.append((t, y, found[0], differences))
+    if len(wrong) >= FEWEST and 2 * len(wrong) > tried:
+        raise OtherDerivative(bound, *wrong[0])
+
+
+def _along(bound, jacobian, t, y, sizes, span, rng):
+    """As `_compare` says, of a Jacobian, and of df/dt if the Jacobian has it."""
+    n = len(y)
+    y = y + ASIDE * sizes * rng.uniform(-1.0, 1.0, n)
+    v, span = sizes * rng.uniform(0.1, 1.0, n), jacobian.time * ASIDE * span
+    entries = _entries(bound, jacobian, t, y)
+    terms = entries[: len(jacobian.rows)] * v[jacobian.columns]
+    along = np.bincount(jacobian.rows, terms, n)
+    total = np.bincount(jacobian.rows, np.abs(terms), n)
+    if jacobian.time:
+        along, total = along + span * entries[-n:], total + span * np.abs(entries[-n:])
+    return along, total, lambda h: machine_value(bound, t + h * span, y + h * v)
+
+
+def _entries(bound, jacobian, t, y):
+    """The numbers that the code of a Jacobian gives."""
+    out, left = np.empty(jacobian.size), np.zeros(1, np.int64)
+    code = ctypes.cast(jacobian.address, SIGNATURE)
+    call(code, t, y.copy(), bound.block, out, left.ctypes.data)
+    return out
+
+
+def _of_solution(bound, equations, args, t, z, sizes, span, rng):
+    """As `_compare` says, of variational equations; None where the function raises.
+
+    The vector moves start and parameters, each by no more than its size, nor a component by more.
+    """
+    n, m = equations.n, equations.n_directions
+    z = np.concatenate([z[:n] + ASIDE * sizes[:n] * rng.uniform(-1.0, 1.0, n), z[n:]])
+    real, rates = python_value(bound, t, z), machine_value(bound, t, z)
+    if isinstance(real, Exception) or rates is None:
+        return None
+    if not agree(bound, real, np.concatenate([rates[:n], real[n:]]), t, z):
+        raise Different(bound, t, z[:n], real[:n], rates[:n])
+    columns, slopes = z[n:].reshape(n, m), rates[n:].reshape(n, m)
+    most = np.where(columns == 0.0, np.inf, sizes[:n, None] / np.abs(columns)).min(axis=0)
+    w = np.minimum(most, _sizes(equations, args)) * rng.uniform(0.1, 1.0, m)
+    w[~np.isfinite(w)] = 0.0
+
+    def at(h):
+        moved = np.concatenate([z[:n] + h * (columns @ w), z[n:]])
+        try:
+            return equations(t, moved, *_moved(equations, args, h * w))[:n]
+        except Exception:
+            return None
+
+    return slopes @ w, np.abs(slopes) @ w, at
+
+
+def _sizes(equations, args):
+    """The sizes of the parameters by the directions; the start's components are not limited."""
+    found = []
+    for position in equations.directions:
+        value = np.abs(args[position - 1]).ravel() if position else np.full(equations.n, np.inf)
+        found.append(np.where(value == 0.0, 1.0, value))
+    return np.concatenate(found)
+
+
+def _moved(equations, args, steps):
+    """Arguments moved along the directions; those of the start move none."""
+    args, at = list(args), 0
+    for position in equations.directions:
+        size = np.size(args[position - 1]) if position else equations.n
+        if position:
+            value = args[position - 1]
+            args[position - 1] = value + steps[at : at + size].reshape(np.shape(value))[()]
+        at += size
+    return args
+
+
+def _largest(bound, t, y, results):
+    """The size of the largest number in a function of so many results."""
+    traced = bound.function.traced
+    nodes, values = live(traced.stored[: len(results)]), flat([value for _, value in bound.values])
+    found = evaluate(traced.trace.graph, [], np.array([t]), y[:, None], values, nodes)[1]
+    sizes = np.abs(np.asarray(found, float))
+    return float(sizes[np.isfinite(sizes)].max(initial=0.0))
+
+
+def _contradicted(along, total, at, largest=0.0):
+    """The differences of a function if they contradict a derivative at each step; else None.
+
+    `largest` is the largest number in the function.
+    """
+    wrong, near = np.isfinite(along), along
+    for step in STEPS:
+        (near, noise), (far, _) = _difference(at, step), _difference(at, 4 * step)
+        noise = noise + HIDDEN * largest / step
+        doubt = 10 * np.abs(near - far) + noise + APART * np.maximum(total, np.abs(near))
+        wrong &= np.abs(along - near) > doubt
+        if not wrong.any():
+            return None
+    return near
+
+
+def _difference(at, step):
+    """(A central difference, a bound of its rounding); nan where a function has no value."""
+    above, below = at(step), at(-step)
+    if above is None or below is None:
+        return np.nan, np.nan
+    return (above - below) / (2 * step), NOISE * (np.abs(above) + np.abs(below)) / (2 * step)

@@ -1,0 +1,97 @@
+"""Compares the code of an ensemble with its functions, and its vectors with single solves."""
+
+import numpy as np
+
+from fastdyn.compile.bind import bind
+from fastdyn.compile.compare import Different, compare_along
+from fastdyn.compile.derivatives.compare import compare_jacobian
+from fastdyn.kernels.state.record import FINISHED, Y
+from fastdyn.run.functions import compared
+from fastdyn.run.solve_problem import run_of
+
+from .workers import functions_of
+
+FEW = 4  # trajectories that are compared
+SOLVES = "ensembles that were solved"  # a key of a Function's notes
+SHARE, FEWEST = 50, 1000  # steps of a single solve: a share of all steps, or so many
+ROUNDINGS, EPS = 1e3, np.finfo(float).eps
+APART = 100.0  # tolerances by which a single solve may differ: rounding moves its steps
+
+
+def compare_trajectories(ensemble, results):
+    """Raise Different if functions, or a single solve, differ from the trajectories of an ensemble.
+
+    Ensembles 1, 2, 4, 8, ... of a function are compared, at 16 states, and at 4 states later; the
+    first one with a single solve.
+    """
+    p, members = ensemble.problem, ensemble.members
+    if compared.WHEN == "never" or not members.count:
+        return
+    chosen = np.unique(np.linspace(0, members.count - 1, FEW).astype(int)).tolist()
+    chosen = [i for i in chosen if np.isfinite(results.y_end[i]).all()]
+    count = _due(_bound(members, p, *functions_of(p)[0], members.usual)) if chosen else 0
+    for i in chosen if count else ():
+        times, states = _states(p, results, i, -(-count // FEW))
+        for j, (fun, mode, n) in enumerate(functions_of(p)):
+            bound = _bound(members, p, fun, mode, n, i) if callable(fun) else None
+            if bound is None or bound.function is None or not mode.compared:
+                continue
+            compare_along(bound, times, states)
+            if j == 0 and count == compared.AT_FIRST:
+                if p.method.n_matrices:
+                    compare_jacobian(bound, times, states)
+                if ensemble.vector and i == chosen[0]:
+                    _compare_alone(ensemble, results, i, bound)
+
+
+def _bound(members, problem, fun, mode, n, i):
+    """The Bound of a function for a trajectory; its code is that of all trajectories."""
+    varying = tuple([j + 1 for j in members.varying])
+    near = members.near(problem, n)
+    return bind(fun, members.args(i), mode, n, near, varying=varying)
+
+
+def _due(bound):
+    """The number of states to compare after one more ensemble of a function."""
+    function = bound.function
+    if function is None:
+        return 0
+    solves = function.notes[SOLVES] = function.notes.get(SOLVES, 0) + 1
+    if solves == 1:
+        return compared.AT_FIRST
+    return compared.LATER if compared.WHEN == "always" or not solves & (solves - 1) else 0
+
+
+def _states(problem, results, i, count):
+    """Times and states of a trajectory, at most `count`, the last among them."""
+    times, states = [float(results.t_end[i])], [np.array(results.y_end[i])]
+    y = results.y_eval[i]  # which is empty if a store has it
+    known = min(len(y), int(results.counts[i, 3]))
+    for k in np.unique(np.linspace(0, known - 1, count - 1).astype(int)) if known else ():
+        if np.isfinite(y[k]).all():
+            times.append(float(problem.t_eval[k]))
+            states.append(np.array(y[k]))
+    return times, states
+
+
+def _compare_alone(ensemble, results, i, bound):
+    """Raise Different if a trajectory alone ends elsewhere than in the lanes of a vector.
+
+    Rounding may grow along a trajectory as it does from a start that is another by rounding.
+    """
+    p, members = ensemble.problem, ensemble.members
+    most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
+    p = p._replace(y0=start, args=members.args(i), compile="shared")
+    run, ends = run_of(p._replace(max_steps=min(p.max_steps, most))), []
+    if any(each.callback for each in run.bounds) or results.status[i] != FINISHED:
+        return
+    for sign in (0.0, 1.0, -1.0):
+        if run.solve(start * (1.0 + sign * EPS)) != FINISHED:
+            return
+        ends.append(run.view("solve.work")[Y].copy())
+    mine, (alone, *others) = np.array(results.y_end[i]), ends
+    spread = max(float(np.max(np.abs(other - alone))) for other in others)
+    size = np.max(np.abs(alone), initial=0.0)
+    allowed = APART * (np.max(p.rtol) * size + np.max(p.atol)) + ROUNDINGS * spread + 1e-9 * size
+    if not (np.abs(mine - alone) <= allowed).all():
+        raise Different(bound, float(results.t_end[i]), members.state(i), alone, mine)
