@@ -14,19 +14,23 @@ class Row(Constant):
     ----------
     text : str
         Fractions or decimals as printed in the source, separated by blanks: ``"3/40 9/40"``.
+    to_the_end : bool
+        Whether compiled code multiplies by a last zero, too: what is not finite then makes a sum
+        NaN.
     """
 
-    def __init__(self, text=""):
+    def __init__(self, text="", to_the_end=False):
+        self.to_the_end = to_the_end
         self.exact = tuple(Fraction(word) for word in text.split())
         self.floats = tuple(float(a) for a in self.exact)
 
     @classmethod
-    def of(cls, exact):
+    def of(cls, exact, to_the_end=False):
         """The row of these fractions."""
-        return cls(" ".join(map(str, exact)))
+        return cls(" ".join(map(str, exact)), to_the_end)
 
     def __repr__(self):
-        return f"Row({', '.join(map(str, self.exact))})"
+        return f"Row({', '.join(map(str, self.exact))})" + " to the end" * self.to_the_end
 
     def __len__(self):
         return len(self.exact)

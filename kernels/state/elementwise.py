@@ -111,11 +111,13 @@ def factor(value):
 def _weighted_map(row, k, start=None):
     """The code of h sum(a_i k_i), left to right over the nonzero a_i, or of that added to `start`.
 
-    Arguments are out, the start, h, the row and the k_i.
+    A row may have its last a_i multiplied even if it is zero.  Arguments are out, the start, h, the
+    row and the k_i.
     """
     if len(row.known.exact) != len(k):
         raise ValueError(f"{len(row.known.exact)} coefficients for {len(k)} values")
-    used = [(i, a) for i, a in enumerate(row.known.exact) if a != 0]
+    last = len(k) - 1 if row.known.to_the_end else None
+    used = [(i, a) for i, a in enumerate(row.known.exact) if a != 0 or i == last]
     first = [] if start is None else [start]
 
     def codegen(context, builder, signature, args):
