@@ -5,6 +5,7 @@ import scipy.integrate
 
 MOST_CALLS = 8000
 N_STARTS = 3
+NOISE = (1e-15, 8e-15)  # relative; the larger one moves the first step by its last bits
 EXPLICIT = ("RK45", "RK23", "DOP853")
 OWN = ("auto", "Taylor", "Tsit5", "Vern7")  # methods that SciPy lacks: its DOP853 is the truth
 
@@ -114,6 +115,7 @@ class ByScipy(Solver):
         super().__init__(module, how)
         self.keeps = keeps
         self.calls, self.draw = 0, np.random.default_rng(noise) if noise else None
+        self.size = NOISE[noise % len(NOISE)]
 
     def fun(self):
         def bounded(t, y, *args):
@@ -129,7 +131,7 @@ class ByScipy(Solver):
                 f = np.asarray(f, dtype=complex if np.iscomplexobj(f) else float)
             except (TypeError, ValueError):
                 return f  # SciPy says what it thinks of this
-            return f * (1 + 1e-15 * self.draw.uniform(-1, 1, f.shape))
+            return f * (1 + self.size * self.draw.uniform(-1, 1, f.shape))
 
         return bounded
 
