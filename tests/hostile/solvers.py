@@ -167,6 +167,8 @@ class ByScipy(Solver):
         t, y, r = one.t, one.y, one
         if one.status == 1:
             start = act(t[-1], y[:, -1].copy(), *args)
-            r = self.solve(self.fun(), (t[-1], h["span"][1]), start, **options)
+            fun, time = self.fun(), float if h["method"] == "LSODA" else np.float64
+            again = lambda t, *given: fun(time(t), *given)  # noqa: E731 # it is no first call
+            r = self.solve(again, (t[-1], h["span"][1]), start, **options)
             t, y = np.append(t, r.t), np.hstack([y, r.y])
         self.keep(t, y, [one.t_events[0]], min(0, r.status))

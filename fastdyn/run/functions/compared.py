@@ -20,41 +20,48 @@ LOOKED_AT = 512  # states of a solve that are searched for sides that decisions 
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
 
+class Past:
+    """What was compared of a method's solves with some functions, by whichever Run.
+
+    `left`, the solves until the next comparison, and `sides`, those that were compared, are words
+    that the compiled entry reads and counts, too.
+    """
+
+    def __init__(self, when, n_deciding):
+        self.due = 1 if when != "never" else 0  # the number of the next solve that is compared
+        self.left, self.sides = array("q", [self.due or NEVER]), array("q", [0] * n_deciding)
+
+
 class Compared:
     """The schedule of comparisons of a Run.
 
     The code is compared after solves 1, 2, 4, 8, ..., and after a solve in which a decision took a
-    side for the first time.  `left`, and `sides` of the functions with the blocks `deciding`, are
-    words that the compiled entry reads and counts, too.
+    side for the first time.  `deciding` are the blocks of the functions that decide.
     """
 
     def __init__(self, run, when=None):
         self._when = WHEN if when is None else when
-        self._due = 1 if self._when != "never" else 0  # the number of the next such solve
-        self.left = array("q", [self._due or NEVER])  # solves until then
         functions = [(b.block, b.function) for b in run.bounds if b.function is not None]
         traced = [(block, f.traced) for block, f in functions if f.traced is not None]
-        self.deciding = [block for block, each in traced if each.decisions and self._due]
-        self.sides = array("q", [0] * len(self.deciding))  # those that were compared
+        never = self._when == "never"
+        self.deciding = [block for block, each in traced if each.decisions and not never]
+        place = self._when, run.problem.method.name, *[f.key or id(f) for _, f in functions]
+        notes = functions[0][1].notes if functions else {}
+        past = notes.setdefault(("compared", place), Past(self._when, len(self.deciding)))
+        self._past, self.left, self.sides = past, past.left, past.sides
 
     def after(self, run):
         """Compare after a solve if a comparison is due; raise Different on a difference."""
-        self.left[0] -= 1
-        if not self.left[0]:
-            first = self._due == 1
-            self.left[0] = 1 if self._when == "always" else self._due
-            self._due += self.left[0]
+        past = self._past
+        past.left[0] -= 1
+        if past.left[0] <= 0:
+            first = past.due == 1
+            past.left[0] = 1 if self._when == "always" else past.due
+            past.due += past.left[0]
             self._now(run, AT_FIRST if first else LATER)
         elif self.deciding:
-            if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, self.sides, strict=True)):
+            if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, past.sides, strict=True)):
                 self._now(run, AT_FIRST)
-
-    def go_on_from(self, other):
-        """Take over the schedule of another Run with the same code."""
-        self._when, self._due = other._when, other._due
-        self.left[0] = other.left[0]
-        if len(self.sides) == len(other.sides):
-            self.sides[:] = other.sides
 
     def _now(self, run, count):
         fresh = [int(block[SIDES]) & ~seen for block, seen in zip(

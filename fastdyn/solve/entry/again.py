@@ -89,7 +89,6 @@ def _entry(problem, before, step):
     """The entry for a problem and its like, and its Repeated; None if C cannot solve it."""
     p = problem
     kept = kept_of(p)._replace(pairs=[])
-    kept.run.compared.go_on_from(before.compared)
     kept = kept.for_c(p.fun, p.args, step)
     if not kept.words.any():
         return None, None
@@ -118,7 +117,7 @@ class Repeated:
             result = finished(p, kept, status)
             notice(p, run)
         except GaveUp as reason:
-            leave_to_python(reason.bound, str(reason))
+            leave_to_python(reason.bound, reason)
             return None
         run.problem = self.problem
         kept.let_go()

@@ -69,7 +69,7 @@ class Solver:
 
     def _give_up(self, reason):
         self.idle.clear()  # of runs with the compiled function
-        leave_to_python(reason.bound, str(reason))
+        leave_to_python(reason.bound, reason)
 
     def _solved(self, y0, args):
         try:
