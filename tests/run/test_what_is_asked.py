@@ -107,6 +107,24 @@ def test_what_dies_is_not_kept():
     assert np.allclose(ours.y[:, -1], theirs.y[:, -1], rtol=1e-9)
 
 
+def test_what_dies_is_not_kept_by_the_trace_of_another_function():
+    class Part:
+        rate = 0.5
+
+    held = [Part(), Part()]
+    parts = weakref.WeakSet(held)
+
+    def fun(t, y):
+        return [-sum(part.rate for part in parts) * y[0]]
+
+    def act(t, y):
+        held.pop()
+        return y
+
+    r = fastdyn.solve_ivp(fun, (0, 2), [1.0], events=lambda t, y: t - 0.6, on_event=act, rtol=1e-8)
+    assert abs(r.y[0, -1] - np.exp(-0.6 - 0.5 * 1.4)) < 1e-7
+
+
 class Counted:
     n = 0
 

@@ -3,6 +3,7 @@
 import functools
 import gc
 import re
+import threading
 import timeit
 from typing import Any, NamedTuple
 
@@ -54,6 +55,7 @@ class Near(NamedTuple):
 elimination.stand_in()
 _functions = memory.Table()  # by the keys of their code
 _verified = memory.Table()  # comparisons, and the parameters that were 0 in each of them
+_asks_what_lives = threading.Event()  # set once a function asked which objects are alive
 NODES, COMPONENTS = 100, 1000  # so many take as much memory as a small function
 
 
@@ -115,6 +117,8 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
     met.of_state = met.of_state or STATE in str(error)
     met.whole = located(str(error), line_of_refusal(error.__context__ or error))
     if error.alive:
+        _asks_what_lives.set()
+    if _asks_what_lives.is_set():  # traces of other functions may hold what one asks for
         error.__traceback__ = error.__context__ = LATEST.refusal = None
         gc.collect()
     return None
