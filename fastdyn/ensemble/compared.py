@@ -5,6 +5,7 @@ import numpy as np
 from fastdyn.compile.bind import bind
 from fastdyn.compile.compare import Different, compare_along
 from fastdyn.compile.derivatives.compare import compare_jacobian
+from fastdyn.compile.traced.met import codes
 from fastdyn.kernels.state.record import FINISHED, Y
 from fastdyn.run.functions import compared
 from fastdyn.run.solve_problem import run_of
@@ -56,7 +57,8 @@ def _due(bound):
     function = bound.function
     if function is None:
         return 0
-    solves = function.notes[SOLVES] = function.notes.get(SOLVES, 0) + 1
+    place = SOLVES, codes(*bound.keepalive[:2])  # functions may share machine code
+    solves = function.notes[place] = function.notes.get(place, 0) + 1
     if solves == 1:
         return compared.AT_FIRST
     return compared.LATER if compared.WHEN == "always" or not solves & (solves - 1) else 0

@@ -163,7 +163,8 @@ def step(rhs, state, work, block, h_min):
         h = s.h * s.direction
         t_new = s.t + h
         s.n_standing = s.n_standing + 1 if t_new == s.t else 0
-        if s.n_standing > (0 if n_failed + n_unsolved else MOST_STANDING):
+        hopeless = n_failed + n_unsolved > 0 or s.h >= s.h_max
+        if s.n_standing > (0 if hopeless else MOST_STANDING):
             return STEP_TOO_SMALL
         predict(work, s.order)
         predicted = norm(work, Z)

@@ -11,6 +11,7 @@ from fastdyn.compile import compare
 from fastdyn.compile.compare import compare_around
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.find import Near, traced_function
+from fastdyn.ensemble import compared as of_ensembles
 from fastdyn.run.functions import compared
 from fastdyn.trace.graph.expressions import Graph
 
@@ -155,3 +156,26 @@ def test_a_small_difference_beside_large_numbers_is_one():
 
     near = Near(0.0, 1.0, np.array([0.7, 0.9]))
     assert "other numbers" in compare_around(function, compiled, near, 2)
+
+
+@pytest.mark.parametrize("ensemble", [False, True])
+def test_each_of_two_functions_with_the_same_code_is_compared(ensemble, monkeypatch):
+    """Their machine code is one; the second function is another in Python."""
+    functions = []
+    for module in (compared, of_ensembles):
+        monkeypatch.setattr(
+            module, "compare_along", lambda bound, *_: functions.append(bound.keepalive[0])
+        )
+
+    def first(t, y):
+        return [-y[0], -1.25 * y[1]]
+
+    def second(t, y):
+        return [-y[0], y[1] * -1.25]
+
+    for fun in (first, first, first, second, second, second):
+        if ensemble:
+            fastdyn.solve_ensemble(fun, (0, 1), [[1.0, 2.0], [2.0, 1.0]])
+        else:
+            fastdyn.solve_ivp(fun, (0, 1), [1.0, 2.0])
+    assert functions.count(first) == functions.count(second) > 0

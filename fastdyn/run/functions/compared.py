@@ -7,6 +7,7 @@ import numpy as np
 
 from fastdyn.compile.compare import compare_along, sides_at
 from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
+from fastdyn.compile.traced.met import codes
 from fastdyn.kernels.calls.block import FAULT, SIDES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.lsoda import NAME as LSODA
@@ -41,12 +42,14 @@ class Compared:
 
     def __init__(self, run, when=None):
         self._when = WHEN if when is None else when
-        functions = [(b.block, b.function) for b in run.bounds if b.function is not None]
-        traced = [(block, f.traced) for block, f in functions if f.traced is not None]
+        functions = [b for b in run.bounds if b.function is not None and not b.mode.constant]
+        traced = [(b.block, b.function.traced) for b in functions if b.function.traced is not None]
         never = self._when == "never"
         self.deciding = [block for block, each in traced if each.decisions and not never]
-        place = self._when, run.problem.method.name, *[f.key or id(f) for _, f in functions]
-        notes = functions[0][1].notes if functions else {}
+        place = self._when, run.problem.method.name, *[
+            (codes(*b.keepalive[:2]), b.function.key or id(b.function)) for b in functions
+        ]  # fmt: skip
+        notes = functions[0].function.notes if functions else {}
         past = notes.setdefault(("compared", place), Past(self._when, len(self.deciding)))
         self._past, self.left, self.sides = past, past.left, past.sides
 

@@ -139,17 +139,16 @@ class Functions:
 
     def _remembered(self, cached, row):
         """The stand-in of a cached function, which takes only arguments that are known numbers."""
-        reads, asked = self.outside.reads, set()
+        reads = self.outside.reads
 
         def of_known(*args, **named):
             given = tuple(map(_plain, args)), tuple((k, _plain(v)) for k, v in named.items())
-            size, most = cached.cache_info().currsize, cached.cache_info().maxsize
+            before = cached.cache_info()
             found = cached(*given[0], **dict(given[1]))
-            if not size:  # the cache would keep the value, and later values may differ
+            held = cached.cache_info().misses == before.misses
+            if not before.currsize:  # the cache would keep the value, and later values may differ
                 cached.cache_clear()
-            asked.add(given)
-            keeps = most is None or size + 2 * len(asked) <= most  # a later call costs no old value
-            return self.outside.copy(found, reads.step(row if keeps else None, "remembered", given))
+            return self.outside.copy(found, reads.step(row if held else None, "remembered", given))
 
         return of_known
 

@@ -7,6 +7,7 @@ the copies are compared with their contents before the run.
 import contextlib
 import enum
 import logging
+import operator
 import types
 from typing import Any
 
@@ -33,8 +34,8 @@ from .shared_copies import long_list
 from .unwritten import UNWRITTEN
 
 ATOMS = (
-    type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis),
-    np.bool_, np.complexfloating, np.dtype, np.integer, np.floating,  # sums may overflow
+    type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis), np.bool_,
+    np.dtype, np.complexfloating, np.integer, np.floating, operator.itemgetter, operator.attrgetter,
 )  # fmt: skip
 
 
@@ -88,7 +89,7 @@ class Outside:
             The value's row in `Reads`; None if the value's origin is unknown.
         """
         kind = type(value)
-        builtin = kind.__module__ in ("builtins", "numpy", "numpy.dtypes")  # no class of a user
+        builtin = kind.__module__ in ("builtins", "numpy", "numpy.dtypes", "operator")
         if kind is int or kind is float or kind is np.float64:
             return self._number(value, row)
         if builtin and isinstance(value, complex | np.complexfloating):
@@ -194,10 +195,9 @@ class Outside:
         reads.expect(row, *(("type", kind) if is_instance(value, kind) else ("same", value)))
         if isinstance(value, types.ModuleType):
             return self.keep(value, module_of(self, value, row))
-        if isinstance(value, enum.Enum) or (
-            isinstance(value, type) and issubclass(value, enum.Enum)
-        ):
-            return containers.enumeration(self, value, value if isinstance(value, type) else kind)
+        of_type = value if isinstance(value, type) else kind
+        if issubclass(of_type, enum.Enum):
+            return containers.enumeration(self, value, of_type)
         if isinstance(value, types.BuiltinFunctionType):
             owner = value.__self__
             if not isinstance(owner, types.ModuleType | type | None):

@@ -52,11 +52,14 @@ def real_parts(value):
 
 
 def remembered(cached, args, named):
-    """What a function of ``functools.lru_cache`` gives; KeyError where the cache is full."""
-    info = cached.cache_info()
-    if info.maxsize is not None and info.currsize >= info.maxsize:
+    """What a function of ``functools.lru_cache`` holds; KeyError if it holds no such value."""
+    before = cached.cache_info()
+    if not before.currsize:  # a call would make it hold a value, and the user's call a later one
         raise KeyError(args)
     try:
-        return cached(*args, **dict(named))
+        found = cached(*args, **dict(named))
     except Exception as error:
         raise KeyError(args) from error
+    if cached.cache_info().misses != before.misses:
+        raise KeyError(args)
+    return found
