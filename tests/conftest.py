@@ -57,3 +57,17 @@ def pytest_addoption(parser):
 def memory_is_poisoned(monkeypatch):
     """What a kernel reads before it is written is NaN."""
     monkeypatch.setattr("fastdyn.run.laid_out.new_memory", lambda size: np.full(size, np.nan))
+
+
+@pytest.fixture
+def wrong_choices(monkeypatch):
+    """Code with three times what is right on one side, and a first comparison that sees nothing."""
+    from fastdyn.trace.graph.expressions import Graph
+
+    select = Graph.select
+
+    def wrong(g, condition, a, b):
+        return select(g, condition, a, g.mul(g.const(3.0), b))
+
+    monkeypatch.setattr(Graph, "select", wrong)
+    monkeypatch.setattr("fastdyn.compile.traced.find.compare_around", lambda *_: None)

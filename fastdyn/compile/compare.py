@@ -80,13 +80,12 @@ class Different(GaveUp):
     """Raised if machine code and its function give different values."""
 
     wrong = True
+    sentence = "its compiled form gives {}, and Python {}"
 
-    def __init__(self, bound, t, y, of_python, of_code):
+    def __init__(self, bound, t, y, expected, of_code):
         super().__init__(bound, t)
-        self.args = (
-            f"at t = {t:.10g}, y = {short(y)} its compiled form gives {short(of_code)}, "
-            f"and Python {short(of_python)}",
-        )
+        values = self.sentence.format(short(of_code), short(expected))
+        self.args = (f"at t = {t:.10g}, y = {short(y)} {values}",)
 
 
 def compare_around(function, compiled, near, n, trace=None):

@@ -57,11 +57,8 @@ def _due(bound):
     function = bound.function
     if function is None:
         return 0
-    place = SOLVES, codes(*bound.keepalive[:2])  # functions may share machine code
-    solves = function.notes[place] = function.notes.get(place, 0) + 1
-    if solves == 1:
-        return compared.AT_FIRST
-    return compared.LATER if compared.WHEN == "always" or not solves & (solves - 1) else 0
+    place = SOLVES, compared.WHEN, codes(*bound.keepalive[:2])  # functions may share machine code
+    return function.notes.setdefault(place, compared.Past(compared.WHEN)).after_one()
 
 
 def _states(problem, results, i, count):

@@ -13,19 +13,6 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.find import Near, traced_function
 from fastdyn.ensemble import compared as of_ensembles
 from fastdyn.run.functions import compared
-from fastdyn.trace.graph.expressions import Graph
-
-
-@pytest.fixture
-def wrong_choices(monkeypatch):
-    """Code with three times what is right on one side, and a first comparison that sees nothing."""
-    select = Graph.select
-
-    def wrong(g, condition, a, b):
-        return select(g, condition, a, g.mul(g.const(3.0), b))
-
-    monkeypatch.setattr(Graph, "select", wrong)
-    monkeypatch.setattr("fastdyn.compile.traced.find.compare_around", lambda *_: None)
 
 
 def test_a_wrong_side_of_a_decision_is_found_on_the_solution(wrong_choices):

@@ -9,22 +9,9 @@ import fastdyn
 from fastdyn.compile.traced.code import Traced
 from fastdyn.ensemble import compared
 from fastdyn.run.functions import compared as of_runs
-from fastdyn.trace.graph.expressions import Graph
 
 STARTS = np.linspace(0.9, 1.1, 20)[:, None]
 METHODS = ["RK45", "Vern7", "Rodas5P"]
-
-
-@pytest.fixture
-def wrong_choices(monkeypatch):
-    """Code with three times what is right on one side, and a first comparison that sees nothing."""
-    select = Graph.select
-
-    def wrong(g, condition, a, b):
-        return select(g, condition, a, g.mul(g.const(3.0), b))
-
-    monkeypatch.setattr(Graph, "select", wrong)
-    monkeypatch.setattr("fastdyn.compile.traced.find.compare_around", lambda *_: None)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.compile.taylor.steps.accuracy import order_for
 from fastdyn.solve.entry import again
-from support.entries import CALLS, assert_same, by_c, goes_by_c, loaded, switched_off, warm
+from support.entries import CALLS, assert_same, by_c, closure, goes_by_c, loaded, plain, warm
 
 g = 9.81
 START = np.array([0.5, 0.25])
@@ -22,19 +22,10 @@ def pendulum(t, y):
     return [y[1], -g * math.sin(y[0]) + 0.01 * t]
 
 
-def closure(q):
-    return lambda t, y: [y[1], -q * math.sin(y[0])]
-
-
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
     monkeypatch.setattr(again, "_recent", fastdyn.compile.memory.Table())
     loaded()
-
-
-def plain(*given, **named):
-    with switched_off():
-        return solve_ivp(*given, **named)
 
 
 SPANS = [

@@ -5,15 +5,15 @@ import math
 import os
 import subprocess
 import sys
-import threading
 import tracemalloc
 
 import numpy as np
 import pytest
 
 import fastdyn
+from fastdyn.compile import behind
 from fastdyn.solve.entry import load
-from support.entries import START, by_c, in_c_and_python, loaded, pendulum, prepared
+from support.entries import START, by_c, in_c_and_python, in_threads, loaded, pendulum, prepared
 
 
 def test_no_reference_and_no_memory_is_lost():
@@ -33,6 +33,7 @@ def test_no_reference_and_no_memory_is_lost():
                 pass
 
     many(200)
+    behind.finish()  # memory and references are counted for all threads
     gc.collect()
     before = [sys.getrefcount(thing) for thing in watched]
     tracemalloc.start()
@@ -61,11 +62,7 @@ def test_threads_share_a_solver(end):
             if mine(START, (k,)).y.tobytes() != expected[k]:
                 wrong.append(k)
 
-    threads = [threading.Thread(target=work, args=(k,)) for k in expected]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    in_threads(work, expected)
     assert not wrong
 
 

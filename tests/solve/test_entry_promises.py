@@ -3,7 +3,6 @@
 import gc
 import math
 import sys
-import threading
 import warnings
 
 import numpy as np
@@ -15,26 +14,27 @@ from fastdyn.compile.compare import Different
 from fastdyn.run.functions import compared
 from fastdyn.solve.entry import again
 from fastdyn.solve.entry.kept import ADVANCE
-from support.entries import CALLS, START, assert_same, by_c, loaded, switched_off, warm
+from support.entries import (
+    CALLS,
+    START,
+    assert_same,
+    by_c,
+    closure,
+    in_threads,
+    loaded,
+    plain,
+    warm,
+)
 
 
 def pendulum(t, y):
     return [y[1], -9.81 * math.sin(y[0]) + 0.01 * t]
 
 
-def closure(q):
-    return lambda t, y: [y[1], -q * math.sin(y[0])]
-
-
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
     monkeypatch.setattr(again, "_recent", fastdyn.compile.memory.Table())
     loaded()
-
-
-def plain(*given, **named):
-    with switched_off():
-        return solve_ivp(*given, **named)
 
 
 def test_stiffness_is_noticed():
@@ -134,11 +134,7 @@ def test_threads():
             if solve_ivp(closure(q), (0, 5), START).y.tobytes() != expected[q]:
                 wrong.append(q)
 
-    threads = [threading.Thread(target=work, args=(q,)) for q in expected]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    in_threads(work, expected)
     assert not wrong
 
 

@@ -2,14 +2,36 @@
 
 import contextlib
 import math
+import threading
 
 import numpy as np
 
-from fastdyn import prepare
+from fastdyn import prepare, solve_ivp
 from fastdyn.compile import memory
 from fastdyn.solve.entry import again, load
 
 START = np.array([0.5, 0.25])
+
+
+def closure(q):
+    return lambda t, y: [y[1], -q * math.sin(y[0])]
+
+
+def plain(*given, **named):
+    """`solve_ivp` without the entry."""
+    with switched_off():
+        return solve_ivp(*given, **named)
+
+
+def in_threads(work, values):
+    """Call ``work(value)`` for all values at once, each in a thread of its own."""
+    threads = [threading.Thread(target=work, args=(value,)) for value in values]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
 CALLS = 9  # by which an entry is there
 
 

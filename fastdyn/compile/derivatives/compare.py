@@ -12,8 +12,6 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.reads.reads import flat
 
-from ..callables.diagnostics import GaveUp
-from ..callables.same_numbers import short
 from ..calling_convention import SIGNATURE, call
 from ..compare import Different, agree, machine_value, python_value
 
@@ -27,17 +25,10 @@ SMALLEST = 1e-4  # share of a component's largest size along the solution by whi
 MOST, FEWEST = 3, 2  # states that are compared, and that must differ
 
 
-class OtherDerivative(GaveUp):
+class OtherDerivative(Different):
     """The code of a derivative is not the derivative of its function."""
 
-    wrong = True
-
-    def __init__(self, bound, t, y, given, differences):
-        super().__init__(bound, t)
-        self.args = (
-            f"at t = {t:.10g}, y = {short(y)} its compiled derivative along a vector is "
-            f"{short(given)}, and differences give {short(differences)}",
-        )
+    sentence = "its compiled derivative along a vector is {}, and differences give {}"
 
 
 def compare_jacobian(bound, times, states):
@@ -83,7 +74,7 @@ def _compare(bound, times, states, derivative):
         if differences is not None:  # the largest number is asked for in case of need
             differences = _contradicted(*found, largest=_largest(bound, t, y, found[0]))
         if differences is not None:
-            wrong.append((t, y, found[0], differences))
+            wrong.append((t, y, differences, found[0]))
     if len(wrong) >= FEWEST and 2 * len(wrong) > tried:
         raise OtherDerivative(bound, *wrong[0])
 

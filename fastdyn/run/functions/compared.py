@@ -22,15 +22,26 @@ WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
 
 class Past:
-    """What was compared of a method's solves with some functions, by whichever Run.
+    """The comparisons of a method's solves with some functions, in all Runs.
 
     `left`, the solves until the next comparison, and `sides`, those that were compared, are words
     that the compiled entry reads and counts, too.
     """
 
-    def __init__(self, when, n_deciding):
-        self.due = 1 if when != "never" else 0  # the number of the next solve that is compared
-        self.left, self.sides = array("q", [self.due or NEVER]), array("q", [0] * n_deciding)
+    def __init__(self, when, n_deciding=0):
+        self._always = when == "always"
+        self._due = 1 if when != "never" else 0  # the number of the next solve that is compared
+        self.left, self.sides = array("q", [self._due or NEVER]), array("q", [0] * n_deciding)
+
+    def after_one(self):
+        """The number of states to compare after one more solve; 0 without a comparison."""
+        self.left[0] -= 1
+        if self.left[0] > 0:
+            return 0
+        count = AT_FIRST if self._due == 1 else LATER
+        self.left[0] = 1 if self._always else self._due
+        self._due += self.left[0]
+        return count
 
 
 class Compared:
@@ -41,29 +52,24 @@ class Compared:
     """
 
     def __init__(self, run, when=None):
-        self._when = WHEN if when is None else when
+        when = WHEN if when is None else when
         functions = [b for b in run.bounds if b.function is not None and not b.mode.constant]
         traced = [(b.block, b.function.traced) for b in functions if b.function.traced is not None]
-        never = self._when == "never"
-        self.deciding = [block for block, each in traced if each.decisions and not never]
-        place = self._when, run.problem.method.name, *[
+        self.deciding = [block for block, each in traced if each.decisions and when != "never"]
+        place = when, run.problem.method.name, *[
             (codes(*b.keepalive[:2]), b.function.key or id(b.function)) for b in functions
         ]  # fmt: skip
         notes = functions[0].function.notes if functions else {}
-        past = notes.setdefault(("compared", place), Past(self._when, len(self.deciding)))
+        past = notes.setdefault(("compared", place), Past(when, len(self.deciding)))
         self._past, self.left, self.sides = past, past.left, past.sides
 
     def after(self, run):
         """Compare after a solve if a comparison is due; raise Different on a difference."""
-        past = self._past
-        past.left[0] -= 1
-        if past.left[0] <= 0:
-            first = past.due == 1
-            past.left[0] = 1 if self._when == "always" else past.due
-            past.due += past.left[0]
-            self._now(run, AT_FIRST if first else LATER)
+        count = self._past.after_one()
+        if count:
+            self._now(run, count)
         elif self.deciding:
-            if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, past.sides, strict=True)):
+            if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, self.sides, strict=True)):
                 self._now(run, AT_FIRST)
 
     def _now(self, run, count):

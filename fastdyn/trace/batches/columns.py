@@ -21,7 +21,7 @@ class Store:
         self.written = self.frozen = False
 
 
-class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
+class Columns(Batched):
     """An array whose elements are node numbers.
 
     An array that is a whole batch in order stores the batch; its node numbers are made on demand.
@@ -29,9 +29,7 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
     """
 
     __slots__ = ("_batch", "_ids", "_store", "shape", "table", "truth")
-    __array_priority__ = 1000.0
-    __hash__: Any = None
-    __class__: Any = property(lambda self: np.ndarray)  # for isinstance(_, np.ndarray)
+    _called = "long array"
 
     def __init__(self, table, ids, batch: Any = None, store=None, truth=False):
         self.table, self._ids, self._batch = table, ids, batch
@@ -45,9 +43,7 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
     dtype = property(lambda self: np.dtype(bool if self.truth else float))
     itemsize = property(lambda self: self.dtype.itemsize)
     nbytes = property(lambda self: self.itemsize * self.size)
-    T = property(lambda self: self.transpose())
     real = property(lambda self: self)
-    flat = property(lambda self: iter(self.ravel()))
 
     @property
     def ids(self):
@@ -74,9 +70,6 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         if not self.shape:
             raise TypeError("len() of unsized object")
         return self.shape[0]
-
-    def __iter__(self):
-        return (self[i] for i in range(len(self)))
 
     def __getitem__(self, key) -> Any:
         if isinstance(key, Batched) and key.truth:
@@ -135,17 +128,6 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
             return Columns(self.table, None, self._batch)
         return Columns(self.table, self.ids.copy(), truth=self.truth)
 
-    __copy__ = copy
-
-    def __deepcopy__(self, memo):
-        return self.copy()
-
-    def flatten(self, order="C"):
-        return self.ravel(order).copy()
-
-    def fill(self, value):
-        self[...] = value
-
     def conj(self):
         return self
 
@@ -170,23 +152,6 @@ class Columns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
             refuse("a view of a long array in this way")
         return BATCHES["viewed"](self)
 
-    def __array__(self, *_, **__):
-        refuse("an array of the state is made one of plain numbers")
-
-    def __reduce__(self):
-        refuse("an array that depends on the state is pickled")
-
-    def __repr__(self):
-        return self.g.as_text()
-
-    def __format__(self, spec):
-        return self.g.as_text()
-
-    def __getattr__(self, name):
-        if name.startswith("__") or not hasattr(np.ndarray, name):
-            raise AttributeError(f"'numpy.ndarray' object has no attribute '{name}'")
-        refuse(f"`{name}` of a long array that depends on the state")
-
 
 def _of_structure(name):
     def method(self, *args, **kwargs):
@@ -199,7 +164,9 @@ for _name in "reshape ravel transpose squeeze swapaxes take repeat diagonal".spl
     setattr(Columns, _name, _of_structure(_name))
 
 
-def _by_function(name):
+def by_function(name):
+    """The method of an array that calls the function of NumPy with this name."""
+
     def method(self, *args, **kwargs):
         return getattr(np, name)(self, *args, **kwargs)
 
@@ -207,7 +174,7 @@ def _by_function(name):
 
 
 for _name in "sum mean max min std var prod any all dot clip round ptp cumsum".split():
-    setattr(Columns, _name, _by_function(_name))
+    setattr(Columns, _name, by_function(_name))
 
 
 def ids_of(table, value, truth=None) -> Any:

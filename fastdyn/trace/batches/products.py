@@ -125,7 +125,7 @@ def whole(table, x):
 
 
 def island(table, parts, data):
-    """What an island gives for numbers, arrays and single symbols, as one array.
+    """The results of an island for numbers, arrays and single symbols, as one array.
 
     `data` are the slot of its address, and how many numbers it is given and gives, without the
     last, which says whether it failed.

@@ -52,7 +52,7 @@ def real_parts(value):
 
 
 def remembered(cached, args, named):
-    """What a function of ``functools.lru_cache`` holds; KeyError if it holds no such value."""
+    """The value that a function of ``functools.lru_cache`` holds; KeyError if there is none."""
     before = cached.cache_info()
     if not before.currsize:  # a call would make it hold a value, and the user's call a later one
         raise KeyError(args)

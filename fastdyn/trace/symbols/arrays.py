@@ -8,10 +8,10 @@ import numpy as np
 from .complex_pair import is_complex
 from .conditions import Condition, both, cast, either, select
 from .lazy import complete
-from .looking_up import by_elements, check_bounds, index_of, table_of
+from .looking_up import by_elements, check_bounds, index_of, table_of, without_dots
 from .masks import Masked
 from .real import Symbol
-from .symbolic import BATCHES, NOW, AnswersNumPy, Symbolic, in_batches, is_symbolic, refuse
+from .symbolic import BATCHES, NOW, AnswersNumPy, in_batches, is_symbolic, refuse
 
 MAX_CHOICES = 64  # most symbols among which a symbolic index chooses
 
@@ -206,12 +206,9 @@ def _at(array, key):
     found = by_elements(array, key)
     if found is not None:
         return found.view(Array)
-    key = key if isinstance(key, tuple) else (key,)
-    if Ellipsis in [k for k in key if not isinstance(k, Symbolic | np.ndarray)]:
-        at = next(i for i, k in enumerate(key) if k is Ellipsis)
-        key = key[:at] + (slice(None),) * (array.ndim - len(key) + 1) + key[at + 1 :]
+    key = without_dots(key, array.ndim)
     where = [i for i, k in enumerate(key) if is_symbolic(k)]
-    if None in [k for k in key if not isinstance(k, Symbolic | np.ndarray)]:
+    if any(k is None for k in key):
         refuse("an array is indexed by None and numbers that depend on the state")
     i = where[0]
     if not isinstance(key[i], Symbol):

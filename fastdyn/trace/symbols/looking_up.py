@@ -151,17 +151,23 @@ def _place(g, nodes, steps, counts):
     return g.sum(terms)
 
 
+def without_dots(key, ndim):
+    """A key as a tuple, with slices in place of its first Ellipsis."""
+    key = key if isinstance(key, tuple) else (key,)
+    at = next((i for i, k in enumerate(key) if k is Ellipsis), None)
+    if at is None:
+        return key
+    return (*key[:at], *itertools.repeat(slice(None), ndim - len(key) + 1), *key[at + 1 :])
+
+
 def spread(key, ndim):
     """A key as a tuple, one part for each axis; None if a part is no number, symbol or slice."""
-    key = key if isinstance(key, tuple) else (key,)
+    key = without_dots(key, ndim)
     if any(k is None or isinstance(k, list | np.ndarray | bool) for k in key):
         return None
-    dots = [i for i, k in enumerate(key) if k is Ellipsis]
-    if len(dots) > 1 or len(key) - len(dots) > ndim:
+    if len(key) > ndim or any(k is Ellipsis for k in key):
         return None
-    at = dots[0] if dots else len(key)
-    rest = itertools.repeat(slice(None), ndim - len(key) + len(dots))
-    return tuple(index_of(k) for k in (*key[:at], *rest, *key[at + 1 :]))
+    return tuple(map(index_of, (*key, *itertools.repeat(slice(None), ndim - len(key)))))
 
 
 def by_elements(array, key) -> Any:
@@ -170,18 +176,13 @@ def by_elements(array, key) -> Any:
     The axes of the result lie where NumPy puts them.  None if `key` has no array of symbols, or
     contains None.
     """
-    key = key if isinstance(key, tuple) else (key,)
+    key = without_dots(key, array.ndim)
     of_arrays = [i for i, k in enumerate(key) if isinstance(k, np.ndarray | list)]
     if any(k is None for k in key) or not is_symbolic([key[i] for i in of_arrays]):
         return None
-    if any(k is Ellipsis for k in key):
-        at = next(i for i, k in enumerate(key) if k is Ellipsis)
-        return by_elements(array, (*key[:at], *[slice(None)] * (array.ndim - len(key) + 1),
-                                   *key[at + 1 :]))  # fmt: skip
     places = np.broadcast_arrays(*[np.asarray(key[i], object).view(np.ndarray) for i in of_arrays])
-    if not all(isinstance(k, Symbol | int) for each in places for k in each.flat) or not len(
-        places[0]
-    ):
+    numbers = [k for each in places for k in each.flat]
+    if not numbers or not all(isinstance(k, Symbol | int) for k in numbers):
         return None
     shape, found = places[0].shape, []
     for element in zip(*[each.flat for each in places], strict=True):

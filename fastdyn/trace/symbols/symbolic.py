@@ -74,10 +74,25 @@ class Symbolic(AnswersNumPy):
         refuse("a value that depends on the state is pickled")
 
 
-class Batched:
-    """A long array that depends on the state, in batches: see `trace.batches`."""
+class Batched(np.lib.mixins.NDArrayOperatorsMixin):
+    """A long array that depends on the state, in batches: see `trace.batches`.
+
+    The class has the part of an ndarray that follows from elements and copies.
+    """
 
     __slots__ = ()
+    __array_priority__ = 1000.0
+    __hash__: Any = None
+    __class__: Any = property(lambda self: np.ndarray)  # for isinstance(_, np.ndarray)
+    T: Any = property(lambda self: self.transpose())
+    flat: Any = property(lambda self: iter(self.ravel()))
+    _called: str  # in messages
+    copy: Callable
+    ravel: Callable
+    transpose: Callable
+    __len__: Callable
+    __getitem__: Callable
+    __setitem__: Callable
     g: Any
     table: Any
     truth: Any
@@ -89,6 +104,38 @@ class Batched:
 
     def __array_function__(self, function, types, args, kwargs) -> Any:
         return BATCHES["function"](function, args, kwargs)
+
+    def __iter__(self):
+        return (self[i] for i in range(len(self)))
+
+    def __copy__(self):
+        return self.copy()
+
+    def __deepcopy__(self, memo):
+        return self.copy()
+
+    def flatten(self, order="C"):
+        return self.ravel(order).copy()
+
+    def fill(self, value):
+        self[...] = value
+
+    def __array__(self, *_, **__):
+        refuse("an array of the state is made one of plain numbers")
+
+    def __reduce__(self):
+        refuse("an array that depends on the state is pickled")
+
+    def __repr__(self):
+        return self.g.as_text()
+
+    def __format__(self, spec):
+        return self.g.as_text()
+
+    def __getattr__(self, name):
+        if name.startswith("__") or not hasattr(np.ndarray, name):
+            raise AttributeError(f"'numpy.ndarray' object has no attribute '{name}'")
+        refuse(f"`{name}` of a {self._called} that depends on the state")
 
 
 SHORT = 16  # arrays up to this length are traced element by element

@@ -7,19 +7,17 @@ import numpy as np
 
 from ...symbols.complex_pair import Pair, is_complex, parts
 from ...symbols.symbolic import BATCHES, Batched, Lazy, kind_of, refuse
-from ..columns import Columns, Store, ids_of
+from ..columns import Columns, Store, by_function, ids_of
 from ..formulas import as_columns, filled
 from ..products import whole
 from ..table import ID
 
 
-class ComplexColumns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
+class ComplexColumns(Batched):
     """A complex array: `real` and `imag` are Columns of one shape, which its views share."""
 
     __slots__ = ("imag", "real")
-    __array_priority__ = 1000.0
-    __hash__: Any = None
-    __class__: Any = property(lambda self: np.ndarray)
+    _called = "long complex array"
     truth = False
     dtype = np.dtype(complex)
 
@@ -32,11 +30,9 @@ class ComplexColumns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
     ndim = property(lambda self: self.real.ndim)
     size = property(lambda self: self.real.size)
     nbytes = property(lambda self: 16 * self.size)
-    T = property(lambda self: self.transpose())
-    flat = property(lambda self: iter(self.ravel()))
 
     def both(self, function):
-        """What a function gives for both parts, as one."""
+        """The results of a function for both parts, as one."""
         return joint(function(self.real), function(self.imag))
 
     def written(self):
@@ -44,9 +40,6 @@ class ComplexColumns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
 
     def __len__(self):
         return len(self.real)
-
-    def __iter__(self):
-        return (self[i] for i in range(len(self)))
 
     def __getitem__(self, key) -> Any:
         if isinstance(key, Batched):
@@ -71,17 +64,6 @@ class ComplexColumns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
     def copy(self, order="C"):
         return self.both(lambda part: part.copy())
 
-    __copy__ = copy
-
-    def __deepcopy__(self, memo):
-        return self.copy()
-
-    def flatten(self, order="C"):
-        return self.ravel(order).copy()
-
-    def fill(self, value):
-        self[...] = value
-
     def conj(self):
         return np.conj(self)
 
@@ -93,7 +75,7 @@ class ComplexColumns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         return self.copy()
 
     def view(self, dtype=None):
-        """The same numbers as real ones in turn, which nothing may be written to from now on."""
+        """A view of real and imaginary parts in turn; both arrays refuse stores from now on."""
         if dtype is None or kind_of(dtype) != "f" or not self.ndim:
             refuse("a view of complex numbers in this way")
         for part in (self.real, self.imag):
@@ -103,23 +85,6 @@ class ComplexColumns(Batched, np.lib.mixins.NDArrayOperatorsMixin):
         made.freeze()
         return made
 
-    def __array__(self, *_, **__):
-        refuse("an array of the state is made one of plain numbers")
-
-    def __reduce__(self):
-        refuse("an array that depends on the state is pickled")
-
-    def __repr__(self):
-        return self.g.as_text()
-
-    def __format__(self, spec):
-        return self.g.as_text()
-
-    def __getattr__(self, name):
-        if name.startswith("__") or not hasattr(np.ndarray, name):
-            raise AttributeError(f"'numpy.ndarray' object has no attribute '{name}'")
-        refuse(f"`{name}` of a long complex array that depends on the state")
-
 
 def _of_structure(name):
     def method(self, *args, **kwargs):
@@ -128,17 +93,10 @@ def _of_structure(name):
     return method
 
 
-def _by_function(name):
-    def method(self, *args, **kwargs):
-        return getattr(np, name)(self, *args, **kwargs)
-
-    return method
-
-
 for _name in "reshape ravel transpose squeeze swapaxes take repeat diagonal".split():
     setattr(ComplexColumns, _name, _of_structure(_name))
 for _name in "sum mean dot cumsum trace".split():
-    setattr(ComplexColumns, _name, _by_function(_name))
+    setattr(ComplexColumns, _name, by_function(_name))
 
 
 def joint(real: Any, imag: Any) -> Any:
@@ -218,7 +176,7 @@ def _of_parameters(table, nodes, shape):
 
 
 def kept(part):
-    """The same real numbers, kept in memory side by side."""
+    """A copy of real numbers that lie side by side in memory."""
     table = part.table
     operand = whole(table, part)
     if table.batches[operand].op != "copy":

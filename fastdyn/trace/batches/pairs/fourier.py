@@ -127,7 +127,7 @@ OVER_SEVERAL = {"fft2": "fft", "fftn": "fft", "ifft2": "ifft", "ifftn": "ifft"}
 
 
 def fourier(function):
-    """What stands for a Fourier transform of NumPy or SciPy on long arrays; None of all else."""
+    """The stand-in of a Fourier transform of NumPy or SciPy on long arrays, or None."""
     module, name = getattr(function, "__module__", ""), getattr(function, "__name__", "")
     library = {"numpy.fft": np.fft, "scipy.fft": sys.modules.get("scipy.fft")}
     known = next((m for start, m in library.items() if module.startswith(start)), None)

@@ -1,4 +1,4 @@
-"""What results of a trace depend on: single nodes, and batches."""
+"""The single nodes and the batches that results of a trace depend on."""
 
 import numpy as np
 
