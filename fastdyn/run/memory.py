@@ -94,6 +94,7 @@ class Plan:
         for argument, kernel in kernels.items():
             self.words[self.at[argument]] = kernel.address
         self.words[self.at["kernels.fsal_stage"]] = method.fsal_stage
+        self.words[self.at["begin.before_events"]] = method.before_events
         (order,) = struct.unpack("q", struct.pack("d", method.error_order))
         self.words[self.at["kernels.order"]] = order
 

@@ -64,6 +64,6 @@ MANY = kernel_of(
     Many(WORDS, STATES, OUTPUTS, ROW, TABLE, TABLE, PAIRS, PAIRS, ROW, CUBE, PAIRS, 0, 0),
     0,
 )
-WHOLE_SOLVE = kernel_of(Begin(0, 0, 0, ROW), *WATCHING)
+WHOLE_SOLVE = kernel_of(Begin(0, 0, 0, ROW, 0), *WATCHING)
 OPEN_SURVEY = kernel_of(STUDIED, 0.0, ROW, ROW)
 SURVEYING = kernel_of(0, SOLVE, np.empty(0, SURVEY), STUDIED, Bins(ROW, CUBE, ROW, TABLE), ROW, 0)

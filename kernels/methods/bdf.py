@@ -13,6 +13,7 @@ import numpy as np
 from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
 from ..calls.block import RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
+from ..output.arguments import JACOBIAN
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import copy_row
 from ..stepping import first_step
@@ -165,8 +166,8 @@ def _go_on(s, work, t_new, h, error, safety):
 
 
 @njit(**INTERNAL)
-def _begin(rhs, state, work, block):
-    """Begin with order 1; RUNNING or a failure."""
+def begin(rhs, state, work, block):
+    """Begin with order 1; see `implicit.kernel`."""
     s = state[0]
     if s.t != s.t_old:  # behind a breakpoint
         s.h = s.h_first
@@ -188,10 +189,6 @@ def _begin(rhs, state, work, block):
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`."""
     s, tolerance = state[0], newton_tolerance(work)
-    if s.order == 0:
-        status = _begin(rhs, state, work, block)
-        if status != RUNNING:
-            return status
     s.current = 1 if is_constant(block) else 0
     size = s.h_max if s.h > s.h_max else max(s.h, h_min)
     while size >= h_min:
@@ -225,6 +222,7 @@ def step(rhs, state, work, block, h_min):
 
 
 BDF = implicit(
-    "BDF", step, SLOPE, order=5, error_order=1, n_rows=N_ROWS, n_matrices=2,
-    dense_rows=dense_rows, dense_order=5, on_pairs=True, projects=False, cost=8,
+    "BDF", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=1,
+    n_rows=N_ROWS, n_matrices=2, dense_rows=dense_rows, dense_order=5,
+    on_pairs=True, projects=False, cost=8,
 )  # fmt: skip

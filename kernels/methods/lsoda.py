@@ -9,6 +9,7 @@ when the next step begins, so that the polynomial of the last step is that of it
 """
 
 from ..jit_options import INTERNAL, njit
+from ..output.arguments import NOTHING
 from ..state.record import FAILED_AGAIN, NO_TOLERANCE, RAISED, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
 from ..state.rows import copy_row
 from ..stepping import first_step
@@ -194,6 +195,6 @@ def step(rhs, state, work, block, h_min):
 
 
 LSODA = implicit(
-    "LSODA", step, SLOPE, first_step.lsoda, order=12, error_order=1, n_rows=N_ROWS, n_matrices=2,
-    dense_rows=dense_rows, dense_order=12, projects=False, cost=4,
+    "LSODA", step, SLOPE, start=first_step.lsoda, before_events=NOTHING, order=12, error_order=1,
+    n_rows=N_ROWS, n_matrices=2, dense_rows=dense_rows, dense_order=12, projects=False, cost=4,
 )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..output.arguments import MOST_ROOTS
+from ..output.arguments import MOST_ROOTS, SLOPE
 
 ON_PAIRS = " on complex states"  # ends the name of a method for complex states
 
@@ -48,6 +48,9 @@ class Facts(NamedTuple):
         Whether the loop is made for each function, from its trace.
     takes_mass : bool
         Whether the method solves M y' = f, with the time derivative of f.
+    before_events : int
+        What a solve computes before the events are asked first, as SciPy's solver of that name
+        does: SLOPE, JACOBIAN or NOTHING of `output.arguments`.
     stable_to : float
         Of an adaptive explicit method: see `stability_limit`.
     loop : str
@@ -75,6 +78,7 @@ class Facts(NamedTuple):
     complex_matrices: bool = False
     series: bool = False
     takes_mass: bool = False
+    before_events: int = SLOPE
     stable_to: float = 0.0
     loop: str = ""
     file: str = ""

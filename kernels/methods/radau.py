@@ -12,6 +12,7 @@ import numpy as np
 
 from ..calls.block import RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
+from ..output.arguments import JACOBIAN
 from ..output.dense_output import F as DENSE
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
 from ..stepping.differences import evaluate_row
@@ -119,13 +120,18 @@ def _go_on(rhs, s, work, block, t_new, size, factor, error, n_iterations, rate):
 
 
 @njit(**INTERNAL)
+def begin(rhs, state, work, block):
+    """Begin with a Jacobian and without a past; see `implicit.kernel`."""
+    s = state[0]
+    s.order, s.n_equal, s.h_old = 5, 0, 0.0
+    clear_matrix(work, block, J)
+    return renew_jacobian(rhs, s, work, block)
+
+
+@njit(**INTERNAL)
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`."""
     s, status, tolerance = state[0], RUNNING, newton_tolerance(work)
-    if s.order == 0:
-        s.order, s.n_equal, s.h_old = 5, 0, 0.0
-        clear_matrix(work, block, J)
-        status = renew_jacobian(rhs, s, work, block)
     size, h_old, rejected = s.h, s.h_old, False
     if size > s.h_max or size < h_min:
         size, h_old = s.h_max if size > s.h_max else h_min, 0.0
@@ -173,6 +179,7 @@ def dense_rows(rhs, t, h, work, block, d):
 
 
 RADAU = implicit(
-    "Radau", step, SLOPE, order=5, error_order=3, n_rows=N_ROWS, n_matrices=4,
-    complex_matrices=True, dense_rows=dense_rows, dense_order=3, on_pairs=True, cost=20,
+    "Radau", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=3,
+    n_rows=N_ROWS, n_matrices=4, complex_matrices=True, dense_rows=dense_rows, dense_order=3,
+    on_pairs=True, cost=20,
 )  # fmt: skip

@@ -103,16 +103,18 @@ class Begin(NamedTuple):
     """The start of a solve.
 
     `fresh` is 0 for a solve that goes on; then the addresses of the kernels `open_events` and
-    `watch`; then the initial state.
+    `watch`; then the initial state; then what precedes the first call of the events.
     """
 
     fresh: Any
     open: Any
     watch: Any
     y0: Any
+    before_events: Any
 
 
 FRESH, Y0 = 0, 3  # words of `whole_solve`
+SLOPE, JACOBIAN, NOTHING = 0, 1, 2  # values of `before_events`
 
 
 class Launch(NamedTuple):

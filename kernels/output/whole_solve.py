@@ -3,9 +3,9 @@
 from ..calls.calling_convention import call_kernel, invoke
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
-from ..state.record import BAD_STATE, RUNNING, Y
+from ..state.record import BAD_STATE, FINISHED, RUNNING, Y
 from ..state.rows import copy_row
-from .arguments import FRESH, Y0
+from .arguments import FRESH, JACOBIAN, NOTHING, Y0
 
 
 @njit(**INTERNAL)
@@ -33,7 +33,11 @@ def whole_solve(begin, kernels, solve, output, events, scratch, n_steps):
 
 @njit(**INTERNAL)
 def _begin(begin, kernels, solve, output, events, scratch):
-    """Begin: the records hold their values at `t0`, the state is still to be copied."""
+    """Begin: the records hold their values at `t0`, the state is still to be copied.
+
+    The events are asked first where SciPy's solver of that name asks them, since an event may
+    change what the equations read: a step kernel that takes no step computes the Jacobian.
+    """
     o, work, y0 = output.record[0], solve.work, begin.y0
     total = 0.0
     for i in range(len(y0)):
@@ -44,8 +48,16 @@ def _begin(begin, kernels, solve, output, events, scratch):
     if o.every_step != 0:
         output.t[0] = o.t_last
         copy_row(y0, output.y[0])
-    start = (solve.state, work, solve.block, kernels.order, kernels.fsal_stage)
-    status = invoke(kernels.start, start)
-    if status == RUNNING and len(events.table) > 0:
-        status = invoke(begin.open, (events.table, o.t_last, work[Y], scratch[1]))
+    status, has_events = RUNNING, len(events.table) > 0
+    opened = (events.table, o.t_last, work[Y], scratch[1])
+    if has_events and begin.before_events == NOTHING:
+        status = invoke(begin.open, opened)
+    if status == RUNNING:
+        start = (solve.state, work, solve.block, kernels.order, kernels.fsal_stage)
+        status = invoke(kernels.start, start)
+    if has_events and status == RUNNING and begin.before_events != NOTHING:
+        if begin.before_events == JACOBIAN:
+            status = invoke(kernels.advance, (solve.state, work, solve.block, 0))
+        if status == RUNNING or status == FINISHED:
+            status = invoke(begin.open, opened)
     return status

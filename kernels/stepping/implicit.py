@@ -10,12 +10,19 @@ EPS = float(np.finfo(float).eps)
 SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0
 
 
-def kernel(step, rhs, form):
+@njit(**INTERNAL)
+def begins_in_step(rhs, state, work, block):
+    """The `begin` of a method whose first step computes what the method needs."""
+    return RUNNING
+
+
+def kernel(begin, step, rhs, form):
     """The loop around `rhs`, as `adaptive.kernel`, on rows: `form` is None.
 
-    ``step(rhs, state, work, block, h_min)`` takes one step, none shorter than h_min, and
-    returns RUNNING or a failure.  `step` keeps all counters but n_accepted, and the size of the
-    next step.
+    ``begin(rhs, state, work, block)`` computes what a solve needs before its first step, where
+    `state.order` is 0, and sets the order; it returns RUNNING or a failure, as `step` does.
+    ``step(rhs, state, work, block, h_min)`` takes one step, none shorter than h_min.  `step` keeps
+    all counters but n_accepted, and the size of the next step.
     """
 
     @njit(**INTERNAL)
@@ -24,6 +31,10 @@ def kernel(step, rhs, form):
         taken = 0
         if s.direction * (s.t - s.t_end) >= 0.0:
             return FINISHED
+        if s.order == 0:
+            status = begin(rhs, state, work, block)
+            if status != RUNNING:
+                return status
         while taken < n_steps:
             status = step(rhs, state, work, block, 10.0 * spacing(s.t, s.direction))
             if status != RUNNING:

@@ -186,3 +186,31 @@ def test_an_event_that_makes_another_object_the_chosen_one():
     chosen = one
     theirs = scipy.integrate.solve_ivp(fun, (0, 2), [2.0], "RK23", events=hook)
     np.testing.assert_allclose(mine.y, theirs.y, 1e-9)
+
+
+@pytest.mark.parametrize("given", [False, True], ids=["differences", "jac"])
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau", "BDF", "LSODA"])
+def test_what_precedes_the_first_call_of_an_event(method, given):
+    """SciPy asks the events behind the first Jacobian, LSODA before the first derivative."""
+    st = {"k": 0.3}
+
+    def fun(t, y):
+        return [st["k"] - 0.9 * y[0] ** 2, y[0] - 0.6 * y[1]]
+
+    def jac(t, y):
+        return [[-0.9 * st["k"] * y[0], 0.0], [1.0, -0.6]]
+
+    def event(t, y):
+        st["k"] = 2.0 if y[0] > 1.3 else 4.0
+        return y[0] - 1.3
+
+    found, options = [], {"rtol": 1e-8, "atol": 1e-10}
+    if given and method in ("Radau", "BDF", "LSODA"):
+        options["jac"] = jac
+    for solve in (scipy.integrate.solve_ivp, fastdyn.solve_ivp):
+        st["k"] = 0.3
+        found.append(solve(fun, (0, 2), [1.7, 1.1], method, events=event, **options))
+    theirs, ours = found
+    assert (ours.nfev, ours.njev) == (theirs.nfev, theirs.njev)
+    np.testing.assert_allclose(ours.t, theirs.t, rtol=1e-5)  # the Jacobian is exact
+    np.testing.assert_allclose(ours.y, theirs.y, rtol=1e-5)
