@@ -8,8 +8,9 @@ import numpy as np
 from fastdyn.code_store import Call
 from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
-from fastdyn.kernels.state.record import RUNNING, Solve
+from fastdyn.kernels.state.record import RUNNING, Solve, Y
 from fastdyn.run.begin import begin
+from fastdyn.run.functions.compared import WHEN, Past, compare_at
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices.layouts import full_matrices
 from fastdyn.specialise.scalar import open_survey_kernel, start_kernel, survey_kernel
@@ -66,7 +67,7 @@ class Survey:
         p = self._problem
         callbacks = [b.callback for b in self.bounds if b.callback is not None]
         tier = Tier(p, self._bound)
-        status, chunk = RUNNING, FIRST_STEPS
+        status, chunk, past = RUNNING, FIRST_STEPS, Past(WHEN)
         solve = Solve(self.state, self.work, self._bound.block)
         survey = Call(
             survey_kernel(), tier.address, *solve, self.record,
@@ -84,6 +85,8 @@ class Survey:
                 began = time.perf_counter()
                 survey["advance"], survey["n"] = tier.address, chunk
                 status = survey()
+                if past.after_one() or status != RUNNING:
+                    compare_at(self.bounds, self.t, self.work[Y].copy())
                 spent = time.perf_counter() - began
                 tier.record_time(spent)
                 tier.promote()

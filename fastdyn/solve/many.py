@@ -11,6 +11,7 @@ from fastdyn.kernels.output.arguments import Many
 from fastdyn.kernels.state.record import EVENT, FINISHED, INTERRUPTED, RAISED, RUNNING
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import given_state, probe_equations
+from fastdyn.run.functions.compared import compare_at
 from fastdyn.run.laid_out import raise_kept
 from fastdyn.run.loop import Run, next_chunk
 from fastdyn.run.result import OdeResult
@@ -79,7 +80,23 @@ def solve_many(problem, members):
     except KeyboardInterrupt:
         if p.on_interrupt != "return":
             raise
+    _compare(run, members, found, ends)
     return ends
+
+
+def _compare(run, members, found, ends):
+    """Raise Different if code and function differ at the ends of some solves."""
+    count = run.compared.due()
+    for i in np.unique(np.linspace(0, members.count - 1, count).astype(int)).tolist():
+        stored = np.flatnonzero(np.isfinite(ends.y[i]).all(axis=1))
+        if not len(stored):
+            continue
+        for bound, where in found:
+            bound.keepalive[1] = members.args(i)
+            for word, column in where:
+                bound.block[word] = members.words[i, column]
+        times, k = run.problem.t_eval, stored[-1]
+        compare_at(run.bounds, float(ends.t[i] if times is None else times[k]), ends.y[i, k])
 
 
 def _call(run, members, places, ends):

@@ -12,6 +12,7 @@ from fastdyn.problem import validate
 from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.dense_output import PiecewisePolynomial
+from fastdyn.run.functions.compared import Compared
 from fastdyn.run.loop import announce, counters
 from fastdyn.run.outcome import n_factorised, outcome
 from fastdyn.run.solve_problem import run_of
@@ -149,17 +150,18 @@ class Stepper(OdeSolver):
         while True:
             if not self._run.holds():  # new outside values need other code
                 before, problem = self._run.memory, self._run.problem
-                self._run = run_of(problem)
+                self._run = _run_of_steps(problem)
                 self._run.go_on_from(before)
             run = self._run
             before = run.memory.copy()
             try:
                 status = run.step()
                 run.check(status)
+                run.compared.after(run)
                 break
             except GaveUp as reason:  # compiled, it raises; in Python, it may go on
                 leave_to_python(reason.bound, reason)
-                self._run = run_of(run.problem)
+                self._run = _run_of_steps(run.problem)
                 self._run.go_on_from(before)
         if status not in (RUNNING, FINISHED, EVENT):
             state, work = self._run.view("solve.state"), self._run.view("solve.work")
@@ -204,10 +206,17 @@ def _resumed(cls, arguments, options, state, work, kept):
     return stepper
 
 
+def _run_of_steps(problem):
+    """A Run whose code is compared after steps 1, 2, 4, 8, ..."""
+    run = run_of(problem)
+    run.compared = Compared(run, of="steps")
+    return run
+
+
 def _begun(problem):
     """A Run before its first step."""
     try:
-        run = run_of(problem)
+        run = _run_of_steps(problem)
     except WritesToState:
         raise ValueError(
             "`fun` writes to the state, between the steps too: take a solver of SciPy's."

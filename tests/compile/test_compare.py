@@ -29,7 +29,7 @@ def test_a_wrong_side_of_a_decision_is_found_on_the_solution(wrong_choices):
 
 def test_when_functions_are_compared(monkeypatch):
     seen = []
-    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count) or {})
     for when, expected in (
         ("auto", [True, True, False, True, False, False, False, True]),
         ("always", [True] * 8),
@@ -50,7 +50,7 @@ def test_when_functions_are_compared(monkeypatch):
 
 def test_a_side_that_is_new_is_compared(monkeypatch):
     seen = []
-    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count) or {})
     solver = fastdyn.prepare(lambda t, y: [-y[0] if y[0] < 5.5 else 1.0 - y[0]], (0, 1), [1.0])
     for start in (1.0, 1.5, 1.2, 1.1, 7.0, 8.0, 1.0):
         solver([start])
@@ -77,7 +77,7 @@ def masked(y):
 @pytest.mark.parametrize("n", [40, 64, 65, 301])
 def test_a_side_that_an_array_takes_first_is_compared(form, n, monkeypatch):
     seen = []
-    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count) or {})
     solver = fastdyn.prepare(FORMS[form], (0, 1), np.ones(n))
     for start in (1.0, 1.5, 1.2, 1.1, 7.0, 8.0, 1.0):
         solver(np.r_[np.ones(3), start, np.ones(n - 4)] if form != "edge" else [start] * n)
@@ -111,7 +111,7 @@ def test_a_wrong_side_taken_late_is_found(wrong_choices):
 
 def test_a_prepared_solver_compares_too(monkeypatch):
     seen = []
-    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count))
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count) or {})
     solver = fastdyn.prepare(lambda t, y: [-3.25 * y[0]], (0, 1), [1.0])
     for _ in range(5):
         solver()

@@ -17,6 +17,7 @@ from ..output import Output
 MOST_NUMBERS = 2**18  # in the states of a comparison
 AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
 NEVER = 2**62  # solves
+MOST_SEARCHES = 16  # for sides that decisions take within steps, at no state of a solution
 LOOKED_AT = 512  # states of a solve that are searched for sides that decisions took
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
@@ -32,6 +33,7 @@ class Past:
         self._always = when == "always"
         self._due = 1 if when != "never" else 0  # the number of the next solve that is compared
         self.left, self.sides = array("q", [self._due or NEVER]), array("q", [0] * n_deciding)
+        self.searches = 0  # that found no state
 
     def after_one(self):
         """The number of states to compare after one more solve; 0 without a comparison."""
@@ -48,15 +50,16 @@ class Compared:
     """The schedule of comparisons of a Run.
 
     The code is compared after solves 1, 2, 4, 8, ..., and after a solve in which a decision took a
-    side for the first time.  `deciding` are the blocks of the functions that decide.
+    side for the first time.  `deciding` are the blocks of the functions that decide.  With `of`
+    "steps", the schedule counts steps that are taken one by one.
     """
 
-    def __init__(self, run, when=None):
+    def __init__(self, run, when=None, of="solves"):
         when = WHEN if when is None else when
         functions = [b for b in run.bounds if b.function is not None and not b.mode.constant]
         traced = [(b.block, b.function.traced) for b in functions if b.function.traced is not None]
         self.deciding = [block for block, each in traced if each.decisions and when != "never"]
-        place = when, run.problem.method.name, *[
+        place = of, when, run.problem.method.name, *[
             (codes(*b.keepalive[:2]), b.function.key or id(b.function)) for b in functions
         ]  # fmt: skip
         notes = functions[0].function.notes if functions else {}
@@ -65,34 +68,42 @@ class Compared:
 
     def after(self, run):
         """Compare after a solve if a comparison is due; raise Different on a difference."""
-        count = self._past.after_one()
+        count = self.due()
         if count:
             self._now(run, count)
         elif self.deciding:
             if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, self.sides, strict=True)):
                 self._now(run, AT_FIRST)
 
+    def due(self):
+        """The number of states to compare after one more solve; 0 without a comparison."""
+        return self._past.after_one()
+
     def _now(self, run, count):
         fresh = [int(block[SIDES]) & ~seen for block, seen in zip(
             self.deciding, self.sides, strict=True
         )]  # fmt: skip
-        for i, new in enumerate(fresh):
-            self.sides[i] |= new
         by_block = {id(b): new for b, new in zip(self.deciding, fresh, strict=True)}
         with run.not_repeated():
-            compare(run, count, by_block)
+            hidden = compare(run, count, by_block)
+        self._past.searches += any(hidden.values())
+        for i, (block, new) in enumerate(zip(self.deciding, fresh, strict=True)):
+            kept = hidden.get(id(block), 0) if self._past.searches < MOST_SEARCHES else 0
+            self.sides[i] |= new & ~kept
 
 
-def compare(run, count, fresh):
+def compare(run, count, fresh) -> dict[int, int]:
     """Raise Different if code and function differ at one of `count` states of a solve.
 
     `fresh` has the words of the sides that were not compared before, by the ids of blocks: states
     at which decisions take these sides are compared, too.  The code of derivatives is compared when
-    that of its function is for the first time, or on a new side.
+    that of its function is for the first time, or on a new side.  Returns the words of the sides
+    that were taken within steps only, and so were not compared.
     """
+    hidden: dict[int, int] = {}
     p, bounds = run.problem, run.compiled()
     if not any(b.mode.compared or b.mode.sensitivities for b in bounds):
-        return
+        return hidden
     (t, y), derivatives = states_of(run, count), count == AT_FIRST
     time = float if p.method.name == LSODA else np.float64
     for bound in bounds:
@@ -100,18 +111,36 @@ def compare(run, count, fresh):
             compare_sensitivities(bound, p.fun, p.args, t, y)
         if not bound.mode.compared:
             continue
-        half, more = bound.mode.half, ([], [])
-        given = y if half is None else [np.split(each, 2)[half] for each in y]
+        half, more, given = bound.mode.half, ([], []), _parts(bound, y)
         missing = fresh.get(id(bound.block), 0)
         if missing and half is None:
-            more = _showing(run, bound, missing, t, y)
+            more, hidden[id(bound.block)] = _showing(run, bound, missing, t, y)
         compare_along(bound, [*t, *more[0]], [*given, *more[1]], time)
         if derivatives and p.method.n_matrices and bound.function.traced is not None:
             compare_jacobian(bound, t, [each[: _length(bound)] for each in given])
+    return hidden
+
+
+def compare_at(bounds, t, y):
+    """Raise Different if code and function differ at a time and a state, shape (n,)."""
+    if not np.isfinite(y).all():
+        return
+    for bound in bounds:
+        if bound.function is not None and bound.mode.compared and not bound.pair:
+            compare_along(bound, [t], _parts(bound, [y]))
+
+
+def _parts(bound, states):
+    """States, or the halves of states that a function of a pair is given."""
+    half = bound.mode.half
+    return states if half is None else [np.split(each, 2)[half] for each in states]
 
 
 def _showing(run, bound, missing, t, y):
-    """Times and states at which decisions take sides that they take at none of (t, y)."""
+    """Times and states at which decisions take sides that they take at none of (t, y).
+
+    Returns these, and the word of the sides that decisions take at no state of the solve.
+    """
     n, found = _length(bound), ([], [])
     for at, state in zip(t, y, strict=True):
         missing &= ~sides_at(bound, at, state[:n])
@@ -123,7 +152,7 @@ def _showing(run, bound, missing, t, y):
             found[1].append(state)
         if not missing:
             break
-    return found
+    return found, missing
 
 
 def _length(bound):

@@ -1,0 +1,60 @@
+"""Code is compared along the way of Steppers, of many solves in one call, and of drift studies."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn.run.functions import compared
+
+WRONG = pytest.warns(fastdyn.CompileWarning, match=r"compiled form gives .*and Python")
+
+
+def test_a_stepper_goes_on_in_python(wrong_choices):
+    def fun(t, y):
+        return [-0.1 if y[0] > 0.2 else -0.005]
+
+    stepper = fastdyn.Stepper(fun, 0.0, [1.0], 40.0, max_step=0.5)
+    with WRONG:
+        while stepper.t < 8.5:  # from y = 0.2 on, at t = 8, the code is wrong
+            stepper.step()
+    while stepper.status == "running":
+        stepper.step()
+    assert stepper.y[0] == pytest.approx(0.2 - 0.005 * 32.0, abs=0.005)
+
+
+def test_steps_are_compared_in_turn(monkeypatch):
+    seen = []
+    monkeypatch.setattr(compared, "compare", lambda run, count, *_: seen.append(count) or {})
+    for _ in range(2):  # two Steppers of one function count their steps together
+        stepper = fastdyn.Stepper(lambda t, y: -0.31 * y, 0.0, [1.0], 8.0, max_step=1.0)
+        while stepper.status == "running":
+            stepper.step()
+        monkeypatch.undo()
+    assert 1 < len(seen) < 6 and seen[0] == compared.AT_FIRST
+
+
+@pytest.mark.parametrize("times", [None, np.linspace(0.0, 3.0, 7)])
+def test_many_solves_are_compared_at_their_ends(times, wrong_choices):
+    c, rates = (2.5 if times is None else 2.25), np.linspace(1.0, 2.0, 30)
+    fun = eval(f"lambda t, y, k: [-k * y[0] if y[0] > 0.2 else -{c} * y[0]]")
+    solver = fastdyn.prepare(fun, (0, 3), [1.0], args=(5.0,), t_eval=times, rtol=1e-8, atol=1e-12)
+    with WRONG:
+        found = solver.many([1.0], (rates,))
+    y = found.y[:, 0] if times is None else found.y[:, 0, -1]
+    assert np.allclose(y, 0.2 * np.exp(-c * (3.0 - math.log(5.0) / rates)), rtol=1e-5)
+
+
+def test_a_drift_study_is_repeated_in_python(wrong_choices):
+    def fun(t, y):
+        return [y[1], -y[0] if y[0] > -0.2 else -0.2 - 2.0 * (y[0] + 0.1)]
+
+    def energy(t, y):
+        below = y[0] + 0.2
+        return y[1] ** 2 + y[0] ** 2 + (below**2 if below < 0.0 else 0.0)
+
+    given = {"t_end": 2.5, "y0": [1.0, 0.0], "invariants": {"E": energy}, "rtol": 1e-9}
+    with WRONG:
+        study = fastdyn.energy_drift(fun, "RK45", **given)
+    assert study.drifts["E"].largest < 1e-6
