@@ -10,7 +10,7 @@ from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.state.record import RUNNING, Solve, Y
 from fastdyn.run.begin import begin
-from fastdyn.run.functions.compared import WHEN, Past, compare_at
+from fastdyn.run.functions.compared import AT_FIRST, NEVER, WHEN, Past, compare_at
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices.layouts import full_matrices
 from fastdyn.specialise.scalar import open_survey_kernel, start_kernel, survey_kernel
@@ -85,7 +85,7 @@ class Survey:
                 began = time.perf_counter()
                 survey["advance"], survey["n"] = tier.address, chunk
                 status = survey()
-                if past.after_one() or status != RUNNING:
+                if past.after_one():
                     compare_at(self.bounds, self.t, self.work[Y].copy())
                 spent = time.perf_counter() - began
                 tier.record_time(spent)
@@ -95,4 +95,12 @@ class Survey:
                     bar.update(abs(self.t - p.t0) - bar.n)
                 if file is not None and status == RUNNING and file.due():
                     file.save(self.arrays())
+        if past.left[0] < NEVER:
+            self._compare()
         return status
+
+    def _compare(self):
+        """Compare the code with its functions at the ends of some bins, the last among them."""
+        filled = int(self.record["i_bin"][0])
+        for i in np.unique(np.linspace(0, filled - 1, AT_FIRST).astype(int)) if filled else ():
+            compare_at(self.bounds, float(self.t_bins[i]), self.y_bins[i].copy())

@@ -48,7 +48,7 @@ def test_many_solves_are_compared_at_their_ends(times, wrong_choices):
 
 def test_a_drift_study_is_repeated_in_python(wrong_choices):
     def fun(t, y):
-        return [y[1], -y[0] if y[0] > -0.2 else -0.2 - 2.0 * (y[0] + 0.1)]
+        return [y[1], -y[0] if y[0] > -0.2 else -0.2 - 2.0 * y[0]]
 
     def energy(t, y):
         below = y[0] + 0.2
