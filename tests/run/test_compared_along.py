@@ -57,4 +57,4 @@ def test_a_drift_study_is_repeated_in_python(wrong_choices):
     given = {"t_end": 2.5, "y0": [1.0, 0.0], "invariants": {"E": energy}, "rtol": 1e-9}
     with WRONG:
         study = fastdyn.energy_drift(fun, "RK45", **given)
-    assert study.drifts["E"].largest < 1e-6
+    assert study.drifts["E"].largest < 1e-3
