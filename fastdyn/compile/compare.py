@@ -5,6 +5,7 @@ decisions found there (`compare_around`), and at states of the solution (`compar
 """
 
 import ctypes
+import functools
 from typing import Any
 
 import numpy as np
@@ -163,7 +164,7 @@ def python_value(bound, t, y) -> Any:
 def machine_value(bound, t, y):
     """The value of a function's machine code; None if the code raises."""
     out = np.empty(bound.mode.n_results(len(y)))
-    failed, _ = _called(bound, t, y, out)
+    failed, _ = _called(bound, t, y.copy(), out)
     if failed:
         raise_interrupts(islands_of([bound]))
     return None if failed else out
@@ -171,8 +172,14 @@ def machine_value(bound, t, y):
 
 def sides_at(bound, t, y):
     """The word of the sides that a function's decisions take at a state; 0 if the code raises."""
-    failed, sides = _called(bound, t, y, np.empty(bound.mode.n_results(len(y))))
+    failed, sides = _called(bound, t, y.copy(), np.empty(bound.mode.n_results(len(y))))
     return 0 if failed else sides
+
+
+@functools.lru_cache(64)
+def _at(address):
+    """The machine code at an address, for calls from Python."""
+    return SIGNATURE(address)
 
 
 def _called(bound, t, y, out):
@@ -180,8 +187,8 @@ def _called(bound, t, y, out):
     block = bound.block
     kept = block[RAISED_WORD : TIME + 1].copy()
     block[SIDES] = 0
-    code, left = ctypes.cast(bound.function.address, SIGNATURE), np.zeros(1, np.int64)
-    failed = call(code, t, y.copy(), block, out, left.ctypes.data)
+    left = ctypes.c_int64()
+    failed = call(_at(bound.function.address), t, y, block, out, ctypes.addressof(left))
     sides, block[RAISED_WORD : TIME + 1] = int(block[SIDES]), kept
     return failed, sides
 

@@ -34,6 +34,13 @@ def first_piece(numbers):
     return min(PIECE, max(PIECE_NUMBERS // numbers, FEWEST))
 
 
+def points_in(plan, memory):
+    """All stored (t, y) of a solve whose output lies in the memory of the solve."""
+    record: Any = plan.view(memory, "output.record")
+    n = record["n_out" if record["every_step"][0] else "i_eval"][0]
+    return plan.view(memory, "output.t")[:n], plan.view(memory, "output.y")[:n]
+
+
 class Output:
     """The stored output of a solve, in pieces: growth adds a piece and copies nothing.
 

@@ -12,7 +12,7 @@ from fastdyn.kernels.calls.block import FAULT, SIDES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.lsoda import NAME as LSODA
 
-from ..output import Output
+from ..output import points_in
 
 MOST_NUMBERS = 2**18  # in the states of a comparison
 AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
@@ -161,11 +161,13 @@ def _length(bound):
 
 def states_of(run, count):
     """Times and states of the last solve, at most `count`, the last among them."""
-    state, work = run.view("solve.state")[0], run.view("solve.work")
     count = max(1, min(count, MOST_NUMBERS // max(run.plan.n, 1)))
-    t, y = (run.grown or Output(run.plan, run.memory)).points()
-    chosen = np.unique(np.linspace(0, len(t) - 1, count - 1).astype(int)) if len(t) else []
-    times = [float(state["t"]), *(float(t[i]) for i in chosen)]
-    states = [work[Y].copy(), *(y[i] for i in chosen)]
-    good = [i for i, each in enumerate(states) if np.isfinite(each).all()]
-    return [times[i] for i in good], [states[i] for i in good]
+    t, y = run.grown.points() if run.grown else points_in(run.plan, run.memory)
+    apart = (len(t) - 1) / max(count - 2, 1)
+    chosen = sorted({int(i * apart) for i in range(count - 1)}) if len(t) else []
+    times = [float(run.view("solve.state")["t"][0]), *t[chosen].tolist()]
+    states = [run.view("solve.work")[Y].copy(), *y[chosen]]
+    if not np.isfinite(states).all():
+        good = [i for i, each in enumerate(states) if np.isfinite(each).all()]
+        times, states = [times[i] for i in good], [states[i] for i in good]
+    return times, states
