@@ -5,8 +5,18 @@ depends on.  All other symbols are internal, and each file is linked into a name
 the code of two processes cannot be mixed up, whatever names Numba gave the parts.
 """
 
-from .cache import COUNTS, Code, assembled, compiled, stored
+from .cache import COUNTS, Code, assembled, compiled, linked, stored, without_function
 from .call import Call
 from .object_file import Unsealable
 
-__all__ = ["COUNTS", "Call", "Code", "Unsealable", "assembled", "compiled", "stored"]
+__all__ = [
+    "COUNTS",
+    "Call",
+    "Code",
+    "Unsealable",
+    "assembled",
+    "compiled",
+    "linked",
+    "stored",
+    "without_function",
+]

@@ -8,6 +8,7 @@ loaded from its sealed bytes, as an entry is.
 Compilers are imported when there is code to make: kept code is loaded without Numba.
 """
 
+import contextlib
 import hashlib
 import os
 import threading
@@ -66,18 +67,25 @@ def compiled(key, build, kernel=True):
 
 def _compiled(key, build, kernel):
     """The machine code of the dispatcher that `build` returns."""
+    symbol = _symbol(key)
+    with _numba() as emit_object:
+        dispatcher, signature = build()
+        code, needs, arguments = emit_object.of(dispatcher, signature, symbol, kernel)
+    return _kept(key, symbol, code, needs, arguments)
+
+
+@contextlib.contextmanager
+def _numba():
+    """Numba in its calm state, and the module that takes code from Numba."""
     import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
     from numba.core.errors import NumbaWarning
 
     from . import emit_object
     from .deferred import deferred
 
-    symbol = _symbol(key)
     with deferred(), warnings.catch_warnings():
         warnings.simplefilter("ignore", NumbaWarning)  # about code that is not the caller's
-        dispatcher, signature = build()
-        code, needs, arguments = emit_object.of(dispatcher, signature, symbol, kernel)
-    return _kept(key, symbol, code, needs, arguments)
+        yield emit_object
 
 
 def assembled(key, write, scheduled=False):
@@ -97,19 +105,71 @@ def assembled(key, write, scheduled=False):
     return _kept(key, symbol, code, needs, [])
 
 
+def without_function(key, build=None):
+    """The kernel for `key` without the function that it calls, from disk or by `build()`.
+
+    Returns None for a kernel that is not on disk, without `build`, which is as in `compiled`.
+    """
+    symbol = _symbol(key)
+    found = _bitcode(symbol)
+    if found or build is None:
+        return found
+    with _compiling, alone(_file(symbol)):
+        found = _bitcode(symbol)
+        if found:
+            return found
+        with _numba() as emit_object:
+            made = emit_object.without_function(*build())
+        COUNTS["compiled"] += 1
+        header = _header(key, symbol, [], made.arguments)
+        COUNTS["stored"] += folders.store(_file(symbol), packed(header, made.bitcode))
+        return made
+
+
+def _bitcode(symbol):
+    from .unlinked import Unlinked
+
+    for data in folders.entries(_file(symbol)):
+        try:
+            header, bitcode = unpacked(data, symbol, lambda *_: None)
+        except NotWhole:
+            continue
+        COUNTS["loaded"] += 1
+        return Unlinked(bitcode, header["arguments"])
+    return None
+
+
+def linked(key, kernel, write, look):
+    """The machine code for `key`: a kernel of `without_function` and the function that it calls.
+
+    ``write(symbol)`` is as in `assembled`.  ``look()`` is called now and then, and may raise.
+    """
+    from .unlinked import FUNCTION, linked
+
+    symbol = _symbol(key)
+    text = write(FUNCTION)
+    look()
+    code, needs = linked(kernel, text, symbol, look)
+    return _kept(key, symbol, code, needs, kernel.arguments)
+
+
 def _kept(key, symbol, code, needs, arguments):
     """Keep new code on disk, and load the code into this process."""
     COUNTS["compiled"] += 1
-    header = {
+    header = _header(key, symbol, needs, arguments)
+    if key is not None and is_elf(code):
+        COUNTS["stored"] += folders.store(_file(symbol), packed(header, code))
+    return _loaded(header, code)
+
+
+def _header(key, symbol, needs, arguments):
+    return {
         "symbol": symbol,
         "needs": needs,
         "arguments": arguments,
         "key": hashlib.sha256((key or "").encode()).hexdigest(),
         "environment": hashlib.sha256(environment().encode()).hexdigest(),
     }
-    if key is not None and is_elf(code):
-        COUNTS["stored"] += folders.store(_file(symbol), packed(header, code))
-    return _loaded(header, code)
 
 
 def stored(key):

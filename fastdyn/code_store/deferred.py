@@ -12,11 +12,7 @@ from numba.core.environment import lookup_environment
 
 from fastdyn.kernels.jit_options import jit_enabled
 
-# Globals that the lowering process fills in later: an environment of Python objects, an address, a
-# function that was not defined yet.
-ENVIRONMENT = "NumbaEnv"
-PROCESS_BOUND = ("_ZN08NumbaEnv", "numba.dynamic.globals", ".numba.unresolved$")
-
+from .target import ENVIRONMENT
 
 FOR_PYTHON = "_ZN7cpython"  # start of the name of a function's entry from Python
 KERNELS = "fastdyn.kernels."  # start of the names of the modules of our own functions

@@ -20,10 +20,10 @@ from numba.np.numpy_support import as_dtype
 from fastdyn.kernels.calls.block import FAILED
 from fastdyn.kernels.calls.calling_convention import WORD, values_of
 
-from . import runtime
-from .deferred import ENVIRONMENT, PROCESS_BOUND, optimise_library
+from . import runtime, unlinked
+from .deferred import optimise_library
 from .object_file import Unsealable
-from .target import BACK_TO_PYTHON, drop_unused, emitted
+from .target import drop_unused, internal, settled
 
 
 def of(dispatcher, signature, symbol, kernel):
@@ -58,6 +58,24 @@ def sealed(result, symbol, kernel):
     ------
     Unsealable
     """
+    module = _linked(result, symbol, kernel)
+    internal(module, symbol)
+    drop_unused(module)  # entries for Python and C, before the optimiser looks at them
+    _optimise(module)
+    return settled(module, symbol)
+
+
+def without_function(dispatcher, signature):
+    """The kernel of a dispatcher that calls `unlinked.FUNCTION`, compiled within `deferred`."""
+    dispatcher.compile(signature)
+    result = dispatcher.get_compile_result(signature)
+    names = inspect.signature(dispatcher.py_func).parameters
+    bitcode = unlinked.without_function(_linked(result, unlinked.KERNEL, True))
+    return unlinked.Unlinked(bitcode, arguments(names, result.signature))
+
+
+def _linked(result, symbol, kernel):
+    """A module with all of a compiled function's code."""
     _check_origin(result.library)
     result.library._ensure_finalized()
     module = llvm.parse_bitcode(result.library._final_module.as_bitcode())
@@ -70,20 +88,7 @@ def sealed(result, symbol, kernel):
     memory = llvm.parse_assembly(runtime.ASSEMBLY)
     memory.triple, memory.data_layout = module.triple, module.data_layout
     module.link_in(memory)
-    # A global that is filled in later must not be internal: the optimiser would assume its null.
-    for value in (*module.functions, *module.global_variables):
-        if not value.is_declaration and not value.name.startswith(PROCESS_BOUND):
-            value.linkage = "external" if value.name == symbol else "internal"
-    drop_unused(module)  # entries for Python and C, before the optimiser looks at them
-    _optimise(module)
-    for value in module.global_variables:
-        if ENVIRONMENT in value.name:
-            value.linkage = "linkonce_odr"  # LLVM drops such a symbol if it is unused
-    drop_unused(module)
-    for value in module.global_variables:
-        if value.name.startswith(PROCESS_BOUND):
-            raise Unsealable(BACK_TO_PYTHON)
-    return emitted(module, symbol)
+    return module
 
 
 def _check_origin(library):

@@ -33,8 +33,11 @@ def packed(header, code):
     return MAGIC + hashlib.sha256(rest).digest() + rest
 
 
-def unpacked(data, symbol):
-    """(header, object code) of a file that must define `symbol`; raises NotWhole."""
+def unpacked(data, symbol, check=None):
+    """(header, code) of a file that must define `symbol`; raises NotWhole.
+
+    ``check(code, symbol, needs)`` is `checked`, of object code, unless the code is of another kind.
+    """
     n = len(MAGIC)
     digest, rest = data[n : n + DIGEST], data[n + DIGEST :]
     if data[:n] != MAGIC or hashlib.sha256(rest).digest() != digest:
@@ -43,7 +46,7 @@ def unpacked(data, symbol):
         (size,) = struct.unpack_from("<q", rest)
         header, code = json.loads(rest[8 : 8 + size]), rest[8 + size :]
         _check_header(header, symbol)
-        checked(code, symbol, header["needs"])
+        (check or checked)(code, symbol, header["needs"])
     except BROKEN as error:  # the hash tells that the file is unchanged, not that it was right
         raise NotWhole(f"it is not made as it should be: {error}") from error
     return header, code

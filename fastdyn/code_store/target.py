@@ -15,6 +15,10 @@ from .numba_settings import chosen, setting, settings
 from .object_file import Unsealable, checked, is_elf, symbols
 
 STRAIGHT = 1500  # lines of a function, beyond which LLVM's time grows with their square
+# Globals that the lowering process fills in later: an environment of Python objects, an address, a
+# function that was not defined yet.
+ENVIRONMENT = "NumbaEnv"
+PROCESS_BOUND = ("_ZN08NumbaEnv", "numba.dynamic.globals", ".numba.unresolved$")
 BACK_TO_PYTHON = "it goes back to Python (prints, or uses Python objects)"
 # Processors on which Numba's `config.ENABLE_AVX` is off, or may be off.
 WITHOUT_AVX = {"corei7-avx", "core-avx-i", "sandybridge", "ivybridge", "nocona"}
@@ -88,13 +92,20 @@ def translated(text, symbol, scheduled=False):
     return emitted(module, symbol)
 
 
-def optimise(module):
-    """Numba's two rounds of optimisation, by its settings: a cheap one that inlines, a full one."""
+def optimise(module, look=None):
+    """Numba's two rounds of optimisation, by its settings: a cheap one that inlines, a full one.
+
+    ``look()`` is called after each, and may raise an exception.
+    """
     loops, words = bool(setting("LOOP_VECTORIZE")), bool(setting("SLP_VECTORIZE"))
     level: Any = setting("OPT")
     highest = getattr(level, "is_opt_max", False)
     _run(module, 3 if highest else 0, loops and highest, False, int(level) != 0)
+    if look:
+        look()
     _run(module, int(level), loops, words, False)
+    if look:
+        look()
 
 
 def _run(module, level, loops, words, prepare):
@@ -127,6 +138,26 @@ def drop_unused(module):
     passes.add_global_dead_code_eliminate_pass()
     passes.add_strip_dead_prototype_pass()
     _finish(passes, module, builder)
+
+
+def internal(module, symbol):
+    """Make all of a module's symbols internal but one."""
+    # A global that is filled in later must not be internal: the optimiser would assume its null.
+    for value in (*module.functions, *module.global_variables):
+        if not value.is_declaration and not value.name.startswith(PROCESS_BOUND):
+            value.linkage = "external" if value.name == symbol else "internal"
+
+
+def settled(module, symbol):
+    """(object code, needs) of Numba's code after optimisation; Unsealable if it needs Python."""
+    for value in module.global_variables:
+        if ENVIRONMENT in value.name:
+            value.linkage = "linkonce_odr"  # LLVM drops such a symbol if it is unused
+    drop_unused(module)
+    for value in module.global_variables:
+        if value.name.startswith(PROCESS_BOUND):
+            raise Unsealable(BACK_TO_PYTHON)
+    return emitted(module, symbol)
 
 
 def emitted(module, symbol, machine=None):

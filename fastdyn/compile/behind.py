@@ -27,6 +27,7 @@ WORK, REST = 0.001, 5.0  # seconds of work before a rest; a rest as a multiple o
 EVENTS = 100  # calls in Python between two looks at the clock
 LONGEST = 0.5  # most seconds of work that count for the length of a rest
 AT_EXIT, AT_FORK = 1.0, 60.0  # seconds to wait for the thread
+MOST_IDLE = 8  # tasks for which no solve will ever wait
 
 _lock = threading.Lock()
 _jobs: deque = deque()
@@ -48,17 +49,22 @@ _state = _State()
 
 
 class Job:
-    """A task of the thread, queued when it is created."""
+    """A task of the thread, queued when it is created; `idle` tasks come after all others."""
 
     make: Any
     _context: Any
 
-    def __init__(self, make):
-        self.make, self._context = make, contextvars.copy_context()
+    def __init__(self, make, idle=False):
+        self.make, self._context, self.idle = make, contextvars.copy_context(), idle
         self.waiting, self._done = 0, threading.Event()
         with _lock:
-            _jobs.append(self)
+            _jobs.insert(len(_jobs) if idle else _n_jobs(False), self)
             _start()
+
+    @property
+    def done(self):
+        """Whether the task was carried out, or given up."""
+        return self._done.is_set()
 
     def run(self):
         try:
@@ -85,6 +91,15 @@ class Job:
             return self._done.wait(seconds)
         finally:
             self.waiting -= 1
+
+
+def _n_jobs(idle):
+    return sum(job.idle == idle for job in _jobs)
+
+
+def idle_job(make):
+    """A Job for which no solve will ever wait; None while many such are queued."""
+    return Job(make, True) if _n_jobs(True) < MOST_IDLE else None
 
 
 def is_here():

@@ -148,8 +148,8 @@ def solve_ivp(
         half the step, which takes 1.4 to 2.5 times the evaluations of the first.
     compile : {"auto", "shared", "inlined"}
         "shared": a kernel for all functions, which calls `fun` through a pointer; "inlined": a
-        kernel that contains `fun`, compiled before the solve; "auto": inlined after one second in
-        the shared kernel.  Both kernels give the same bits.
+        kernel that contains `fun`, compiled before the solve; "auto": inlined once a thread has
+        made that kernel, after 50 ms in the shared one.  Both kernels give the same bits.
 
     Returns
     -------

@@ -3,8 +3,9 @@
 This file is imported if a kernel is not kept yet, or inlines a function.
 """
 
+from fastdyn.code_store import unlinked
 from fastdyn.kernels.calls.block import FORCE, VELOCITY
-from fastdyn.kernels.calls.user_function import by_pointer, inlined
+from fastdyn.kernels.calls.user_function import by_pointer, inlined, linked_later
 from fastdyn.kernels.calls.velocity_force import (
     both_inlined,
     force_by_pointer,
@@ -91,7 +92,7 @@ def shared(method, splits):
 def inlining(name, splits, function, n):
     """The loop of a method with one function inlined, on tuples of n numbers."""
     facts, method = BY_NAME[name], BY_NAME[name].code
-    if method.batched and function.build_vector and function.mode.in_vectors:
+    if facts.batched and function.build_vector and function.mode.in_vectors:
         try:
             return _stages_kernel(method, function, n // 2 if facts.second_order else n), ADVANCE
         except Exception:  # no form for vectors; stages one by one have the same bits
@@ -102,7 +103,15 @@ def inlining(name, splits, function, n):
         if splits:
             return method.separable(velocity)(force, form), ADVANCE
         return method.kernel(both_inlined(velocity, force), form), ADVANCE
+    return _around(method, user, form)
 
+
+def without_function(name, n):
+    """The loop of a method for one function, to which LLVM links the function later."""
+    return _around(BY_NAME[name].code, linked_later(unlinked.FUNCTION), (0.0,) * n)
+
+
+def _around(method, user, form):
     @njit(**INTERNAL)
     def rhs(t, y, block, out):
         return inlined(user, t, y, block)

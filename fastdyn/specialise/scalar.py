@@ -13,7 +13,9 @@ from typing import Any
 
 from fastdyn import code_store
 from fastdyn.compile.callables.diagnostics import Uncompilable
+from fastdyn.compile.traced.find import made
 from fastdyn.kernels.methods import BY_NAME
+from fastdyn.trace.graph.clock import look
 
 MAX_TUPLE = 16
 
@@ -119,14 +121,37 @@ def inlined_kernel(name, function, n, build=True) -> Any:
     found = function.notes.get(place)
     if found is None or (build and not found):
         key = function.key and f"specialised {name} {n} {function.key}"
-        if build:
-            try:
-                found = _kept(
-                    key, lambda made: made.inlining(name, splits(name, True), function, n)
-                )
-            except Uncompilable:  # another thread has changed what the function uses
-                found = False
-        else:
-            found = (key and code_store.stored(key)) or False
-        function.notes[place] = found
+        found = (key and code_store.stored(key)) or (build and _inlining(key, name, function, n))
+        function.notes[place] = found or False
     return found or None
+
+
+def _inlining(key, name, function, n):
+    """The code of an inlined kernel, by LLVM alone where a kernel waits for its function."""
+    if links(name, function):
+        kernel = kernel_without_function(name, n, True)
+        return code_store.linked(key, kernel, function.traced.text, look)
+    try:
+        return _kept(key, lambda made: made.inlining(name, splits(name, True), function, n))
+    except Uncompilable:  # another thread has changed what the function uses
+        return None
+
+
+def links(name, function):
+    """True if LLVM can link a kernel of a method to a function."""
+    by_stages = BY_NAME[name].batched and function.build_vector and function.mode.in_vectors
+    return made(function) and not function.traced.in_batches and not by_stages
+
+
+def kernel_without_function(name, n, build=False):
+    """The stepping kernel of a method to which LLVM links a function of n numbers.
+
+    With ``build=False`` the kernel is taken from disk, or is None.
+    """
+
+    def without_function():
+        from . import dispatchers
+
+        return dispatchers.without_function(name, n)
+
+    return code_store.without_function(f"waits {name} {n}", without_function if build else None)

@@ -1,9 +1,20 @@
 """The tier: the choice between the shared and the inlined stepping kernel."""
 
-from .scalar import inlined_kernel, inlines, shared_kernel
+import functools
+import math
+from typing import Any
+
+from fastdyn.compile import behind
+from fastdyn.kernels.methods import BY_NAME
+from fastdyn.trace.graph.refusal import NotYet
+
+from .scalar import inlined_kernel, inlines, kernel_without_function, links, shared_kernel
 from .series import series_kernel
 
-PROMOTE_AFTER = 1.0  # seconds in the shared kernel, after which the inlined one pays
+# Seconds in the shared kernel, after which the inlined one is made.  LLVM takes at least twice
+# FOR_LLVM, and some twice FOR_A_NUMBER for each number of each stage; Numba takes seconds.
+FOR_LLVM, FOR_A_NUMBER = 0.05, 0.0012
+FOR_NUMBA = 1.0
 
 
 class Tier:
@@ -13,8 +24,8 @@ class Tier:
     ----------
     problem : problem.validate.Problem
         With `compile` "auto", "shared" or "inlined".  "auto" takes the inlined kernel if that
-        kernel exists already, and otherwise compiles the inlined kernel once this function has
-        spent PROMOTE_AFTER seconds in the shared kernel, over all its solves.
+        kernel exists already.  Otherwise the background thread makes the inlined kernel once this
+        function has spent some time in the shared one, over all its solves.
     bound : compile.bind.Bound
         The equations.
     may_inline : bool
@@ -37,23 +48,71 @@ class Tier:
             return
         may_inline = may_inline and inlines(name, n) and p.compile != "shared"
         if function is not None and may_inline:
-            self._name, self._function, self._n = name, function, n
-            self._place = "seconds", name, n
-            build = p.compile == "inlined" or function.notes.get(self._place, 0.0) > PROMOTE_AFTER
-            kernel = inlined_kernel(name, function, n, build)
+            kernel = inlined_kernel(name, function, n, p.compile == "inlined")
             self.open = kernel is None
         self._kernel = kernel or shared_kernel(name, bool(bound.pair))
         self.address = self._kernel.address
+        if self.open:
+            self._of = name, function, n
+            self._spent = _spent(*self._of)
+            self.promote()
 
     def record_time(self, seconds):
         """Add the time of a chunk, in seconds."""
         if self.open:
-            notes = self._function.notes
-            notes[self._place] = notes.get(self._place, 0.0) + seconds
+            self._spent.seconds += seconds
 
     def promote(self):
-        """Between two chunks, replace the shared kernel by the inlined kernel if that pays."""
-        if self.open and self._function.notes[self._place] > PROMOTE_AFTER:
-            self._kernel = inlined_kernel(self._name, self._function, self._n) or self._kernel
-            self.address = self._kernel.address
-            self.open = False
+        """Between two chunks, take the inlined kernel if it is there, or let it be made."""
+        if not self.open:
+            return
+        spent = self._spent
+        if spent.job is not None and spent.job.done:
+            spent.job, kernel = None, inlined_kernel(*self._of, build=False)
+            if kernel is not None:
+                self._kernel, self.address, self.open = kernel, kernel.address, False
+                return
+        if spent.job is None and spent.seconds > spent.after:
+            spent.job = behind.idle_job(functools.partial(_make, spent, *self._of))
+
+
+class Spent:
+    """The time of all solves of a function in a shared kernel.
+
+    Attributes
+    ----------
+    seconds : float
+    after : float
+        The seconds after which the inlined kernel is made.
+    job : behind.Job or None
+        The making of the inlined kernel.
+    """
+
+    def __init__(self, after):
+        self.seconds, self.after = 0.0, after
+        self.job: Any = None
+
+
+def _spent(name, function, n):
+    """The Spent of a method and a function of n numbers."""
+    found = function.notes.get(("spent", name, n))
+    if found is None:
+        price = FOR_A_NUMBER * n * (BY_NAME[name].n_stages + 1)
+        found = Spent(max(FOR_LLVM, price) if links(name, function) else FOR_NUMBA)
+        function.notes["spent", name, n] = found
+    return found
+
+
+def _make(spent, name, function, n):
+    """Make an inlined kernel, by LLVM alone unless the time spent pays for Numba."""
+    before, spent.after = spent.after, math.inf
+    try:
+        if before >= FOR_NUMBA:
+            behind.watch_numba()
+        elif kernel_without_function(name, n) is None:
+            spent.after = FOR_NUMBA
+            return
+        inlined_kernel(name, function, n)
+    except NotYet:  # the process forks, or ends
+        spent.after = before
+        raise

@@ -98,6 +98,26 @@ def by_pointer(t, y, block, out):
     return out
 
 
+def linked_later(name):
+    """A compiled function of the common form that has this name when LLVM links its code."""
+
+    @intrinsic
+    def call(typingctx, t, y, n, block, out):
+        def codegen(context, builder, signature, args):
+            kind = context.call_conv.get_function_type(types.none, FORM)
+            function = cgutils.get_or_insert_function(builder.module, kind, name)
+            context.call_conv.call_function(builder, function, types.none, FORM, args)
+            return context.get_dummy_value()
+
+        return types.none(*FORM), codegen
+
+    @njit(**INTERNAL)
+    def function(t, y, n, block, out):
+        call(t, y, n, block, out)
+
+    return function
+
+
 @intrinsic
 def inlined(typingctx, function, t, y, block):
     """The derivative as a tuple, by a compiled function of the common form.

@@ -46,6 +46,8 @@ class Facts(NamedTuple):
         Whether two of these are a complex one.
     series : bool
         Whether the loop is made for each function, from its trace.
+    batched : bool
+        Whether a loop of the method evaluates all stages at once, on vectors.
     takes_mass : bool
         Whether the method solves M y' = f, with the time derivative of f.
     before_events : int
@@ -77,6 +79,7 @@ class Facts(NamedTuple):
     n_matrices: int = 0
     complex_matrices: bool = False
     series: bool = False
+    batched: bool = False
     takes_mass: bool = False
     before_events: int = SLOPE
     stable_to: float = 0.0
@@ -169,6 +172,7 @@ def method(name, *, start, dense_rows, **fields):
         start=start.py_func.__name__,
         dense_rows=f"{rows.__module__.rpartition('.')[2]}.{rows.__name__}",
         separable=code.get("separable") is not None,
+        batched=code.get("batched") is not None,
         stable_to=stable_to,
         **fields,
     )

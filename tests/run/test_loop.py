@@ -11,7 +11,7 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.compile import memory
+from fastdyn.compile import behind, memory
 from fastdyn.kernels.methods import METHODS
 from fastdyn.run import loop
 from fastdyn.run import output as pieces
@@ -77,7 +77,16 @@ def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
 def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch, tmp_path):
     expected = solve(method, compile="shared", t_eval=[20.0])
     monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)
-    monkeypatch.setattr(fastdyn.specialise.shared_or_inlined, "PROMOTE_AFTER", 1e-5)
+    for price in ("FOR_LLVM", "FOR_A_NUMBER", "FOR_NUMBA"):
+        monkeypatch.setattr(fastdyn.specialise.shared_or_inlined, price, 0.0)
+    queued = behind.idle_job
+
+    def made_at_once(make):
+        job = queued(make)
+        assert job.wait(120)
+        return job
+
+    monkeypatch.setattr(behind, "idle_job", made_at_once)
     memory.forget()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
     used = []
