@@ -1,27 +1,26 @@
-"""The loop over Taylor steps of one trajectory, as a kernel ``int64 kernel(int64 *words)``.
+"""The loop over Taylor steps of one trajectory, with numbers in registers."""
 
-The words are the arguments of ``advance(state, work, block, n_steps)``; see
-`kernels/state/record.py`.
-"""
-
-from fastdyn.kernels.state.record import ATOL, RTOL, Y
-from fastdyn.kernels.state.series import LOW
+from fastdyn.kernels.state.record import ATOL, RTOL, Y_OLD, K, Y
+from fastdyn.kernels.state.series import HIGHEST, LOW
 
 from .coefficients.online import Online
+from .one_trajectory import OneTrajectory
 from .recurrences.deceptive import is_deceptive
 from .steps import coarse, proof
 from .steps.accuracy import ALLOWANCE, DITHER, GOLDEN, ROUND_OFF
 from .steps.kinks import Kinks
-from .steps.leave import leave
-from .steps.pace import Clock, chosen, longest, unit_of, wildness
+from .steps.pace import chosen, unit_of, wildness
 from .steps.step import Step
-from .text.frame import AT, WORDS, Kernel, asked, counted, fields, read_words, step_taken
+from .text.frame import AT, asked, counted, step_taken
 from .text.instructions import ONE, ZERO, Text, hexadecimal
 
+ARRAYS = (
+    "y", "low", "low_old", "probe", "probe_low", "rtol", "atol", "weights", "predicted",
+)  # fmt: skip
 AT_REST = 2.0**-40  # of the time: a shorter step is one at a jump
 
 
-class Driver(Kernel):
+class Driver(OneTrajectory):
     """Emits the kernel of a plan.
 
     Parameters
@@ -42,18 +41,17 @@ class Driver(Kernel):
         lanes = 4 if self.n <= 4 else 8
         self.row = -(-self.n // lanes) * lanes
         self.kinks = Kinks(plan, self.text, order - 1)
-        self.deceptive = is_deceptive(plan)
+        self.deceptive, self.rooted = is_deceptive(plan), bool(plan.rooted)
+        self.counts = (*self.counts, "n_equal")
+        if self.rooted:
+            self.variables = (*self.variables, *coarse.VARIABLES)
 
     # -- parts
 
-    def _begin(self):
-        """Emit the reads of the record and the rows, and the allocations."""
+    def _make_room(self):
         text, n = self.text, self.n
-        read_words(text, WORDS)
-        self.field = fields(text)
         self.rows = text.slot("double", (self.order + 1) * self.row)
-        names = ("y", "low", "low_old", "probe", "probe_low", "rtol", "atol", "weights")
-        self.room = {name: text.slot("double", self.row) for name in names}
+        self.room = {name: text.slot("double", self.row) for name in ARRAYS}
         for i in range((self.order + 1) * self.row if n < self.row else 0):
             if i % self.row >= n:
                 text.store(ZERO, text.at(self.rows, i))
@@ -64,33 +62,15 @@ class Driver(Kernel):
         self.y = [text.slot("double") for _ in range(n)]  # the state, in registers
         for i, place in enumerate(self.y):
             text.store(text.load(text.at(self.room["y"], i)), place)
-        self.var = {name: text.slot("double") for name in ("t", "t_old", "h", "scale", "cap")}
-        for name in ("t", "t_old", "h"):
-            text.store(self.field[name], self.var[name])
-        text.store(ONE, self.var["scale"])
-        self.tolerance = text.add(*[text.load(text.at(self.room[n], 0)) for n in ("rtol", "atol")])
+        self.out = text.slot("double", self.row)
         if self.fine:
             rtol = text.load(text.at(self.room["rtol"], 0))
             finest = text.compare("ole", rtol, hexadecimal(ROUND_OFF))
             self.dither = text.select(finest, hexadecimal(-DITHER), ZERO)
-        self.taken, self.out = text.slot("i64"), text.slot("double", self.row)
-        self.refused, self.status, self.at_rest = (text.slot("i64") for _ in range(3))
-        for place in (self.taken, self.refused, self.at_rest):
-            text.put(f"store i64 0, ptr {place}")
-        text.store(proof.INFINITE, self.var["cap"])
-        proof.begin(self)
-        self.rooted = bool(self.plan.rooted)
-        if self.rooted:
-            coarse.begin(self)
         places = {key: i for i, key in enumerate(self.plan.invariants)}
         room = text.slot("double", max(len(places), 1))
         text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
         self.invariants = {key: text.load(text.at(room, i)) for key, i in places.items()}
-        ahead = text.new(f"fsub double {self.field['t']}, {self.field['t_end']}")
-        ahead = text.mul(self.field["direction"], ahead)
-        over = text.new(f"fcmp oge double {ahead}, {ZERO}")
-        text.put(f"br i1 {over}, label %over, label %first")
-        text.label("first")
 
     def _invariant(self, node):
         return hexadecimal(node.data) if node.op == "const" else self.invariants[node.key]
@@ -133,8 +113,7 @@ class Driver(Kernel):
         x = text.mul(pace.signed, inverse)
         step.end(x, self.room["y"], self.room["low"], self.y)
         text.store(proof.INFINITE, var["cap"])
-        status, stops = step_taken(self, t, pace)
-        text.put(f"store i64 {status}, ptr {self.status}")
+        stops = step_taken(self, t, pace)
         if self.plan.signed:
             self._count_if_at_rest(pace)
         proof.within(self, step, pace, x, inverse)
@@ -156,7 +135,6 @@ class Driver(Kernel):
             text.store(ZERO, var["reached"])
         text.put(f"br i1 {short}, label %{'coarse' if self.rooted else 'lost'}, label %step")
         text.label("fine")
-        f = self.field
         cut: list = []
 
         def limited(x):
@@ -164,10 +142,7 @@ class Driver(Kernel):
             cut.append(text.compare("une", shorter, x))
             return shorter
 
-        cap = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
-        cap = text.smaller(text.load(var["cap"]), cap)
-        clock = Clock(t, f["t_end"], f["direction"], cap)
-        pace = chosen(text, clock, x, size, scale, limited if kinks.count else None)
+        pace = chosen(text, self._clock(t), x, size, scale, limited if kinks.count else None)
         shortened = cut[0] if cut else None
         if self.rooted:
             coarse.choose(self, t, pace, shortened)
@@ -185,19 +160,46 @@ class Driver(Kernel):
         text = self.text
         least = text.mul(text.intrinsic("fabs", pace.t), hexadecimal(AT_REST))
         more = text.new(f"zext i1 {text.compare('ole', pace.h, least)} to i64")
-        counted(text, self.at_rest, more)
+        counted(text, self.count["n_equal"], more)
 
     def _dithered(self, x):
         """Vary the length x from step to step, for tolerances near rounding: see `DITHER`."""
         text = self.text
-        before = text.new(f"load i64, ptr {text.at('%state', AT['n_accepted'])}")
-        count = text.new(f"add i64 {before}, {text.new(f'load i64, ptr {self.taken}')}")
+        name = "n_accepted"
+        before = text.new(f"load i64, ptr {text.at('%state', AT[name])}")
+        count = text.new(f"add i64 {before}, {text.new(f'load i64, ptr {self.count[name]}')}")
         turns = text.mul(text.new(f"sitofp i64 {count} to double"), hexadecimal(GOLDEN))
         share = text.sub(turns, text.intrinsic("floor", turns))
         return text.fma(text.mul(self.dither, share), x, x)
 
+    # -- the end
+
     def _leave(self):
-        leave(self)
+        text = self.text
+        if self.plan.raises():
+            text.label("raises")  # by rounded differences: ask the function itself
+            text.put(f"br i1 {self._raised()}, label %lost, label %defined")
+        super()._leave()
+
+    def _raised(self):
+        return self.asked(self.text.load(self.var["t"]))
+
+    def _write(self, name, row):
+        self._copy(self.room[name], self.text.at("%work", row * self.n))
+
+    def _copy(self, source, target):
+        text = self.text
+        for i in range(self.n):
+            text.store(text.load(text.at(source, i)), text.at(target, i))
+
+    def _write_series(self):
+        text, n = self.text, self.n
+        self._copy(self.rows, text.at("%work", Y_OLD * n))
+        text.clear(text.at("%work", (K + self.order + 1) * n), n * (HIGHEST - self.order))
+        with text.each(self.order + 1) as k:
+            source = text.at(self.rows, text.new(f"mul i64 {k}, {self.row}"))
+            place = text.new(f"add i64 {text.new(f'mul i64 {k}, {n}')}, {K * n}")
+            self._copy(source, text.at("%work", place))
 
     def _functions(self):
         return self.kinks.functions()

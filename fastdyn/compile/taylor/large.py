@@ -5,35 +5,26 @@ order of their vectors.
 """
 
 from fastdyn.kernels.state import record
-from fastdyn.kernels.state.record import FINISHED, RAISED, STEP_TOO_SMALL, Y_OLD, Y
-from fastdyn.kernels.state.series import LOW, SCALE
+from fastdyn.kernels.state.record import Y
+from fastdyn.kernels.state.series import LOW
 
 from .coefficients.memory import Memory
 from .coefficients.places import Places
 from .coefficients.rows import Rows
+from .one_trajectory import OneTrajectory
 from .steps import proof_in_vectors as proof
 from .steps.accuracy import ALLOWANCE
-from .steps.pace import LEAST, Clock, chosen, longest, unit_of
+from .steps.pace import LEAST, chosen, unit_of
 from .steps.proof import INFINITE, allowed_share, slope_of
 from .steps.step import TERMS, end, length, powers_of, weight
 from .steps.vanish import excess, some_held
-from .text.frame import (
-    AT,
-    HALF,
-    WORDS,
-    Kernel,
-    add,
-    asked,
-    fields,
-    read_words,
-    step_taken,
-)
+from .text.frame import HALF, asked, step_taken
 from .text.instructions import ONE, ZERO, Text, hexadecimal
 
 ROWS = {"y": Y, "low": LOW, "rtol": record.RTOL, "atol": record.ATOL}
 
 
-class LargeDriver(Kernel):
+class LargeDriver(OneTrajectory):
     """Emits the kernel of a plan.
 
     Parameters
@@ -55,39 +46,17 @@ class LargeDriver(Kernel):
         self.places = Places(plan, order, width, together)
         self.memory = Memory(self.text, plan, self.places, order, width)
 
-    # -- memory
-
-    def _begin(self):
-        text = self.text
-        read_words(text, WORDS)
-        self.field = fields(text)
-        f = self.field
-        ahead = text.mul(f["direction"], text.sub(f["t"], f["t_end"]))
-        text.put(f"br i1 {text.compare('oge', ahead, ZERO)}, label %over, label %first")
-        text.label("over")
-        text.put(f"ret i64 {FINISHED}")
-        text.label("first")
+    def _make_room(self):
         self.rows = Rows(self.plan, self.order, self.wide, "%space", self.places)
         self.memory.make_room()
         self.memory.read_factors()
         for name, row in ROWS.items():
             self.memory.read(row, name)
-        names = ("t", "t_old", "h", "scale", "cap", "pending")
-        self.var = {name: text.slot("double") for name in names}
-        for name in ("t", "t_old", "h"):
-            text.store(f[name], self.var[name])
-        for name, value in (("scale", ONE), ("cap", INFINITE), ("pending", ZERO)):
-            text.store(value, self.var[name])
-        tolerances = [text.load(self.memory.in_work(row, 0)) for row in (record.RTOL, record.ATOL)]
-        self.tolerance = text.add(*tolerances)
-        self.taken, self.refused, self.result = (text.slot("i64") for _ in range(3))
-        for place in (self.taken, self.refused):
-            text.put(f"store i64 0, ptr {place}")
 
     # -- one step
 
     def _step(self):
-        text, wide, var, f = self.text, self.wide, self.var, self.field
+        text, wide, var = self.text, self.wide, self.var
         t = text.load(var["t"])
         scale = unit_of(text, text.load(var["h"]))
         inverse = text.div(ONE, scale)
@@ -106,10 +75,7 @@ class LargeDriver(Kernel):
         text.store(scale, var["scale"])
         self.rows.emit()
         x, size = self._length()
-        cap = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
-        cap = text.smaller(text.load(var["cap"]), cap)
-        clock = Clock(t, f["t_end"], f["direction"], cap)
-        pace = chosen(text, clock, x, size, scale)
+        pace = chosen(text, self._clock(t), x, size, scale)
         text.put(f"br i1 {pace.wild}, label %wild, label %fine")
         text.label("wild")
         text.store(pace.shorter, var["h"])
@@ -153,8 +119,7 @@ class LargeDriver(Kernel):
     def _take(self, t, pace, x, inverse):
         """Go on from the state at x, with the prediction of its slope for `_prove`."""
         text, var = self.text, self.var
-        status, stops = step_taken(self, t, pace)
-        text.put(f"store i64 {status}, ptr {self.result}")
+        stops = step_taken(self, t, pace)
         allowed = allowed_share(text, pace.h, self.order)
         for name, value in (("cap", INFINITE), ("pending", allowed)):
             text.store(value, var[name])
@@ -205,25 +170,14 @@ class LargeDriver(Kernel):
 
     # -- the end
 
-    def _leave(self):
-        """Store the record and the rows before the kernel returns."""
-        text, var, result = self.text, self.var, self.result
-        text.label("lost")
-        raised = self.raised("y", text.load(var["t"])) if self.raises else "false"
-        lost = text.new(f"select i1 {raised}, i64 {RAISED}, i64 {STEP_TOO_SMALL}")
-        text.put(f"store i64 {lost}, ptr {result}")
-        self.memory.write("y", Y_OLD)
-        text.put("br label %leave")
-        text.label("done")
+    def _raised(self):
+        return self.raised("y", self.text.load(self.var["t"])) if self.raises else "false"
+
+    def _write(self, name, row):
+        self.memory.write(name, row)
+
+    def _write_series(self):
         self.memory.write_series()
-        text.put("br label %leave")
-        text.label("leave")
-        self.memory.write("y", Y)
-        self.memory.write("low", LOW)
-        text.store(text.load(var["scale"]), text.at("%work", SCALE * self.n))
-        for name in ("t", "t_old", "h"):
-            text.store(text.load(var[name]), text.at("%state", AT[name]))
-        for name, place in (("n_accepted", self.taken), ("n_rejected", self.refused)):
-            add(text, name, place)
+
+    def _release(self):
         self.memory.release()
-        text.put(f"ret i64 {text.new(f'load i64, ptr {result}')}")

@@ -13,14 +13,9 @@ SHARE = 2.0**-30  # of the time behind or ahead: a shorter step of the series is
 MOST = 2.0**-10  # of the time behind or ahead: the longest tangent step, which detects no kinks
 GAIN = 4.0  # least ratio of the tangent step to the step of the series
 INFINITE = hexadecimal(float("inf"))
+# The values of a step along the series or along the tangent.
+VARIABLES = "signed", "later", "length", "ends", "cut", "finer", "reached"
 FINER = 4.0  # ratio of the tolerance to the allowed error of the slope
-
-
-def begin(driver):
-    """Allocate the values of a step along the series or along the tangent."""
-    text, var = driver.text, driver.var
-    for name in ("signed", "later", "length", "ends", "cut", "finer", "reached"):
-        var[name] = text.slot("double")
 
 
 def choose(driver, t, pace, cut):

@@ -34,14 +34,6 @@ def slope_off(text, coefficients, powers, given, weight):
     return text.mul(text.intrinsic("fabs", text.sub(given, slope)), weight)
 
 
-def begin(driver):
-    """Allocate the prediction; there is no step to be proved."""
-    text = driver.text
-    driver.room["predicted"] = text.slot("double", driver.row)
-    driver.var["pending"] = text.slot("double")
-    text.store(ZERO, driver.var["pending"])
-
-
 def predict(driver, pace, x, inverse, cut):
     """Store the slopes that the series predicts at x, for `check`.
 
@@ -164,6 +156,6 @@ def back_to_start(driver):
     text.store(text.load(var["t_old"]), var["t"])
     text.store(ZERO, var["pending"])
     text.store(text.mul(text.load(var["h"]), hexadecimal(SHORTER)), var["cap"])
-    counted(text, driver.refused)
-    counted(text, driver.taken, -1)
+    counted(text, driver.count["n_rejected"])
+    counted(text, driver.count["n_accepted"], -1)
     text.put("br label %step")

@@ -67,16 +67,18 @@ def add(text, name, place):
 
 
 def step_taken(driver, t, pace):
-    """Count a step from t; return the status after the step, and whether the call ends there."""
+    """Count a step from t, and keep the status after it; return whether the call ends there."""
     text, var, field = driver.text, driver.var, driver.field
     for name, value in (("t_old", t), ("t", pace.t), ("h", pace.h)):
         text.store(value, var[name])
-    count = counted(text, driver.taken)
+    count = counted(text, driver.count["n_accepted"])
     past = text.mul(field["direction"], text.sub(pace.t, field["t_stop"]))
     past = text.compare("oge", past, ZERO)
     enough = text.new(f"icmp sge i64 {count}, %n_steps")
     stop = text.new(f"or i1 {text.new(f'or i1 {past}, {enough}')}, {pace.ends}")
-    return text.new(f"select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}"), stop
+    status = text.new(f"select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}")
+    text.put(f"store i64 {status}, ptr {driver.status}")
+    return stop
 
 
 def asked(text, t, y, n, out):
