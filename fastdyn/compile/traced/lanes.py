@@ -11,6 +11,7 @@ from fastdyn.trace.graph.refusal import refused_as
 from ..taylor.coefficients.bundles import Single
 from ..taylor.lanes import LaneDriver
 from ..taylor.recurrences.deceptive import is_deceptive
+from ..taylor.recurrences.impossible import possible
 from ..taylor.recurrences.operations import Integral, Power
 from ..taylor.recurrences.plan import Plan
 from ..taylor.recurrences.rewrite import NotSmooth
@@ -24,7 +25,8 @@ MAX_STEPS = 400  # of a plan: its code has no loops
 @refused_as(NotSmooth)
 def text(traced, symbol, order, kinds, width):
     """The text of an LLVM module with the kernel; `kinds` are the types of the parameters."""
-    graph, raising = traced.trace.graph, traced.trace.failing
+    graph = traced.trace.graph
+    raising = possible(graph, traced.trace.failing)
     if traced.trace.error:
         raise NotSmooth(f"what can raise ({traced.trace.error}), in vectors,")
     plan = Plan(graph, traced.stored, graph.false)
@@ -37,7 +39,7 @@ def text(traced, symbol, order, kinds, width):
     _slopes(module, traced, kinds, width)
     functions(module, plan, width)
     if raises:
-        _raises(module, traced, kinds, width)
+        _raises(module, traced, raising, kinds, width)
     looks = is_deceptive(plan)
     driver = LaneDriver(Single(plan), order, width, raises, looks, *by_processor(width))
     return f"{module}\n{driver(symbol, set(module.globals))}"
@@ -106,13 +108,13 @@ def _stored(builder, values, out):
     builder.ret_void()
 
 
-def _raises(module, traced, kinds, width):
+def _raises(module, traced, raising, kinds, width):
     """``fastdyn_raises(t, y, block)``: 1.0 in the lanes where the function raises, else 0.0."""
     kind = ir.VectorType(REAL, width)
     form = ir.FunctionType(kind, [kind, REAL.as_pointer(), WORD.as_pointer()])
     function = ir.Function(module, form, "fastdyn_raises")
     builder, emitter = _emitter(function, traced, kinds, kind, *function.args)
-    (truth,) = emitter.nodes([traced.trace.failing])
+    (truth,) = emitter.nodes([raising])
     builder.ret(builder.uitofp(truth, kind))
 
 

@@ -11,6 +11,7 @@ from ..taylor.coefficients.composed import emit
 from ..taylor.driver import Driver
 from ..taylor.large import LargeDriver
 from ..taylor.recurrences.deceptive import is_deceptive
+from ..taylor.recurrences.impossible import possible
 from ..taylor.recurrences.plan import Plan
 from ..taylor.recurrences.rewrite import NotSmooth
 from .inputs import Source
@@ -23,7 +24,8 @@ INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer(
 @refused_as(NotSmooth)
 def text(traced, symbol, order, fine):
     """The text of an LLVM module with the Taylor kernel."""
-    graph, raising = traced.trace.graph, traced.trace.failing
+    graph = traced.trace.graph
+    raising = possible(graph, traced.trace.failing)
     plan = Plan(graph, traced.stored, raising)
     large = size_of(plan) > MAX_ONLINE and plan_of_rows(traced)
     plan = large or plan
@@ -61,7 +63,8 @@ def _large(module, plan, order, raises):
 @refused_as(NotSmooth)
 def text_of_event(traced, symbol, order):
     """The text of an LLVM module with the series of an event; NotSmooth if it has a kink."""
-    plan = Plan(traced.trace.graph, traced.stored, traced.trace.failing)
+    graph = traced.trace.graph
+    plan = Plan(graph, traced.stored, possible(graph, traced.trace.failing))
     if plan.signed or plan.rooted or plan.outputs[0][1] is None or plan.raises():
         raise NotSmooth("an event with a kink")
     module = _invariants(traced, plan)

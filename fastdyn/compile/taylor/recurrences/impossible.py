@@ -1,0 +1,59 @@
+"""Conditions that no numbers fulfil: a sum of squares is never negative.
+
+Without such conditions of raising, a step neither watches their sides nor asks the function.
+Floating-point arithmetic keeps what is said here: a square or its sum is at least zero, or NaN,
+which no comparison fulfils.
+"""
+
+
+def possible(graph, condition):
+    """A condition without those of its alternatives that never hold."""
+    alternatives, todo = {}, [condition]
+    while todo:
+        one = todo.pop()
+        if one.op == "or":
+            todo += one.args
+        else:
+            alternatives[one.key] = one
+    left = [one for _, one in sorted(alternatives.items()) if not _never_holds(one)]
+    if len(left) == len(alternatives):
+        return condition
+    found = graph.false
+    for one in left:
+        found = graph.both(found, one, "or")
+    return found
+
+
+def _never_holds(condition):
+    """True if one of the conditions that must hold together is that of a negative square."""
+    todo = [condition]
+    while todo:
+        one = todo.pop()
+        if one.op == "and":
+            todo += one.args
+        elif one.op == "lt" and _never_positive(one.args[1]) and _never_negative(one.args[0]):
+            return True
+    return False
+
+
+def _never_positive(node):
+    return node.op == "const" and node.data <= 0.0
+
+
+def _never_negative(node):
+    """True if a node is a sum or product of squares, absolute values and square roots."""
+    seen, todo = set(), [node]
+    while todo:
+        one = todo.pop()
+        if one.key in seen:
+            continue
+        seen.add(one.key)
+        square = one.op == "mul" and one.args[0] is one.args[1]
+        if one.op in ("add", "mul") and not square:
+            todo += one.args
+        elif one.op == "const":
+            if not one.data >= 0.0:
+                return False
+        elif not (square or one.op in ("abs", "sqrt")):
+            return False
+    return True
