@@ -58,7 +58,7 @@ class Job:
         self.make, self._context, self.idle = make, contextvars.copy_context(), idle
         self.waiting, self._done = 0, threading.Event()
         with _lock:
-            _jobs.insert(len(_jobs) if idle else _n_jobs(False), self)
+            _jobs.insert(len(_jobs) - (0 if idle else _n_idle()), self)
             _start()
 
     @property
@@ -93,13 +93,15 @@ class Job:
             self.waiting -= 1
 
 
-def _n_jobs(idle):
-    return sum(job.idle == idle for job in _jobs)
+def _n_idle():
+    return sum(job.idle for job in _jobs)
 
 
 def idle_job(make):
     """A Job for which no solve will ever wait; None while many such are queued."""
-    return Job(make, True) if _n_jobs(True) < MOST_IDLE else None
+    with _lock:
+        full = _n_idle() >= MOST_IDLE
+    return None if full else Job(make, True)
 
 
 def is_here():

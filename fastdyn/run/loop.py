@@ -19,7 +19,6 @@ from fastdyn.kernels.state.record import (
     STOPPED,
     Y,
 )
-from fastdyn.specialise.shared_or_inlined import Tier
 
 from .functions.compared import Compared
 from .laid_out import LaidOut
@@ -116,6 +115,7 @@ class Run(LaidOut):
             if self.problem.on_interrupt != "return":
                 raise
             return INTERRUPTED
+        self.tier.promote()
         if status != FINISHED:
             self.check(status)
         self.compared.after(self)
@@ -131,10 +131,6 @@ class Run(LaidOut):
     def words(self):
         """The words of the kernel's arguments, and those of its Launch; both change with a plan."""
         return self._words, self._launch
-
-    def take_tier(self):
-        """Take the kernel that pays now."""
-        self.tier = Tier(self.problem, self._own, self._followed is None)
 
     def given(self):
         """The first content of a solve's memory, and its times of output or None."""

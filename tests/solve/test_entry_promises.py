@@ -2,6 +2,7 @@
 
 import gc
 import math
+import random
 import sys
 import warnings
 
@@ -12,6 +13,7 @@ import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.compile import behind
 from fastdyn.compile.compare import Different
+from fastdyn.run import loop
 from fastdyn.run.functions import compared
 from fastdyn.solve.entry import again
 from fastdyn.solve.entry.kept import ADVANCE
@@ -146,12 +148,18 @@ def test_auto_and_its_watch():
     assert_same(plain(pendulum, (0, 1), START, "auto"), mine)
 
 
-def test_a_faster_kernel_takes_over(monkeypatch):
+@pytest.mark.parametrize("first", [None, 3])
+def test_a_faster_kernel_takes_over(first, monkeypatch):
+    """Also where Python takes each solve to the end, after the first steps by C."""
     from fastdyn.specialise import shared_or_inlined
 
-    def fun(t, y):
-        return [y[1], -0.77 * y[0]]
-
+    if first is not None:
+        monkeypatch.setattr(loop.Run, "n_first", lambda run, problem=None: first)
+        monkeypatch.setattr(loop, "next_chunk", lambda n_steps, spent: 10**6)
+    terms = " + ".join(f"1e-3 * y[0]**{random.randint(1, 3)}" for _ in range(40))
+    names = {}
+    exec(f"def fun(t, y): return [y[1], -0.77 * y[0] + {terms}]", names)
+    fun = names["fun"]
     for price in ("FOR_LLVM", "FOR_A_NUMBER", "FOR_NUMBA"):
         monkeypatch.setattr(shared_or_inlined, price, 0.0)
     expected = solve_ivp(fun, (0, 1), START, compile="shared")

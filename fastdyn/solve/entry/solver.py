@@ -112,13 +112,11 @@ def finished(problem, kept, status):
     for bound in run.bounds:
         bound.keepalive[:] = p.fun, p.args, bound.function
     n_steps = int(kept.words[SHORT] + kept.words[REST])
-    look = kept.words[LOOK] == 1
-    step = kept.own["step"]
-    spent = LOOK_EVERY * step * sum(counters(run.memory)[:2]) if look else step * n_steps
+    spent = kept.own["step"] * sum(counters(run.memory)[:2])
+    if kept.words[LOOK] == 1:  # for all solves since the last look
+        spent *= LOOK_EVERY
     status = run.solve(p.y0, (status, n_steps, spent))
     result = result_of(p, status, run)
-    if look:
-        run.take_tier()  # the kernel that pays now
     kept.renew()
     return result
 
