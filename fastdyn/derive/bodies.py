@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
+from .friction.contact import Contact
 from .notation import ZERO, Rotation, cross, dot, k, length, rate, rotation, vector
 
 
@@ -106,7 +107,18 @@ class Body:
             if reactions:
                 self.force(reactions[n] * along, at)
 
-    def slides(self, normal, reaction, *, at=None, over=0, friction=0, along=None):
+    def slides(
+        self,
+        normal,
+        reaction,
+        *,
+        at=None,
+        over=0,
+        through=None,
+        friction=0,
+        static=None,
+        along=None,
+    ):
         """
         Touch something: no velocity along its normal, and friction along the slip.
 
@@ -115,17 +127,35 @@ class Body:
         normal : vector
             Of length one, from what it touches to the body.
         reaction : expression
-            The size of the normal force, positive where it pushes.
+            The size of the normal force, positive where it pushes. It may become negative: what
+            guides the body guides it on both sides.
         at, over
             As for `rolls`.
+        through : vector, optional
+            A point of the surface: the body is held there, so that a start off the surface is
+            taken to it, or refused. Without it the body is held where it starts.
         friction : expression
             Its coefficient; with it `along`, the direction of length one in which the body slips.
+            The friction acts against the slip, whichever way this is, and holds a body at rest
+            with whatever it takes up to the coefficient times the normal force; events switch
+            between the two.
+        static : expression, optional
+            The coefficient at rest, if it is greater than that of slip.
         """
-        self.rolls(normal, at=at, reactions=[reaction], over=over)
+        over, place = vector(over, "the velocity of the ground"), self._place(at)
+        if through is None:
+            self.rolls(normal, at=at, reactions=[reaction], over=over)
+        else:
+            through = vector(through, "a point of the surface")
+            gap = dot(place - through, vector(normal, "the normal"))
+            self.model.constrain(gap, self.model.free_name("gap"))
+            self.force(reaction * vector(normal, "the normal"), at)
         if friction != 0:
             if along is None:
                 raise ValueError("friction needs `along`, the direction in which the body slips.")
-            self.force(-friction * reaction * vector(along, "the direction of slip"), at)
+            along, both = vector(along, "the direction of slip"), (friction, static or friction)
+            slip = dot(self.velocity(at) - over, along)
+            self.model.rubs(Contact.of(self, reaction, both, along, place, slip))
 
     def _place(self, position):
         if position is None:
@@ -166,9 +196,20 @@ class RigidBody(Body):
         if len(inertia) != 3:
             raise ValueError(f"{self.name} has three principal moments of inertia; got {inertia}.")
         self.inertia = [sp.sympify(one) for one in inertia]
+        if any(self.inertia):
+            self._turns("a moment of inertia")
+
+    def _turns(self, what):
+        """Refuse what has no effect on a body that does not turn."""
+        if self.omega == ZERO:
+            raise ValueError(
+                f"{self.name} has {what}, but it does not turn: give its angle, "
+                "`body(..., turned=angle)`, or make it a particle."
+            )
 
     def torque(self, torque):
         """Draw a torque, a vector in the fixed frame."""
+        self._turns("a torque")
         self.forces.append(Force(vector(torque, "a torque"), None))
 
     def to_laws(self):

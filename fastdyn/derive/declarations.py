@@ -11,7 +11,7 @@ import sympy as sp
 from fastdyn.systems.base import System
 
 from .code import RESERVED
-from .notation import t
+from .notation import of_time
 
 
 class Coordinate(NamedTuple):
@@ -57,6 +57,25 @@ class Driver(NamedTuple):
     gives: tuple[str, ...]
 
 
+class Constraint(NamedTuple):
+    """What is zero: of the positions, or of the velocities."""
+
+    expression: Any
+    name: str
+    unit: str
+
+
+class Function(NamedTuple):
+    """A quantity, invariant or event that the user adds."""
+
+    kind: str
+    name: str
+    expression: Any
+    unit: str
+    label: str
+    event: dict
+
+
 class Declarations:
     """Names and what they stand for; each name once."""
 
@@ -90,7 +109,7 @@ class Declarations:
         speeds = rates.split() if rates else [f"v{word}" for word in words]
         for name, unit, speed in zip(words, _each(units, words), _each(speeds, words), strict=True):
             self.declare(name, speed, f"{name}_dd", f"d_{name}", f"d_{speed}")
-            function = sp.Function(name, real=True)(t)
+            function = of_time(name)
             self.coordinate_list.append(Coordinate(function, name, speed, unit))
         return _one_or_all([one.function for one in self.coordinate_list[-len(words) :]])
 
@@ -120,7 +139,7 @@ class Declarations:
         words = names.split()
         for name, unit in zip(words, _each(units, words), strict=True):
             self.declare(name)
-            self.reaction_list.append(Reaction(sp.Function(name, real=True)(t), name, unit))
+            self.reaction_list.append(Reaction(of_time(name), name, unit))
         return _one_or_all([one.function for one in self.reaction_list[-len(words) :]])
 
     def driver(self, gives, default, name="driver") -> Any:
@@ -150,7 +169,7 @@ class Declarations:
         for word, highest in orders.items():
             symbols = tuple(_rate_name(word, n) for n in range(highest + 1))
             self.declare(*symbols)
-            self.inputs.append(Input(sp.Function(word, real=True)(t), symbols))
+            self.inputs.append(Input(of_time(word), symbols))
         self.drivers.append(Driver(name, default, tuple(_rate_name(*word) for word in words)))
         return _one_or_all([one.function for one in self.inputs[-len(orders) :]])
 

@@ -7,12 +7,15 @@ import sympy as sp
 
 from . import laws
 from .algebra import linear, shortened, solved
+from .bodies import Force
+from .checks.consistency import Points, determined
+from .checks.traps import warn_of_traps
 from .code import printed
-from .consistency import Points, determined
+from .declarations import Constraint, Reaction
 from .explain import Explanation
 from .formulas import Formulas
 from .kinematics import Motion
-from .notation import t
+from .notation import now
 from .start import Start
 
 LIMIT = 250  # operations of the equations, up to which they are solved by formulas
@@ -38,6 +41,8 @@ class Derivation:
     model : Model
     law : str
         "newton" or "lagrange".
+    at_rest : set of str
+        Names of the contacts with friction that rest; the others slip.
 
     Attributes
     ----------
@@ -57,34 +62,44 @@ class Derivation:
         that contradict each other or depend on each other, a start that violates the constraints.
     """
 
-    def __init__(self, model, law):
+    def __init__(self, model, law, at_rest=frozenset()):
         if not model.bodies:
             raise ValueError(f"{model.name} has no body: nothing to move.")
         if not model.coordinate_list:
             raise ValueError(f"{model.name} has no coordinates.")
-        self.model, self.law = model, law
-        self.motion = Motion(model.coordinate_list, model.inputs, model.reaction_list)
+        self.model, self.law, self.at_rest = model, law, at_rest
+        resting = [one for one in model.contacts if one.name in at_rest]
+        held = [Reaction(one.held, one.names[0], "N") for one in resting]
+        senses = [one.sense for one in model.contacts if one.name not in at_rest]
+        reactions = [*model.reaction_list, *held]
+        self.motion = Motion(model.coordinate_list, model.inputs, reactions, senses)
         self.bodies = [laws.Moving(self, body) for body in model.bodies]
         self.held = [one for c in model.constraints if (one := self._held(c))]
+        self.start = Start(model, self.motion, self.held)  # of what rests later, before it does
+        slips = [Constraint(one.slip, one.names[1], "m/s") for one in resting]
+        self.held = self.held + [one for c in slips if (one := self._held(c))]
         self.potential = self.plain(sum(model.energies, start=sp.S.Zero)) - sum(
             (one.mass * self.plain(model.field).dot(one.r) for one in self.bodies),
             start=sp.S.Zero,
         )
         self.kinetic = shortened(sum((one.kinetic() for one in self.bodies), start=sp.S.Zero))
         self.formula = Formulas(self.motion)
-        self.start = Start(model, self.motion, self.held)
         self.laws = laws.newton(self) if law == "newton" else laws.lagrange(self)
         self.points = Points(self)
         self.unknowns = [*self.motion.a, *self.laws.reactions]
         self.K, self.r = determined(self)
         self.steps = solved(self.K, self.r, self.unknowns, LIMIT)
+        if not at_rest:
+            warn_of_traps(self)
 
     def plain(self, expression):
         """An expression of the model in plain symbols, refused if something in it is unknown."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.plain)
-        found = self.motion.symbols(expression).doit()
-        known = {t, *self.motion.plain.values(), *(one.symbol for one in self.model.numbers)}
+        motion = self.motion
+        found = motion.symbols(expression).doit()
+        known = {now, *motion.plain.values(), *motion.senses}
+        known |= {one.symbol for one in self.model.numbers}
         unknown = sorted(map(str, found.free_symbols - known))
         unknown += sorted(map(str, found.atoms(sp.Derivative, sp.core.function.AppliedUndef)))
         if unknown:
@@ -116,6 +131,16 @@ class Derivation:
         position = residual if on_positions else None
         return Held(constraint.name, constraint.unit, position, velocity, row, shortened(b[0]))
 
+    def forces(self, body):
+        """What is drawn on a body, with the friction of its contacts."""
+        rubbing = [one for one in self.model.contacts if one.body is body]
+        sizes = [one.size(one.name in self.at_rest) for one in rubbing]
+        friction = [
+            Force((size * one.along).as_immutable(), one.place)
+            for one, size in zip(rubbing, sizes, strict=True)
+        ]
+        return [*body.forces, *friction]
+
     def explain(self):
         """The nine steps, an `Explanation`: print it, or let a notebook show it."""
         return Explanation(self)
@@ -127,10 +152,12 @@ class Derivation:
     def reaction_units(self):
         """The reactions that are known along the motion, with their units."""
         units = {one.name: one.unit for one in self.model.reaction_list}
+        units |= {one.names[0]: "N" for one in self.model.contacts}
         return [(one, units.get(str(one), "")) for one in self.laws.reactions]
 
     @functools.cached_property
     def system(self) -> Any:
-        from .system import system_of
+        from .friction.system import RubbingSystem
+        from .system import DerivedSystem, system_of
 
-        return system_of(self)
+        return system_of(self, RubbingSystem if self.model.contacts else DerivedSystem)

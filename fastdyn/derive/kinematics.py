@@ -3,8 +3,9 @@
 import itertools
 
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
-from .notation import t
+from .notation import now, t, with_one_time
 
 
 class Motion:
@@ -16,17 +17,19 @@ class Motion:
     q, v, a : list of Symbol
         Coordinates, rates, accelerations.
     reactions, inputs : list of Symbol
-        Reactions, and what the drivers give with its rates.
+        Reactions, and what the drivers give with its rates; also `senses`, that are 1 or -1.
+    senses : list of Symbol
+        See `friction.Contact`.
     plain : dict
         The symbol of each function of time and each of its derivatives.
     """
 
-    def __init__(self, coordinates, inputs, reactions):
+    def __init__(self, coordinates, inputs, reactions, senses=()):
         self.q = [sp.Symbol(one.name, real=True) for one in coordinates]
         self.v = [sp.Symbol(one.rate, real=True) for one in coordinates]
         self.a = [sp.Symbol(f"{one.name}_dd", real=True) for one in coordinates]
         self.reactions = [sp.Symbol(one.name, real=True) for one in reactions]
-        self.inputs = []
+        self.senses, self.inputs = list(senses), list(senses)
         self.plain, self._next, self._last = {}, {}, set()
         for one, *chain in zip(coordinates, self.q, self.v, self.a, strict=True):
             self._chain(one.function, chain)
@@ -44,14 +47,19 @@ class Motion:
         self._last.add(symbols[-1])
 
     def symbols(self, expression):
-        """An expression of functions of time in plain symbols."""
-        return sp.sympify(expression).xreplace(self.plain)
+        """An expression of functions of time in plain symbols, functions of one name being one."""
+        expression = with_one_time(expression)
+        functions = {f for f in self.plain if isinstance(f, AppliedUndef)}
+        ours = {f.func.__name__: f for f in functions}
+        theirs = expression.atoms(AppliedUndef) - functions
+        same = {f: ours[f.func.__name__] for f in theirs if _is_of_time(f, ours)}
+        return with_one_time(expression.xreplace(same).xreplace(self.plain), now)
 
     def rate(self, expression):
         """Derivative with respect to time of an expression of plain symbols."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.rate)
-        total = sp.diff(expression, t)
+        total = sp.diff(expression, now)
         for symbol in sorted(expression.free_symbols, key=str):
             if symbol in self._next:
                 total += sp.diff(expression, symbol) * self._next[symbol]
@@ -65,6 +73,11 @@ class Motion:
     def functions(self, expression):
         """An expression of plain symbols in functions of time again."""
         return expression.xreplace({symbol: f for f, symbol in self.plain.items()})
+
+
+def _is_of_time(function, names):
+    """Whether a function, of t alone, has a name that is declared."""
+    return function.func.__name__ in names and function.args == (t,)
 
 
 def _derivative(function, order):

@@ -22,7 +22,7 @@ class Moving:
         self.omega: Any = shortened(self.to_laws * plain(body.omega))
         self.momentum: Any = shortened(self.to_laws * plain(body.momentum()))
         self.weight = self.mass * plain(derivation.model.field)
-        self.forces = list(map(self._drawn(plain), body.forces))
+        self.forces = list(map(self._drawn(plain), derivation.forces(body)))
         self.turning: Any = ZERO
         if body.rigid:
             self.turning = rate(self.momentum)

@@ -1,33 +1,15 @@
 """What stands on the blackboard: bodies, forces, constraints, a start."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from .bodies import Body, Force, Particle, RigidBody, point
-from .declarations import Declarations
+from .declarations import Constraint, Declarations, Function
 from .derivation import Derivation
+from .friction.contact import Contact
 from .notation import ZERO, dot, length, rate, vector
-
-
-class Constraint(NamedTuple):
-    """What is zero: of the positions, or of the velocities."""
-
-    expression: Any
-    name: str
-    unit: str
-
-
-class Function(NamedTuple):
-    """A quantity, invariant or event that the user adds."""
-
-    kind: str
-    name: str
-    expression: Any
-    unit: str
-    label: str
-    event: dict
 
 
 class Model(Declarations):
@@ -63,6 +45,7 @@ class Model(Declarations):
         self.bodies: list[Body] = []
         self.constraints: list[Constraint] = []
         self.functions: list[Function] = []
+        self.contacts: list[Contact] = []
         self.field = ZERO
         self.energies: list[sp.Expr] = []
         self.given: dict[str, Any] = {}
@@ -144,6 +127,11 @@ class Model(Declarations):
         name = name or self.free_name("constraint")
         self.declare(name, f"{name}_rate", f"lambda_{name}")
         self.constraints.append(Constraint(sp.sympify(expression), name, unit))
+
+    def rubs(self, contact):
+        """Take a contact with friction, see `Body.slides`."""
+        self.declare(*contact.names)
+        self.contacts.append(contact)
 
     def start(self, **values):
         """

@@ -3,8 +3,12 @@
 from typing import Any
 
 import sympy as sp
+from sympy.core.function import AppliedUndef, UndefinedFunction
 
-t = sp.Symbol("t", real=True)
+t = sp.Symbol("t")  # what sp.symbols("t") and dynamicsymbols._t are, too
+now = sp.Symbol("t", real=True)  # the time in plain symbols, see `kinematics.Motion`
+ASSUMED = ({}, {"real": True}, {"positive": True}, {"nonnegative": True})
+TIMES = frozenset(sp.Symbol("t", **one) for one in ASSUMED)
 i: Any
 j: Any
 k: Any
@@ -12,9 +16,45 @@ i, j, k = (sp.ImmutableMatrix([int(a == b) for b in range(3)]) for a in range(3)
 ZERO: Any = sp.zeros(3, 1).as_immutable()
 
 
+class OfTime(AppliedUndef):
+    """
+    A function of time, whatever assumptions the symbol t has by which a user differentiates it.
+
+    SymPy takes the derivative with respect to a symbol that does not occur for zero, and a symbol
+    t that is declared real is another one than that without assumptions.
+    """
+
+    @property
+    def free_symbols(self):
+        return super().free_symbols | TIMES
+
+    def _eval_derivative(self, s):
+        if is_time(s):
+            return sp.Derivative(self, t, evaluate=False)
+        return super()._eval_derivative(s)
+
+
+def of_time(name) -> Any:
+    """An unknown real function of time."""
+    return UndefinedFunction(name, bases=(OfTime,), real=True)(t)
+
+
+def is_time(symbol):
+    """Whether a symbol is the time: any that is called t."""
+    return isinstance(symbol, sp.Symbol) and symbol.name == "t"
+
+
+def with_one_time(expression, time=t) -> Any:
+    """An expression in which every symbol called t is the same."""
+    expression = sp.sympify(expression)
+    found = {s: time for s in expression.atoms(sp.Symbol) if s != time and is_time(s)}
+    return expression.xreplace(found) if found else expression
+
+
 def rate(expression, order=1) -> Any:
     """Derivative with respect to time, of a number or of a vector."""
-    return sp.diff(expression, t, order)
+    there = with_one_time(expression, now)  # |t| has a simple derivative where t is real
+    return with_one_time(sp.diff(there, now, order))
 
 
 def cross(a, b) -> Any:

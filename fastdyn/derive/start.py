@@ -6,7 +6,7 @@ import numpy as np
 import sympy as sp
 
 from .code import function, real_text
-from .notation import t
+from .notation import now
 
 ITERATIONS = 60
 ROUNDING = 1e-12  # of the largest term of a residual
@@ -27,7 +27,7 @@ class Residuals:
     def __init__(self, motion, held, numbers):
         self.n, self.held = len(motion.q), held
         self.positions = [one for one in held if one.position is not None]
-        arguments = [t, *numbers, *motion.q, *motion.v]
+        arguments = [now, *numbers, *motion.q, *motion.v]
         self._position = _residuals(arguments, [one.position for one in self.positions], motion.q)
         self._velocity = _residuals(arguments, [one.velocity for one in held], motion.v)
 
@@ -118,6 +118,7 @@ class Start:
     def __init__(self, model, motion, held):
         self.name, self._gives = model.name, [one.gives for one in model.drivers]
         self._inputs = [str(one) for one in motion.inputs]
+        self._senses = [str(one) for one in motion.senses]
         self.names = [str(one) for one in (*motion.q, *motion.v)]
         self._free = np.array([name not in model.given for name in self.names])
         numbers, values = [one.symbol for one in model.numbers], model.guesses | model.given
@@ -153,7 +154,7 @@ class Start:
         if self._residuals is None:
             return begin
         begin = np.array([float(one) for one in begin])  # one state at a time
-        given = {}
+        given: dict[str, Any] = dict.fromkeys(self._senses, 1.0)
         for driver, names in zip(drivers, self._gives, strict=True):
             given |= dict(zip(names, np.atleast_1d(driver(0.0, begin)), strict=True))
         n = len(begin) // 2

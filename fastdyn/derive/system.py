@@ -18,7 +18,7 @@ from fastdyn.systems.base import (
 )
 
 from .algebra import shortened
-from .consistency import kept, singular
+from .checks.consistency import kept, singular
 from .writing import Writer
 
 KEPT = 1e-9  # of the largest term of the rate of what is an invariant
@@ -56,8 +56,8 @@ class DerivedSystem(System):
         return tuple(self.derivation.start.state(numbers, drivers))
 
 
-def system_of(derivation):
-    """The class of the system, with everything that its derivation knows."""
+def system_of(derivation, kind=DerivedSystem):
+    """The class of the system, a `kind`, with everything that its derivation knows."""
     model, writer = derivation.model, Writer(derivation)
     space: dict[str, Any] = {
         "__doc__": _described(derivation),
@@ -79,10 +79,10 @@ def system_of(derivation):
     for one in model.drivers:
         space[one.name] = one.default
         space["__annotations__"][one.name] = Any
-    space |= _functions(derivation, writer)
+    space |= functions_of(derivation, writer)
     if derivation.held:
-        space["project"] = staticmethod(writer.project(_metric(derivation)))
-    return dataclasses.dataclass(frozen=True)(type(_class_name(model), (DerivedSystem,), space))
+        space["project"] = staticmethod(writer.project(metric(derivation)))
+    return dataclasses.dataclass(frozen=True)(type(_class_name(model), (kind,), space))
 
 
 def _states(model):
@@ -92,7 +92,7 @@ def _states(model):
     return (*places, *speeds)
 
 
-def _functions(derivation, writer):
+def functions_of(derivation, writer):
     """Energy, reactions, residuals of the constraints, and what the user asks for."""
     model, found = derivation.model, {}
 
@@ -107,7 +107,14 @@ def _functions(derivation, writer):
     add(invariant if constant else quantity, "energy", energy, "J", "energy E")
     for symbol, unit in derivation.reaction_units():
         add(quantity, str(symbol), symbol, unit, f"reaction {symbol}")
+    for one in model.contacts:
+        friction, slip, _ = one.names
+        if one.name not in derivation.at_rest:
+            add(quantity, friction, derivation.plain(one.size(False)), "N", friction)
+        add(quantity, slip, derivation.plain(one.slip), "m/s", slip)
     for one in derivation.held:
+        if one.name in found:  # the slip of a contact that rests
+            continue
         rate = f"{one.unit}/s" if one.position is not None else one.unit
         if one.position is not None:
             add(constraint, one.name, one.position, one.unit, f"constraint {one.name}")
@@ -125,7 +132,7 @@ def _functions(derivation, writer):
     return found
 
 
-def _metric(derivation):
+def metric(derivation):
     """The masses by which a projection measures; where they cannot, every component counts 1."""
     v = derivation.motion.v
     masses = shortened(sp.hessian(sp.expand(derivation.kinetic), v))

@@ -17,14 +17,20 @@ class Writer:
     Parameters
     ----------
     derivation : Derivation
+    senses : dict of str to float
+        Those of the contacts that slip, see `friction.Contact`; 1 unless given.
+    beside : sequence of str
+        Names of further components of the state.
     """
 
-    def __init__(self, derivation):
+    def __init__(self, derivation, senses=None, beside=()):
         model, motion = derivation.model, derivation.motion
         self.motion, self.held = motion, derivation.held
         self.state = [*motion.q, *motion.v]
         parameters = [str(one.symbol) for one in model.numbers if not one.initial]
         self.arguments = ["t", "w", *parameters, *(one.name for one in model.drivers)]
+        self._senses = dict.fromkeys(map(str, motion.senses), 1.0) | (senses or {})
+        self._beside = list(beside)
         self._drivers = [(one.name, one.gives) for one in model.drivers]
         self._step = {u: step for step in derivation.steps for u in step.unknowns}
         self._names = {*self.arguments, *map(str, (*self.state, *motion.inputs))}
@@ -36,10 +42,14 @@ class Writer:
         arrays = arrays and not any("solve_linear" in line for line in lines)
         return function(name, self.arguments, [*lines, f"return {text}"], arrays)
 
-    def rhs(self):
-        """The right-hand side."""
-        lines, results = self.body([*self.motion.v, *self.motion.a])
-        return function("rhs", self.arguments, [*lines, f"return [{', '.join(results)}]"])
+    def numbers(self, name, expressions, given="[{}]".format):
+        """A function that returns several numbers: a list of them, or what `given` says."""
+        lines, results = self.body(expressions)
+        return function(name, self.arguments, [*lines, f"return {given(', '.join(results))}"])
+
+    def rhs(self, beside=()):
+        """The right-hand side; `beside` are the rates of the further components."""
+        return self.numbers("rhs", [*self.motion.v, *self.motion.a, *beside])
 
     def body(self, results):
         """Lines that compute expressions, and how these are written at last."""
@@ -108,12 +118,17 @@ class Writer:
 
     def _given(self, expressions):
         """Lines that unpack the state, and ask the drivers."""
-        lines = [f"{', '.join(map(str, self.state))} = w"]
+        lines, own = [self._unpacked()], f"w[:{len(self.state)}]" if self._beside else "w"
         used = set().union(*(one.free_symbols for one in expressions))
         for name, gives in self._drivers:
             if used & {sp.Symbol(one, real=True) for one in gives}:
-                lines.append(f"{', '.join(gives)}{',' * (len(gives) == 1)} = {name}(t, w)")
-        return lines
+                lines.append(f"{', '.join(gives)}{',' * (len(gives) == 1)} = {name}(t, {own})")
+        used = set(map(str, used))
+        return lines + [f"{name} = {one}" for name, one in self._senses.items() if name in used]
+
+    def _unpacked(self):
+        """The line that names the components of the state."""
+        return f"{', '.join([*map(str, self.state), *self._beside])} = w"
 
     def project(self, metric):
         """
@@ -126,7 +141,7 @@ class Writer:
         """
         on_positions = [one for one in self.held if one.position is not None]
         q, v = self.motion.q, self.motion.v
-        lines, known = [f"{', '.join(map(str, self.state))} = w"], []
+        lines, known = [self._unpacked()], []
         if on_positions:
             residuals = sp.Matrix([one.position for one in on_positions])
             step = self._shift(metric, residuals.jacobian(q), residuals, q)
@@ -140,7 +155,7 @@ class Writer:
         lines += known + step
         if known and on_positions:
             lines[1:1] = known
-        lines.append(f"return [{', '.join(map(str, self.state))}]")
+        lines.append(f"return [{', '.join([*map(str, self.state), *self._beside])}]")
         return function("project", self.arguments, lines)
 
     def _shift(self, metric, rows, residuals, moved):

@@ -33,7 +33,7 @@ def unknown_symbol(board, mass, x, y, l):
 
 def other_time(board, mass, x, y, l):
     circle(board, x, y, l)
-    mass.force(sp.sin(sp.Symbol("t")) * i)
+    mass.force(sp.sin(sp.Symbol("tau")) * i)
 
 
 def unknown_function(board, mass, x, y, l):
@@ -173,7 +173,7 @@ def one_moment_in_space(board, mass, x, y, l):
 WRONG = {
     no_body: "has no body",
     unknown_symbol: "bob uses a, which is none of its",
-    other_time: "bob uses t, which is none of its",
+    other_time: "bob uses tau, which is none of its",
     unknown_function: "`besselj` in .* is no function that fastdyn compiles",
     no_constraint: "do not determine .*R: there are 3 unknowns and 2 independent equations",
     twice_the_same: "`circle` and `again` of bob depend on each other",

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import sympy as sp
 
-from .algebra import linear, shortened
-from .notation import t
-from .start import Residuals
+from fastdyn.derive.algebra import linear, shortened
+from fastdyn.derive.notation import now
+from fastdyn.derive.start import Residuals
 
 RANK = 1e-9  # smallest singular value of independent equations, in rows and columns of size 1
 POINTS, SEED = 3, 1
@@ -32,7 +32,7 @@ class Points:
         self._numbers, self._start = model.numbers, np.split(derivation.start.default, 2)
         self._inputs, self._random = len(motion.inputs), np.random.default_rng(SEED)
         numbers = [*[one.symbol for one in model.numbers], *motion.inputs]
-        self.symbols = [t, *numbers, *motion.q, *motion.v]
+        self.symbols = [now, *numbers, *motion.q, *motion.v]
         residuals = Residuals(motion, derivation.held, numbers)
         self.all, why = [], ""
         dummies = dict.fromkeys((*motion.a, *derivation.laws.reactions), 1)
@@ -216,7 +216,7 @@ def kept(derivation, expression):
     motion, points = derivation.motion, derivation.points
     K, r = points.values(derivation.K), points.values(derivation.r)
     state = [*motion.q, *motion.v]
-    parts = [sp.diff(expression, s) for s in [*state, t, *motion.inputs]]
+    parts = [sp.diff(expression, s) for s in [*state, now, *motion.inputs]]
     worst = 0.0
     for k, right, slopes, values in zip(K, r, points.values(parts), points.all, strict=True):
         n = len(motion.q)

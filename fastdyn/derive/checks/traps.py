@@ -1,0 +1,73 @@
+"""What a model may mean, and hardly does: warnings of it."""
+
+import itertools
+import warnings
+
+import numpy as np
+import sympy as sp
+
+from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.derive.notation import now
+
+EXACT = 1e-9  # of its largest part, the rest of a condition of integrability
+
+
+def warn_of_traps(derivation):
+    """Warn of numbers that nothing uses, and of positions that the start alone decides."""
+    for sentence in [*_unused(derivation.model), *_unplaced(derivation)]:
+        warnings.warn(sentence, stacklevel=levels_inside())
+
+
+def _unused(model):
+    """Sentences about numbers that are declared and occur nowhere."""
+    used = set(model.field.free_symbols)
+    for body in model.bodies:
+        about = [body.mass, body.position, *(one.vector for one in body.forces)]
+        about += [one.at for one in body.forces if one.at is not None]
+        if body.rigid:
+            about += [*body.inertia, *(angle for angle, _ in body.rotation.turns)]
+        used |= set().union(*(one.free_symbols for one in about))
+    rubbing = [each for one in model.contacts for each in (one.friction, one.static)]
+    expressions = [one.expression for one in (*model.constraints, *model.functions)]
+    expressions += [*model.energies, *model.given.values(), *model.guesses.values(), *rubbing]
+    used |= set().union(*(sp.sympify(one).free_symbols for one in expressions))
+    for one in model.numbers:
+        if one.symbol not in used:
+            yield (
+                f"`{one.symbol}` of {model.name} is used nowhere: no force, position or start has "
+                "it, and it changes nothing."
+            )
+
+
+def _unplaced(derivation):
+    """Sentences about constraints of velocities that hold a position, wherever this begins."""
+    motion, model = derivation.motion, derivation.model
+    start = dict(zip(derivation.start.names, derivation.start.default, strict=True))
+    for one in derivation.held:
+        if one.position is None and _is_rate(derivation, one):
+            names = [q for q, a in zip(motion.q, one.row, strict=True) if a != 0]
+            places = ", ".join(f"{q} = {start[str(q)]:g}" for q in names)
+            yield (
+                f"The constraint `{one.name}` of {model.name} is the rate of a position, which "
+                f"it keeps as it starts, {places}, wherever that is. Give the position: `slides` "
+                "takes `through=`, a point of the surface; `constrain` the position itself."
+            )
+
+
+def _is_rate(derivation, held):
+    """Whether a constraint of velocities is the rate of a function of coordinates and time."""
+    motion, variables = derivation.motion, [*derivation.motion.q, now]
+    if held.velocity.free_symbols & {*motion.inputs} or held.row.free_symbols & {*motion.v}:
+        return False
+    moving = held.velocity.xreplace(dict.fromkeys(motion.v, sp.S.Zero))
+    parts = [*held.row, moving]
+    pairs = itertools.combinations(range(len(parts)), 2)
+    both = [(sp.diff(parts[a], variables[b]), sp.diff(parts[b], variables[a])) for a, b in pairs]
+    both = [pair for pair in both if pair[0] != pair[1]]
+    if not both:
+        return True
+    for values in derivation.points.values(sp.Matrix(both)):
+        off, size = np.abs(values[:, 0] - values[:, 1]), np.abs(values).max()
+        if off.max() > EXACT * size:
+            return False
+    return True

@@ -1,0 +1,1 @@
+"""Friction that changes between slip and rest: contacts, their modes, solves through them."""
