@@ -1,7 +1,10 @@
-"""MATLAB's ode45 and ode23 with MATLAB's calls, names, defaults and steps."""
+"""MATLAB's ode45 and its other solvers with MATLAB's calls, names and defaults."""
 
 from .options import odeget, odeset
 from .solution import Solution, deval
-from .solve import ode23, ode45
+from .solvers import ode15s, ode23, ode23s, ode23t, ode23tb, ode45, ode78, ode89, ode113, odextend
 
-__all__ = ["Solution", "deval", "ode23", "ode45", "odeget", "odeset"]
+__all__ = [
+    "Solution", "deval", "ode15s", "ode23", "ode23s", "ode23t", "ode23tb", "ode45", "ode78",
+    "ode89", "ode113", "odeget", "odeset", "odextend",
+]  # fmt: skip

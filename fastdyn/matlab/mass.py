@@ -6,10 +6,24 @@ import numpy as np
 
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 
-SINGULAR = "Mass is singular at the start; ode45 and ode23 solve no algebraic equations."
+SINGULAR = (
+    "Mass is singular at the start, and {} solves no algebraic equations; ode15s and ode23t do, if "
+    "Mass is constant."
+)
 
 
-def with_mass(fun, mass, dependence, t0, y0):
+def with_mass(solver, fun, options, t0, y0):
+    """The function of (t, y) that returns M \\ f, and None; or `fun` and a singular matrix M."""
+    mass, dependence = options["Mass"], options.get("MStateDependence")
+    try:
+        return _divided(fun, mass, dependence, t0, y0), None
+    except SingularMatrixError as error:
+        if callable(mass) or not solver.algebraic:
+            raise SingularMatrixError(SINGULAR.format(solver.name)) from error
+    return fun, _matrix(mass, len(y0), regular=False)
+
+
+def _divided(fun, mass, dependence, t0, y0):
     """
     The function of (t, y) that returns M \\ f.
 
@@ -55,11 +69,11 @@ def _parameters(function):
     return sum(p.default is p.empty and p.kind != p.VAR_KEYWORD for p in parameters)
 
 
-def _matrix(mass, n):
-    """A full matrix of n rows, regular."""
+def _matrix(mass, n, regular=True):
+    """A full matrix of n rows."""
     full = np.array(mass.toarray() if hasattr(mass, "toarray") else mass, float)
     if full.shape != (n, n):
         raise ValueError(f"Mass must be a matrix of shape {(n, n)}; got {full.shape}.")
-    if not np.isfinite(full).all() or np.linalg.matrix_rank(full) < n:
-        raise SingularMatrixError(SINGULAR)
+    if not np.isfinite(full).all() or (regular and np.linalg.matrix_rank(full) < n):
+        raise SingularMatrixError("Mass is singular")
     return full

@@ -15,7 +15,7 @@ NAMES = (
     "NonNegative", "NormControl", "OutputFcn", "OutputSel", "Refine", "RelTol", "Stats",
     "Vectorized",
 )  # fmt: skip
-POSITIVE = ("InitialStep", "MaxStep", "Refine", "RelTol")
+POSITIVE = ("InitialStep", "MaxStep", "MinStep", "Refine", "RelTol")
 SWITCHES = ("BDF", "JConstant", "NormControl", "Stats", "Vectorized")
 FUNCTIONS = ("Events", "OutputFcn")
 
@@ -29,7 +29,7 @@ class Options(dict):
 
 def odeset(*given, **named) -> Options:
     """
-    Options of `ode45` and `ode23`, as MATLAB's odeset makes them.
+    Options of `ode45` and the other solvers, as MATLAB's odeset makes them.
 
     Parameters
     ----------

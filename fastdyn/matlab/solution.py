@@ -1,17 +1,29 @@
 """What ode45 returns, and deval."""
 
+import copy
+import dis
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
 
 
+class Call(NamedTuple):
+    """What a solution was asked for: by which solver, of which function, with which options."""
+
+    solver: Any
+    fun: Any
+    options: Any
+
+
 class Solution:
     """
-    The solution of `ode45` or `ode23`: MATLAB's struct, which unpacks to MATLAB's outputs.
+    The solution of `ode45` or another solver: MATLAB's struct, which unpacks to MATLAB's outputs.
 
     ``t, y = ode45(...)`` unpacks to the times, shape (n_points,), and a row of y a time, shape
-    (n_points, n), refined, or at the times of a longer `tspan`. With the option Events it is
-    ``t, y, te, ye, ie = ode45(...)``: also times, states (rows) and indices of the events.
+    (n_points, n), refined, or at the times of a longer `tspan`. With the option Events also
+    ``t, y, te, ye, ie = ode45(...)``: times, states (rows) and indices of the events; as in MATLAB
+    the number of names on the left decides.
 
     Attributes
     ----------
@@ -22,14 +34,17 @@ class Solution:
         A column a step, as in MATLAB's struct.
     xe, ye, ie : ndarray, shapes (n_events,), (n, n_events), (n_events,)
         Events in the order of time, a column each; the indices count from 0. None without Events.
+        `te` is `xe`.
     stats : dict
         ``nsteps``, ``nfailed``, ``nfevals``.
     """
 
-    def __init__(self, solver, result, output, events):
-        self.solver, self.interpolant = solver, result.sol
+    def __init__(self, call, result, output, events):
+        self.call, self.solver, self.interpolant = call, call.solver.name, result.sol
         self.x, self.y = np.asarray(result.t), np.asarray(result.y)
-        self.xe = self.ye = self.ie = None
+        self.xe: Any = None
+        self.ye: Any = None
+        self.ie: Any = None
         if events is not None:
             self.xe, ye, self.ie = events
             self.ye = ye.T
@@ -37,9 +52,29 @@ class Solution:
         self.stats = dict(zip(("nsteps", "nfailed", "nfevals"), counts, strict=True))
         self._output = output
 
+    @property
+    def te(self):
+        """Times of the events, as `xe`."""
+        return self.xe
+
     def __iter__(self):
         t, y = self._output(self)
-        yield from (t, y) if self.ye is None else (t, y, self.xe, self.ye.T, self.ie)
+        found = (t, y) if self.ye is None else (t, y, self.xe, self.ye.T, self.ie)
+        return iter(found[: _names_on_the_left(sys._getframe(1)) or None])
+
+    def joined(self, later):
+        """This solution and one that begins where it ends, as one."""
+        both, first = copy.copy(later), 1 if np.array_equal(later.y[:, 0], self.y[:, -1]) else 0
+        both.x = np.append(self.x, later.x[first:])
+        both.y = np.column_stack([self.y, later.y[:, first:]])
+        both.interpolant = Joined(self.interpolant, later.interpolant, self.x[-1])
+        if later.xe is not None and self.xe is not None:
+            both.xe = np.append(self.xe, later.xe)
+            both.ye = np.column_stack([self.ye, later.ye])
+            both.ie = np.append(self.ie, later.ie)
+        both.stats = {name: self.stats[name] + later.stats[name] for name in self.stats}
+        both._output = Both(self, later, first)
+        return both
 
     def __repr__(self):
         n, points = self.y.shape
@@ -48,6 +83,43 @@ class Solution:
             f"<{self.solver}: {points - 1} steps of {n} components from {self.x[0]:g} to "
             f"{self.x[-1]:g}{events}>"
         )
+
+
+def _names_on_the_left(frame):
+    """To how many names the caller unpacks, 0 where that is not what it does: MATLAB's nargout."""
+    code, place = frame.f_code.co_code, frame.f_lasti
+    unpacks = place >= 0 and code[place] == dis.opmap["UNPACK_SEQUENCE"]
+    return code[place + 1] if unpacks else 0
+
+
+class Joined(NamedTuple):
+    """The solutions between the steps of two solutions, the first up to a time."""
+
+    first: Any
+    second: Any
+    time: float
+
+    def __call__(self, t):
+        t = np.asarray(t, float)
+        forwards = self.second.ts[-1] >= self.second.ts[0]
+        early = t <= self.time if forwards else t >= self.time
+        if t.ndim == 0:
+            return (self.first if early else self.second)(t)
+        y = self.second(t)
+        y[:, early] = self.first(t[early])
+        return y
+
+
+class Both(NamedTuple):
+    """The output of two solutions, the second from its first or second point on."""
+
+    before: Any
+    later: Any
+    first: int
+
+    def __call__(self, _) -> Any:
+        (t, y), (s, z) = (one._output(one) for one in (self.before, self.later))
+        return np.append(t, s[self.first :]), np.vstack([y, z[self.first :]])
 
 
 class Refined(NamedTuple):

@@ -1,10 +1,12 @@
-"""ode45 and ode23: MATLAB's calls, solved by the methods of these names."""
+"""MATLAB's calls, solved by the methods of the same names or by the nearest ones."""
 
 import warnings
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem import validate
@@ -13,119 +15,113 @@ from fastdyn.solve.stepper import observed
 
 from .events import event_functions, let_pass, occurrences
 from .mass import with_mass
+from .min_step import not_shorter
 from .options import odeset
 from .output_function import OutputFunction
-from .solution import AtTimes, Refined, Solution
+from .solution import AtTimes, Call, Refined, Solution
 
-REFINE = {"ode45": 4, "ode23": 1}
 NOT_HERE = {
     "NonNegative": "leave it out and look whether y goes below zero, or write `solve_ivp(..., "
     "project=...)` with a function that takes it back",
     "NormControl": "the error is controlled in each component",
-    "MinStep": "the smallest step is the spacing of the numbers",
 }
+COLUMN = "`fun` returned a column"  # what a solve says of one
 
 
-def ode45(odefun, tspan, y0, options=None) -> Solution:
-    """
-    Solve y' = odefun(t, y) as MATLAB's ode45 does: its steps, defaults, options and output.
+class Solver(NamedTuple):
+    """One of MATLAB's solvers: the method that solves in its place, Refine, and what it takes."""
 
-    Parameters
-    ----------
-    odefun : callable
-        ``odefun(t, y)`` returns the derivative, n numbers; further parameters by closure.
-    tspan : array_like
-        Start and end; or more than two times in order, to which the output is confined. The
-        steps are the same.
-    y0 : float or array_like, shape (n,)
-        Initial state.
-    options : Options or dict, optional
-        Of `odeset`. RelTol is 1e-3, AbsTol 1e-6, MaxStep a tenth of the span and Refine 4 unless
-        set. InitialStep is an upper bound. Events is ``events(t, y)`` that returns value,
-        isterminal, direction; OutputFcn is ``f(t, y, flag)``, see `OutputFunction`; Mass a matrix
-        or a function of (t, y) or t. Options that MATLAB's ode45 does not use have no effect.
-
-    Returns
-    -------
-    Solution
-        Unpacks to ``t, y``, with Events to ``t, y, te, ye, ie``, in rows; by attributes it is
-        MATLAB's struct ``sol``, for `deval`.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For wrong arguments, and for the options NonNegative, NormControl and MinStep.
-
-    Warns
-    -----
-    UserWarning
-        Where the run fails; what there is is returned.
-
-    Notes
-    -----
-    As in MATLAB an event in the first step ends nothing. Indices (events, OutputSel) count from 0.
-    The interpolant between the steps is that of RK45 (Shampine 1986), of the same order as
-    MATLAB's, not the same numbers beyond the tolerance. It is kept for every step.
-
-    Examples
-    --------
-    >>> t, y = ode45(lambda t, y: [y[1], -y[0]], [0, 10], [1, 0], odeset('RelTol', 1e-5))
-    """
-    return _solve("ode45", odefun, tspan, y0, options)
+    name: str
+    method: str
+    refine: int = 1
+    implicit: bool = False
+    algebraic: bool = False
 
 
-def ode23(odefun, tspan, y0, options=None) -> Solution:
-    """As `ode45`, by the Bogacki-Shampine pair of order 3(2); Refine is 1 unless set."""
-    return _solve("ode23", odefun, tspan, y0, options)
-
-
-def _solve(name, fun, tspan, y0, options):
+def solve(solver, fun, tspan, y0, options):
+    """A `Solution`, as the function of the solver's name returns it."""
     if not callable(fun):
         raise TypeError(f"`odefun` must be a function of (t, y); got {fun!r}.")
+    options = options_of(solver, options)
     times, y0 = _times(tspan), _state(y0)
-    options = odeset({} if options is None else options)
+    try:
+        return _solved(solver, fun, times, y0, options)
+    except ValueError as error:
+        if COLUMN not in str(error):
+            raise
+    return _solved(solver, _as_a_row(fun), times, y0, options)
+
+
+def options_of(solver, given):
+    """Options in full, refused where the solver has none of the name."""
+    empty = given is None or (not isinstance(given, Mapping) and np.size(given) == 0)
+    options = odeset({} if empty else given)
     for refused in NOT_HERE.keys() & options.keys():
         if options[refused] is not False:
-            raise ValueError(f"{refused} is no option of fastdyn's {name}: {NOT_HERE[refused]}.")
+            raise ValueError(
+                f"{refused} is no option of fastdyn's {solver.name}: {NOT_HERE[refused]}."
+            )
+    return options
+
+
+def _as_a_row(fun):
+    """A function that returns what `fun` does, in one dimension."""
+
+    def row(t, y):
+        return np.ravel(np.array(fun(t, y)))
+
+    return row
+
+
+def _solved(solver, fun, times, y0, options):
     t0, tf = float(times[0]), float(times[-1])
+    own, algebraic = fun, None
     if "Mass" in options:
-        fun = with_mass(fun, options["Mass"], options.get("MStateDependence"), t0, y0)
+        fun, algebraic = with_mass(solver, fun, options, t0, y0)
     events = options.get("Events")
     functions = None if events is None else event_functions(events, t0, y0)
-    refine, observer = options.get("Refine", REFINE[name]), None
+    refine, observer = options.get("Refine", solver.refine), None
     if "OutputFcn" in options:
         chosen = options.get("OutputSel")
         observer = OutputFunction(options["OutputFcn"], chosen, times, refine)
     while True:
         if observer is not None:
             observer.begin(y0)
-        result = _run(name, fun, (t0, tf), y0, functions, observer, options)
+        result = _run(solver, fun, (t0, tf), y0, functions, observer, options, algebraic)
         if functions is None or not let_pass(functions, result):
             break
     if observer is not None:
         observer.end()
     if result.status == -1:
-        warnings.warn(f"Failure in {name}: {result.message}", stacklevel=3)
+        warnings.warn(f"Failure in {solver.name}: {result.message}", stacklevel=levels_inside())
     _print_statistics(options, result)
     found = None if functions is None else occurrences(result, events)
     output = Refined(refine) if len(times) == 2 else AtTimes(times, result.status == 1)
-    return Solution(name, result, output, found)
+    call = Call(solver, own, options)
+    return Solution(call, result, output, found)
 
 
-def _run(name, fun, t_span, y0, functions, observer, options) -> Any:
-    """The OdeResult of the method of this name."""
+def _run(solver, fun, t_span, y0, functions, observer, options, mass) -> Any:
+    """The OdeResult of the method that solves."""
     chosen = {"rtol": options.get("RelTol", 1e-3), "atol": options.get("AbsTol", 1e-6)}
     t0, tf = t_span
-    if "MaxStep" in options:
-        chosen["max_step"] = options["MaxStep"]
+    span, method = abs(tf - t0), METHODS[solver.method if mass is None else "Rodas5P"]
+    if "MaxStep" in options or not method.like_matlab:
+        chosen["max_step"] = options.get("MaxStep", span / 10.0)
     if "InitialStep" in options:
-        chosen["first_step"] = min(options["InitialStep"], abs(tf - t0))
+        chosen["first_step"] = min(options["InitialStep"], span)
     if observer is not None:
         chosen["callback"] = observed(observer.step, observer.function)
+    if mass is not None:
+        chosen["mass"] = mass
+    if solver.implicit:
+        wanted = {"jac": "Jacobian", "jac_sparsity": "JPattern"}
+        chosen |= {ours: options[name] for ours, name in wanted.items() if name in options}
+
     problem = validate.problem(
-        fun, t0, tf, y0, METHODS[name], None, True, functions, None, DERIVATIVE, chosen
+        fun, t0, tf, y0, method, None, True, functions, None, DERIVATIVE, chosen
     )
-    return solve_problem(problem)
+    return not_shorter(solve_problem(problem), options.get("MinStep", 0.0))
 
 
 def _times(tspan):

@@ -1,0 +1,43 @@
+"""MinStep: a run ends where its steps would have to be shorter."""
+
+import numpy as np
+
+from fastdyn.run.dense_output import OdeSolution, PiecewisePolynomial
+
+
+def not_shorter(result, least):
+    """
+    The result up to the first step that is shorter than `least`; whole if there is none.
+
+    The last step of a run, which its end cuts off, may be shorter, and the first ones, that feel
+    their way.
+    """
+    steps = np.abs(np.diff(result.t))
+    enough = steps >= least * (1.0 - 1e-9)
+    short = np.flatnonzero(np.logical_or.accumulate(enough)[:-1] & ~enough[:-1])
+    if not len(short):
+        return result
+    n = int(short[0])
+    t = float(result.t[n])
+    result.message = (
+        f"at t = {t:.6g} the tolerances cannot be met without reducing the step size below "
+        f"MinStep = {least:g}."
+    )
+    result.status, result.success, result.n_accepted = -1, False, n
+    forwards = result.t[-1] >= result.t[0]
+    if result.t_events is not None:
+        kept = [(times <= t) if forwards else (times >= t) for times in result.t_events]
+        pairs = list(zip(result.y_events, kept, strict=True))
+        result.t_events = [times[k] for times, k in zip(result.t_events, kept, strict=True)]
+        result.y_events = [states[k] if len(states) else states for states, k in pairs]
+    result.t, result.y = result.t[: n + 1], result.y[:, : n + 1]
+    result.sol = _cut(result.sol, t, forwards) if n else None
+    return result
+
+
+def _cut(sol, t, forwards):
+    """The continuous solution up to the end t of a step."""
+    n = int(np.sum(sol.ts[1:] <= t if forwards else sol.ts[1:] >= t))
+    if isinstance(sol, PiecewisePolynomial):
+        return PiecewisePolynomial(sol.ts[: n + 1], sol.polynomials[:n], sol.spans[:n])
+    return OdeSolution(sol.ts[: n + 1], sol.interpolants[:n])
