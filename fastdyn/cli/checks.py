@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.systems.base.units import in_unit
+
 FIGURES, MOVING, TABLES = (".png", ".pdf", ".svg"), (".gif", ".html", ".mp4"), (".csv", ".txt")
 FEWEST_POINTS, MOST_POINTS = 2, 10**7
 
@@ -26,6 +28,30 @@ def number(text):
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"must be a finite number; got {text}.")
     return value
+
+
+def of_unit(unit):
+    """The type of a finite number that may name its unit, ``45deg`` for an angle."""
+
+    def check(text):
+        try:
+            value = in_unit(text, unit)
+        except ValueError as error:
+            return number(text) if _is_number(text) else _refuse(str(error))
+        return number(repr(value))
+
+    return check
+
+
+def _is_number(text):
+    try:
+        return math.isnan(float(text)) or True
+    except ValueError:
+        return False
+
+
+def _refuse(sentence):
+    raise argparse.ArgumentTypeError(sentence)
 
 
 def positive(text):
@@ -121,15 +147,20 @@ def state(system):
     return check
 
 
-def values(text):
-    """The numbers that ``8.7``, ``1:30:10000`` or ``1,2,5`` stand for, a float or an array."""
-    if ":" in text:
-        first, last, count = [*text.split(":"), "", ""][:3]
-        if text.count(":") != 2:
-            raise argparse.ArgumentTypeError(f"a range is FROM:TO:COUNT; got {text!r}.")
-        return np.linspace(number(first), number(last), whole(2, MOST_POINTS)(count))
-    numbers = [number(word) for word in text.split(",")]
-    return np.array(numbers) if len(numbers) > 1 else numbers[0]
+def values_of_unit(unit):
+    """The type of numbers: ``8.7``, ``1:30:10000`` or ``1,2,5`` give a float or an array."""
+    number = of_unit(unit)
+
+    def check(text):
+        if ":" in text:
+            first, last, count = [*text.split(":"), "", ""][:3]
+            if text.count(":") != 2:
+                raise argparse.ArgumentTypeError(f"a range is FROM:TO:COUNT; got {text!r}.")
+            return np.linspace(number(first), number(last), whole(2, MOST_POINTS)(count))
+        numbers = [number(word) for word in text.split(",")]
+        return np.array(numbers) if len(numbers) > 1 else numbers[0]
+
+    return check
 
 
 def chosen_function(name, known):

@@ -143,14 +143,21 @@ def _settable(system):
     }
 
 
-def add_fields(parser, system, how=None, **options):
-    """Teach a parser the fields that a command line can set, in groups that `how` describes."""
+def add_fields(parser, system, kind, metavar, how=None):
+    """
+    Teach a parser the fields that a command line can set, in groups that `how` describes.
+
+    `kind` makes the type of an option from the unit of its field.
+    """
     for heading, fields in _settable(system).items():
         group = parser.add_argument_group(heading, how)
         for field in fields:
             about = field.metadata
             text = f"{about['meaning']} ({about['unit']}), default {field.default:g}"
-            group.add_argument(f"--{field.name}", help=text, **options)
+            text += "; 45deg is in degrees" * (about["unit"] == "rad")
+            group.add_argument(
+                f"--{field.name}", help=text, metavar=metavar, type=kind(about["unit"])
+            )
 
 
 def add_method(group, system):

@@ -124,7 +124,7 @@ def _add_systems(parser, command, add_options, systems):
 
 
 def _add_drift_options(parser, system):
-    commands.add_fields(parser, system, metavar="VALUE", type=checks.number)
+    commands.add_fields(parser, system, checks.of_unit, "VALUE")
     study = parser.add_argument_group("study and output")
     study.add_argument("--methods", nargs="+", default=["Gauss16"], type=checks.method,
                        metavar="METHOD")  # fmt: skip

@@ -5,6 +5,8 @@ import sys
 
 import numpy as np
 
+from fastdyn.systems.base.units import with_degrees
+
 from . import checks, commands
 
 SHOWN = 5  # times of an event that are printed
@@ -12,7 +14,7 @@ SHOWN = 5  # times of an event that are printed
 
 def add_options(parser, system):
     """Teach a parser the numbers of a system and the options of a run."""
-    commands.add_fields(parser, system, metavar="VALUE", type=checks.number)
+    commands.add_fields(parser, system, checks.of_unit, "VALUE")
     start = ["--start"] if hasattr(system, "y0") else ["--y0", "--start"]
     names = ",".join(state.name for state in system.states)
     group = parser.add_argument_group("start and functions")
@@ -120,7 +122,7 @@ def told(value, unit):
         return ": there is none"
     if math.isinf(value):
         return ": infinite"
-    return f" = {value:.10g} {unit}".rstrip()
+    return f" = {with_degrees(value, unit)}"
 
 
 def _tell_event(system, name, times, result):

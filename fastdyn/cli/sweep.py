@@ -1,5 +1,7 @@
 """The command ``fastdyn sweep SYSTEM``: one system over ranges of its numbers."""
 
+import dataclasses
+import math
 import time
 
 import numpy as np
@@ -14,7 +16,7 @@ ROWS = 12  # of a table that is printed
 def add_options(parser, system):
     """Teach a parser the numbers, each a value, a range or a list, and the options."""
     how = "one value, a range FROM:TO:COUNT with both ends, or a list A,B,C"
-    commands.add_fields(parser, system, how, metavar="VALUES", type=checks.values)
+    commands.add_fields(parser, system, checks.values_of_unit, "VALUES", how)
     solver = parser.add_argument_group("solution and output")
     solver.add_argument("--reduce", nargs="+", default=["final"], choices=NAMES, metavar="WHAT",
                         help=f"what to gather: {', '.join(NAMES)}")  # fmt: skip
@@ -98,7 +100,11 @@ def _tell(varied, reduced, found, result):
         column = np.where(result.success & np.isfinite(column), column, np.nan)
         if not np.isnan(column).all():
             ends = [("largest", np.nanargmax(column)), ("smallest", np.nanargmin(column))]
-            said = [f"{word} {column[i]:.6g} {unit} at {_at(varied, i)}" for word, i in ends]
+            at = [_at(result.system, varied, i) for _, i in ends]
+            said = [
+                f"{word} {column[i]:.6g} {unit} at {place}"
+                for (word, i), place in zip(ends, at, strict=True)
+            ]
             print(f"  {name}: {'; '.join(said)}")
 
 
@@ -106,8 +112,14 @@ def _cell(value):
     return f"{value:>14.6g}" if np.isfinite(value) else f"{'none':>14}"
 
 
-def _at(varied, i):
-    return ", ".join(f"{name} = {column[i]:.6g}" for name, column in varied.items())
+def _at(system, varied, i):
+    """The values of a trajectory, of an angle also in degrees."""
+    units = {one.name: one.metadata.get("unit") for one in dataclasses.fields(system)}
+    said = []
+    for name, column in varied.items():
+        beside = f" ({math.degrees(column[i]):.6g}°)" if units[name] == "rad" else ""
+        said.append(f"{name} = {column[i]:.6g}{beside}")
+    return ", ".join(said)
 
 
 def _tell_failures(varied, result):
@@ -115,5 +127,5 @@ def _tell_failures(varied, result):
     failed = np.flatnonzero(~result.success)
     if len(failed):
         i = failed[0]
-        print(f"{len(failed)} of {len(result)} failed, the first at {_at(varied, i)}: "
+        print(f"{len(failed)} of {len(result)} failed, the first at {_at(result.system, varied, i)}: "
               f"{result.message(i)}")  # fmt: skip

@@ -1,7 +1,6 @@
 """The `System` that a derivation makes."""
 
 import dataclasses
-import inspect
 from typing import Any, ClassVar
 
 import sympy as sp
@@ -16,6 +15,8 @@ from fastdyn.systems.base import (
     parameter,
     quantity,
 )
+
+from fastdyn.systems.base.driver import driver_of
 
 from .algebra import shortened
 from .checks.consistency import kept, singular
@@ -39,14 +40,11 @@ class DerivedSystem(System):
     def __post_init__(self):
         super().__post_init__()
         for one in self.derivation.model.drivers:
-            driver = getattr(self, one.name)
-            try:
-                inspect.signature(driver).bind(0.0, ())
-            except (TypeError, ValueError):
-                raise TypeError(
-                    f"`{one.name}` of the {self.name} must be a function of (t, w) that returns "
-                    f"{', '.join(one.gives)}; got {driver!r}."
-                ) from None
+            about = (
+                f"`{one.name}` of the {self.name} must be a function of (t, w), or of t, that "
+                f"returns {', '.join(one.gives)}"
+            )
+            object.__setattr__(self, one.name, driver_of(getattr(self, one.name), about))
 
     def initial_state(self):
         """State at t = 0, on the constraints; ValueError if what is given violates them."""

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import style
+from .solution import between
 
 FINE = 8  # points of the trail for each picture
 ENDINGS = (".gif", ".html", ".mp4")
@@ -122,8 +123,8 @@ def _scenes(result, seconds, fps):
     seconds = min(span, 10.0) if seconds is None else float(seconds)
     n = FINE * (max(2, round(seconds * fps)) - 1) + 1
     t = np.linspace(result.t[0], result.t[-1], n)
-    if result.sol is not None:
-        y = result.sol(t)
+    if (sol := between(result)) is not None:
+        y = sol(t)
     else:
         order = slice(None) if result.t[-1] > result.t[0] else slice(None, None, -1)
         y = np.array([np.interp(t, result.t[order], row[order]) for row in result.y])

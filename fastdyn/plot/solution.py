@@ -55,8 +55,9 @@ def components(results, **options):
         figure, panels = column(n_panels, **options)
         for label, result in results.items():
             t, y = curve(result)
+            dots = {} if between(result) is not None else {"marker": ".", "ms": 5}  # steps alone
             for axes, values in zip(panels, y, strict=False):
-                axes.plot(t, values, label=label)
+                axes.plot(t, values, label=label, **dots)
         for number, axes in enumerate(panels):
             axes.set_ylabel(names[number] if names else f"y[{number}]")
         panels[-1].set_xlabel("t (s)" if system else "t")
@@ -144,10 +145,16 @@ def relative_changes(result):
     return changes
 
 
+def between(result):
+    """The continuous solution of a result, or None where none can be had."""
+    continuous = getattr(result, "continuous", None)
+    return continuous() if continuous else result.sol
+
+
 def curve(result, per_step=16):
     """
-    Points for a smooth line, where the result has a dense output: ``per_step`` in each step,
-    and some hundreds in all.
+    Points for a smooth line, of the continuous solution: ``per_step`` in each step, and some
+    hundreds in all. Of a result that has none, the points of the result.
 
     Returns
     -------
@@ -155,11 +162,11 @@ def curve(result, per_step=16):
     y : ndarray, shape (n, n_points)
     """
     t, y = np.asarray(result.t, float), np.asarray(result.y)
-    if result.sol is None or len(t) < 2:
+    if len(t) < 2 or (sol := between(result)) is None:
         return t, y
     per_step = max(per_step, 400 // (len(t) - 1))
     grid = np.interp(np.arange(per_step * (len(t) - 1) + 1) / per_step, np.arange(len(t)), t)
-    return grid, result.sol(grid)
+    return grid, sol(grid)
 
 
 def exact_curve(system, t):

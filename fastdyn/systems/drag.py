@@ -103,16 +103,27 @@ class Drag(System):
         """The same throw without air."""
         return Projectile(self.g, *self.initial_state())
 
+    @staticmethod
+    def specific_drag(rho, C_D, D, m) -> float:
+        """
+        Specific drag c = pi rho C_D D² / (8 m) of a sphere, 1/m.
+
+        Parameters
+        ----------
+        rho : float
+            Density of the air, kg/m³.
+        C_D : float
+            Drag coefficient.
+        D, m : float
+            Diameter, m, and mass, kg, of the sphere.
+        """
+        return math.pi * rho * C_D * D**2 / (8.0 * m)
+
     def figure(self, results, **options):
         """Trajectories in space, beside height and speed against time; see `System.figure`."""
         return flight.figure(results, self.speed, **options)
 
     scene = Projectile.scene
-
-
-def specific_drag(density, drag_coefficient, diameter, mass):
-    """Specific drag c = pi rho C_D D² / (8 m) of a sphere, 1/m; the air's density rho in kg/m³."""
-    return math.pi * density * drag_coefficient * diameter**2 / (8.0 * mass)
 
 
 def _vertical(v0, s):
@@ -134,3 +145,6 @@ def _vertical(v0, s):
 
 def _log_cosh(x):
     return np.abs(x) + np.log1p(np.exp(-2.0 * np.abs(x))) - math.log(2.0)
+
+
+specific_drag = Drag.specific_drag

@@ -16,26 +16,28 @@ from .formulas import elliptic
 @dataclasses.dataclass(frozen=True)
 class Pendulum(System):
     """
-    Pendulum on a light cable, pushed off at its lowest point.
+    Pendulum on a light cable, pushed off at its lowest point, or released at an angle.
 
     Equation of motion, from Newton's law with the cable force R eliminated::
 
         theta'' = -(g/l) sin theta        R/m = l theta'² + g cos theta
 
     State ``[theta, omega]`` with omega = theta', in rad and rad/s, theta counted from the
-    vertical and not wrapped; from theta = 0 with omega = V0/l, of either sign. The mass scales
-    energy and tension only. Defaults and t = 20 s are those of the course's script for the same
+    vertical and not wrapped; from theta = `theta0`, the lowest point unless given, with
+    omega = V0/l, of either sign. The mass scales energy and tension only. Defaults and t = 20 s are those of the course's script for the same
     pendulum in Cartesian coordinates.
 
     Notes
     -----
-    With w0 = sqrt(g/l) and k = V0 / (2 sqrt(g l)) the exact solution is
+    With w0 = sqrt(g/l) and k = V0 / (2 sqrt(g l)) the exact solution from the lowest point is
 
     - swinging, k < 1: theta = 2 asin(k sn(w0 t | k²)), period 4 K(k²) / w0;
     - separatrix, k = 1: theta = 4 atan(exp(w0 t)) - pi, which takes for ever to reach the top;
     - whirling, k > 1: theta = 2 am(k w0 t | 1/k²), one turn in 2 K(1/k²) / (k w0).
 
-    The course's am jumps from pi to -pi at the top; here the angle goes on growing.
+    The course's am jumps from pi to -pi at the top; here the angle goes on growing. A pendulum
+    that starts at `theta0` is one that passed the lowest point before, with
+    k² = V0² / (4 g l) + sin² (theta0/2).
 
     The equation holds while R > 0. A cable goes slack at cos theta = (2 - V0²/(g l))/3 if V0²
     lies between 2 g l and 5 g l. ``solve(events="slack")`` notices this and stops,
@@ -54,11 +56,12 @@ class Pendulum(System):
 
     g: float = parameter(9.81, "m/s²", "acceleration of gravity", positive=True)
     l: float = parameter(1.0, "m", "length of the cable", positive=True)
-    V0: float = initial(0.1, "m/s", "horizontal velocity at launch")
+    V0: float = initial(0.1, "m/s", "velocity at launch, across the cable")
     m: float = parameter(1.0, "kg", "mass", positive=True)
+    theta0: float = initial(0.0, "rad", "angle at launch")
 
     def initial_state(self):
-        return (0.0, self.V0 / self.l)
+        return (self.theta0, self.V0 / self.l)
 
     @staticmethod
     def rhs(t, w, g, l, m):
@@ -101,14 +104,18 @@ class Pendulum(System):
 
     def exact(self, t):
         """Exact state in all three regimes, the angle not wrapped; shape (2,) or (2, n_points)."""
-        w0 = self.natural_frequency
+        w0, turns = self.natural_frequency, self._turns
         motion = getattr(elliptic, self.regime)
-        theta, rate = motion(w0 * np.asarray(t, float), self.modulus, self._k_squared_beyond_one)
-        return math.copysign(1.0, self.V0) * np.array([theta, w0 * rate])
+        phase = w0 * np.asarray(t, float) + self._phase
+        theta, rate = motion(phase, self.modulus, self._k_squared_beyond_one)
+        sign = math.copysign(1.0, self.V0)
+        return np.array([sign * theta + turns, sign * w0 * rate])
 
     def small_angle(self, t):
         """
-        Solution for small angles, theta ~ V0/sqrt(g l) sin(w0 t); shape (2,) or (2, n_points).
+        Solution for small angles, theta ~ theta0 cos(w0 t) + V0/sqrt(g l) sin(w0 t).
+
+        Its shape is (2,) or (2, n_points).
 
         Notes
         -----
@@ -116,8 +123,9 @@ class Pendulum(System):
         grows as A³/16 w0 t until the two are out of step.
         """
         s = self.natural_frequency * np.asarray(t, float)
-        peak = self.V0 / math.sqrt(self.g * self.l)
-        return np.array([peak * np.sin(s), self.V0 / self.l * np.cos(s)])
+        peak, w0 = self.V0 / math.sqrt(self.g * self.l), self.natural_frequency
+        angle = self.theta0 * np.cos(s) + peak * np.sin(s)
+        return np.array([angle, w0 * (peak * np.cos(s) - self.theta0 * np.sin(s))])
 
     @derived("")
     def regime(self) -> str:
@@ -129,8 +137,8 @@ class Pendulum(System):
 
     @derived("")
     def modulus(self) -> float:
-        """k = |V0| / (2 sqrt(g l)): below 1 the pendulum swings, above 1 it whirls."""
-        return abs(self.V0) / (2.0 * math.sqrt(self.g * self.l))
+        """k, from the bottom |V0| / (2 sqrt(g l)): below 1 the pendulum swings, above it whirls."""
+        return math.hypot(self._half_rate, math.sin(0.5 * self.theta0))
 
     @derived("rad/s")
     def natural_frequency(self) -> float:
@@ -163,18 +171,31 @@ class Pendulum(System):
     @derived("s")
     def slack_time(self) -> float:
         """Time at which the cable first goes slack; NaN if it stays taut."""
-        return self.time_to(math.copysign(self.slack_angle, self.V0))
+        if self.theta0 == 0.0:
+            return self.time_to(math.copysign(self.slack_angle, self.V0))
+        if math.isnan(self.slack_angle):
+            return math.nan
+        if math.cos(self.theta0) < math.cos(self.slack_angle):
+            return 0.0  # beyond the angle at which it does
+        times = [self.time_to(sign * self.slack_angle + self._turns) for sign in (-1.0, 1.0)]
+        return float(np.nanmin(times))
 
     def time_to(self, theta) -> float:
         """
         Second integral of the motion: the time at which the pendulum first gets to an angle.
 
-        The angle is in rad, with the sign of V0; NaN if it is not reached.
+        The angle is in rad; from the lowest point with the sign of V0. NaN if it is not reached.
         """
-        if theta * self.V0 < 0.0:
+        if self.theta0 == 0.0 and theta * self.V0 < 0.0:
             return math.nan
-        phase = elliptic.first_passage(0.5 * abs(theta), self.modulus)
-        return float(phase / self.natural_frequency)
+        angle = (theta - self._turns) * math.copysign(1.0, self.V0)
+        passage = elliptic.first_passage(0.5 * abs(angle), self.modulus)
+        passages = [math.copysign(float(passage), angle)]
+        if self.regime == "swinging":
+            half = 0.5 * self.period * self.natural_frequency
+            passages += [half - passages[0], passages[0] + 2.0 * half]
+        later = [one - self._phase for one in passages if one >= self._phase]
+        return min(later, default=math.nan) / self.natural_frequency
 
     def figure(self, results, **options):
         """Angle with the exact one, and tension, against time; see `System.figure`."""
@@ -188,4 +209,23 @@ class Pendulum(System):
     def _k_squared_beyond_one(self):
         """k² - 1, from the parameters in rational arithmetic: near the separatrix it is small."""
         g, length, V0 = Fraction(self.g), Fraction(self.l), Fraction(self.V0)
-        return float(V0**2 / (4 * g * length) - 1)
+        return float(V0**2 / (4 * g * length) - Fraction(math.cos(0.5 * self.theta0)) ** 2)
+
+    @property
+    def _half_rate(self):
+        """Half the rate of the angle at launch, in units of the natural frequency; not negative."""
+        return abs(self.V0) / (2.0 * math.sqrt(self.g * self.l))
+
+    @property
+    def _turns(self):
+        """The whole turns in the angle at launch, rad."""
+        return 2.0 * math.pi * round(self.theta0 / (2.0 * math.pi))
+
+    @property
+    def _phase(self):
+        """Phase of the motion from the lowest point at which this one begins."""
+        if self.theta0 == 0.0:
+            return 0.0
+        half = 0.5 * (self.theta0 - self._turns) * math.copysign(1.0, self.V0)
+        beyond = 0.0 if self.regime == "separatrix" else self._k_squared_beyond_one
+        return elliptic.phase_at(half, self._half_rate, self.modulus, beyond)

@@ -28,6 +28,10 @@ class Rod(System):
     -----
     Exact: r = V / (w s) exp(-mu w t) sinh(s w t) with s = sqrt(1 + mu²): a growing mode of rate
     w (s - mu), whose amplitude is an invariant, and a decaying one of rate -w (s + mu).
+
+    The equation holds for a block that slides inwards, too: there r' and N change their signs
+    together, and the friction mu |N| is against the slip either way. Nothing holds a block that
+    stops, as N is zero with r'.
     """
 
     name = "rod"
@@ -70,13 +74,9 @@ class Rod(System):
         t, root = np.asarray(t, float), math.hypot(1.0, self.mu)
         up, down = np.exp(self.growth_rate * t), np.exp(-self.decay_rate * t)
         scale = self.V / (2.0 * self.omega * root)
-        r = self.V / (self.omega * root) * np.exp(-self.mu * self.omega * t)
-        return np.array(
-            [
-                r * np.sinh(root * self.omega * t),
-                scale * (self.growth_rate * up + self.decay_rate * down),
-            ]
-        )
+        growing = scale * np.expm1(-2.0 * self.omega * root * t)  # 0 at the start, to rounding
+        speed = scale * (self.growth_rate * up + self.decay_rate * down)
+        return np.array([-growing * up, speed])
 
     @derived("1/s")
     def growth_rate(self) -> float:

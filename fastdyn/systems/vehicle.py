@@ -1,7 +1,6 @@
 """Vehicle steered by its driver, a non-holonomic system (course 3.3.4)."""
 
 import dataclasses
-import inspect
 import math
 from typing import Any, ClassVar
 
@@ -11,6 +10,7 @@ from fastdyn.kernels.algebra.constrained import constrained
 from fastdyn.plot import driving
 
 from .base import State, System, constraint, parameter, quantity
+from .base.driver import driver_of
 
 
 def drunk(t, w):
@@ -21,6 +21,11 @@ def drunk(t, w):
 def steady(t, w):
     """A driver who holds the wheel; (alpha, alpha', P)."""
     return 0.1, 0.0, 0.2
+
+
+def tight(t, w):
+    """A driver who holds the wheel at twice the angle of `steady`; (alpha, alpha', P)."""
+    return 0.2, 0.0, 0.2
 
 
 def coasting(t, w):
@@ -57,9 +62,9 @@ class Vehicle(System):
     Parameters
     ----------
     driver : callable
-        ``driver(t, w)``, any function of the time and the state: returns the angle of the front
-        wheel, rad, its rate, rad/s, and the thrust P, N. By default the course's drunk driver,
-        `drunk`; `steady` and `coasting` are there too.
+        ``driver(t, w)``, any function of the time and the state, or the chapter's ``driver(t)``:
+        returns the angle of the front wheel, rad, its rate, rad/s, and the thrust P, N. By default
+        the course's drunk driver, `drunk`; `steady`, `tight` and `coasting` are there too.
 
     Notes
     -----
@@ -80,7 +85,9 @@ class Vehicle(System):
         State("omega", "rad/s", "rate of the heading"),
     )
     t_end = 120.0
-    choices: ClassVar = {"driver": {"drunk": drunk, "steady": steady, "coasting": coasting}}
+    choices: ClassVar = {
+        "driver": {"drunk": drunk, "steady": steady, "tight": tight, "coasting": coasting}
+    }
 
     m: float = parameter(1.0, "kg", "mass", positive=True)
     L: float = parameter(1.0, "m", "wheelbase", positive=True)
@@ -89,13 +96,11 @@ class Vehicle(System):
 
     def __post_init__(self):
         super().__post_init__()
-        try:
-            inspect.signature(self.driver).bind(0.0, ())
-        except (TypeError, ValueError):
-            raise TypeError(
-                "`driver` of the vehicle must be a function of (t, w) that returns the angle of "
-                f"the front wheel, its rate, and the thrust; got {self.driver!r}."
-            ) from None
+        about = (
+            "`driver` of the vehicle must be a function of (t, w), or of t, that returns the angle "
+            "of the front wheel, its rate, and the thrust"
+        )
+        object.__setattr__(self, "driver", driver_of(self.driver, about))
         answer = _answer(self.driver, self.initial_state())
         if np.size(answer) != 3:
             raise ValueError(

@@ -107,7 +107,9 @@ def test_drag_only_takes_energy_and_wind_may_give_it():
 
 
 def test_specific_drag_of_a_sphere():
-    assert specific_drag(1.2, 0.47, 0.2, 0.5) == pytest.approx(math.pi * 1.2 * 0.47 * 0.04 / 4.0)
+    expected = pytest.approx(math.pi * 1.2 * 0.47 * 0.04 / 4.0)
+    assert specific_drag(1.2, 0.47, 0.2, 0.5) == expected
+    assert drag.specific_drag(rho=1.2, C_D=0.47, D=0.2, m=0.5) == expected
 
 
 @pytest.mark.parametrize(

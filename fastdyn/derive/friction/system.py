@@ -9,7 +9,7 @@ from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.solve.phases import solve_phases
 from fastdyn.systems.base.consistent_start import start
 from fastdyn.systems.base.declare import of_instance
-from fastdyn.systems.base.result import SystemResult
+from fastdyn.systems.base.result import SystemResult, asked
 from fastdyn.systems.base.solve_arguments import completed, span
 
 from .modes import REST, Mode, Way
@@ -61,12 +61,13 @@ class RubbingSystem(DerivedSystem):
         t_span = span(self, t_span)
         w = np.array(start(self, t_span[0], y0, project), float)
         n, count = len(w), len(self.derivation.model.contacts)
-        options = _widened(options, n, count)
+        given, options = options, _widened(options, n, count)
         run = Transitions(self, lambda mode: self._phase(mode, bool(project)))
         first = run.begin(t_span[0], w)
         w = np.append(w, np.zeros(count))
         found = solve_phases(run, first, t_span, w, method, args=self.args, **options)
-        result = RubbingResult(_narrowed(found, n), self.as_started(t_span[0], y0))
+        again = asked(found, t_span, y0, method, project, given)
+        result = RubbingResult(_narrowed(found, n), self.as_started(t_span[0], y0), again)
         object.__setattr__(result, "ways", [run.ways[name] for name, *_ in found.phases])
         return result
 

@@ -9,6 +9,8 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
+from .units import FACTORS, in_unit, warn_of_degrees
+
 
 class State(NamedTuple):
     """Name, unit and meaning of one component of the state."""
@@ -132,8 +134,15 @@ def checked(system, field, value):
         return value
     unit = field.metadata["unit"]
     about = f"Parameter `{field.name}` of the {system} ({field.metadata['meaning']}, {unit})"
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+    if isinstance(value, str):
+        try:
+            value = in_unit(value, unit)
+        except ValueError as error:
+            raise ValueError(f"{about}: {error}") from None
+    elif isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise TypeError(f"{about} must be one real number, but {value!r} was given.")
+    else:
+        warn_of_degrees(f"`{field.name}` of the {system}", float(value), unit)
     value = float(value)
     if not math.isfinite(value):
         raise ValueError(f"{about} must be finite, but {value} was given.")
@@ -166,7 +175,8 @@ def _described(name, default, unit, meaning, positive, negative, **_):
     """Lines of a docstring about one parameter."""
     bound = ", greater than zero" if positive else "" if negative else ", not negative"
     about = f"{meaning[0].upper()}{meaning[1:]} ({unit}){bound}."
-    return [f"{name} : float, default {default:g}", f"    {about}"]
+    kind = "float or str" if unit in FACTORS else "float"
+    return [f"{name} : {kind}, default {default:g}", f"    {about}"]
 
 
 @dataclasses.dataclass(frozen=True)

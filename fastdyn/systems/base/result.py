@@ -6,6 +6,20 @@ import numpy as np
 
 from fastdyn.run.result import OdeResult
 
+WATCHING = {"t_eval", "dense_output", "progress", "checkpoint", "callback", "max_steps"}
+MANY = 200_000  # points, between which a curve needs no others
+
+
+def asked(result, t_span, y0, method, project, options):
+    """What `System.solve` is asked for again, as far as a result got: without what only watches."""
+    if len(result.t) < 2 or len(result.t) > MANY:
+        return None
+    again = {name: one for name, one in options.items() if name not in WATCHING}
+    if again.get("on_event") is None:
+        again.pop("events", None)
+    span = float(t_span[0]), float(result.t[-1])
+    return {"t_span": span, "y0": y0, "method": method, "project": project} | again
+
 
 class SystemResult(OdeResult):
     """
@@ -18,10 +32,24 @@ class SystemResult(OdeResult):
     """
 
     system: Any
+    _asked: Any
 
-    def __init__(self, result, system):
+    def __init__(self, result, system, asked=None):
         super().__init__(result)
         object.__setattr__(self, "system", system)  # beside SciPy's fields, not among them
+        object.__setattr__(self, "_asked", asked)
+
+    def continuous(self):
+        """
+        The solution as a function of time, shape (n,) or (n, k): for curves between the steps.
+
+        `sol` if the solve was asked for a dense output; else the same is solved once more, with
+        one. None for a result that does not know how it was solved.
+        """
+        if self.sol is None and isinstance(self._asked, dict):
+            again = self.system.solve(**self._asked, dense_output=True)
+            object.__setattr__(self, "_asked", again.sol)
+        return self._asked if self.sol is None else self.sol
 
     def error(self) -> np.ndarray:
         """

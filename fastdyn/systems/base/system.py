@@ -18,7 +18,7 @@ from fastdyn.solve.ivp import solve_ivp
 
 from .consistent_start import start
 from .declare import Declared, Derived, State, documented, of_instance
-from .result import SystemResult
+from .result import SystemResult, asked
 from .solve_arguments import completed, projection, span
 
 
@@ -159,7 +159,8 @@ class System(Declared):
         t_span = span(self, t_span)
         begin = start(self, t_span[0], y0, project)
         result = solve_ivp(self.rhs, t_span, begin, method=method, args=self.args, **options)
-        return SystemResult(result, self.as_started(t_span[0], y0, options.get("on_event")))
+        own = self.as_started(t_span[0], y0, options.get("on_event"))
+        return SystemResult(result, own, asked(result, t_span, y0, method, project, options))
 
     @of_instance
     def ensemble(self, t_span=None, y0=None, method="RK45", **given) -> Any:

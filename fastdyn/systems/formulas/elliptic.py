@@ -40,6 +40,24 @@ def first_passage(half_angle, k):
     return float(ellipkinc(np.arcsin(np.sin(half_angle) / k), k**2)) if half_angle else 0.0
 
 
+def phase_at(half_angle, rate, k, beyond):
+    """
+    Phase, as of `swinging`, at which a motion has half an angle and half a rate >= 0.
+
+    The angle is less than pi in size unless the motion is over the top; both belong to `k`.
+    """
+    from scipy.special import ellipkinc
+
+    sine = np.sin(half_angle)
+    if beyond > 0.0:
+        return float(ellipkinc(half_angle, 1.0 / k**2)) / k
+    if beyond == 0.0:
+        return float(np.arcsinh(np.tan(half_angle)))
+    if rate == 0.0:
+        return float(np.sign(sine)) * quarter_period(-beyond)
+    return float(ellipkinc(np.arctan2(sine, rate), k**2))
+
+
 def quarter_period(m1):
     """Complete elliptic integral K(1 - m1), from the complement m1 of the parameter."""
     means, _ = _means(m1)

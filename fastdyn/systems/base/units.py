@@ -1,0 +1,58 @@
+"""Numbers with a unit, as "45 deg" for an angle that is kept in radians."""
+
+import math
+import re
+import warnings
+
+from fastdyn.compile.callables.diagnostics import levels_inside
+
+TURN = 2.0 * math.pi
+IN_RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0, "rev": TURN}
+FACTORS = {
+    "rad": IN_RADIANS,
+    "rad/s": {f"{name}/s": size for name, size in IN_RADIANS.items()} | {"rpm": TURN / 60.0},
+}
+NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
+
+
+def in_unit(text, unit):
+    """
+    The number that a text stands for, in a unit.
+
+    Parameters
+    ----------
+    text : str
+        A number, in `unit`, or a number and its unit: "45 deg", "0.8 rad", "33.3 rpm", "2 m".
+    unit : str
+
+    Raises
+    ------
+    ValueError
+        For what is no number, and for a unit that cannot be taken into the other one.
+    """
+    found = NUMBER.fullmatch(text)
+    if not found:
+        raise ValueError(f"{text!r} is not a number.")
+    value, given = float(found[1]), found[2]
+    known = FACTORS.get(unit, {unit: 1.0})
+    if given is None or given == unit:
+        return value
+    if given not in known:
+        raise ValueError(f"{text!r} is not in {' or '.join(known)}.")
+    return value * known[given]
+
+
+def warn_of_degrees(about, value, unit):
+    """Warn of an angle beyond a full turn, which somebody means in degrees."""
+    if unit == "rad" and abs(value) > TURN:
+        warnings.warn(
+            f"{about} is {value:g} rad, more than a full turn: angles are in radians. For degrees "
+            f"write '{value:g} deg'.",
+            stacklevel=levels_inside(),
+        )
+
+
+def with_degrees(value, unit):
+    """A value with its unit, of an angle also in degrees."""
+    beside = f" ({math.degrees(value):.6g}°)" if unit == "rad" and math.isfinite(value) else ""
+    return f"{value:.10g} {unit}".rstrip() + beside
