@@ -107,11 +107,21 @@ def _report(system, start, result, method, names):
         errors = [""] * len(system.states)
     for state, value, error in zip(system.states, result.y[:, -1], errors, strict=True):
         print(f"  {state.name}{told(value, state.unit)}{error if math.isfinite(value) else ''}")
+    for name, values in result.quantities().items():
+        _tell_quantity(name, values, result.system.quantities[name].unit)
     for name, values in result.invariants().items():
         change = values[-1] - values[0]
         print(f"  {name.replace('_', ' ')} has changed by {change:.3g}")
     for name, values in result.residuals().items():
         print(f"  {name.replace('_', ' ')} is off by {abs(values).max():.3g} at most")
+
+
+def _tell_quantity(name, values, unit):
+    """Print a quantity at the end, and between which values it was."""
+    known = values[np.isfinite(values)]
+    if len(known):
+        between = f"  (from {known.min():.4g} to {known.max():.4g})"
+        print(f"  {name.replace('_', ' ')}{told(values[-1], unit)}{between}")
 
 
 def told(value, unit):

@@ -15,7 +15,6 @@ from fastdyn.systems.base import (
     parameter,
     quantity,
 )
-
 from fastdyn.systems.base.driver import driver_of
 
 from .algebra import shortened

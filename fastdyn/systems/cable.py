@@ -167,6 +167,13 @@ class Cable(System):
         """Time at which the cable first goes slack; NaN if it stays taut."""
         return self.by_angle.slack_time
 
+    @derived("rad")
+    def taut_angle(self) -> float:
+        """Angle from the bottom at which the slack cable is first taut again; NaN if never slack."""
+        if math.isnan(self.slack_angle):
+            return math.nan
+        return abs(math.remainder(3.0 * self.slack_angle, 2.0 * math.pi))
+
     def figure(self, results, **options):
         """Paths, and tension and slack against time; see `System.figure`."""
         return pendulums.cable(results, self.l, **options)

@@ -32,6 +32,79 @@ def test_every_system_has_exercises_whose_commands_are_words_of_the_command_line
     assert f"## {SYSTEMS[name].title}" in PAGE.read_text("utf-8")
 
 
+ARE, AT, TO = (
+    r"{} = (\S+)",
+    r"{}: largest \S+ \S+ at \w+ = (\S+)",
+    r"{} = \S+ .*\(from \S+ to (\S+)\)",
+)
+TOLD = {  # what a command prints, and what it is in the answer
+    ("projectile", 0): {ARE.format("flight time"): 4 * 20 / 9.81, ARE.format("range"): 230.6566},
+    ("projectile", 1): {ARE.format("range"): 349.2},
+    ("nanoparticle", 0): {ARE.format("apex height"): 7.92e-9},
+    ("nanoparticle", 1): {ARE.format("apex height"): 15.8e-3},
+    ("tower", 0): {r"x: largest .* \((\S+)°\); smallest": 16.0},
+    ("tower", 1): {ARE.format("range"): 218.6, ARE.format("best range"): 225.1,
+                   r"best angle = .*\((\S+)°\)": 36.2},
+    ("suspension", 0): {ARE.format("period"): 2 * 0.7024814731,
+                        ARE.format("static deflection"): 4 * 0.122625},
+    ("suspension", 1): {r"  x = (\S+)": 0.3774},
+    ("rod", 0): {r"  r = (\S+)": 0.2347513},
+    ("rod", 1): {ARE.format("growth rate"): 0.0333, r"  v = (\S+)": 0.0333 * 0.023325},
+    ("pendulum", 0): {ARE.format("period"): 1.18034 * 2 * math.pi / math.sqrt(9.81),
+                      r"largest angle = .*\((\S+)°\)": 90.0},
+    ("pendulum", 1): {r"slack: not (\S+)": "reached"},
+    ("cable", 0): {r"taut angle = .*\((\S+)°\)": 31.6,
+                   r"energy = (\S+) J": (1 - 0.555) * 0.5 * 3 * 9.81},
+    ("drag", 0): {r"x: largest (\S+) m at c = 0;": 40.77, r"smallest (\S+) m at c = 0.5": 2.866},
+    ("drag", 1): {ARE.format("terminal speed"): 2.215, r"  vz = -(\S+)": 2.215},
+    ("satellite", 0): {ARE.format("period"): math.sqrt(39.4784 * 1.785714**3)},
+    ("satellite", 1): {r"energy has changed by -(\S+)": 0.5 * 0.027e-2},
+    ("building", 0): {r"y2: largest \S+ m at omega = (\S+);": 12.36},
+    ("building", 1): {r"y2: largest (\S+) m at omega = 9;": None},
+    ("pendulum_xy", 0): {r"circle is off by (\S+) at": 8.4e-2},
+    ("pendulum_xy", 1): {r"  x = \S+ m  \(error (\S+)\)": None},
+    ("vehicle", 0): {r"speed = (\S+)": None, r"omega = (\S+)": None},
+    ("vehicle", 1): {r"front force = .* to (\S+)\)": None},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_command_of_an_exercise_prints_its_answer(name, capsys):
+    for number, one in enumerate(exercises(name)):
+        if not one.command:
+            continue
+        assert main(one.command.split()) == 0
+        out = capsys.readouterr().out
+        assert not re.search(r"\b(nan|inf)\b", out)
+        for pattern, expected in TOLD[name, number].items():
+            found = re.search(pattern, out, re.MULTILINE)
+            assert found, (one.command, pattern)
+            if isinstance(expected, float):
+                digits = 2 if expected < 1.0 else 3
+                assert float(found[1]) == pytest.approx(expected, rel=2 * 10.0**-digits), pattern
+            elif expected:
+                assert found[1] == expected
+
+
+def test_numbers_that_have_to_be_put_together(capsys):
+    main(["run", "vehicle", "--driver", "tight", "--project", "--t-end", "300"])
+    out = capsys.readouterr().out
+    speed, omega = (float(re.search(rf"  {n} = (\S+)", out)[1]) for n in ("speed", "omega"))
+    assert speed / omega == pytest.approx(Vehicle().circle_radius(0.2), rel=1e-4)
+    main(["run", "vehicle"])
+    low, high = re.search(
+        r"front force = \S+ N  \(from (\S+) to (\S+)\)", capsys.readouterr().out
+    ).groups()
+    needed = max(-float(low), float(high)) / (0.5 * 9.81)
+    answer = exercises("vehicle")[1].answer().text
+    assert f"needs {needed:.1g}" in answer or f"needs {needed:.2g}" in answer
+    main(["sweep", "building", "--omega", "9,60", "--reduce", "max", "min"])
+    rows = re.findall(r"^ +(?:9|60) +\S+ +(\S+) ", capsys.readouterr().out, re.MULTILINE)
+    highest, high, lowest, low = map(float, rows)
+    assert (highest - lowest) / 2 == pytest.approx(4.0, rel=0.02)
+    assert (high - low) / 2 == pytest.approx(0.025, rel=0.05)
+
+
 def test_an_answer_that_does_not_hold_makes_the_status_one(monkeypatch, capsys):
     wrong = sheet.exercises("rod")[0]._replace(answer=lambda: turns.Answer("no", False))
     monkeypatch.setattr(sheet, "exercises", lambda name: [wrong])

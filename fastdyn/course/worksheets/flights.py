@@ -12,6 +12,7 @@ from fastdyn.systems.tower import MILE_PER_HOUR, Tower
 
 from .exercise import Answer, Exercise, close
 
+PITCH = 90.0 * MILE_PER_HOUR
 ANGLES = np.radians(np.arange(0.0, 80.0, 0.25))
 
 
@@ -34,10 +35,9 @@ def _twice_as_fast():
 
 
 def _on_the_moon():
-    earth, moon = (landed(Projectile(g=g)).y[0, -1] for g in (9.81, 1.62))
+    earth, moon = (float(np.hypot(*landed(Projectile(g=g)).y[:2, -1])) for g in (9.81, 1.62))
     return Answer(
-        f"The range grows from {earth:.4g} m to {moon:.4g} m in each direction, by "
-        f"{moon / earth:.4g} = 9.81 / 1.62.",
+        f"The range grows from {earth:.4g} m to {moon:.4g} m, by {moon / earth:.4g} = 9.81 / 1.62.",
         close(moon / earth, 9.81 / 1.62),
     )
 
@@ -82,7 +82,7 @@ def _best_angles():
 
 
 def _baseball():
-    fast = Tower(V=90.0 * MILE_PER_HOUR)
+    fast = Tower(V=PITCH)
     best = Tower(V=fast.V, angle=fast.best_angle)
     ranges = [landed(one).y[0, -1] for one in (fast, best)]
     return Answer(
@@ -92,19 +92,13 @@ def _baseball():
     )
 
 
-def _best_angle_with_drag():
-    found = []
-    for c in (0.0, 0.05, 0.5):
-        many = Drag(c=c, vy0=0.0).ensemble(
-            (0.0, 100.0), events="ground", **TIGHT,
-            vx0=24.5 * np.cos(ANGLES), vz0=24.5 * np.sin(ANGLES),
-        )  # fmt: skip
-        found.append((many.y_end[:, 0].max(), math.degrees(ANGLES[many.y_end[:, 0].argmax()])))
-    (far, steep), (less, flatter), (least, flattest) = found
+def _lost_to_the_air():
+    ranges = [landed(Drag(c=c, vy0=0.0)).y[0, -1] for c in (0.0, 0.05, 0.5)]
+    free, thin, thick = ranges
     return Answer(
-        f"{far:.4g} m at {steep:.4g}° without air, {less:.4g} m at {flatter:.4g}° with c = 0.05/m, "
-        f"{least:.4g} m at {flattest:.4g}° with c = 0.5/m: drag wants it flatter.",
-        steep == 45.0 and steep > flatter > flattest and far > less > least,
+        f"{free:.4g} m without air, {thin:.4g} m with c = 0.05/m, {thick:.4g} m with c = 0.5/m: "
+        f"thick air takes {100 * (1 - thick / free):.3g} % of the range.",
+        close(free, Projectile(vy0=0.0).range) and free > thin > thick,
     )
 
 
@@ -131,13 +125,14 @@ EXERCISES = {
     ],
     "tower": [
         Exercise("At which angle does it go farthest: from the ground, from 71 m, from 1 km?",
-                 "sweep tower --angle 0:1.4:281 --h 71 --t-end 100", _best_angles),
-        Exercise("A pitcher throws at 90 mph, 40.2 m/s. How far from the tower, and how best?",
-                 "run tower --V 40.2", _baseball),
+                 "sweep tower --angle 0deg:80deg:321 --h 71 --t-end 100", _best_angles),
+        Exercise(f"A pitcher throws at 90 mph, {PITCH:.6g} m/s. How far from the tower, and how "
+                 "best?", f"run tower --V {PITCH:.6g}", _baseball),
     ],
     "drag": [
-        Exercise("Thrown at 24.5 m/s: at which angle does the ball go farthest, for c = 0, 0.05 "
-                 "and 0.5 /m?", "sweep drag --vx0 5:24:39 --vy0 0 --vz0 15", _best_angle_with_drag),
+        Exercise("How far does the ball go, thrown forwards at 10 m/s and upwards at 20 m/s, for "
+                 "c = 0, 0.05 and 0.5 /m?", "sweep drag --c 0,0.05,0.5 --vy0 0 --t-end 100",
+                 _lost_to_the_air),
         Exercise("Make the drag four times as strong. What becomes of the terminal speed?",
                  "run drag --c 2 --z0 1000 --t-end 100", _denser_air),
     ],

@@ -101,7 +101,7 @@ def _impact():
     vx, vy = v * math.cos(a), fall - v * math.sin(a)  # a parabola from the slack to the impact
     x, y = x + vx * (end - begin), y + (vy - 0.5 * fall) * (end - begin)
     outwards = (x * vx + y * vy) / math.hypot(x, y)
-    where = abs(math.degrees(math.remainder(3.0 * a, 2.0 * math.pi)))
+    where = math.degrees(cable.taut_angle)
     return Answer(
         f"It hits the end of its cable {where:.3g}° from the bottom and loses {100 * lost:.3g} % "
         "of its energy, all that was in the velocity along the cable.",
@@ -137,7 +137,7 @@ def _two_pendulums():
 EXERCISES = {
     "suspension": [
         Exercise("Make the vehicle four times as heavy. What becomes of period and deflection?",
-                 "run suspension --m 4 --t-end 20", _heavier),
+                 "run suspension --m 1000 --t-end 20", _heavier),
         Exercise("Release the vehicle at its equilibrium. What happens?",
                  f"run suspension --x0 {Suspension().equilibrium:.12g}", _at_rest),
     ],
@@ -145,7 +145,7 @@ EXERCISES = {
         Exercise("Double the stiffness of the walls. Where is the lower resonance?",
                  "sweep building --k 200 --omega 5:15:2001 --reduce max", _stiffer),
         Exercise("Shake the ground at 60 rad/s, far above both resonances. How far does the upper "
-                 "floor sway?", "run building --omega 60 --plot building.png", _fast_ground),
+                 "floor sway?", "sweep building --omega 9,60 --reduce max min", _fast_ground),
     ],
     "pendulum": [
         Exercise("Let it swing to 90°. By how much is the period longer than that of small swings?",

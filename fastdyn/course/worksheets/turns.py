@@ -9,7 +9,7 @@ from fastdyn.course.tolerances import TIGHT
 from fastdyn.solve.ivp import solve_ivp
 from fastdyn.systems.rod import Rod
 from fastdyn.systems.satellite import Satellite
-from fastdyn.systems.vehicle import Vehicle, steady
+from fastdyn.systems.vehicle import Vehicle, steady, tight
 
 from .exercise import Answer, Exercise, close
 
@@ -63,11 +63,6 @@ def _tolerances():
         f"ode45 loses {said} of the energy at RelTol 1e-3, 1e-4, 1e-5, 1e-6.",
         all(a > 5.0 * b for a, b in itertools.pairwise(losses)),
     )
-
-
-def tight(t, w):
-    """A driver who holds the wheel at twice the angle of `steady`."""
-    return 0.2, 0.0, 0.2
 
 
 def _tighter():
@@ -148,7 +143,7 @@ EXERCISES = {
         Exercise("Turn the rod twice as fast. Where is the block after the same angle?",
                  "run rod --omega 4 --t-end 1", _faster_rod),
         Exercise("Is there a friction that holds the block? Try mu = 0.3, 3 and 30.",
-                 "run rod --mu 30 --t-end 100", _rough_rod),
+                 "run rod --mu 30 --t-end 100 --method Rodas5P", _rough_rod),
     ],
     "satellite": [
         Exercise("Launch at V = 1, 1.1, 1.2, 1.3 m/s. How go period and semi-major axis together?",
@@ -157,10 +152,11 @@ EXERCISES = {
                  "run satellite --method ode45 --rtol 1e-5", _tolerances),
     ],
     "vehicle": [
-        Exercise("Hold the wheel at 0.1 rad, then at 0.2 rad. What circles does the car drive?",
-                 "run vehicle --driver steady --project", _tighter),
+        Exercise("Hold the wheel at 0.1 rad (the driver `steady`), then at 0.2 rad (`tight`). What "
+                 "circles does the car drive? The radius is speed / omega at the end.",
+                 "run vehicle --driver tight --project --t-end 300", _tighter),
         Exercise("The chapter's car cannot skid. What friction does the drunk driver count on, at "
-                 "g = 9.81 m/s²?", "run vehicle --csv forces.csv", _grip),
+                 "g = 9.81 m/s²?", "run vehicle", _grip),
         Exercise("Let it skid: give each wheel the friction mu = 0.3 of half the weight, and no "
                  "more. Hold the wheel at 0.1 rad. What happens at P = 0.2 N, and at 6 N? (The "
                  "equations: `fastdyn.course.worksheets.turns.skidding`.)", "", _skid),
