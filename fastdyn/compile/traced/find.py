@@ -34,6 +34,7 @@ STORES = "stores"  # stands for tracing by `trace_with_stores`
 OF_CALL = 1e-5  # seconds of a call from Python, in which code is measured
 SLOWER = 1.2  # code that calls libraries may take so many times Python's time
 LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
+UNDEFINED = "NameError: "  # how the reason of a function that misses a name begins
 MAX_KNOWN, MAX_REFUSALS = 16, 3  # limits for one code object
 
 
@@ -112,7 +113,8 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
             TABLE.put(place, met, len(met.known))
         return function, list(zip(traced.kinds, given, strict=True)), traced.at
     met.effect, met.writes = met.effect or error.effect, met.writes or error.writes
-    met.refusals = MAX_REFUSALS if error.final else met.refusals + 1
+    if not str(error).startswith(UNDEFINED):  # a later cell of a notebook defines it
+        met.refusals = MAX_REFUSALS if error.final else met.refusals + 1
     met.reason = _reason(error, fun, args, mode, n)
     met.of_state = met.of_state or STATE in str(error)
     met.whole = located(str(error), line_of_refusal(error.__context__ or error))
