@@ -127,5 +127,5 @@ def _tell_failures(varied, result):
     failed = np.flatnonzero(~result.success)
     if len(failed):
         i = failed[0]
-        print(f"{len(failed)} of {len(result)} failed, the first at {_at(result.system, varied, i)}: "
-              f"{result.message(i)}")  # fmt: skip
+        where = _at(result.system, varied, i)
+        print(f"{len(failed)} of {len(result)} failed, the first at {where}: {result.message(i)}")

@@ -92,6 +92,15 @@ class Board:
         """Check that the largest of an array's absolute values is within the tolerance."""
         self.check(quantity, np.abs(values).max(), 0.0, tolerance)
 
+    def table(self, first, heads, rows):
+        """Write a table: the head of its first column, the others, and {name: cells}."""
+        width = max(map(len, [first, *rows])) + 2
+        self.write("  " + f"{first:<{width}}" + "".join(f"{head:>14}" for head in heads))
+        for name, cells in rows.items():
+            self.write("  " + f"{name:<{width}}" + "".join(f"{cell:>14}" for cell in cells))
+        self.write("")
+        self._in_table = False
+
     @contextlib.contextmanager
     def panel(self, name, figsize):
         """Axes to draw in, one pair; their figure gets a legend and is saved."""

@@ -85,7 +85,8 @@ def animate(result, path, seconds=None, fps=25, trail=True):
         figure, axes = pyplot.subplots(figsize=(6.4, 6.6), layout="constrained")
         draw = _artists(axes, scenes, trail)
         digits = 2 if abs(t[-1] - t[0]) >= 1.0 else 4
-        note = f"   ({scenes[0].note})" if scenes[0].note else ""
+        notes = [_pace(abs(t[-1] - t[0]) * fps / (n - 1)), scenes[0].note]
+        note = f"   ({', '.join(one for one in notes if one)})" if any(notes) else ""
 
         def show(picture):
             draw(FINE * picture)
@@ -103,9 +104,16 @@ def animate(result, path, seconds=None, fps=25, trail=True):
             else:
                 gif = path.suffix == ".gif"
                 writer: Any = animation.PillowWriter if gif else animation.FFMpegWriter
-                moving.save(path, writer(fps=fps), dpi=60 if gif else 120)
+                moving.save(path, writer(fps=fps), dpi=80 if gif else 120)
         finally:
             pyplot.close(figure)
+
+
+def _pace(factor):
+    """How much faster or slower than the motion a picture runs, in words; none at its speed."""
+    if abs(factor - 1.0) < 0.05:
+        return ""
+    return f"{factor:.2g} × as fast" if factor > 1.0 else f"{1.0 / factor:.2g} × slower"
 
 
 def spring(start, end, n=12):
@@ -141,7 +149,7 @@ def _frame(scenes):
         if scene.ground is not None:
             ys.append(np.atleast_1d(scene.ground))
     xs, ys = np.concatenate(xs), np.concatenate(ys)
-    reach = 0.55 * max(np.ptp(xs), np.ptp(ys), 1e-9)
+    reach = 0.57 * max(np.ptp(xs), np.ptp(ys), 1e-9)
     x, y = 0.5 * (xs.min() + xs.max()), 0.5 * (ys.min() + ys.max())
     if scenes[0].ground is not None and ys.min() >= scenes[0].ground:
         y = scenes[0].ground + 0.85 * reach  # little of what is below

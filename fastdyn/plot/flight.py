@@ -28,7 +28,7 @@ def figure(results, speed, **options):
     with style.slides():
         size = {"figsize": (14, 7), "layout": "constrained"}
         drawing = pyplot.figure(**size | options)
-        grid = drawing.add_gridspec(2, 2, width_ratios=(4, 3))
+        grid = drawing.add_gridspec(2, 2, width_ratios=(5, 3))
         space: Any = drawing.add_subplot(grid[:, 0], projection="3d")
         height = drawing.add_subplot(grid[0, 1])
         fast = drawing.add_subplot(grid[1, 1], sharex=height)
@@ -72,15 +72,16 @@ def _ground(space, low, high):
     from matplotlib.ticker import MaxNLocator
 
     x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
-    space.plot_surface(x, y, 0.0 * x, color=style.GROUND, alpha=0.35, shade=False)
+    ground = space.plot_surface(x, y, 0.0 * x, color=style.GROUND, alpha=0.35, shade=False)
+    ground.set_clip_on(False)
     space.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
     space.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     for axis in (space.xaxis, space.yaxis, space.zaxis):
         axis.labelpad = 12
         axis.set_major_locator(MaxNLocator(4))
-    space.zaxis.labelpad = 4
+    space.zaxis.labelpad = 0
     space.view_init(elev=18, azim=-62)
-    space.set_box_aspect(high - low, zoom=1.0)
+    space.set_box_aspect(high - low, zoom=1.18)
 
 
 def _wind(space, system, low, high, colour):

@@ -8,7 +8,6 @@ from . import solution, style
 from .animate import Scene
 
 DOTS = 220  # of the exact solution, so that the computed line is seen between them
-SWINGS = 4  # that are drawn of position and tension
 
 
 def by_angle(results, **options):
@@ -55,35 +54,30 @@ def small_angle(pendulum, t):
 
 
 def on_circle(results, length, **options):
-    """x and y with the exact ones, tension, and distance from the circle; a row for each result."""
-    from matplotlib import pyplot
-
+    """x and y of the first result with the exact ones, its tension; distances from the circle."""
     with style.slides():
-        size = {"figsize": (15, 2.0 + 2.6 * len(results)), "layout": "constrained"}
-        figure = pyplot.figure(**size | options)
-        panels = figure.subplots(len(results), 3, sharex="col", sharey="col", squeeze=False)
-        for (place, force, off), (label, result) in zip(panels, results.items(), strict=True):
-            t, y = solution.curve(result)
-            system = result.system
-            dots = np.linspace(t[0], t[-1], DOTS)
-            exact = solution.exact_curve(system, dots)
-            for i, name in enumerate("xy"):
-                place.plot(t, y[i], lw=1.6, label=f"{name}, {'downwards' if i else 'sideways'}")
-                if not np.isnan(exact).any():
-                    place.plot(dots, exact[i], "k.", ms=4, label="exact")
-            pull = system.along(system.quantities["tension"], t, y)
-            force.plot(t, pull, color=style.COLOURS[2], lw=1.6)
+        figure, (place, force, off) = style.column(3, **{"figsize": (12, 8.5)} | options)
+        first = next(iter(results.values()))
+        t, y = solution.curve(first)
+        system = first.system
+        dots = np.linspace(t[0], t[-1], DOTS)
+        exact = solution.exact_curve(system, dots)
+        for i, name in enumerate("xy"):
+            label = f"{name}, {'downwards' if i else 'sideways'}"
+            place.plot(t, y[i], lw=1.6, color=style.COLOURS[4 + i], label=label)
+            if not np.isnan(exact).any():
+                place.plot(dots, exact[i], "k.", ms=3, label=None if i == 0 else "exact")
+        pull = system.along(system.quantities["tension"], t, y)
+        force.plot(t, pull, color="0.3", lw=1.6)
+        for label, result in results.items():
             distance = style.sizes(result.residuals()["circle"])
-            off.semilogy(result.t, distance, color=style.COLOURS[3], lw=1.6)
-            for axes in (place, force):  # of many swings none would be seen
-                axes.set_xlim(t[0], min(t[-1], t[0] + SWINGS * system.period))
-            place.set_ylabel("position (m)")
-            force.set(title=label, ylabel="cable tension R (N)")
-            off.set_ylabel("distance from\nthe circle (m)")
-            off.locator_params(axis="x", nbins=5)
-        for axes in panels[-1]:
-            axes.set_xlabel("t (s)")
-        style.legend(figure, panels[0, 0])
+            off.semilogy(result.t, distance, lw=1.6, label=label)
+        place.set_ylabel("position (m)")
+        force.set_ylabel("cable tension R (N)")
+        off.set(ylabel="distance from\nthe circle (m)", xlabel="t (s)")
+        place.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+        if len(results) > 1:
+            off.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
@@ -106,10 +100,11 @@ def _paths(results, length, last, labels, options):
         style.at_equal_scales(path, ylabel="y (m), downwards")
         path.invert_yaxis()
         force.set_ylabel("cable tension R (N)")
-        for label, result in results.items():
+        widths = np.linspace(5.0 if len(results) > 1 else 2.0, 2.0, len(results))
+        for (label, result), width in zip(results.items(), widths, strict=True):
             t, y = solution.curve(result)
             system = result.system
-            path.plot(*y[:2], label=label)
+            path.plot(*y[:2], label=label, lw=width)  # the last one hides none of the others
             pull = system.along(system.quantities["tension"], t, y)
             pull[in_flight(t, result.get("phases", ()))] = 0.0
             force.plot(t, pull, label=label)

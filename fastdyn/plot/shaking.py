@@ -5,61 +5,54 @@ import numpy as np
 from . import solution, style
 from .animate import Scene, spring
 
-DOTS = 110  # of the exact solution, so that the computed line is seen between them
+DOTS = 160  # of the exact solution, so that the computed line is seen between them
 
 
 def figure(results, **options):
     """
-    Movement of each floor over that of the ground, a row for each result.
+    Movement of both floors and of the ground, a panel for each result.
 
-    The acceleration of a ground that is given by samples has a row of its own, above.
+    The acceleration of a ground that is given by samples has a panel of its own, above.
     """
-    from matplotlib import pyplot
-
-    rows = [row for label, result in results.items() for row in _rows(label, result)]
+    panels_of = [row for label, result in results.items() for row in _rows(label, result)]
     with style.slides():
-        size = {"figsize": (14, 2.4 + 2.3 * len(rows)), "layout": "constrained"}
-        drawing = pyplot.figure(**size | options)
-        grid = drawing.add_gridspec(len(rows), 2)
-        for i, (draw, label, result) in enumerate(rows):
-            draw([drawing.add_subplot(cell) for cell in _cells(grid, i, draw)], label, result)
-        style.legend(drawing, *drawing.axes)
+        size = {"figsize": (12, 1.4 + 2.6 * len(panels_of))}
+        drawing, panels = style.column(len(panels_of), **size | options)
+        for axes, (draw, label, result) in zip(panels, panels_of, strict=True):
+            draw(axes, label, result)
+        panels[-1].set_xlabel("t (s)")
+        style.legend(drawing, *panels)
     return drawing
 
 
 def _rows(label, result):
-    """The rows that show a result: (function that draws, label, result)."""
+    """The panels that show a result: (function that draws, label, result)."""
     shown = [(_floors, label, result)]
     return shown if result.system.times is None else [(_accelerogram, label, result), *shown]
 
 
-def _cells(grid, i, draw):
-    return [grid[i, :]] if draw is _accelerogram else [grid[i, 0], grid[i, 1]]
-
-
-def _floors(pair, label, result):
-    """The lower floor on the left, the upper one on the right."""
+def _floors(axes, label, result):
+    """Displacements from rest."""
     system = result.system
     t, y = solution.curve(result)
-    rest, ground = system.initial_state(), system.ground(t)
+    rest = system.initial_state()
     dots = np.linspace(t[0], t[-1], DOTS)
     exact = solution.exact_curve(system, dots)
-    for floor, (axes, name) in enumerate(zip(pair, ("lower floor", "upper floor"), strict=True)):
-        axes.plot(t, ground, color="0.6", lw=1.2, label="ground")
-        axes.plot(t, y[floor] - rest[floor], color=style.COLOURS[1 - floor], lw=1.6, label=name)
-        if not np.isnan(exact).any():
-            axes.plot(dots, exact[floor] - rest[floor], "k.", ms=4, label="exact")
-        axes.set(title=f"{name}, {label}", xlabel="t (s)", ylabel="displacement (m)")
-    pair[1].sharey(pair[0])
+    axes.plot(t, y[1] - rest[1], color=style.COLOURS[0], lw=2.0, label="upper floor")
+    axes.plot(t, y[0] - rest[0], color=style.COLOURS[1], lw=1.6, label="lower floor")
+    axes.plot(t, system.ground(t), color="0.5", lw=1.2, label="ground")
+    if not np.isnan(exact).any():
+        for floor in (0, 1):
+            axes.plot(dots, exact[floor] - rest[floor], "k.", ms=3, label="exact")
+    axes.set(title=label, ylabel="displacement (m)")
 
 
-def _accelerogram(panels, label, result):
-    """The acceleration of the ground, above both floors."""
-    (axes,) = panels
+def _accelerogram(axes, label, result):
+    """The acceleration of the ground, above the floors."""
     t, _ = solution.curve(result)
     acceleration = result.system.ground_acceleration(t)
-    axes.plot(t, acceleration, color=style.COLOURS[3], lw=1.2, label="acceleration of the ground")
-    axes.set(xlabel="t (s)", ylabel="acceleration (m/s²)", title=f"the ground, {label}")
+    axes.plot(t, acceleration, color=style.COLOURS[3], lw=1.2)
+    axes.set(ylabel="acceleration\nof the ground (m/s²)")
 
 
 def scene(ground, w, half):

@@ -22,7 +22,8 @@ def plot_studies(studies, **options):
     phases = [study.phase is not None for study in studies.values()]
     with style.slides():
         n_panels = len(names) + all(phases)
-        figure, panels = style.column(n_panels, **{"figsize": (10, 2.0 + 3.2 * n_panels)} | options)
+        size = {"figsize": (max(9.0, 5.2 * n_panels), 6.4)}
+        figure, panels = style.row(n_panels, **size | options)
         for axes, name in zip(panels, names, strict=False):
             for label, study in studies.items():
                 drift = study.drifts[name]
@@ -30,15 +31,16 @@ def plot_studies(studies, **options):
                 known = f"{label}: {drift.growth.verdict}"
                 axes.plot(study.t, style.sizes(size), lw=1.4, label=known)
             relative = all(study.drifts[name].start for study in studies.values())
-            axes.set_ylabel(f"change of\n{name.replace('_', ' ')}" + "\n(relative)" * relative)
+            axes.set_title(f"change of {name.replace('_', ' ')}")
+            axes.set_ylabel("relative to the start" if relative else "change")
         if all(phases):
             for study in studies.values():
                 panels[-1].plot(study.t, style.sizes(study.phase), lw=1.4)
-            panels[-1].set_ylabel("phase error (s)")
+            panels[-1].set(title="phase error", ylabel="phase error (s)")
         for axes in panels:
             axes.set(xscale="log", yscale="log")
             _guides(axes)
-        panels[-1].set_xlabel("t (s)")
+            axes.set_xlabel("t (s)")
         style.legend(figure, panels[0])
     return figure
 
@@ -52,4 +54,5 @@ def _guides(axes):
         return
     low = min(last)
     for power, dashes, label in ((0.5, ":", "√t"), (1.0, "--", "t")):
-        axes.plot(t, low * (t / t[-1]) ** power, color="0.5", ls=dashes, lw=1.2, label=label)
+        guide = low * (t / t[-1]) ** power
+        axes.plot(t, guide, color="0.6", ls=dashes, lw=1.0, label=f"~ {label}", zorder=0)

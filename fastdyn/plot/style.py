@@ -57,6 +57,15 @@ def column(n_panels, sharex: Any = True, **options):
     return figure, list(panels[:, 0])
 
 
+def row(n_panels, **options):
+    """Figure of panels beside one another."""
+    from matplotlib import pyplot
+
+    given: Any = {"layout": "constrained"} | options
+    figure = pyplot.figure(**given)
+    return figure, list(figure.subplots(1, n_panels, squeeze=False)[0])
+
+
 def pictures_and_panels(n_pictures, n_panels, **options):
     """Figure of square pictures with panels below, or beside a single picture."""
     from matplotlib import pyplot

@@ -172,6 +172,12 @@ class Building(System):
         return np.concatenate([rest + u, v])
 
     @property
+    def steady_amplitudes(self) -> np.ndarray:
+        """Amplitudes of both floors under the sine alone, without the free vibration, m."""
+        push = np.array([2.0 * self.k * self.d / self.m, 0.0])
+        return np.linalg.solve(STIFFNESS * self.k / self.m - self.omega**2 * np.eye(2), push)
+
+    @property
     def frequencies(self) -> tuple[float, float]:
         """Angular frequencies of the two modes, rad/s."""
         unit = math.sqrt(self.k / self.m)

@@ -169,7 +169,7 @@ class Cable(System):
 
     @derived("rad")
     def taut_angle(self) -> float:
-        """Angle from the bottom at which the slack cable is first taut again; NaN if never slack."""
+        """Angle from the bottom at which the cable is first taut again; NaN if never slack."""
         if math.isnan(self.slack_angle):
             return math.nan
         return abs(math.remainder(3.0 * self.slack_angle, 2.0 * math.pi))

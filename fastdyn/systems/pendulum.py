@@ -24,8 +24,8 @@ class Pendulum(System):
 
     State ``[theta, omega]`` with omega = theta', in rad and rad/s, theta counted from the
     vertical and not wrapped; from theta = `theta0`, the lowest point unless given, with
-    omega = V0/l, of either sign. The mass scales energy and tension only. Defaults and t = 20 s are those of the course's script for the same
-    pendulum in Cartesian coordinates.
+    omega = V0/l, of either sign. The mass scales energy and tension only. Defaults and t = 20 s
+    are those of the course's script for the same pendulum in Cartesian coordinates.
 
     Notes
     -----

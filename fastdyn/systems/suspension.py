@@ -110,19 +110,24 @@ class Suspension(System):
             for label, result in results.items():
                 t, y = plot.curve(result)
                 axes.plot(t, y[0], label=label)
-                axes.plot(t, plot.exact_curve(result.system, t)[0], "k--", lw=1.2, label="exact")
+                dots = np.linspace(t[0], t[-1], 80)
+                exact = plot.exact_curve(result.system, dots)[0]
+                axes.plot(dots, exact, "k.", ms=5, label="exact")
             axes.axhline(self.L0, color="0.6", lw=1.2, label="length without load $L_0$")
             axes.axhline(self.equilibrium, color="0.6", ls=":", lw=1.6, label="equilibrium")
             first = next(iter(results.values()))
-            start, T, x = float(first.t[0]), self.period, self.equilibrium
-            lowest, left = x - self.amplitude, start - 0.2 * T
-            self._mark(axes, (left, self.L0), (left, x), "static\ndeflection\n$mg/k$")
-            self._mark(axes, (left, x), (left, lowest), "amplitude")
-            if first.t[-1] >= start + 1.5 * T:
-                level = lowest - 0.25 * self.amplitude
-                self._mark(axes, (start + 0.5 * T, level), (start + 1.5 * T, level), "period")
+            start, end, T = float(first.t[0]), float(first.t[-1]), self.period
+            x, lowest = self.equilibrium, self.equilibrium - self.amplitude
+            if end >= start + 2.5 * T:
+                trough = start + (0.5 if self.x0 > x else 1.0) * T
+                self._mark(axes, (trough + T, x), (trough + T, lowest), "amplitude")
+                level = lowest - 0.2 * self.amplitude
+                self._mark(axes, (trough, level), (trough + T, level), "period")
+            beside = end + 0.15 * (end - start)
+            self._mark(axes, (beside, self.L0), (beside, x), "static\ndeflection\n$mg/k$")
             axes.set(xlabel="t (s)", ylabel="length of the spring x (m)")
-            axes.set_xlim(left=start - 0.9 * T)
+            axes.set_xlim(start, beside + 0.05 * (end - start))
+            axes.set_xticks([tick for tick in axes.get_xticks() if start <= tick <= end])
             axes.margins(y=0.1)
             plot.legend(figure, axes)
         return figure
@@ -135,7 +140,9 @@ class Suspension(System):
         middle = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])
         upright = start[0] == end[0]
         where, ha, va = ((-8, 0), "right", "center") if upright else ((0, -8), "center", "top")
-        axes.annotate(label, middle, xytext=where, textcoords="offset points", ha=ha, va=va)
+        white = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+        axes.annotate(label, middle, xytext=where, textcoords="offset points", ha=ha, va=va,
+                      bbox=white)  # fmt: skip
 
     def scene(self, t, w):
         """The vehicle on its spring; see `System.scene`."""

@@ -68,7 +68,7 @@ def test_times_of_first_passage_are_those_of_the_run():
     for theta0, V0, angle in ((1.0, 2.0, 1.2), (1.0, 2.0, 0.5), (1.0, -2.0, 0.5), (-1.0, 7.0, 2.0)):
         system = systems.pendulum(theta0=theta0, V0=V0)
 
-        def passes(t, w, *args):
+        def passes(t, w, *args, angle=angle):
             return w[0] - angle
 
         first = system.solve((0, 5), events=passes, **TIGHT).t_events[0][0]

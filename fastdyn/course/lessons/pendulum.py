@@ -69,6 +69,9 @@ def _small_angle(board):
         axes.lines[-1].set_label("A³/16 ω₀ t")
         axes.set(xscale="log", yscale="log", xlim=(1.0, phase[-1]), ylim=(1e-4, 1e2))
         axes.set(xlabel="ω₀ t (rad)", ylabel="largest error of\nthe angle so far (°)")
+        turns = (1, 2, 4, 8, 16)
+        axes.set_xticks([math.pi * n for n in turns], [f"{n if n > 1 else ''}π" for n in turns])
+        axes.minorticks_off()
         axes.legend(loc="upper left", ncols=2)
     board.figure("pendulum-small-angle", figure)
 

@@ -56,7 +56,14 @@ def _monte_carlo(board, thrown):
     mean, deviation = many.y_end[:, 0].mean(), many.y_end[:, 0].std()
     scatter = deviation / math.sqrt(n)
     with board.panel("tower-monte-carlo", (11, 6)) as axes:
-        axes.hist(many.y_end[:, 0], bins=80, density=True, color=plot.COLOURS[5])
+        axes.hist(
+            many.y_end[:, 0],
+            bins=80,
+            density=True,
+            color=plot.COLOURS[5],
+            alpha=0.6,
+            label="20 000 throws",
+        )
         x = np.linspace(mean - 4 * deviation, mean + 4 * deviation, 200)
         bell = np.exp(-0.5 * ((x - mean) / deviation) ** 2) / (deviation * math.sqrt(2 * math.pi))
         axes.plot(x, bell, label=f"normal, {mean:.2f} ± {deviation:.2f} m")
@@ -64,7 +71,9 @@ def _monte_carlo(board, thrown):
         near = axes.inset_axes((0.69, 0.45, 0.3, 0.45), yticks=[])
         near.locator_params(axis="x", nbins=4)
         near.set(xlim=(mean - 0.1, thrown.range + 0.1), title="the two means")
-        near.axvspan(mean - 2 * scatter, mean + 2 * scatter, color=plot.COLOURS[2], alpha=0.2)
+        band = {"color": plot.COLOURS[2], "alpha": 0.2, "label": "the mean, ± 2 standard errors"}
+        for axes_of_band in (axes, near):  # in the legend, and where it can be seen
+            axes_of_band.axvspan(mean - 2 * scatter, mean + 2 * scatter, **band)
         for both in (axes, near):
             both.axvline(mean, color=plot.COLOURS[2], label=f"mean of the throws, {mean:.2f} m")
             about = f"the mean throw, {thrown.range:.2f} m"
