@@ -98,6 +98,7 @@ def _variables(d):
     for one in d.model.drivers:
         given = [sp.Symbol(name, real=True) for name in one.gives]
         lines += [Line(f"given by {one.name}(t, w):", symbol) for symbol in given]
+    lines += [Line("sense of a slip, 1 or -1:", symbol) for symbol in d.motion.senses]
     return lines
 
 

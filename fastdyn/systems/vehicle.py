@@ -64,7 +64,7 @@ class Vehicle(System):
     driver : callable
         ``driver(t, w)``, any function of the time and the state, or the chapter's ``driver(t)``:
         returns the angle of the front wheel, rad, its rate, rad/s, and the thrust P, N. By default
-        the course's drunk driver, `drunk`; `steady`, `tight` and `coasting` are there too.
+        the course's drunk driver, `drunk`; `steady`, `coasting` and `tight` are there too.
 
     Notes
     -----
@@ -86,7 +86,7 @@ class Vehicle(System):
     )
     t_end = 120.0
     choices: ClassVar = {
-        "driver": {"drunk": drunk, "steady": steady, "tight": tight, "coasting": coasting}
+        "driver": {"drunk": drunk, "steady": steady, "coasting": coasting, "tight": tight}
     }
 
     m: float = parameter(1.0, "kg", "mass", positive=True)

@@ -116,7 +116,7 @@ def test_specific_drag_of_a_sphere():
     "build, error, sentence",
     [
         (lambda: vehicle(driver=3), TypeError, "`driver` of the vehicle must be a function"),
-        (lambda: vehicle(driver=lambda t: (0, 0, 0)), TypeError, "function of .t, w."),
+        (lambda: vehicle(driver=lambda t, w, u: (0, 0, 0)), TypeError, "function of .t, w."),
         (lambda: vehicle(c=-1), ValueError, "`c` .* must not be negative"),
         (lambda: drag(c=-0.1), ValueError, "`c` .* must not be negative"),
         (lambda: rod(mu=-0.1), ValueError, "`mu` .* must not be negative"),

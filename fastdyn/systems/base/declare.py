@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
-from .units import FACTORS, in_unit, warn_of_degrees
+from .units import in_unit, is_number, warn_of_degrees
 
 
 class State(NamedTuple):
@@ -134,7 +134,7 @@ def checked(system, field, value):
         return value
     unit = field.metadata["unit"]
     about = f"Parameter `{field.name}` of the {system} ({field.metadata['meaning']}, {unit})"
-    if isinstance(value, str):
+    if isinstance(value, str) and is_number(value):
         try:
             value = in_unit(value, unit)
         except ValueError as error:
@@ -175,8 +175,7 @@ def _described(name, default, unit, meaning, positive, negative, **_):
     """Lines of a docstring about one parameter."""
     bound = ", greater than zero" if positive else "" if negative else ", not negative"
     about = f"{meaning[0].upper()}{meaning[1:]} ({unit}){bound}."
-    kind = "float or str" if unit in FACTORS else "float"
-    return [f"{name} : {kind}, default {default:g}", f"    {about}"]
+    return [f"{name} : float, default {default:g}", f"    {about}"]
 
 
 @dataclasses.dataclass(frozen=True)

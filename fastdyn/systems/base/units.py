@@ -15,6 +15,11 @@ FACTORS = {
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
 
 
+def is_number(text):
+    """Whether a text is a number, with or without a unit."""
+    return bool(NUMBER.fullmatch(text))
+
+
 def in_unit(text, unit):
     """
     The number that a text stands for, in a unit.
