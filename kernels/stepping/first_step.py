@@ -110,13 +110,16 @@ def implicit(state, work, block, order, fsal_stage):
 
 @njit(**INTERNAL)
 def matlab(state, work, block, order, fsal_stage):
-    """The first step of ode45: a tenth of the span at most, from the slope; no evaluation."""
+    """The first step of ode45: a tenth of the span at most, from the slope; or that given."""
     status = plain(state, work, block, order, fsal_stage)
     s = state[0]
     if status != RUNNING:
         return status
     rtol, span = work[RTOL, 0], abs(s.t_end - s.t)
-    h = min(s.h_max, span) if s.h <= 0.0 else min(s.h, s.h_max)
+    h = min(s.h_max, span)
+    if s.h > 0.0:
+        s.h = min(s.h, h)
+        return status
     steepest = 0.0
     for i in range(work.shape[1]):
         floor = work[ATOL, i] / work[RTOL, i]

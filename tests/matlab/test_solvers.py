@@ -155,3 +155,10 @@ def test_min_step_ends_the_run_where_shorter_steps_are_needed():
     never = odeset("MinStep", 1e-2), odeset("MinStep", 10.0), odeset()
     whole = [ode45(swing, [0, 5], [1, 0], one).y for one in never]  # the first steps are short
     assert np.array_equal(whole[0], whole[2]) and np.array_equal(whole[1], whole[2])
+
+
+def test_initial_step_is_the_first_step_tried():
+    for h in (1e-5, 0.01, 0.1):  # from the slope it would be 2e-4
+        assert ode45(swing, [0, 5], [1, 0], odeset("InitialStep", h)).x[1] == pytest.approx(h)
+    tried = ode45(swing, [0, 5], [1, 0], odeset("InitialStep", 5.0, "RelTol", 1e-6))
+    assert tried.stats["nfailed"] > 0 and tried.x[1] < 0.5  # a tenth of the span was too long
