@@ -38,8 +38,8 @@ def ode45(odefun, tspan, y0, options=None) -> Solution:
         Initial state.
     options : Options or dict, optional
         Of `odeset`, or ``[]``. RelTol is 1e-3, AbsTol 1e-6, MaxStep a tenth of the span and Refine
-        4 unless set. InitialStep is the first step tried. With MinStep the run ends, with a warning,
-        where shorter steps would be needed. Events is ``events(t, y)`` that returns value,
+        4 unless set. InitialStep is the first step tried. With MinStep the run ends, with a
+        warning, where shorter steps would be needed. Events is ``events(t, y)`` that returns value,
         isterminal, direction; OutputFcn is ``f(t, y, flag)``, see `OutputFunction`; Mass a matrix
         or a function of (t, y) or t. Options that MATLAB's ode45 does not use have no effect.
 
