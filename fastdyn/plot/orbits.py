@@ -1,6 +1,7 @@
 """Orbits by several methods side by side, and what becomes of their energy."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ def side_by_side(results, exact, **options):
 
     rows = -(-len(results) // 3)
     with style.slides():
-        size = {"figsize": (13, 1.0 + 4.4 * rows), "layout": "constrained"}
+        size = {"figsize": (13, 1.0 + 4.4 * rows), "layout": "compressed"}
         figure = pyplot.figure(**size | options)
         panels = figure.subplots(rows, 3, sharex=True, sharey=True, squeeze=False).ravel()
         for axes, colour, (label, result) in zip(
@@ -38,6 +39,8 @@ def side_by_side(results, exact, **options):
         reach = 1.25 * np.abs(exact).max()
         panels[0].set(xlim=(-reach, reach), ylim=(-reach, reach))
         style.legend(figure, panels[0])
+        spaces: Any = figure.get_layout_engine()
+        spaces.set(h_pad=0.1)  # inches: above the titles, too
     return figure
 
 

@@ -78,7 +78,7 @@ def _sweep(board):
                           textcoords="offset points", va="top")  # fmt: skip
         tooth = int(np.argmin(np.abs(omega - 11.0)))
         about = "teeth: in 20 s the peaks of forced and\nfree vibrations need not come together"
-        axes.annotate(about, (omega[tooth], sway[tooth]), xytext=(12.0, 3.2), fontsize=12,
+        axes.annotate(about, (omega[tooth], sway[tooth]), xytext=(11.2, 3.2), fontsize=12,
                       arrowprops={"arrowstyle": "->", "color": "0.3"})  # fmt: skip
         axes.set(xlabel="frequency of the ground ω (rad/s)", yscale="log")
         axes.set_ylabel("largest sway of the\nupper floor in 20 s (m)")
