@@ -1,8 +1,9 @@
-"""The calling convention of compiled functions: ``function(t, y, n, block, out)``.
+"""The calling convention of the user's compiled functions: ``function(t, y, n, block, out)``.
 
-Numba defines the convention: a function returns a status, and takes the addresses of a result and
-of an exception first.  This file alone spells out the convention: for C, for LLVM, and as text.
-`kernels/calls/block.py` defines the words of a block.
+Numba adds a status as result, and two addresses before t: of a result and of an exception.  This
+file writes the convention for C, for LLVM, and as text; for Numba, `FORM` in
+`kernels/calls/user_function.py` has the types.  `kernels/calls/block.py` defines the words of a
+block.  Kernels have another convention: `kernels/calls/calling_convention.py`.
 """
 
 import ctypes
@@ -18,7 +19,7 @@ WORDS = ctypes.POINTER(ctypes.c_int64)
 
 
 def call(function, t, y, block, out, left=None):
-    """Call a function of SIGNATURE; return whether it raised, and clear the block's mark.
+    """Call a function of SIGNATURE; return whether the function raised, and clear RAISED_WORD.
 
     `left` is the address of a word where Numba's code stores the exception.
     """
@@ -29,7 +30,7 @@ def call(function, t, y, block, out, left=None):
 
 
 def mark(block):
-    """Mark the block at an address: a function in Python has raised."""
+    """Set RAISED_WORD of the block at an address, after a Python function has raised."""
     ctypes.cast(block, WORDS)[RAISED_WORD] = 1
 
 
@@ -54,7 +55,7 @@ def define(module, symbol, body):
 
 
 def note_fault(builder, t, y, block, out, n, n_results):
-    """Emit the note of an exception: time and state of the first exception; NaN as results.
+    """Emit code for an exception: store time and state of the first exception, and NaN in `out`.
 
     `n` and `n_results` are LLVM values, the lengths of y and out.
     """

@@ -1,4 +1,4 @@
-"""The workers of an ensemble: threads that take trajectories from one queue."""
+"""The workers of an ensemble: each runs in one thread; all take trajectories from one queue."""
 
 import time
 from itertools import chain
@@ -33,7 +33,7 @@ from fastdyn.specialise.scalar import (
 from fastdyn.specialise.series import series_kernel
 from fastdyn.specialise.signatures import kernel_of
 
-ROOM = 256  # events in the first piece
+ROOM = 256  # least number of events for which the first piece of `found` has room
 
 
 _compiled: list = []

@@ -1,8 +1,9 @@
 """Between the steps: output, dense output, events, jumps, projection, breakpoints.
 
 The loop calls the stepping kernel and the interpolant through their addresses, so that one compiled
-loop serves every method in both tiers.  The loop asks for one step at a time where every step is
-looked at, and otherwise for the steps up to the next output time.
+loop serves every method, with shared and with inlined kernels.  The loop asks for one step at a
+time if each step is stored, projected or searched for events, else for all steps up to the next
+output time.
 
 The loop is compiled twice: whole, and for the many solves without events, projection and
 breakpoints.  For these solves `events` is None, and the compiler omits the code for events.
@@ -122,7 +123,7 @@ def _sample(kernels, solve, output, events, scratch, status):
                 t, reached, jumps = e.root, False, e.limit == 0 or e.count < e.limit
                 if not jumps:
                     status = EVENT
-    if jumps and t == t_old:  # the point is there
+    if jumps and t == t_old:  # this point is stored already
         o.n_dense -= o.dense
     elif o.every_step != 0:
         if not _store_step(kernels, solve, output, events, scratch[1], t, reached, d, h):
@@ -163,7 +164,7 @@ def _is_due(s, o, t_eval, t):
 
 @njit(**INTERNAL)
 def _ends(o, t_eval, t):
-    """True if the next time of the output is the end of a step, which needs no interpolant."""
+    """True if the next time of output is the end t of the step: no interpolant is needed."""
     return o.ends != 0 and t_eval[o.i_eval] == t
 
 

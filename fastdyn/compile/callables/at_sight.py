@@ -23,7 +23,10 @@ DEEPEST = 3  # depth of functions that call functions
 
 
 class Chain(NamedTuple):
-    """A name from outside, the attributes that are taken of it, and the line."""
+    """A name, the attributes read from the named object, and the source line.
+
+    `root` is "global", "free" (a closure variable) or "first" (the first argument, `self`).
+    """
 
     root: str
     name: str
@@ -33,7 +36,7 @@ class Chain(NamedTuple):
 
 @memory.cached
 def chains(code):
-    """The outside names that a code object and its nested functions use."""
+    """The Chains of a code object, and the global ones of the functions nested in it."""
     found: list[Any] = []
     line, before = code.co_firstlineno, False
     first = code.co_varnames[0] if code.co_argcount else None
@@ -88,7 +91,10 @@ def _look(function, owner, depth):
 
 
 def _value(chain, function, owner):
-    """(value of a chain, number of attributes followed); stops before the user's code would run."""
+    """(value of a chain, number of attributes followed).
+
+    An attribute whose look-up would run the user's code is not followed.
+    """
     if chain.root == "global":
         value = function.__globals__.get(chain.name, vars(builtins).get(chain.name, MISSING))
     elif chain.root == "free":
@@ -108,7 +114,7 @@ def _value(chain, function, owner):
 
 
 def _never(value):
-    """Whether Numba has no type for a value; values that are inspected or called do not count."""
+    """True if Numba has no type for a value; False for values that are inspected or called."""
     if isinstance(value, KNOWN) or callable(value):
         return False
     if isinstance(value, list | tuple):
@@ -122,7 +128,8 @@ def _never(value):
 def _untyped(value):
     if hasattr(type(value), "_numba_type_"):  # an instance of a class that Numba has compiled
         return False
-    asked = any("__getattr__" in vars(kind) for kind in type(value).__mro__)  # Numba would call it
+    # Numba would run the user's code.
+    asked = any("__getattr__" in vars(kind) for kind in type(value).__mro__)
     if "numba" not in sys.modules or asked:
         return True
     from numba import typeof

@@ -14,9 +14,13 @@ class Function:
     Attributes
     ----------
     key : str or None
-        None if only this process can identify the function.
+        Names the code on disk; None if only this process can identify the function.
+    address : int
+        Of the machine code ``function(t, y, n, block, out)``; 0 for a constant matrix.
+    n_words : int
+        Words of the parameters in a block.
     build : callable
-        Makes the dispatcher of the pointer form.
+        Makes a Numba dispatcher of the same function, for kernels that inline the function.
     keepalive : object
         Keeps the machine code in memory.
     build_vector : callable

@@ -10,12 +10,15 @@ from fastdyn.code_store.numba_settings import DISABLED
 from .diagnostics import EMPTY, SWITCHED_OFF, Uncompilable
 from .jitted import is_jitted
 
-T, Y = object(), object()  # the places of t and y among the arguments
+T, Y = object(), object()  # stand for t and y among the arguments
 KEYWORDS = inspect.CO_VARKEYWORDS
 
 
 class Parts(NamedTuple):
-    """A callable's Python function, its `self`, its positional arguments, its `@njit` options."""
+    """The Python function of a callable, its `self`, its arguments, its `fastmath` option.
+
+    In `positional`, T and Y stand for t and y; with an `owner`, a first None stands for `self`.
+    """
 
     function: Any
     owner: Any
@@ -49,7 +52,7 @@ def parts_of(fun, args):
         bound.apply_defaults()
         named = code.co_varnames[code.co_argcount : code.co_argcount + code.co_kwonlyargcount]
         if bound.kwargs.keys() - set(named):
-            raise Uncompilable("it takes any keyword arguments")
+            raise Uncompilable("it takes arbitrary keyword arguments (**)")
         given = (*bound.args, *[bound.kwargs[k] for k in named])
     missing = code.co_argcount + code.co_kwonlyargcount - len(given)
     if missing > 0 and fun.__defaults__:

@@ -1,4 +1,4 @@
-"""Jacobians in the form that kernels take: constant matrices, or exact Jacobians of traces.
+"""Blocks of Jacobians: constant matrices, entries, and exact Jacobians of traces.
 
 `kernels/calls/block.py` defines the words.
 """
@@ -16,7 +16,7 @@ from ..mode import CONSTANT
 from .jacobian import jacobian
 
 NONE = np.empty(0)
-MANY = 1000  # columns; above, SciPy groups them faster
+MANY = 1000  # columns; SciPy groups more columns faster
 
 
 def constant_function(matrix):
@@ -61,7 +61,7 @@ def entries_block(entries, n, numbers=NONE, own=False):
 
 
 def with_groups(block, entries, n):
-    """A block with groups of columns, so that finite differences can also find the entries."""
+    """A block with groups of columns, by which finite differences can compute the entries."""
     group = groups_of(entries, n)
     begins = np.searchsorted(entries.columns, np.arange(n + 1))
     block = np.concatenate([block[: FIRST + len(entries.rows)], entries.rows, begins, group])
@@ -70,7 +70,7 @@ def with_groups(block, entries, n):
 
 
 def entries_of(block, n):
-    """The Entries of a new block; None if it has none."""
+    """The Entries of a block whose places are those in the full matrix; None without entries."""
     if block is None or block[N_ENTRIES] == 0:
         return None
     columns, rows = np.divmod(block[FIRST : FIRST + block[N_ENTRIES]], n)
@@ -78,12 +78,12 @@ def entries_of(block, n):
 
 
 def is_exact(block):
-    """Whether a new block belongs to an exact Jacobian."""
+    """Whether a block belongs to an exact Jacobian."""
     return block[0] != 0 and block[N_ENTRIES] > 0 and block[OWN_BLOCK] == 0
 
 
 def pattern_of_batches(function, n):
-    """The Entries of the Jacobian of a function in batches; None if dense, or not in batches."""
+    """The Entries of the Jacobian of a function traced in batches; None if dense or of numbers."""
     if function is None or function.traced is None or not function.traced.in_batches:
         return None
     found = function.traced.pattern if function.traced.n_stored == n else None
@@ -91,7 +91,7 @@ def pattern_of_batches(function, n):
 
 
 def groups_of(entries, n):
-    """The group of each column: the first group in which no other column shares a row with it."""
+    """The group of each column: the first whose columns have no row in common with the column."""
     if n > MANY:
         from scipy.optimize._numdiff import group_columns
         from scipy.sparse import csc_matrix

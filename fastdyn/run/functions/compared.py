@@ -14,26 +14,26 @@ from fastdyn.problem.lsoda import NAME as LSODA
 
 from ..output import points_in
 
-MOST_NUMBERS = 2**18  # in the states of a comparison
+MOST_NUMBERS = 2**18  # numbers in all states of a comparison
 AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
 NEVER = 2**62  # solves
-MOST_SEARCHES = 16  # for sides that decisions take within steps, at no state of a solution
+MOST_SEARCHES = 16  # failed searches for a state on a new side; then the side is left out
 LOOKED_AT = 512  # states of a solve that are searched for sides that decisions took
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
 
 class Past:
-    """The comparisons of a method's solves with some functions, in all Runs.
+    """The schedule of comparisons for some functions and one method, common to all Runs.
 
-    `left`, the solves until the next comparison, and `sides`, those that were compared, are words
-    that the compiled entry reads and counts, too.
+    `left` is the number of solves until the next comparison.  `sides` has a word for each function
+    with decisions: the sides that were compared.  The compiled entry reads both, and counts `left`.
     """
 
     def __init__(self, when, n_deciding=0):
         self._always = when == "always"
         self._due = 1 if when != "never" else 0  # the number of the next solve that is compared
         self.left, self.sides = array("q", [self._due or NEVER]), array("q", [0] * n_deciding)
-        self.searches = 0  # that found no state
+        self.searches = 0  # searches that found no state on a new side
 
     def after_one(self):
         """The number of states to compare after one more solve; 0 without a comparison."""
@@ -50,8 +50,8 @@ class Compared:
     """The schedule of comparisons of a Run.
 
     The code is compared after solves 1, 2, 4, 8, ..., and after a solve in which a decision took a
-    side for the first time.  `deciding` are the blocks of the functions that decide.  With `of`
-    "steps", the schedule counts steps that are taken one by one.
+    side for the first time.  `deciding` are the blocks of the functions with decisions.  With `of`
+    "steps", the schedule counts the single steps of a Stepper instead of solves.
     """
 
     def __init__(self, run, when=None, of="solves"):
@@ -95,10 +95,10 @@ class Compared:
 def compare(run, count, fresh) -> dict[int, int]:
     """Raise Different if code and function differ at one of `count` states of a solve.
 
-    `fresh` has the words of the sides that were not compared before, by the ids of blocks: states
-    at which decisions take these sides are compared, too.  The code of derivatives is compared when
-    that of its function is for the first time, or on a new side.  Returns the words of the sides
-    that were taken within steps only, and so were not compared.
+    `fresh` has, by the id of a block, the word of the sides that were not compared before; states
+    on these sides are compared, too.  Derivatives are compared if `count` is AT_FIRST: after the
+    first solve, and after a solve with a new side.  Returns, by the id of a block, the word of the
+    sides that no state searched shows, and that are therefore not compared.
     """
     hidden: dict[int, int] = {}
     p, bounds = run.problem, run.compiled()
@@ -137,9 +137,9 @@ def _parts(bound, states):
 
 
 def _showing(run, bound, missing, t, y):
-    """Times and states at which decisions take sides that they take at none of (t, y).
+    """Search a solve for states on the sides `missing` that none of (t, y) shows.
 
-    Returns these, and the word of the sides that decisions take at no state of the solve.
+    Returns (times, states), and the word of the sides that none of LOOKED_AT states shows.
     """
     n, found = _length(bound), ([], [])
     for at, state in zip(t, y, strict=True):

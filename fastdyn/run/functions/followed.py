@@ -1,8 +1,8 @@
-"""Following: compiled functions read their outside values again while the user's Python code runs.
+"""Following: compiled functions read outside values again after the user's Python code ran.
 
 Python code that runs within a solve may change any value that a compiled function reads.  The
-values are read again before the next evaluation.  If the new values need other code, this code, or
-the Python function, takes over in the same block.
+values are read again before the next evaluation.  If the new values need other code, the block
+gets the address of this code, or of a callback of the Python function.
 """
 
 import types as python
@@ -21,7 +21,7 @@ from fastdyn.problem.second_order_and_pairs import Pair, takes_batches
 
 LASTING = python.ModuleType | python.BuiltinFunctionType | np.ufunc
 MOST_MADE = 4  # pieces of code that are made while a solve waits
-ROOM = 64  # extra words for parameters, in the block of code that other code may replace
+ROOM = 64  # least number of words for parameters, in the block of code that may be replaced
 
 
 class CannotFollow(ValueError):
@@ -48,14 +48,14 @@ def followed(problem, bound, others, ran):
 
 
 def functions_of(problem, bound, others):
-    """(Bound, function) of the equations, two of a pair, and of what is called between steps."""
+    """(Bound, function) of the equations, two of a Pair, and of functions called between steps."""
     p = problem
     own = zip(bound.pair, p.fun, strict=True) if isinstance(p.fun, Pair) else [(bound, p.fun)]
     return [*own, *zip(others, [fun for fun, _ in between_steps(p)], strict=True)]
 
 
 def with_room(bound):
-    """A copy of a Bound with room in its block for other parameters."""
+    """A copy of a Bound whose block has room for the parameters of other code."""
     if bound.function is None or bound.pair or bound.mode.constant:
         return bound
     end = int(bound.block[FAULT])

@@ -1,4 +1,7 @@
-"""The reads of a trace as the rows of C; what C does not follow has no rows."""
+"""Writes the reads of a trace as rows of words, by which C follows the function.
+
+If C cannot follow one of the reads, the function has no rows, and Python follows the function.
+"""
 
 import builtins
 import math
@@ -20,7 +23,11 @@ ITEMS = {tuple: (c.IN_TUPLE, c.TUPLE), list: (c.IN_LIST, c.LIST)}
 
 
 class Rows(NamedTuple):
-    """The rows as words, and their number; where arrays are found; what the words point to."""
+    """The rows as words, and the number of rows.
+
+    `arrays` has the offsets, in bytes, of arrays among the objects that C finds; `held` keeps alive
+    what the words point to.
+    """
 
     words: list
     n_rows: int
@@ -29,11 +36,11 @@ class Rows(NamedTuple):
 
 
 class _NotInC(Exception):
-    """A read that Python follows."""
+    """Raised for a read that C cannot follow."""
 
 
 def rows_of(bound, fun, args):
-    """The Rows of a bound function, for its present trace; None if Python must follow it."""
+    """The Rows of a bound function with its present trace; None if C cannot follow the function."""
     function, n = bound.function, len(bound.block) - int(bound.block[FAULT])
     if function is None or function.traced is None or not bound.mode.compared:
         return None
@@ -115,7 +122,7 @@ class _Writer:
             raise _NotInC
 
     def _check(self, i, row, fields):
-        """Fill the fields of the check of a row, and of its numbers."""
+        """Fill the fields of the check of a row, and of the numbers that the row holds."""
         check, expected = row.check, row.expected
         group, place = self._groups.get(i, (None, 0))
         if group is not None and check not in ("number", "array"):
@@ -156,7 +163,10 @@ class _Writer:
             fields["fixed"], fields["value"] = 1, _bits(value)
 
     def _fixed(self, first, count):
-        """(index, value) of the parameters that the code, or its comparison, is for alone."""
+        """(index, value) of the parameters that must keep their values.
+
+        The code holds for these values only, or was compared with the function at 0 only.
+        """
         known = self._reads.graph.values
         values = {slot: known[slot] for slot in self._reads.fixed}
         values = dict.fromkeys(self._zeros, 0.0) | values

@@ -1,7 +1,8 @@
 """Turns batches into loops: which batches are kept in memory, and in which order loops run.
 
-Formulas are pulled from the results: an affine read of a batch reads its operands at affine places.
-Fused loops, shifted reads and common subexpressions follow without a search.
+The plan goes from the results to the operands: a batch that is read at places affine in the loop
+indices reads its operands at affine places.  So loops fuse, reads are shifted, and common
+subexpressions are shared, without a search.
 """
 
 from typing import Any, NamedTuple
@@ -57,7 +58,11 @@ class Plan(Edges):
         self._make_roots()
 
     def _choose(self, fixed):
-        """Choose the batches to keep in memory: `fixed`, and costly ones with several uses."""
+        """Choose the batches to keep in memory.
+
+        These are `fixed`, reductions, products and their first operands, copies, sources of
+        irregular reads, and costly batches with several uses.
+        """
         table, cost, uses = self.table, {}, {}
         for b in table.batches:
             if b.number in self.live:
@@ -88,19 +93,19 @@ class Plan(Edges):
                         places |= mine if isinstance(operand, int) else {(m, shift) for m in mine}
 
     def _with_ones(self, nodes):
-        """Nodes of the graph, and those that loops use."""
+        """`nodes`, and the single nodes that loops use."""
         return [
             *nodes,
             *(b.data for b in self.table.batches if b.op == "one" and b.number in self.live),
         ]
 
     def single_decisions(self, nodes):
-        """The conditions of nodes of the graph, and of those that loops use."""
+        """The conditions of the selects in `nodes` and in the single nodes that loops use."""
         found = [node.args[0] for node in live(self._with_ones(nodes)) if node.op == "select"]
         return list({condition.key: condition for condition in found}.values())
 
     def _read_one_by_one(self, nodes):
-        """The numbers of the batches of which nodes of the graph read many numbers."""
+        """The batches, by number, of which single nodes read MOST_USES elements or more."""
         items = self.table.items_of(*self._with_ones(nodes))
         numbers, times = np.unique(
             [self.table.batch_of(i).number for i in items], return_counts=True
@@ -205,7 +210,7 @@ class Plan(Edges):
                 )  # fmt: skip
 
     def _pull_item(self, i, level):
-        """Raise the level above the loops that one node depends on."""
+        """Raise `level` above the levels of the loops that node number i depends on."""
         batch, own = self.table.batch_of(i), [0]
         if batch.number in self.kept:
             level[0] = max(level[0], self.level[batch.number] + 1)

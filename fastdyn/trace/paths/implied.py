@@ -1,24 +1,24 @@
-"""Decisions that earlier ones on a path imply: of ranges, of a schedule, of a table."""
+"""Comparisons that earlier decisions on a path imply: after t < 1 is true, so is t < 2."""
 
 from typing import Any, NamedTuple
 
-FREE = 4  # decisions of a path, beyond which the order of parameters is taken for part of the code
+FREE = 4  # from so many decisions on, a path may rely on the present order of two parameters
 
 
 class Bound(NamedTuple):
-    """``x < limit`` (`upper`) or ``limit < x``; or equal, where it is not `strict`."""
+    """``x < limit`` if `upper`, else ``limit < x``; with <= instead of < if not `strict`."""
 
     upper: bool
     strict: bool
     limit: Any  # a node that does not vary
 
     def opposite(self):
-        """What holds of an x that is a number, where this does not."""
+        """The bound that holds for an x other than NaN if this bound does not hold."""
         return Bound(not self.upper, not self.strict, self.limit)
 
 
 def bound_of(node):
-    """What a comparison says, and of which node; None of another condition."""
+    """(node, Bound) of a comparison of a varying node with a limit; None for other conditions."""
     if node.op not in ("lt", "le"):
         return None
     a, b = node.args
@@ -29,7 +29,7 @@ def bound_of(node):
 
 
 class Implied:
-    """What the decisions of a path say of each node that was compared."""
+    """The bounds that the decisions of a path set for each compared node."""
 
     def __init__(self, graph):
         self.graph = graph
@@ -37,7 +37,7 @@ class Implied:
         self._numbers: set = set()  # nodes that are not NaN
 
     def note(self, node, value):
-        """A decision that was taken."""
+        """Store that the condition `node` was decided as `value`."""
         found = bound_of(node)
         if found is not None:
             x, bound = found
@@ -46,10 +46,10 @@ class Implied:
                 self._numbers.add(x.key)
 
     def truth(self, node, many):
-        """What follows for a condition; None if nothing does.
+        """The truth of a condition if earlier decisions imply it, else None.
 
-        Where parameters are compared, their order becomes part of the code, if decisions are
-        `many`.
+        Limits that depend on parameters are used only with `many`: the code then holds for the
+        present order of these limits.
         """
         found = bound_of(node)
         if found is None:
@@ -75,7 +75,7 @@ class Implied:
 
 
 def _follows(bound, known, held, is_number):
-    """Whether a bound holds, as another was found to hold, or not to; None if nothing follows."""
+    """The truth of `bound` if it follows from the truth `held` of `known`, else None."""
     if not held:
         if known.upper is bound.upper and _within(bound, known):
             return False
@@ -88,14 +88,14 @@ def _follows(bound, known, held, is_number):
 
 
 def _within(one, other):
-    """Whether all that lies within a bound lies within another of the same direction."""
+    """Whether the bound `one` implies `other`, a bound of the same direction."""
     a, b = (one.limit.value, other.limit.value)
     a, b = (a, b) if one.upper else (-a, -b)
     return a < b or (a == b and (one.strict or not other.strict))
 
 
 def _apart(one, other):
-    """Whether nothing lies within two bounds of opposite directions."""
+    """Whether no x satisfies both of two bounds of opposite directions."""
     upper, lower = (one, other) if one.upper else (other, one)
     a, b = upper.limit.value, lower.limit.value
     return a < b or (a == b and (upper.strict or lower.strict))

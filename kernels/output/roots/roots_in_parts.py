@@ -1,7 +1,8 @@
-"""The roots of an event function in a step that is too long for one series, part by part.
+"""The roots of an event function in a step that is divided into equal parts.
 
-The polynomial of the state is expanded about the start of each part, which costs no accuracy, and
-the series of the event function is computed from this expansion.
+On a long step, one series of the event function does not converge.  For each part, the polynomial
+of the state is expanded about the start of the part, which is exact up to rounding, and the series
+of the event function is computed from this expansion.
 """
 
 from ...calls.calling_convention import invoke
@@ -13,34 +14,37 @@ from ..arguments import MOST_ROOTS, MOST_TERMS
 from ..events import SIGN
 from .polynomial_roots import GIVEN, PLACES, TURNS, polynomial_roots
 
-CLOSE = 1e-9  # largest last two terms of a series that is used, as a share of its sum
+CLOSE = 1e-9  # share of sum|c| that the last two terms, and a gap between parts, may reach
 FEWEST_PARTS, MOST_PARTS = 8, 256
 SAMPLES = 5  # points at which a series is compared with its function
-BETWEEN = 1  # rows between those of the coefficients and the unit of time
+BETWEEN = 1  # the row LOW, between the rows of the coefficients and the row of the unit of time
 
 
 @njit(**INTERNAL)
 def roots_in_parts(e, solve, t, begins, scale_row, room, kept):
-    """The roots up to t of an event function that begins with the value `begins`.
+    """Find the roots, up to t, of an event function.
 
     Parameters
     ----------
     e : EVENTS record
     solve : state.record.Solve
-    t, begins : float
+    t : float
+    begins : float
+        Value of the event function at the start of the step.
     scale_row : int
-        The row of `work` with the unit of time of the series, behind those of its coefficients.
-    room : array
-        As `polynomial_roots` takes it.
+        The row of `work` with the unit of time, behind the rows of the coefficients.
+    room : array, shape (ROWS, WIDTH)
+        Scratch of `polynomial_roots`.
     kept : array, shape (2, MOST_ROOTS)
-        Receives the places of the roots, in units of the step, and the signs behind the roots.
+        Receives the roots, as fractions of [t_old, t], and the sign of the event function after
+        each root, or 0 if the sign does not change.
 
     Returns
     -------
     found : int
         Number of roots; -1 if there are too many, or the series do not converge.
     side : float
-        The sign of the event function behind the last root.
+        The sign of the event function at t; just after t if t is a root.
     """
     moved, parts = solve.work.copy(), FEWEST_PARTS
     while parts <= MOST_PARTS:
@@ -67,7 +71,7 @@ def _in_parts(e, solve, t, begins, scale_row, room, moved, kept, parts):
         if part == 0:
             c[0] = begins
         elif not c[0] * side > 0.0:
-            c[0] = SIGN * side  # the sign at the end of the previous part
+            c[0] = SIGN * side  # tiny, with the sign at the end of the previous part
         more, side = polynomial_roots(c[:n], room)
         if more < 0 or found + more > MOST_ROOTS:
             return -1, 0.0
@@ -90,7 +94,7 @@ def _sums(c, n):
 
 @njit(**INTERNAL)
 def agrees(e, solve, t, c, far, scratch):
-    """True if series and function differ by at most `far` at points between the ends."""
+    """True if series and function differ by at most `far` at SAMPLES points inside the step."""
     s, work = solve.state[0], solve.work
     last = len(work) - 2 - BETWEEN - K
     for j in range(1, SAMPLES + 1):
@@ -120,7 +124,7 @@ def _converges(c, n):
 
 @njit(**INTERNAL)
 def _move(work, moved, x, n_rows):
-    """The coefficients of the expansion about another point, by Horner's scheme."""
+    """Write the coefficients of the expansion about x to `moved`, by repeated Horner schemes."""
     for k in range(n_rows):
         copy_row(work[K + k], moved[K + k])
     for first in range(n_rows - 1):

@@ -1,4 +1,4 @@
-"""Values from outside as constants of Numba's IR, and functions from outside compiled."""
+"""Replaces outside values by constants in Numba's IR, and outside functions by compiled ones."""
 
 from types import ModuleType
 
@@ -8,12 +8,12 @@ from numba.core import ir
 from ...callables.captured import MISSING, count_definitions, resolve, track, walks_into
 from ...callables.diagnostics import Uncompilable
 
-LARGEST = 10**6  # bytes of an array
+LARGEST = 10**6  # bytes of an array that may become a constant of the code
 JOIN = (np.concatenate, np.hstack, np.vstack, np.stack, np.column_stack, np.dstack)
 
 
 def replace_outside(blocks, function, owner, called_function):
-    """Put constants in place of attributes, tuples of lists, and compiled functions of functions.
+    """Replace attributes by constants, lists by tuples, and functions by compiled functions.
 
     ``called_function(value)`` gives the compiled function, or None if the value is no function.
     """
@@ -29,7 +29,7 @@ def replace_outside(blocks, function, owner, called_function):
         if compiled is not None:
             value = compiled
         elif walks_into(value) and not isinstance(value, ModuleType) and path in read_from:
-            value = None  # of an object or a class only its attributes are needed
+            value = None  # the code reads attributes only, which become constants themselves
         elif _numbers(value) and _only_read(blocks, statement.target.name):
             value = tuple(value)
         elif isinstance(value, np.ndarray):
@@ -44,7 +44,10 @@ def _named(path):
 
 
 def _constant(array, path):
-    """An array as a constant; Numba would hold the address of a large array, or one with gaps."""
+    """A contiguous array of at most LARGEST bytes, as a constant.
+
+    Of other arrays, Numba would put only the address into the code.
+    """
     if array.nbytes > LARGEST:
         size = f"{array.nbytes} bytes, which are too many for code"
         raise Uncompilable(f"it uses `{_named(path)}`, an array of {size}: pass it as `args`")
@@ -74,7 +77,10 @@ def _only_read(blocks, name):
 
 
 def join_tuples(blocks):
-    """Give the functions that join arrays a tuple for a list display: arrays of several types."""
+    """Replace a list display by a tuple in calls such as ``np.concatenate([a, b])``.
+
+    A list of Numba has elements of one type; the arrays may be of several types.
+    """
     made, uses = _made_once(blocks), {}
     for block in blocks.values():
         for statement in block.body:

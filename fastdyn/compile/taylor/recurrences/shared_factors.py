@@ -1,10 +1,14 @@
-"""Moves a factor into a power, if the factor multiplies the power wherever the power is used."""
+"""Moves a factor that all products with a power share into the recurrence of the power."""
 
 from .operations import Power, Quotient, Sum
 
 
 def share_factors(steps, uses, graph):
-    """Move a factor into a power if every product with the power has this factor."""
+    """Move the factor f into a power or reciprocal b if every use of b is a product f a b.
+
+    In the recurrence of b, f enters only the coefficient of order 0; in the products, f would
+    multiply every order.
+    """
     sums = [step for step in steps if isinstance(step, Sum)]
     places: dict = {}
     for step in sums:
