@@ -108,6 +108,19 @@ class ByFastdyn(Solver):
         self.once(events=event, on_event=act)
 
 
+class InPython(ByFastdyn):
+    """By fastdyn's methods, with a function that stays in Python."""
+
+    def fun(self):
+        times = []
+
+        def noted(t, y, *args):
+            times.append(t)
+            return self.module.fun(t, y, *args)
+
+        return noted
+
+
 class ByScipy(Solver):
     """The same by SciPy; what SciPy lacks, of its parts."""
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .solvers import ByFastdyn, ByScipy
+from .solvers import ByFastdyn, ByScipy, InPython
 from .ways import WAYS
 
 
@@ -41,14 +41,16 @@ def loaded(source, name):
 def outcome(source, by, name="drawn", noise=0, rtol=None, keeps=False):
     """Solve what a module asks for.
 
-    `by` is "scipy" or "fastdyn"; with `noise` the rates of SciPy's function have an error of a few
-    units in the last place; if it `keeps`, SciPy gets the very array that the function returns.
+    `by` is "scipy", "fastdyn", or "python" for fastdyn with the function in Python.  With `noise`
+    the rates of SciPy's function have an error of a few units in the last place; if it `keeps`,
+    SciPy gets the very array that the function returns.
     """
     module = loaded(source, name)
     how = dict(module.HOW)
     if rtol is not None:
         how |= {"rtol": rtol, "atol": rtol * 1e-2}
-    solver: Any = ByScipy(module, how, noise, keeps) if by == "scipy" else ByFastdyn(module, how)
+    ours = InPython if by == "python" else ByFastdyn
+    solver: Any = ByScipy(module, how, noise, keeps) if by == "scipy" else ours(module, how)
     solver.again = lambda: loaded(source, name)
     raised, left, began = None, None, time.perf_counter()
     with _settings_kept(), warnings.catch_warnings(record=True) as caught:
