@@ -34,7 +34,7 @@ def test_a_dataset_of_a_system_has_units():
     data = result.to_xarray()
     assert list(data.component.values) == ["theta", "omega"]
     assert list(data.unit.values) == ["rad", "rad/s"]
-    assert data.V0.attrs == {"units": "m/s", "long_name": "horizontal velocity at launch"}
+    assert data.V0.attrs == {"units": "m/s", "long_name": "velocity at launch, across the cable"}
     assert data.time.attrs == {"units": "s"} and data.attrs["l"] == 2.0
     assert np.array_equal(data.y0.sel(component="omega"), np.linspace(1, 3, 5) / 2.0)
 
