@@ -60,7 +60,7 @@ def pytest_collection_finish():
 
 
 def pytest_addoption(parser):
-    parser.addoption("--draws", type=int, default=4, help="functions drawn across processes")
+    parser.addoption("--draws", type=int, default=2, help="functions drawn across processes")
     parser.addoption("--all-modes", action="store_true", help="of everyday functions, too")
     parser.addoption("--whole-corpus", action="store_true", help="all cases of bench/corpus")
 
