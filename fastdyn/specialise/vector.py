@@ -146,7 +146,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     if compiled is None:
         symbols = [f"{FUNCTION}{i}" for i in range(len(forms))]
         texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
-        shapes, structure = tuple([(f.n_results, f.n_words) for f in forms]), None
+        shapes, structure = ([f.n_results for f in forms], sizes[:-1]), None
         if derived is not None:
             jacobian, texts[JACOBIAN] = derived
             structure = (
