@@ -4,6 +4,8 @@ import gc
 import os
 import pathlib
 import signal
+import sys
+import threading
 
 import hypothesis.configuration
 import matplotlib
@@ -15,6 +17,10 @@ gc.set_threshold(100_000, 20, 100)  # compiling makes many small objects that li
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # started in the background of a shell
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# Bytecode is kept: two workers import the tests, hundreds of processes import the package.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KEPT / "compiled"))
@@ -47,8 +53,14 @@ def pytest_sessionstart(session):
             kernel()
 
 
+def pytest_collection_finish():
+    """What is there before the first test stays: no collection of garbage looks at that again."""
+    gc.collect()
+    gc.freeze()
+
+
 def pytest_addoption(parser):
-    parser.addoption("--draws", type=int, default=4, help="functions drawn across processes")
+    parser.addoption("--draws", type=int, default=2, help="functions drawn across processes")
     parser.addoption("--all-modes", action="store_true", help="of everyday functions, too")
     parser.addoption("--whole-corpus", action="store_true", help="all cases of bench/corpus")
 
@@ -57,6 +69,12 @@ def pytest_addoption(parser):
 def memory_is_poisoned(monkeypatch):
     """What a kernel reads before it is written is NaN."""
     monkeypatch.setattr("fastdyn.run.laid_out.new_memory", lambda size: np.full(size, np.nan))
+
+
+@pytest.fixture(autouse=True)
+def nothing_asks_what_lives(monkeypatch):
+    """After a function that asks, each refusal of the process collects garbage: of this test."""
+    monkeypatch.setattr("fastdyn.compile.traced.find._asks_what_lives", threading.Event())
 
 
 @pytest.fixture

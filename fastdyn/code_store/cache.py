@@ -139,17 +139,18 @@ def _bitcode(symbol):
     return None
 
 
-def linked(key, kernel, write, look):
-    """The machine code for `key`: a kernel of `without_function` and the function that it calls.
+def linked(key, kernel, functions, look):
+    """The machine code for `key`: a kernel of `without_function` and the functions that it calls.
 
-    ``write(symbol)`` is as in `assembled`.  ``look()`` is called now and then, and may raise.
+    `functions` has by each name ``write(name)``, as in `assembled`.  ``look()`` is called now and
+    then, and may raise.
     """
-    from .unlinked import FUNCTION, linked
+    from .unlinked import linked
 
     symbol = _symbol(key)
-    text = write(FUNCTION)
+    texts = {name: write(name) for name, write in functions.items()}
     look()
-    code, needs = linked(kernel, text, symbol, look)
+    code, needs = linked(kernel, texts, symbol, look)
     return _kept(key, symbol, code, needs, kernel.arguments)
 
 

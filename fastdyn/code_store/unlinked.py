@@ -1,7 +1,7 @@
-"""Kernels without the function that they call: kept as LLVM's bitcode, linked to any function.
+"""Kernels without the functions that they call: kept as LLVM's bitcode, linked to any functions.
 
 Numba makes such a kernel once for a method and a length of the state.  LLVM alone links the kernel
-to the text of a function and optimises both together, in a tenth of the time and without the
+to the texts of functions and optimises all together, in a tenth of the time and without the
 interpreter lock.
 """
 
@@ -15,29 +15,31 @@ import llvmlite.binding as llvm
 from .loader import initialise
 from .target import drop_unused, internal, optimise, processor, settled, target
 
-FUNCTION = "fastdyn_function"  # the name of the function in the kernel
+FUNCTION = "fastdyn_function"  # the name of the function in the kernel; of others, its beginning
 KERNEL = "fastdyn_kernel"
 
 
 class Unlinked(NamedTuple):
-    """A kernel before its function is known, and the layout of its arguments."""
+    """A kernel before its functions are known, and the layout of its arguments."""
 
     bitcode: bytes
     arguments: list
 
 
-def linked(kernel, text, symbol, look):
-    """(object code, needs) of a kernel and of the function in an LLVM text.
+def linked(kernel, texts, symbol, look):
+    """(object code, needs) of a kernel and of functions, each the LLVM text of its name.
 
     ``look()`` is called between LLVM's phases, and may raise an exception.
     """
     initialise()
     context = llvm.create_context()  # a shared context never frees memory
     module = llvm.parse_bitcode(kernel.bitcode, context)
-    function = llvm.parse_assembly(text, context)
-    for part in (module, function):
-        part.triple, part.data_layout = processor()[0], str(target().target_data)
-    module.link_in(function)
+    module.triple, module.data_layout = processor()[0], str(target().target_data)
+    for name, text in texts.items():
+        function = llvm.parse_assembly(text, context)
+        function.triple, function.data_layout = module.triple, module.data_layout
+        internal(function, name)
+        module.link_in(function)
     module.get_function(KERNEL).name = symbol
     internal(module, symbol)
     look()

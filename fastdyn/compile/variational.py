@@ -113,7 +113,7 @@ def _compiled(base, groups):
     code = code_store.assembled(key, found.text)
     return Function(
         key, code.address, sum(map(n_words, found.kinds)), functools.cache(found.dispatcher),
-        code, SENSITIVITIES, found.build_vector, base.seconds * (1 + 2 * len(columns)),
+        code, SENSITIVITIES, found.vector_text, base.seconds * (1 + 2 * len(columns)),
         functools.cache(found.series), found, {DECISIONS: decided},
     )  # fmt: skip
 

@@ -16,15 +16,17 @@ from .traced.met import why
 class VectorForm(NamedTuple):
     """A function in the form that a kernel on vectors needs.
 
-    `parameters` has a (type, value) for each parameter.  ``build()`` makes the function on vectors,
-    ``series(order)`` its Taylor kernel on vectors, ``jacobian(time)`` its Jacobian.  `raises` tells
-    whether the function may raise; its value is then NaN.
+    `parameters` has a (type, value) for each parameter.  ``text(symbol)`` is the function on
+    vectors as LLVM text, of `n_results` vectors, None for one alone.  ``series(order)`` makes the
+    Taylor kernel on vectors, ``jacobian(time)`` the Jacobian and its text.  `raises` tells whether
+    the function may raise; its value is then NaN.
     """
 
     key: str
     parameters: list
     n_words: int
-    build: Any
+    text: Any
+    n_results: int | None
     series: Any
     jacobian: Any
     raises: bool
@@ -42,18 +44,22 @@ def vector_form(fun, args, varying, mode, n, near, width):
         (("lanes", width), v) if i in spread else (k, v) for i, (k, v) in enumerate(values)
     ]
     kinds = [k for k, _ in parameters]
-    build = functools.partial(function.build_vector, kinds)
+    given = {"n": n, "width": width, "exact": False, "kinds": kinds}
+    text = functools.partial(function.vector_text, **given)
+    n_results = None if mode.one_number else function.traced.n_stored
     series = functools.partial(function.traced.lane_series, kinds=kinds, width=width)
     n_all = sum(map(n_words, kinds))
-    derive = functools.partial(_jacobian, function, kinds)
+    derive = functools.partial(_jacobian, function, given)
     raises = function.traced.trace.raising is not function.traced.trace.graph.false
-    return VectorForm(f"{function.key} {kinds}", parameters, n_all, build, series, derive, raises)
+    return VectorForm(
+        f"{function.key} {kinds}", parameters, n_all, text, n_results, series, derive, raises
+    )
 
 
-def _jacobian(function, kinds, time):
-    """The `derivatives.jacobian.Jacobian` of a function, and the builder of its form on vectors."""
+def _jacobian(function, given, time):
+    """The `derivatives.jacobian.Jacobian` of a function, and its text on vectors by symbol."""
     try:
         found: Any = jacobian(function, time)
     except Untraceable as reason:
         raise Uncompilable(str(reason)) from None
-    return found, functools.partial(found.build_vector, kinds)
+    return found, functools.partial(found.traced.vector_text, **given)

@@ -42,6 +42,7 @@ from .signatures import (
     WATCH,
     WHOLE_SOLVE,
 )
+from .vector_rhs import named, right_hand_side
 
 
 @njit(**INTERNAL)
@@ -91,12 +92,7 @@ def shared(method, splits):
 
 def inlining(name, splits, function, n):
     """The loop of a method with one function inlined, on tuples of n numbers."""
-    facts, method = BY_NAME[name], BY_NAME[name].code
-    if facts.batched and function.build_vector and function.mode.in_vectors:
-        try:
-            return _stages_kernel(method, function, n // 2 if facts.second_order else n), ADVANCE
-        except Exception:  # no form for vectors; stages one by one have the same bits
-            pass
+    method = BY_NAME[name].code
     user, form = function.build(), (0.0,) * n
     if isinstance(user, tuple):
         velocity, force = (part_inlined(*one) for one in zip(user, (VELOCITY, FORCE), strict=True))
@@ -119,12 +115,11 @@ def _around(method, user, form):
     return method.kernel(rhs, form), ADVANCE
 
 
-def _stages_kernel(method, function, n):
-    """The loop of an implicit method that evaluates all stages at once on vectors."""
-    from .vector_rhs import right_hand_side
+def stages(name, n):
+    """The loop of an implicit method around a function of n vectors, which LLVM links later.
 
-    s, batched = method.batched
-    form = Form(n, s, exact=True)
-    kernel = batched(right_hand_side(function.build_vector()), form)
-    kernel.compile(ADVANCE)
-    return kernel
+    The function evaluates all stages at once.
+    """
+    s, batched = BY_NAME[name].code.batched
+    function = named(unlinked.FUNCTION, n)
+    return batched(right_hand_side(function), Form(n, s, exact=True)), ADVANCE

@@ -18,6 +18,7 @@ from fastdyn.kernels.methods import BY_NAME
 from fastdyn.trace.graph.clock import look
 
 MAX_TUPLE = 16
+FUNCTION = "fastdyn_function"  # `unlinked.FUNCTION`: that file imports LLVM
 
 
 def splits(name, pair):
@@ -130,7 +131,12 @@ def _inlining(key, name, function, n):
     """The code of an inlined kernel, by LLVM alone where a kernel waits for its function."""
     if links(name, function):
         kernel = kernel_without_function(name, n, True)
-        return code_store.linked(key, kernel, function.traced.text, look)
+        return code_store.linked(key, kernel, {FUNCTION: function.traced.text}, look)
+    if in_stages(name, function):
+        try:
+            return _stages(key, name, function, n // 2 if BY_NAME[name].second_order else n)
+        except Uncompilable:  # no form for vectors; stages one by one have the same bits
+            pass
     try:
         return _kept(key, lambda made: made.inlining(name, splits(name, True), function, n))
     except Uncompilable:  # another thread has changed what the function uses
@@ -139,8 +145,26 @@ def _inlining(key, name, function, n):
 
 def links(name, function):
     """True if LLVM can link a kernel of a method to a function."""
-    by_stages = BY_NAME[name].batched and function.build_vector and function.mode.in_vectors
-    return made(function) and not function.traced.in_batches and not by_stages
+    return made(function) and not function.traced.in_batches and not in_stages(name, function)
+
+
+def in_stages(name, function):
+    """True if a method evaluates a function for all stages at once, on vectors."""
+    return BY_NAME[name].batched and function.vector_text and function.mode.in_vectors
+
+
+def _stages(key, name, function, n):
+    """The code of a kernel of an implicit method that evaluates all stages at once."""
+    width, _ = BY_NAME[name].code.batched
+    text = functools.partial(function.vector_text, n=n, width=width, exact=True)
+
+    def build():
+        from . import dispatchers
+
+        return dispatchers.stages(name, n)
+
+    kernel = code_store.without_function(f"waits {name} {n} in stages", build)
+    return code_store.linked(key, kernel, {FUNCTION: text}, look)
 
 
 def kernel_without_function(name, n, build=False):

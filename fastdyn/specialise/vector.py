@@ -20,10 +20,12 @@ from fastdyn.kernels.methods.method import Derivatives
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.layout import Form
 
+from .scalar import FUNCTION
 from .signatures import ADVANCE_VECTORS
-from .vector_rhs import number, right_hand_side
+from .vector_rhs import named, number, right_hand_side
 
 MAX_VECTORS = 24
+JACOBIAN = "fastdyn_jacobian"  # its symbol
 
 
 class Kernel(NamedTuple):
@@ -82,8 +84,8 @@ def _check_elimination(jacobian, n):
         raise Uncompilable(f"{n} equations so coupled take more code than pays")
 
 
-def _derivatives(jacobian, build):
-    function = right_hand_side(build())
+def _derivatives(jacobian):
+    function = right_hand_side(named(JACOBIAN, jacobian.size))
     return Derivatives(function, jacobian.rows, jacobian.columns, not jacobian.autonomous)
 
 
@@ -142,21 +144,36 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     sizes = [form.n_words for form in forms]
     compiled = _kernels.get(key)
     if compiled is None:
+        symbols = [f"{FUNCTION}{i}" for i in range(len(forms))]
+        texts = {symbol: form.text for symbol, form in zip(symbols, forms, strict=True)}
+        shapes, structure = ([f.n_results for f in forms], sizes[:-1]), None
+        if derived is not None:
+            jacobian, texts[JACOBIAN] = derived
+            structure = (
+                *(list(map(int, places)) for places in (jacobian.rows, jacobian.columns)),
+                jacobian.autonomous,
+            )
 
         def build():
-            user, *others = [form.build() for form in forms]
+            user, *others = [
+                named(s, form.n_results) for s, form in zip(symbols, forms, strict=True)
+            ]
             numbers = [number(f, sum(sizes[: i + 1])) for i, f in enumerate(others)]
             row = N_FIELDS + len(events)
             watched = _in_turn(events_and_folds.crossed, numbers[: len(events)], N_FIELDS)
             accumulated = _in_turn(_accumulate, numbers[len(events) :], row)
             given = [extrema or None, watched, accumulated]
             if derived is not None:
-                given.append(_derivatives(*derived))
+                given.append(_derivatives(derived[0]))
             kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
             return kernel, ADVANCE_VECTORS
 
+        place = f"waits {name} {n} {width()} {extrema} {len(events)} {shapes} {structure}"
         try:
-            compiled = code_store.compiled(key, build)
+            compiled = code_store.stored(key)
+            if compiled is None:
+                kernel = code_store.without_function(place, build)
+                compiled = code_store.linked(key, kernel, texts, lambda: None)
         except Exception as error:
             raise Uncompilable(explain(error)) from error
         _kernels.put(key, compiled)

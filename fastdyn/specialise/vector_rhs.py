@@ -3,7 +3,9 @@
 # Numba declares less than its decorators and types are.
 # pyright: reportCallIssue=false, reportArgumentType=false
 
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
@@ -19,6 +21,27 @@ def _words(typingctx, block, skip):
         return builder.gep(arrayobj.make_array(WORDS)(context, builder, args[0]).data, [args[1]])
 
     return types.CPointer(types.int64)(block, types.intp), codegen
+
+
+def named(symbol, n_results):
+    """A function on vectors that is linked in later, by its symbol; None for one vector alone."""
+
+    @intrinsic
+    def call(typingctx, t, y, block):
+        whole = t if n_results is None else types.UniTuple(t, n_results)
+
+        def codegen(context, builder, signature, args):
+            kind = ir.FunctionType(context.get_value_type(whole), [a.type for a in args])
+            function = cgutils.get_or_insert_function(builder.module, kind, symbol)
+            return builder.call(function, args)
+
+        return whole(t, y, block), codegen
+
+    @njit(**INLINED)
+    def function(t, y, block):
+        return call(t, y, block)
+
+    return function
 
 
 def right_hand_side(function):

@@ -14,7 +14,7 @@ import pytest
 from support import across, everyday
 
 MAKERS = 2
-EVERYDAY = 20  # of the functions, others in each run; .ci/run takes all of them
+EVERYDAY = 10  # of the functions, others in each run; .ci/run takes all of them
 
 
 def references(names):
@@ -40,7 +40,7 @@ def check(names, reference, rng):
 
 @pytest.mark.slow
 def test_everyday_functions(rng, pytestconfig):
-    """All of them in every mode with ``--all-modes``; else 20, each in one mode that is drawn."""
+    """All of them in every mode with ``--all-modes``; else some, each in one mode that is drawn."""
     if pytestconfig.getoption("all_modes"):
         names = [f"{name}:{mode}" for name in everyday.CASES for mode in across.MODES]
     else:

@@ -75,26 +75,27 @@ def run(script, **more):
     return imported, int(compiled)
 
 
+@pytest.fixture(scope="module")
+def known():
+    """All scripts have run once, in one process."""
+    run("begun = given\n" + "\n".join(f"given = {{**begun}}\n{s}" for s in SCRIPTS.values()))
+
+
+@pytest.mark.usefixtures("known")
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_what_is_known_needs_no_numba(name):
-    run(SCRIPTS[name])
     assert run(SCRIPTS[name]) == ("[]", 0)
 
 
-def test_a_new_traced_function_needs_no_numba(tmp_path):
+@pytest.mark.usefixtures("known")
+def test_a_new_traced_function_needs_no_numba():
     """Only its own code is new: the number in it has never been seen."""
-    run(SCRIPTS["plain"])
     number = int.from_bytes(os.urandom(6), "big")
     script = f"def oscillator(t, y, k): return [y[1], -y[0] * {number} / (t + {number})]\n"
     assert run(script + SCRIPTS["plain"]) == ("[]", 1)
 
 
-@pytest.mark.parametrize("settings", [
-    {}, {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": ""}, {"NUMBA_OPT": "1"},
-    {"NUMBA_OPT": "max"}, {"NUMBA_CPU_NAME": "generic"},
-])  # fmt: skip
-def test_keys_are_the_same_with_numba_and_without(settings):
-    script = """
+KEYS = """
 from fastdyn.code_store import environment, target
 print(environment.environment())
 import numba
@@ -102,10 +103,27 @@ from numba.core.registry import cpu_target
 assert target.processor() == cpu_target.target_context.codegen().magic_tuple()
 print(environment.environment())
 """
+
+
+def keys_under(settings):
+    """What keys depend on, without Numba and with it."""
     done = subprocess.run(
-        [sys.executable, "-c", script], env=os.environ | settings, capture_output=True, text=True
+        [sys.executable, "-c", KEYS], env=os.environ | settings, capture_output=True, text=True
     )
-    without, with_it = done.stdout.splitlines()
-    assert without == with_it and done.returncode == 0
-    plain = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout
-    assert (without == plain.splitlines()[0]) == (not settings)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return keys_under({})
+
+
+@pytest.mark.parametrize("settings", [
+    {}, {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": ""}, {"NUMBA_OPT": "1"},
+    {"NUMBA_OPT": "max"}, {"NUMBA_CPU_NAME": "generic"},
+])  # fmt: skip
+def test_keys_are_the_same_with_numba_and_without(settings, plain):
+    without, with_it = keys_under(settings) if settings else plain
+    assert without == with_it
+    assert (without == plain[0]) == (not settings)

@@ -17,14 +17,15 @@ METHODS = ["RK45", "Vern7", "Rodas5P"]
 @pytest.fixture
 def wrong_vectors(monkeypatch):
     """Vectors whose first rate is another than in the code for one trajectory."""
-    build = Traced.build_vector
+    text = Traced.vector_text
 
-    def wrong(traced, kinds=None):
+    def wrong(traced, *given, **more):
         g, (first, *others) = traced.trace.graph, traced.trace.outputs
         outputs = [g.mul(g.const(1.001), first), *others]
-        return build(Traced(traced.trace._replace(outputs=outputs), traced.mode, traced.n), kinds)
+        other = Traced(traced.trace._replace(outputs=outputs), traced.mode, traced.n)
+        return text(other, *given, **more)
 
-    monkeypatch.setattr(Traced, "build_vector", wrong)
+    monkeypatch.setattr(Traced, "vector_text", wrong)
 
 
 @pytest.mark.parametrize("simd", ["auto", False])

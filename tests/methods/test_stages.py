@@ -7,7 +7,7 @@ import pytest
 
 from fastdyn import solve_ivp
 from fastdyn.compile import memory
-from fastdyn.specialise import dispatchers
+from fastdyn.specialise import scalar
 
 
 def elementary(t, w):
@@ -26,7 +26,7 @@ def branching(t, w):
 def test_both_tiers_give_the_same_bits(method, fun, monkeypatch, tmp_path):
     y0 = [0.3, 0.2, 0.1, 0.5] if fun is elementary else [1.0, 0.3]
     one = solve_ivp(fun, (0, 20), y0, method, step=0.1, compile="shared")
-    taken, build = [], dispatchers._stages_kernel
+    taken, build = [], scalar._stages
     memory.forget()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
 
@@ -35,7 +35,7 @@ def test_both_tiers_give_the_same_bits(method, fun, monkeypatch, tmp_path):
         taken.append(kernel)
         return kernel
 
-    monkeypatch.setattr(dispatchers, "_stages_kernel", noted)
+    monkeypatch.setattr(scalar, "_stages", noted)
     all_at_once = solve_ivp(fun, (0, 20), y0, method, step=0.1, compile="inlined")
     assert np.array_equal(one.y, all_at_once.y) and one.nfev == all_at_once.nfev
     assert len(taken) == 1

@@ -26,7 +26,7 @@ class Jacobian(NamedTuple):
 
     `time` tells whether df/dt (n numbers) follows the entries, and `autonomous` whether df/dt is
     zero.  `size` is the length of `out`.  `build` makes the dispatcher of the pointer form,
-    `build_vector` the dispatcher of the form on vectors, as for a `Function`.
+    `traced` is its trace.
     """
 
     key: str
@@ -37,7 +37,7 @@ class Jacobian(NamedTuple):
     autonomous: bool
     size: int
     build: Any
-    build_vector: Any
+    traced: Any
     keepalive: Any
 
 
@@ -69,5 +69,5 @@ def _compiled(traced, time):
     code = code_store.assembled(key, found.text)
     return Jacobian(
         key, code.address, rows, columns, time, all(map(is_zero, by_time)), len(nodes),
-        functools.cache(found.dispatcher), found.build_vector, (code, found),
+        functools.cache(found.dispatcher), found, code,
     )  # fmt: skip

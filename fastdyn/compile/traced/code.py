@@ -117,15 +117,16 @@ class Traced(PythonForm):
 
         return dispatcher(self)
 
-    def build_vector(self, kinds=None):
-        """The function ``(t, y, words)`` on vectors; it returns a tuple, for an event one vector.
+    def vector_text(self, symbol, n, width, exact, kinds=None):
+        """The text of an LLVM module with the form on vectors, of n vectors of a width.
 
-        `kinds` are the types of the parameters, with "lanes" for parameters that vary between
-        trajectories.
+        The function ``(t, y, words)`` returns vectors, of an event one alone.  `kinds` are the
+        types of the parameters, with "lanes" for parameters that vary between trajectories; `exact`
+        is as of a `state.layout.Form`.
         """
-        from .inlined import build_vector
+        from .inlined import vector_text
 
-        return build_vector(self, kinds)
+        return vector_text(self, symbol, n, width, exact, kinds)
 
 
 def _decisions(traced):

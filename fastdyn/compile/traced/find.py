@@ -162,7 +162,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
         function = Function(
             key, code.address, sum(map(n_words, traced.kinds)),
             traced.dispatcher and functools.cache(traced.dispatcher), code, mode,
-            traced.build_vector, _seconds(_compiled(traced, code.address, given), near, n),
+            traced.vector_text, _seconds(_compiled(traced, code.address, given), near, n),
             traced.series and functools.cache(traced.series), traced,
         )  # fmt: skip
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS

@@ -27,7 +27,7 @@ class TracedInBatches(PythonForm):
     """
 
     in_batches = True
-    dispatcher = build_vector = series = lane_series = None
+    dispatcher = vector_text = series = lane_series = None
 
     @refused_as(Refusal.untraceable)
     def __init__(self, trace, mode, n):

@@ -4,13 +4,14 @@ import functools
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
 from fastdyn.kernels.calls.user_function import FORM
-from fastdyn.kernels.jit_options import INLINED, INTERNAL, njit
+from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.vector.instructions import FUSE
-from fastdyn.trace.emit.numbers import Emitter
+from fastdyn.trace.emit.numbers import REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as
 from fastdyn.trace.islands.island import calls_libraries
 
@@ -39,36 +40,31 @@ def dispatcher(traced):
 
 
 @refused_as(Uncompilable)
-def build_vector(traced, kinds=None):
-    """See `Traced.build_vector`."""
+def vector_text(traced, symbol, n, width, exact, kinds=None):
+    """See `Traced.vector_text`."""
     if calls_libraries(traced.trace.graph):
         raise Uncompilable("it calls a library, which vectors cannot")
     if traced.trace.error:
         raise Uncompilable(f"it can raise ({traced.trace.error}), which vectors cannot")
-    g, kinds = traced.trace.graph, kinds or traced.kinds
+    g, vector = traced.trace.graph, ir.VectorType(REAL, width)
     # where the function would raise, the value is NaN
     nodes = [g.select(traced.trace.raising, g.const(np.nan), node) for node in traced.stored]
-
-    def of_vectors(typingctx, t, y, block):
-        whole = t if traced.mode.one_number else types.UniTuple(t, len(nodes))
-
-        def codegen(context, builder, signature, args):
-            t_value, y_value, words = args
-            source = VectorSource(builder, traced, t_value, y_value, words, kinds)
-            in_vectors = None if t.exact else functools.partial(by_formula, builder)
-            flags = () if t.exact else FUSE
-            emitter = Emitter(builder, g, args[0].type, source, in_vectors, flags)
-            values = emitter.nodes(nodes)
-            if traced.mode.one_number:
-                return values[0]
-            return context.make_tuple(builder, whole, values)
-
-        return whole(t, y, block), codegen
-
-    results: Any = intrinsic(of_vectors)
-
-    @njit(**INLINED)
-    def function(t, y, block):
-        return results(t, y, block)
-
-    return function
+    whole = vector if traced.mode.one_number else ir.ArrayType(vector, len(nodes))
+    given = [vector, ir.ArrayType(vector, n), WORD.as_pointer()]
+    module = ir.Module()
+    function = ir.Function(module, ir.FunctionType(whole, given), symbol)
+    function.attributes.add("alwaysinline")
+    builder = ir.IRBuilder(function.append_basic_block())
+    t, y, words = function.args
+    source = VectorSource(builder, traced, t, y, words, kinds or traced.kinds)
+    in_vectors = None if exact else functools.partial(by_formula, builder)
+    emitter = Emitter(builder, g, vector, source, in_vectors, () if exact else FUSE)
+    values = emitter.nodes(nodes)
+    if traced.mode.one_number:
+        builder.ret(values[0])
+    else:
+        result: Any = ir.Constant(whole, ir.Undefined)
+        for i, value in enumerate(values):
+            result = builder.insert_value(result, value, i)
+        builder.ret(result)
+    return str(module)
