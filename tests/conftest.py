@@ -74,7 +74,7 @@ def memory_is_poisoned(monkeypatch):
 @pytest.fixture(autouse=True)
 def nothing_asks_what_lives(monkeypatch):
     """After a function that asks, each refusal of the process collects garbage: of this test."""
-    monkeypatch.setattr("fastdyn.compile.traced.find._asks_what_lives", threading.Event())
+    monkeypatch.setattr("fastdyn.compile.traced.make._asks_what_lives", threading.Event())
 
 
 @pytest.fixture
@@ -88,4 +88,4 @@ def wrong_choices(monkeypatch):
         return select(g, condition, a, g.mul(g.const(3.0), b))
 
     monkeypatch.setattr(Graph, "select", wrong)
-    monkeypatch.setattr("fastdyn.compile.traced.find.compare_around", lambda *_: None)
+    monkeypatch.setattr("fastdyn.compile.traced.make.compare_around", lambda *_: None)

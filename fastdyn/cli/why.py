@@ -17,7 +17,7 @@ from fastdyn.code_store.target import optimise, processor, target
 from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import refusal
 from fastdyn.trace.graph.expressions import live
 

@@ -27,7 +27,7 @@ from .mode import CONSTANT, Mode
 from .parameters import n_words, pack_all
 from .python_callback import Callback, evaluate
 from .traced import met
-from .traced.find import made, traced_function
+from .traced.make import made, traced_function
 
 
 class Bound(NamedTuple):
@@ -64,7 +64,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     mode : mode.Mode
     n : int
         Length of the compiled function's y.
-    near : traced.find.Near, optional
+    near : traced.make.Near, optional
         The region of the first calls; without it, the function is not traced.
     probe : callable, optional
         Called before Numba compiles, to find the user's mistakes in Python.
@@ -149,7 +149,7 @@ def _code(fun, args, mode, n, near, probe, varying):
         refuse_at_sight(parts)
         if "numba" not in sys.modules:
             budget.not_here()  # the import takes long
-        from .by_numba.find import compiled_function
+        from .by_numba.make import compiled_function
 
         found = *compiled_function(parts, mode, probe), arguments_at(parts)
     return found

@@ -18,7 +18,7 @@ from fastdyn.trace.islands.island import islands_of, raise_interrupts
 
 from .callables.diagnostics import GaveUp
 from .callables.same_numbers import all_close, are_close, differ, short
-from .calling_convention import SIGNATURE, call
+from .function_convention import SIGNATURE, call
 from .python_callback import evaluate as in_python
 
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
@@ -101,7 +101,7 @@ def compare_around(function, compiled, near, n, trace=None):
         ``function(t, y)``, as the user wrote it; it returns an array of floats.
     compiled : callable
         ``compiled(t, y)`` calls the machine code; None if the code raises.
-    near : traced.find.Near
+    near : traced.make.Near
     n : int
         Length of y.
     trace : trace.paths.Trace, optional

@@ -16,7 +16,7 @@ import numpy as np
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 
 from .callables.diagnostics import WritesToState
-from .calling_convention import SIGNATURE, mark
+from .function_convention import SIGNATURE, mark
 from .mode import DERIVATIVE, Mode
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)

@@ -14,7 +14,7 @@ from .callables.parts import parts_of
 from .fingerprint import frozen
 from .parameters import pack_all, parameter_type
 from .traced import met
-from .traced.find import made
+from .traced.make import made
 
 UNCHANGING = (  # an identical object has an equal value
     float, int, complex, str, bytes, type(None), np.generic, np.ufunc, python.BuiltinFunctionType
@@ -46,7 +46,7 @@ def rebind(bound, fun, args):
     if parameters is None:
         try:
             parts = parts_of(fun, args)
-            from .by_numba.find import compiled_function
+            from .by_numba.make import compiled_function
 
             found, parameters = compiled_function(parts, bound.mode, None)
         except Uncompilable:

@@ -23,7 +23,7 @@ from .derivatives.jacobian import GROWING
 from .mode import SENSITIVITIES
 from .parameters import n_words, pack_all
 from .traced.code import Traced
-from .traced.find import traced_function
+from .traced.make import traced_function
 from .traced.met import why
 
 DECISIONS = "decisions"  # a key of a Function's notes
@@ -36,7 +36,7 @@ def bind_variational(equations, args, near, refused=None):
     ----------
     equations : problem.sensitivities.Variational
     args : tuple
-    near : traced.find.Near
+    near : traced.make.Near
         The region of the state, without sensitivities.
     refused : str, optional
         The reason why the function must run in Python.

@@ -9,7 +9,7 @@ from fastdyn.trace.graph.refusal import Untraceable
 from .callables.diagnostics import Uncompilable
 from .derivatives.jacobian import jacobian
 from .parameters import n_words
-from .traced.find import traced_function
+from .traced.make import traced_function
 from .traced.met import why
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from fastdyn.compile.bind import bind, or_in_python
 from fastdyn.compile.mode import DERIVATIVE, EVENT
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.state.record import FINISHED, RAISED
 from fastdyn.problem import validate
 from fastdyn.problem.option_names import refuse_unknown

@@ -10,7 +10,7 @@ from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.output.invariants import INVARIANT, SURVEY, Bins
 from fastdyn.kernels.state.record import RUNNING, Solve, Y
 from fastdyn.run.begin import begin
-from fastdyn.run.functions.compared import AT_FIRST, NEVER, WHEN, Past, compare_at
+from fastdyn.run.functions.compared import AT_FIRST, NEVER, WHEN, Schedule, compare_at
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices.layouts import full_matrices
 from fastdyn.specialise.scalar import open_survey_kernel, start_kernel, survey_kernel
@@ -67,7 +67,7 @@ class Survey:
         p = self._problem
         callbacks = [b.callback for b in self.bounds if b.callback is not None]
         tier = Tier(p, self._bound)
-        status, chunk, past = RUNNING, FIRST_STEPS, Past(WHEN)
+        status, chunk, past = RUNNING, FIRST_STEPS, Schedule(WHEN)
         solve = Solve(self.state, self.work, self._bound.block)
         survey = Call(
             survey_kernel(), tier.address, *solve, self.record,

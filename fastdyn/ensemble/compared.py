@@ -58,7 +58,7 @@ def _due(bound):
     if function is None:
         return 0
     place = SOLVES, compared.WHEN, codes(*bound.keepalive[:2])  # functions may share machine code
-    return function.notes.setdefault(place, compared.Past(compared.WHEN)).after_one()
+    return function.notes.setdefault(place, compared.Schedule(compared.WHEN)).after_one()
 
 
 def _states(problem, results, i, count):

@@ -20,7 +20,7 @@ from fastdyn.run import resume
 from fastdyn.run.checkpoint import fingerprint
 
 from . import reductions
-from .plan import checked, sizes
+from .plan import planned, sizes
 from .results import Results
 from .threads import LOOK, n_processors, solve_here
 from .workers import functions_of
@@ -33,7 +33,7 @@ LARGEST = 2**24  # bytes of states in a block
 class Job(NamedTuple):
     """The common data of all blocks of an ensemble.
 
-    `given` are arguments of `plan.checked`, `first` the arguments of the function in the first
+    `given` are arguments of `plan.planned`, `first` the arguments of the function in the first
     trajectory; `header` is the `description` that a worker must find, too.
     """
 
@@ -180,7 +180,7 @@ def solve_block(job, y0, columns):
     """
     given, first, threads, header = job if isinstance(job, Job) else _unpacked(job)
     args = [columns.get(j, Shared(value)) for j, value in enumerate(first)]
-    part = checked(y0=y0, args=args, **given)
+    part = planned(y0=y0, args=args, **given)
     here = description(part, first)
     wrong = [name for name in header if here[name] != header[name]]
     if wrong:
@@ -191,7 +191,7 @@ def solve_block(job, y0, columns):
     ready = [part]
 
     def solve():
-        part = ready.pop() if ready else checked(y0=y0, args=args, **given)
+        part = ready.pop() if ready else planned(y0=y0, args=args, **given)
         results = Results(*sizes(part))
         solve_here(part, results, threads, None)
         return results

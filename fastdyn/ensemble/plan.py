@@ -44,7 +44,7 @@ def sizes(ensemble):
     )  # fmt: skip
 
 
-def checked(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options):
+def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options):
     """The arguments of `solve_ensemble` as an Ensemble, its functions compiled."""
     wanted = reductions.wanted(reduce, events)
     ours = validate.method_named(method)

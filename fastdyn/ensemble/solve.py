@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from fastdyn.compile.bind import or_in_python
 
 from .compared import compare_trajectories
-from .plan import checked, sizes
+from .plan import planned, sizes
 from .results import Results
 from .threads import solve_here
 from .trajectories import Trajectories
@@ -95,7 +95,7 @@ def solve_ensemble(
     """
     given = (fun, t_span, y0, args, method, t_eval, events, reduce, simd, options)
     how = (threads, progress, client, store, block, options)
-    return or_in_python(lambda: _solve(checked(*given), *how))
+    return or_in_python(lambda: _solve(planned(*given), *how))
 
 
 def _solve(ensemble, threads, progress, client, store, block, options):

@@ -7,7 +7,7 @@ import numpy as np
 from fastdyn.compile.bind import Bound, bind, bind_matrix
 from fastdyn.compile.parameters import pack
 from fastdyn.compile.python_callback import Callback
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST, RAISED_WORD
 
 from .validate import initial_state

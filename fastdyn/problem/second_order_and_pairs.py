@@ -15,7 +15,7 @@ from fastdyn.compile.bind import Bound, bind
 from fastdyn.compile.callables.compiled import Function
 from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
 from fastdyn.compile.python_callback import derivative, evaluate
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 from fastdyn.compile.variational import bind_variational
 from fastdyn.kernels.calls import block as words
 from fastdyn.kernels.calls.block import FAULT, WORDS_OF_PAIR

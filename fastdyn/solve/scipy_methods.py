@@ -8,11 +8,11 @@ import numpy as np
 
 from fastdyn.compile.bind import bind
 from fastdyn.compile.callables.diagnostics import CompileWarning, levels_inside, warn_once
-from fastdyn.compile.calling_convention import SIGNATURE, call
+from fastdyn.compile.function_convention import SIGNATURE, call
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.rebind import rebind
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import has_effect
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import between_steps, endless, event_list

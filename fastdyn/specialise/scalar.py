@@ -13,7 +13,7 @@ from typing import Any
 
 from fastdyn import code_store
 from fastdyn.compile.callables.diagnostics import Uncompilable
-from fastdyn.compile.traced.find import made
+from fastdyn.compile.traced.make import made
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.trace.graph.clock import look
 

@@ -105,7 +105,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     mode : compile.mode.Mode
     n : int
         Length of the state.
-    near : traced.find.Near
+    near : traced.make.Near
         The start, the end and a state of the solves.
     extrema : bool
         The kernel also finds the largest and smallest values.

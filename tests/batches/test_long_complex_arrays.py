@@ -10,7 +10,7 @@ import fastdyn
 from fastdyn.compile.bind import bind
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.mode import COMPLEX_NUMBERS, DERIVATIVE
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 
 N = 96  # 8 rows of 12
 RNG = np.random.default_rng(5)
@@ -86,7 +86,7 @@ FUNCTIONS = {
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_code_is_the_function(name, monkeypatch):
-    monkeypatch.setattr("fastdyn.compile.traced.find._is_slower", lambda *_: False)
+    monkeypatch.setattr("fastdyn.compile.traced.make._is_slower", lambda *_: False)
     fun = FUNCTIONS[name]
     y = RNG.normal(size=N) + 1j * RNG.normal(size=N)
     bound = bind(fun, (), COMPLEX_NUMBERS, 2 * N, Near(0.0, 1.0, y.view(float), True))

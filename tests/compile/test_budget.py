@@ -19,7 +19,7 @@ import fastdyn
 from fastdyn.compile import behind, budget
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
-from fastdyn.compile.traced.find import Near, traced_function
+from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.run import solve_problem
 from fastdyn.trace.graph.clock import CLOCK
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime

@@ -14,7 +14,7 @@ from fastdyn.compile.by_numba import find
 from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.compile.callables.parts import parts_of
 from fastdyn.compile.mode import DERIVATIVE, JUMP, MATRIX, MODES
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 
 START = np.array([1.0, 2.0])
 RATE = 2.0

@@ -11,7 +11,7 @@ import fastdyn
 from fastdyn.compile.bind import bind
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 
 
 def same_as_scipy(fun, args=(), span=(0, 4), start=(1.0, 2.0)):

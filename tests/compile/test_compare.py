@@ -10,7 +10,7 @@ import fastdyn
 from fastdyn.compile import compare
 from fastdyn.compile.compare import compare_around
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.find import Near, traced_function
+from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.ensemble import compared as of_ensembles
 from fastdyn.run.functions import compared
 

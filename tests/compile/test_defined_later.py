@@ -9,7 +9,7 @@ import pytest
 from fastdyn import prepare, solve_ivp
 from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 
 START = np.array([1.0, 0.0])
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp as reference
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.find import Near, traced_function
+from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths.runs import trace
 

@@ -11,7 +11,7 @@ from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import COMPLEX_NUMBERS, DERIVATIVE
 from fastdyn.compile.python_callback import SIGNATURE
 from fastdyn.compile.rebind import rebind
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 from fastdyn.systems import SYSTEMS
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.reads.reads import flat

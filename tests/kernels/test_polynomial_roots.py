@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from fastdyn.kernels.output.roots.bernstein import WIDTH
-from fastdyn.kernels.output.roots.polynomial_roots import (
+from fastdyn.kernels.output.series_roots.bernstein import WIDTH
+from fastdyn.kernels.output.series_roots.polynomial_roots import (
     NOT_FINITE,
     PLACES,
     ROWS,

@@ -155,7 +155,7 @@ def test_rates_of_a_state_with_sensitivities_are_compared(monkeypatch):
     select = Graph.select
     wrong = lambda g, chosen, a, b: select(g, chosen, a, g.mul(g.const(3.0), b))  # noqa: E731
     monkeypatch.setattr(Graph, "select", wrong)
-    monkeypatch.setattr("fastdyn.compile.traced.find.compare_around", lambda *_: None)
+    monkeypatch.setattr("fastdyn.compile.traced.make.compare_around", lambda *_: None)
 
     def fun(t, y, k):
         return [-k * y[0] if y[0] > 0.2 else -k * y[0] - 0.3 * (0.2 - y[0])]

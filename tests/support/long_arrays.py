@@ -5,8 +5,8 @@ import scipy.sparse
 
 from fastdyn import code_store
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.find import _compiled
 from fastdyn.compile.traced.in_batches import TracedInBatches
+from fastdyn.compile.traced.make import _compiled
 from fastdyn.trace.paths.runs import trace
 
 N = 144

@@ -9,7 +9,7 @@ from scipy.spatial.distance import cdist, pdist, squareform
 from fastdyn.compile.bind import bind
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 
 POINTS = np.random.default_rng(0).normal(size=(4, 2))
 KINDS = "euclidean", "sqeuclidean", "cityblock", "chebyshev"
@@ -33,7 +33,7 @@ FUNCTIONS = {
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("n", [6, 80])
 def test_code_is_the_function(name, n, monkeypatch):
-    monkeypatch.setattr("fastdyn.compile.traced.find._is_slower", lambda *_: False)
+    monkeypatch.setattr("fastdyn.compile.traced.make._is_slower", lambda *_: False)
     fun, rng = FUNCTIONS[name], np.random.default_rng(1)
     near = Near(0.0, 1.0, rng.normal(size=n), True)
     bound = bind(lambda t, y: fun(y), (), DERIVATIVE, n, near)

@@ -10,7 +10,7 @@ import fastdyn
 from fastdyn.compile.bind import bind
 from fastdyn.compile.compare import machine_value
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 
 RNG = np.random.default_rng(1)
 A, B, LONG = RNG.normal(size=(7, 3)), RNG.normal(size=(5, 4, 2)), RNG.normal(size=(200, 3))

@@ -11,7 +11,7 @@ from fastdyn.kernels.calls.user_function import FORM
 from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.state.elementwise import view
 
-from .. import calling_convention
+from .. import function_convention
 from .result import ROW, store
 
 READONLY = types.Array(types.float64, 1, "C", readonly=True)
@@ -63,7 +63,7 @@ def _guarded(body, one_number):
             with builder.if_then(status.is_error, likely=False):
                 t, y, n, block, out = args
                 n_results = n.type(1) if one_number else n
-                calling_convention.note_fault(builder, t, y, block, out, n, n_results)
+                function_convention.note_fault(builder, t, y, block, out, n, n_results)
             return context.get_dummy_value()
 
         return types.none(*FORM), codegen

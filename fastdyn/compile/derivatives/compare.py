@@ -12,8 +12,8 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.reads.reads import flat
 
-from ..calling_convention import SIGNATURE, call
 from ..compare import Different, agree, machine_value, python_value
+from ..function_convention import SIGNATURE, call
 
 APART = 1e-2  # relative deviation beyond the errors of differences
 EPS = np.finfo(float).eps

@@ -13,7 +13,7 @@ from fastdyn.trace.batches.sparsity import Dense, Sparsity
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, Untraceable, refused_as
 
-from .. import calling_convention
+from .. import function_convention
 from ..parameters import packer
 from .code import kind_of_group
 from .pointer_form import in_loops, plan_of, worth_loops
@@ -89,5 +89,5 @@ class TracedInBatches(PythonForm):
         """The text of an LLVM module with the pointer form."""
         module = ir.Module()
         body = functools.partial(in_loops, self, self.plan, self.nodes)
-        calling_convention.define(module, symbol, body)
+        function_convention.define(module, symbol, body)
         return str(module)

@@ -18,7 +18,7 @@ from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD, Emitter
 from fastdyn.trace.emit.sides import Sides
 from fastdyn.trace.graph.expressions import live
 
-from .. import calling_convention
+from .. import function_convention
 from .inputs import Source, array_of
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400
@@ -37,7 +37,7 @@ def text(traced, symbol):
 
 def _text(symbol, body):
     module = ir.Module()
-    calling_convention.define(module, symbol, body)
+    function_convention.define(module, symbol, body)
     return str(module)
 
 
@@ -63,7 +63,7 @@ def _note_fault(traced, builder, raises, t, y, block, out):
     if traced.trace.raising is not traced.trace.graph.false:
         with builder.if_then(raises, likely=False):
             lengths = WORD(traced.n), WORD(traced.n_stored)
-            calling_convention.note_fault(builder, t, y, block, out, *lengths)
+            function_convention.note_fault(builder, t, y, block, out, *lengths)
 
 
 def _note_sides(builder, truths, block):

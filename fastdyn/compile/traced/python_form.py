@@ -7,7 +7,7 @@ import numpy as np
 
 from fastdyn.trace.islands.island import raise_interrupts
 
-from ..calling_convention import SIGNATURE, call
+from ..function_convention import SIGNATURE, call
 
 
 class PythonForm:

@@ -8,7 +8,7 @@ from fastdyn.compile.sparse_jacobian import (
     is_sparse,
     pattern_of,
 )
-from fastdyn.compile.traced.find import Near
+from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import writes_to_state
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import bind_equations

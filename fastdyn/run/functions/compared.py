@@ -22,7 +22,7 @@ LOOKED_AT = 512  # states of a solve that are searched for sides that decisions 
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
 
-class Past:
+class Schedule:
     """The schedule of comparisons for some functions and one method, common to all Runs.
 
     `left` is the number of solves until the next comparison.  `sides` has a word for each function
@@ -63,7 +63,7 @@ class Compared:
             (codes(*b.keepalive[:2]), b.function.key or id(b.function)) for b in functions
         ]  # fmt: skip
         notes = functions[0].function.notes if functions else {}
-        past = notes.setdefault(("compared", place), Past(when, len(self.deciding)))
+        past = notes.setdefault(("compared", place), Schedule(when, len(self.deciding)))
         self._past, self.left, self.sides = past, past.left, past.sides
 
     def after(self, run):

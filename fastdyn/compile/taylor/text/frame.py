@@ -4,7 +4,7 @@ from typing import Any
 
 from fastdyn.kernels.state.record import FINISHED, RUNNING, STATE
 
-from ...calling_convention import call_as_text, raised_word_as_text
+from ...function_convention import call_as_text, raised_word_as_text
 from .instructions import ZERO
 
 AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}

@@ -19,8 +19,8 @@ from .. import budget, memory
 from ..callables.compiled import Function
 from ..callables.diagnostics import Uncompilable, explain
 from ..callables.parts import T, Y, codes_of
-from ..calling_convention import form
 from ..fingerprint import calls_itself, contains_opaque, frozen, frozen_function
+from ..function_convention import form
 from ..parameters import Constant, is_function, n_words, parameter_type
 from .arguments import arguments
 from .pointer_form import pointer_form
