@@ -3,6 +3,7 @@
 import ast
 import collections
 import pathlib
+import tomllib
 
 import pytest
 
@@ -48,3 +49,13 @@ def test_folders_can_be_taken_in():
         if path.parts[len(ROOT.parts)] in ("fastdyn", "kernels") and path.name != "__init__.py"
     )
     assert {folder for folder, n in counts.items() if n > FILES_A_FOLDER} <= REGISTRIES
+
+
+def test_a_wheel_contains_every_folder():
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    folders = {path.parent.relative_to(ROOT) for path in FILES}
+    names = {".".join(folder.parts) for folder in folders}
+    names = {name for name in names if name.startswith(("fastdyn", "kernels"))}
+    assert {name.removeprefix("fastdyn.") for name in listed} == {
+        name.removeprefix("fastdyn.") for name in names
+    }

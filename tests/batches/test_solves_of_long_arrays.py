@@ -6,7 +6,7 @@ import scipy.sparse
 from scipy.integrate import solve_ivp as reference
 
 import fastdyn
-from fastdyn.compile.traced import find
+from fastdyn.compile.traced import make as by_tracing
 from support import long_arrays
 
 N = 600
@@ -36,13 +36,13 @@ def start(n=N):
 @pytest.fixture(autouse=True)
 def all_in_batches(monkeypatch):
     """Each trace must be one in batches."""
-    whole = find._traced
+    whole = by_tracing._traced
 
     def only(*given):
         assert given[-1], "a trace number by number"
         return whole(*given)
 
-    monkeypatch.setattr(find, "_traced", only)
+    monkeypatch.setattr(by_tracing, "_traced", only)
 
 
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "RK23"])

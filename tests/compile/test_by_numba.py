@@ -10,7 +10,7 @@ import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.code_store import COUNTS
 from fastdyn.compile.bind import bind
-from fastdyn.compile.by_numba import find
+from fastdyn.compile.by_numba import make as by_numba
 from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.compile.callables.parts import parts_of
 from fastdyn.compile.mode import DERIVATIVE, JUMP, MATRIX, MODES
@@ -92,7 +92,7 @@ def test_a_value_that_changes_from_solve_to_solve_is_left_to_python():
     def fun_of(k):
         return lambda t, y: -k * halved(y[0]) * y
 
-    for k in range(find.MOST_TRIES):
+    for k in range(by_numba.MOST_TRIES):
         agrees(fun_of(1.0 + k))
     refused(fun_of(100.0), "changes from solve to solve: pass the values as `args`")
 
@@ -103,16 +103,16 @@ def test_a_value_that_changes_while_numba_compiles_makes_no_code(monkeypatch):
     def fun(t, y):
         return -k * halved(y[0] + 0.125) * y
 
-    made = find.pointer_form
+    made = by_numba.pointer_form
 
     def slow(*given):
         nonlocal k
         k = 3.0
         return made(*given)
 
-    monkeypatch.setattr(find, "pointer_form", slow)
+    monkeypatch.setattr(by_numba, "pointer_form", slow)
     with pytest.raises(Uncompilable, match="changed while it was compiled"):
-        find.compiled_function(parts_of(fun, ()), DERIVATIVE)
+        by_numba.compiled_function(parts_of(fun, ()), DERIVATIVE)
 
 
 def test_arrays_that_are_too_large_for_code_are_arguments():

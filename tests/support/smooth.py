@@ -6,7 +6,7 @@ import random
 from fastdyn import code_store
 from fastdyn.compile import memory
 from fastdyn.compile.traced import code as traced
-from fastdyn.compile.traced import find as by_tracing
+from fastdyn.compile.traced import make as by_tracing
 from fastdyn.compile.traced import met
 from fastdyn.compile.traced import series as traced_series
 

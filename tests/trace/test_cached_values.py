@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp as reference
 
 import fastdyn
-from fastdyn.compile.traced import find
+from fastdyn.compile.traced import make as by_tracing
 
 
 class Model:
@@ -48,8 +48,8 @@ def test_solutions_are_scipys(change):
 
 
 def test_a_solution_in_a_function_is_read_once(monkeypatch):
-    made, count = find._traced, []
-    monkeypatch.setattr(find, "_traced", lambda *args: count.append(1) or made(*args))
+    made, count = by_tracing._traced, []
+    monkeypatch.setattr(by_tracing, "_traced", lambda *args: count.append(1) or made(*args))
     flow = fastdyn.solve_ivp(lambda t, y: -y, (0, 2), [1.0, 2.0], dense_output=True)
     count.clear()
 
@@ -115,8 +115,8 @@ def test_a_cached_function_that_fails_later_is_heard():
 
 
 def test_a_function_with_a_cache_is_traced_once(monkeypatch):
-    made, count = find._traced, []
-    monkeypatch.setattr(find, "_traced", lambda *args: count.append(1) or made(*args))
+    made, count = by_tracing._traced, []
+    monkeypatch.setattr(by_tracing, "_traced", lambda *args: count.append(1) or made(*args))
     rate = functools.lru_cache(RATES.get)
 
     def fun(t, y):

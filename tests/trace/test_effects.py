@@ -11,7 +11,7 @@ import pytest
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced import find
+from fastdyn.compile.traced import make as by_tracing
 from fastdyn.trace.graph.refusal import Untraceable
 from support.beside_scipy import START, agrees
 
@@ -182,7 +182,7 @@ def test_no_file_is_written_while_a_function_is_traced(write, n, tmp_path):
         write(path, y)
         return -y
 
-    near = find.Near(0.0, 1.0, np.ones(n), n == 100)
+    near = by_tracing.Near(0.0, 1.0, np.ones(n), n == 100)
     with pytest.raises(Untraceable):
-        find._traced(fun, (), DERIVATIVE, n, near, (), "all", n == 100)
+        by_tracing._traced(fun, (), DERIVATIVE, n, near, (), "all", n == 100)
     assert not list(tmp_path.iterdir())

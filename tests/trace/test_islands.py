@@ -19,7 +19,7 @@ import scipy.stats
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced import find
+from fastdyn.compile.traced import make as by_tracing
 from fastdyn.trace.graph.refusal import Untraceable
 
 pytestmark = pytest.mark.filterwarnings("error::fastdyn.CompileWarning")
@@ -38,7 +38,7 @@ DELAY = scipy.stats.gamma(a=4.0, scale=1.5)
 
 @pytest.fixture(autouse=True)
 def _whatever_it_takes(monkeypatch):
-    monkeypatch.setattr(find, "SLOWER", np.inf)
+    monkeypatch.setattr(by_tracing, "SLOWER", np.inf)
 
 
 def derivative(u, L):
@@ -224,6 +224,8 @@ def test_what_is_slower_than_python_stays_there(monkeypatch):
     def fun(t, y):
         return scipy.linalg.expm(MATRIX * np.cos(t)) @ y - y
 
-    monkeypatch.setattr(find, "SLOWER", 0.0)
+    monkeypatch.setattr(by_tracing, "SLOWER", 0.0)
     with pytest.raises(Untraceable, match="as long in Python"):
-        find._traced(fun, (), DERIVATIVE, 2, find.Near(0.0, 1.0, np.ones(2)), (), "all", False)
+        by_tracing._traced(
+            fun, (), DERIVATIVE, 2, by_tracing.Near(0.0, 1.0, np.ones(2)), (), "all", False
+        )

@@ -5,7 +5,7 @@ import pytest
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.parameters import pack_all
-from fastdyn.compile.traced import find as by_tracing
+from fastdyn.compile.traced import make as by_tracing
 from fastdyn.kernels.calls.block import FAULT, FIRST
 from support.branching import drawn
 

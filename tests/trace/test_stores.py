@@ -8,7 +8,7 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced import find
+from fastdyn.compile.traced import make as by_tracing
 
 LATEST: dict = {}
 force = 0.0
@@ -175,17 +175,18 @@ def agrees(make, method="RK45", **options):
 
 def is_compiled(make):
     fun = make(Plant())
-    return find.traced_function(fun, (), DERIVATIVE, 2, NEAR) is not None
+    return by_tracing.traced_function(fun, (), DERIVATIVE, 2, NEAR) is not None
 
 
-NEAR = find.Near(0.0, 2.0, np.array([1.0, 0.5]), stores=True)
+NEAR = by_tracing.Near(0.0, 2.0, np.array([1.0, 0.5]), stores=True)
 
 
 @pytest.mark.parametrize("make", COMPILED)
 def test_what_is_written_first_is_compiled(make):
     assert is_compiled(make)
     assert (
-        find.traced_function(make(Plant()), (), DERIVATIVE, 2, NEAR._replace(stores=False)) is None
+        by_tracing.traced_function(make(Plant()), (), DERIVATIVE, 2, NEAR._replace(stores=False))
+        is None
     )
     agrees(make)
 

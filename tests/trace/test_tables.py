@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp as reference
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced import find as by_tracing
+from fastdyn.compile.traced import make as by_tracing
 from fastdyn.compile.traced import met
 
 START = np.array([0.5, 0.1])
