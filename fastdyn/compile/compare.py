@@ -5,7 +5,6 @@ decisions found there (`compare_around`), and at states of the solution (`compar
 """
 
 import ctypes
-import functools
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from fastdyn.trace.islands.island import islands_of, raise_interrupts
 
 from .callables.diagnostics import GaveUp
 from .callables.same_numbers import all_close, are_close, differ, short
-from .function_convention import SIGNATURE, call
+from .function_convention import call, code_at
 from .python_callback import evaluate as in_python
 
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
@@ -176,19 +175,13 @@ def sides_at(bound, t, y):
     return 0 if failed else sides
 
 
-@functools.lru_cache(64)
-def _at(address):
-    """The machine code at an address, for calls from Python."""
-    return SIGNATURE(address)
-
-
 def _called(bound, t, y, out):
     """Call machine code, and leave its block as it was; (whether it failed, the sides it took)."""
     block = bound.block
     kept = block[RAISED_WORD : TIME + 1].copy()
     block[SIDES] = 0
     left = ctypes.c_int64()
-    failed = call(_at(bound.function.address), t, y, block, out, ctypes.addressof(left))
+    failed = call(code_at(bound.function.address), t, y, block, out, ctypes.addressof(left))
     sides, block[RAISED_WORD : TIME + 1] = int(block[SIDES]), kept
     return failed, sides
 

@@ -7,6 +7,7 @@ block.  Kernels have another convention: `kernels/calls/calling_convention.py`.
 """
 
 import ctypes
+import functools
 import math
 
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
@@ -16,6 +17,12 @@ SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int, POINTER, POINTER, NUMBER, POINTER, WHOLE, POINTER, POINTER
 )
 WORDS = ctypes.POINTER(ctypes.c_int64)
+
+
+@functools.lru_cache(64)
+def code_at(address):
+    """The machine code at an address as a function of SIGNATURE, for calls from Python."""
+    return SIGNATURE(address)
 
 
 def call(function, t, y, block, out, left=None):

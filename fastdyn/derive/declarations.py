@@ -58,7 +58,7 @@ class Driver(NamedTuple):
 
 
 class Constraint(NamedTuple):
-    """What is zero: of the positions, or of the velocities."""
+    """An expression of the positions, or of the velocities, that stays zero."""
 
     expression: Any
     name: str

@@ -132,7 +132,7 @@ class Derivation:
         return Held(constraint.name, constraint.unit, position, velocity, row, shortened(b[0]))
 
     def forces(self, body):
-        """What is drawn on a body, with the friction of its contacts."""
+        """The forces on a body, with the friction of its contacts."""
         rubbing = [one for one in self.model.contacts if one.body is body]
         sizes = [one.size(one.name in self.at_rest) for one in rubbing]
         friction = [

@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Call(NamedTuple):
-    """What a solution was asked for: by which solver, of which function, with which options."""
+    """The request of a solution: its solver, its function and its options."""
 
     solver: Any
     fun: Any

@@ -1,14 +1,13 @@
 """Solves by SciPy: its solver classes, complex states whose function cannot be traced, functions
 that write to the state between steps, trivial problems (no component, no span)."""
 
-import ctypes
 import warnings
 
 import numpy as np
 
 from fastdyn.compile.bind import bind
 from fastdyn.compile.callables.diagnostics import CompileWarning, levels_inside, warn_once
-from fastdyn.compile.function_convention import SIGNATURE, call
+from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.rebind import rebind
@@ -38,7 +37,7 @@ def python_callable(fun, args, mode, near, others=()):
         return _checked_at_first(bound, mode)
     given, out = np.empty((2, n))
     left = np.zeros(1, np.int64)  # where Numba's code leaves what it raised
-    block, function = bound.block, ctypes.cast(bound.function.address, SIGNATURE)
+    block, function = bound.block, code_at(bound.function.address)
 
     def f(t, y):
         if others and not rebind(bound, fun, args):

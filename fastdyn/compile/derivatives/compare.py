@@ -4,8 +4,6 @@ A derivative along one vector is compared, in which each element has a part.  Aw
 kink has several derivatives; and at several steps, as a function may wind within any one of them.
 """
 
-import ctypes
-
 import numpy as np
 
 from fastdyn.trace.graph.evaluate import evaluate
@@ -13,7 +11,7 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.reads.reads import flat
 
 from ..compare import Different, agree, machine_value, python_value
-from ..function_convention import SIGNATURE, call
+from ..function_convention import call, code_at
 
 APART = 1e-2  # relative deviation beyond the errors of differences
 EPS = np.finfo(float).eps
@@ -96,7 +94,7 @@ def _along(bound, jacobian, t, y, sizes, span, rng):
 def _entries(bound, jacobian, t, y):
     """The numbers that the code of a Jacobian gives."""
     out, left = np.empty(jacobian.size), np.zeros(1, np.int64)
-    code = ctypes.cast(jacobian.address, SIGNATURE)
+    code = code_at(jacobian.address)
     call(code, t, y.copy(), bound.block, out, left.ctypes.data)
     return out
 

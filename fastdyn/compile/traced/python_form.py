@@ -1,13 +1,12 @@
 """Calls the machine code of a trace from Python."""
 
-import ctypes
 from typing import Any
 
 import numpy as np
 
 from fastdyn.trace.islands.island import raise_interrupts
 
-from ..function_convention import SIGNATURE, call
+from ..function_convention import call, code_at
 
 
 class PythonForm:
@@ -18,7 +17,7 @@ class PythonForm:
 
     def python(self, address, block) -> Any:
         """``function(t, y)`` that calls the machine code; it returns None if the code raises."""
-        code = ctypes.cast(address, SIGNATURE)
+        code = code_at(address)
 
         def function(t, y):
             out = np.empty(self.n_stored)

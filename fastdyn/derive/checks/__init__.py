@@ -1,1 +1,1 @@
-"""What is looked at in a model before a run: whether it determines the motion, and traps."""
+"""Checks of a model before a run: the model determines its motion, and hides no trap."""

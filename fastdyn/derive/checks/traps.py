@@ -1,4 +1,4 @@
-"""What a model may mean, and hardly does: warnings of it."""
+"""Warnings of declarations that a model permits, and that are most often mistakes."""
 
 import itertools
 import warnings

@@ -1,4 +1,4 @@
-"""What rubs: a contact with its coefficient of friction and its direction of slip."""
+"""A contact with friction: its coefficient and its direction of slip."""
 
 from typing import Any, NamedTuple
 

@@ -93,7 +93,7 @@ class Mode:
 
     @staticmethod
     def _watched(way, facts):
-        """What is greater than zero while a contact keeps its way."""
+        """The expressions that are greater than zero while a contact keeps its way."""
         if not way.slip:
             return [facts.most - sp.Abs(facts.size)]
         slip, rate = way.slip * facts.slip, way.slip * facts.rate

@@ -11,7 +11,10 @@ MANY = 200_000  # points, between which a curve needs no others
 
 
 def asked(result, t_span, y0, method, project, options):
-    """What `System.solve` is asked for again, as far as a result got: without what only watches."""
+    """The arguments by which `System.solve` repeats a run up to its end; None if there are none.
+
+    Options of output, and events that only watch, are left out.
+    """
     if len(result.t) < 2 or len(result.t) > MANY:
         return None
     again = {name: one for name, one in options.items() if name not in WATCHING}

@@ -1,4 +1,4 @@
-"""What can never raise is neither watched nor asked; what can raise still raises."""
+"""Taylor neither watches nor asks conditions that no numbers fulfil; all others still raise."""
 
 import math
 
