@@ -64,6 +64,24 @@ def test_the_size_of_a_state_chooses_the_order_of_a_series():
         assert len(orders) > 1
 
 
+def spring(t, y, stiffness=9.0, friction=0.1):
+    return [y[1], -stiffness * y[0] - friction * y[1]]
+
+
+@pytest.mark.parametrize("first", [None, (4.0,), (4.0, 0.5), ()])
+def test_arguments_of_one_call_are_not_those_of_the_next(first):
+    warm(solve_ivp, spring, (0.0, 1.0), START, args=first)
+    for args in (None, (4.0,), None, (), (4.0, 0.5), (9.0,), None):
+        for _ in range(CALLS):
+            mine = solve_ivp(spring, (0.0, 1.0), START, args=args)
+            assert_same(plain(spring, (0.0, 1.0), START, args=args), mine)
+
+
+def test_without_arguments_c_solves_after_calls_with_some():
+    warm(solve_ivp, spring, (0.0, 1.0), START, args=(4.0,))
+    assert goes_by_c(solve_ivp, spring, (0.0, 1.0), START)
+
+
 @pytest.mark.parametrize("method", ["RK45", "Taylor"])
 def test_tolerances_and_closures(method):
     for options in ({}, {"rtol": 1e-8}, {"rtol": 1e-6, "atol": 1e-9}, {"atol": 1e-3}):
@@ -84,8 +102,9 @@ WRONG = [
     {"t_span": (0.0, "b")}, {"t_span": 1.0}, {"t_eval": [0.5, 2.0]}, {"t_eval": [0.75, 0.5]},
     {"t_eval": [-0.5, 0.5]}, {"t_eval": [0.5, 0.5]}, {"t_eval": [0.5, math.nan]},
     {"t_eval": [math.nan, 0.5]}, {"t_eval": np.array([[0.25, 0.5]])}, {"y0": [math.nan, 1.0]},
-    {"y0": [[1.0, 2.0]]}, {"y0": "ab"}, {"args": (1.0,)}, {"args": 5}, {"rtol": math.nan},
-    {"atol": -1.0}, {"method": "RK54"}, {"method": ["RK45"]}, {"t_span": (0.0, 10**400)},
+    {"y0": [[1.0, 2.0]]}, {"y0": "ab"}, {"y0": None}, {"args": (1.0,)}, {"args": 5},
+    {"rtol": math.nan}, {"atol": -1.0}, {"method": "RK54"}, {"method": ["RK45"]},
+    {"t_span": (0.0, 10**400)},
 ]  # fmt: skip
 
 

@@ -37,7 +37,7 @@ def solved(fun, t_span, y0, method, t_eval, args, options):
         return None
     if found is None or found.entry is None:
         return None
-    return found.entry(y0, args, fun, t_span, t_eval)
+    return found.entry(y0, () if args is None else args, fun, t_span, t_eval)
 
 
 def note(problem, method, options, result):
@@ -96,7 +96,7 @@ def _entry(problem, before, step):
     stripped = kept.run.problem = p._replace(fun=None, args=(), y0=np.zeros(len(p.y0)), t_eval=None)
     kept.let_go()
     solver = Repeated(stripped, kept)
-    return entry_of(solver, None, None, p.args, None, True), solver
+    return entry_of(solver, len(p.args)), solver
 
 
 class Repeated:

@@ -65,9 +65,9 @@ class Plain(Emitter):
 class Entry(Emitter):
     """``entry(self, given, n_given, names)``: ``entry(y0, args, fun, t_span, t_eval)`` in Python.
 
-    The first three are the prepared ones unless given; without the last two, the prepared span.
-    A call that is not plain goes to `slow` with all its arguments, or gives None where there is no
-    `slow`.  A solve that has begun and is not plain goes to `finish`.
+    The first three are the prepared ones, if there are any, unless given; without the last two, the
+    prepared span.  A call that is not plain goes to `slow` with all its arguments, or gives None
+    where there is no `slow`.  A solve that has begun and is not plain goes to `finish`.
     """
 
     def __init__(self, module, name, functions):
@@ -106,7 +106,7 @@ class Entry(Emitter):
         self.require(self.some(self._call(name, *args)))
 
     def _argument(self, place, name):
-        """An argument by its place; the prepared one if it is missing, or None."""
+        """An argument by its place; where it is missing or None, the prepared one, if any."""
         b, prepared = self.b, self._of_entry(name)
         with b.if_else(b.icmp_signed(">", self.n_given, WORD(place))) as (there, missing):
             with there:
@@ -118,6 +118,7 @@ class Entry(Emitter):
         value = b.phi(WORD)
         value.add_incoming(found, end)
         value.add_incoming(prepared, end_without)
+        self.require(self.some(value))
         return value
 
     def _calm(self):

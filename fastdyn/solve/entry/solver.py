@@ -36,7 +36,7 @@ class Solver:
             return None
         p, y0 = self.problem, np.empty(self.shape)
         y0[:] = p.y0  # an array with NumPy's own type; that of a copy may be another object
-        return entry_of(self, self.solve, p.fun, p.args, y0)
+        return entry_of(self, len(p.args), (self.solve, p.fun, p.args, y0))
 
     def solve(self, y0=None, args=None):
         """Solve in Python."""
@@ -121,13 +121,15 @@ def finished(problem, kept, status):
     return result
 
 
-def entry_of(solver, slow, fun, args, y0, spans=False):
-    """The function in C for a solver with `idle` and `finish`.
+def entry_of(solver, n_args, prepared=None):
+    """The function in C for a solver with `idle` and `finish`; its function has `n_args` arguments.
 
-    Without `slow`, it gives None for what is not plain; with `spans`, it takes spans and times.
+    `prepared` are the slow way, and the function, its arguments and the state where a call gives
+    none.  Without them, a call gives all, with a span and times, and gets None if it is not plain.
     """
     table, finish = objects.table(), solver.finish
-    things = solver.idle, slow, finish, fun, args, y0
+    slow, *rest = prepared or (None,) * 4
+    things = solver.idle, slow, finish, *rest
     addresses = [0 if thing is None else id(thing) for thing in things]
-    words = address_of(table), *addresses, len(args), MOST_GIVEN if spans else 2
+    words = address_of(table), *addresses, n_args, 2 if prepared else MOST_GIVEN
     return load.callable_of(np.array(words, np.int64), table, *things)
