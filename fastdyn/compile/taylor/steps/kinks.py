@@ -5,17 +5,23 @@ have a kink or a jump.  The differences have series, too.  At a zero of a differ
 its first coefficient that is not zero decides the side.
 """
 
+import functools
+
 from ..text.instructions import ZERO, hexadecimal
 from .changes import (
     BEYOND,
     FIRST_CHANGE,
     FIRST_SIGN,
     NOT_FAR,
+    TAIL,
     VANISHING,
     FirstChange,
     FirstSign,
     NotFar,
 )
+from .step import powers_of, sum_of
+
+CLEAR = 1.0 - 2.0**-20  # share of the distance from zero that a difference may move
 
 
 class Kinks:
@@ -78,21 +84,58 @@ class Kinks:
         return again
 
     def limited(self, x, t, scale):
-        """The length x, or a shorter length that ends a little behind the first change."""
+        """The length x, or a shorter length that ends a little behind the first change.
+
+        A difference that moves by less than its distance from a change needs no search, and no
+        call: around a call, no value stays in a register.
+        """
         text = self.text
-        size = text.call("llvm.fabs.f64", "double", x)
-        t = text.div(text.call("llvm.fabs.f64", "double", t), scale)
+        size = text.intrinsic("fabs", x)
+        t = text.div(text.intrinsic("fabs", t), scale)
         floor = text.mul(size, hexadecimal(BEYOND * BEYOND))
         least = text.fma(t, hexadecimal(2.0 * BEYOND), floor)
+        powers, found = powers_of(text, size, self.order), text.slot("double")
+        text.store(x, found)
         for i, key in enumerate(self.plan.watched):
-            place = text.at(self._rows, i)
-            if key in self.plan.signed:
-                x = self._call(FIRST_CHANGE, place, x, least, ZERO)
-            if key in self.plan.rooted:
-                x = self._call(FIRST_CHANGE, place, x, least, hexadecimal(VANISHING))
-            if key in self.plan.held:
-                _, width, share = self.plan.held[key]
-                x = self._call(NOT_FAR, place, x, hexadecimal(width), hexadecimal(share))
+            calm = self._calm(i, key, size, powers)
+            text.put(f"br i1 {calm}, label %calm{i}, label %search{i}")
+            text.label(f"search{i}")
+            text.store(self._first(i, key, text.load(found), least), found)
+            text.put(f"br label %calm{i}")
+            text.label(f"calm{i}")
+        return text.load(found)
+
+    def _calm(self, i, key, size, powers):
+        """A truth value: for lengths up to `size`, the difference stays clear of a change.
+
+        The bound of the motion is sum(|c[k]| x^k), k > 0.
+        """
+        text, plan = self.text, self.plan
+        places = [text.at(self._rows, k * self.count + i) for k in range(self.order + 1)]
+        first, *terms = [text.intrinsic("fabs", text.load(place)) for place in places]
+        motion, conditions = sum_of(text, terms, powers, ZERO), []
+        if key in plan.held:
+            _, width, share = plan.held[key]
+            allowed = text.larger(hexadecimal(width), text.mul(hexadecimal(share), first))
+            conditions.append(text.compare("ole", motion, allowed))
+        if key in plan.rooted:  # clear also of the size at which the argument counts as zero
+            last = text.mul(text.power(size, self.order - 1), text.fma(terms[-1], size, terms[-2]))
+            motion = text.fma(last, hexadecimal(2.0 * VANISHING * TAIL), motion)
+        if key in plan.rooted or key in plan.signed:
+            distance = text.mul(first, hexadecimal(CLEAR))
+            conditions.append(text.compare("olt", motion, distance))
+        return functools.reduce(functools.partial(text.truths, "and"), conditions)
+
+    def _first(self, i, key, x, least):
+        """The length x, or a shorter one, by a search for the first change of a difference."""
+        place = self.text.at(self._rows, i)
+        if key in self.plan.signed:
+            x = self._call(FIRST_CHANGE, place, x, least, ZERO)
+        if key in self.plan.rooted:
+            x = self._call(FIRST_CHANGE, place, x, least, hexadecimal(VANISHING))
+        if key in self.plan.held:
+            _, width, share = self.plan.held[key]
+            x = self._call(NOT_FAR, place, x, hexadecimal(width), hexadecimal(share))
         return x
 
     def _call(self, name, pointer, *numbers):
