@@ -94,6 +94,12 @@ class Body:
         over : vector
             Velocity of what it rolls on.
         """
+        self._holds(directions, at, reactions, over)
+        edge = directions[0] if len(directions) == 1 else None
+        self.model.draw("edge", self.at(at), across=edge)
+
+    def _holds(self, directions, at, reactions, over):
+        """The constraints and reactions of `rolls`."""
         reactions = [reactions] if isinstance(reactions, sp.Basic) else list(reactions)
         if reactions and len(reactions) != len(directions):
             raise ValueError(
@@ -144,12 +150,13 @@ class Body:
         """
         over, place = vector(over, "the velocity of the ground"), self._place(at)
         if through is None:
-            self.rolls(normal, at=at, reactions=[reaction], over=over)
+            self._holds([normal], at, [reaction], over)
         else:
             through = vector(through, "a point of the surface")
             gap = dot(place - through, vector(normal, "the normal"))
             self.model.constrain(gap, self.model.free_name("gap"))
             self.force(reaction * vector(normal, "the normal"), at)
+        self.model.draw("surface", self.at(at), across=vector(normal, "the normal"))
         if friction != 0:
             if along is None:
                 raise ValueError("friction needs `along`, the direction in which the body slips.")

@@ -65,6 +65,18 @@ class Constraint(NamedTuple):
     unit: str
 
 
+class Drawn(NamedTuple):
+    """Something for pictures: "spring", "damper", "line", "edge" or "surface", between points.
+
+    A point is (body, place), the body None for the ground; `across` is the normal of an edge or of
+    a surface.
+    """
+
+    kind: str
+    points: tuple
+    across: Any = None
+
+
 class Function(NamedTuple):
     """A quantity, invariant or event that the user adds."""
 

@@ -6,7 +6,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from .bodies import Body, Force, Particle, RigidBody, point
-from .declarations import Constraint, Declarations, Function
+from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact
 from .notation import ZERO, dot, length, rate, vector
@@ -46,6 +46,7 @@ class Model(Declarations):
         self.constraints: list[Constraint] = []
         self.functions: list[Function] = []
         self.contacts: list[Contact] = []
+        self.drawn: list[Drawn] = []
         self.field = ZERO
         self.energies: list[sp.Expr] = []
         self.given: dict[str, Any] = {}
@@ -95,6 +96,7 @@ class Model(Declarations):
             along it, and may become negative.
         """
         self.central(a, b, lambda r: sp.sympify(stiffness) * (r - natural) ** 2 / 2, along)
+        self.draw("spring", a, b)
 
     def central(self, a, b, energy, along=None):
         """A force between two points with an energy that depends on their distance r alone."""
@@ -103,11 +105,30 @@ class Model(Declarations):
         pull = sp.diff(energy(x), x).subs(x, r)
         self._pair(a, b, pull * direction, potential=True)
         self.energies.append(energy(x).subs(x, r))
+        self.draw("force", a, b)
 
     def damper(self, a, b, c, along=None):
         """A damper between two points: a force of c times the rate of their distance."""
         a, b, r, direction = self._between(a, b, along)
         self._pair(a, b, c * rate(r) * direction)
+        self.draw("damper", a, b)
+
+    # -- pictures
+
+    def line(self, *points):
+        """
+        Draw a line in pictures: through bodies, points of them (`Body.at`), or places.
+
+        Rods, hinges and cables are found by the distances that the motion keeps; a line is for
+        what is not, as a rail, or a rod to a pivot that is moved.
+        """
+        if len(points) < 2:
+            raise ValueError("a line goes through two points or more.")
+        self.draw("line", *points)
+
+    def draw(self, kind, *points, across=None):
+        """Take something that pictures show, see `Drawn`."""
+        self.drawn.append(Drawn(kind, tuple(map(point, points)), across))
 
     # -- constraints, start, and what else is asked for
 

@@ -154,16 +154,22 @@ class Start:
         if self._residuals is None:
             return begin
         begin = np.array([float(one) for one in begin])  # one state at a time
-        given: dict[str, Any] = dict.fromkeys(self._senses, 1.0)
-        for driver, names in zip(drivers, self._gives, strict=True):
-            given |= dict(zip(names, np.atleast_1d(driver(0.0, begin)), strict=True))
-        n = len(begin) // 2
-        known = [0.0, *numbers, *(given[name] for name in self._inputs)]
-        q, v, off = self._residuals.settle(known, begin[:n], begin[n:], self._free)
+        state, off = self.settled(0.0, begin, numbers, drivers, self._free)
         if off:
             parts = " and ".join(f"`{name}` (by {value:.3g})" for name, value in off.items())
             raise ValueError(
                 f"The start of {self.name} violates {parts}, and what it leaves open cannot "
                 "change that: the constraints contradict each other, or what is given does."
             )
-        return [*q.tolist(), *v.tolist()]
+        return state.tolist()
+
+    def settled(self, t, state, numbers, drivers, free) -> Any:
+        """The state on the constraints near another one, and residuals that remain, by name."""
+        if self._residuals is None:
+            return np.asarray(state, float), {}
+        given: dict[str, Any] = dict.fromkeys(self._senses, 1.0)
+        for driver, names in zip(drivers, self._gives, strict=True):
+            given |= dict(zip(names, np.atleast_1d(driver(t, state)), strict=True))
+        known, n = [t, *numbers, *(given[name] for name in self._inputs)], len(state) // 2
+        q, v, off = self._residuals.settle(known, state[:n], state[n:], free)
+        return np.concatenate([q, v]), off

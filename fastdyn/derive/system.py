@@ -3,6 +3,7 @@
 import dataclasses
 from typing import Any, ClassVar
 
+import numpy as np
 import sympy as sp
 
 from fastdyn.systems.base import (
@@ -51,6 +52,22 @@ class DerivedSystem(System):
         numbers = [getattr(self, str(one.symbol)) for one in model.numbers]
         drivers = [getattr(self, one.name) for one in model.drivers]
         return tuple(self.derivation.start.state(numbers, drivers))
+
+    def scene(self, t, w):
+        """The bodies in one state; see `scenes`."""
+        return self.scenes([t], np.reshape(np.asarray(w, float), (-1, 1)))[0]
+
+    def scenes(self, t, y):
+        """Bodies, joints, springs and surfaces of the model, drawn for each column of y."""
+        from .picture.scenes import picture
+
+        return picture(self).scenes(t, y)
+
+    def figure(self, results, **options):
+        """The system with the paths of its bodies, beside what its motion is against time."""
+        from .picture.figure import figure
+
+        return figure(results, **options)
 
 
 def system_of(derivation, kind=DerivedSystem):

@@ -1,51 +1,37 @@
 """A run as a moving picture: GIF, HTML with controls, or MP4 where ffmpeg is."""
 
-from pathlib import Path
+import base64
+import math
+import pathlib
+import tempfile
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import style
+from .artists import Artists
 from .solution import between
 
 FINE = 8  # points of the trail for each picture
+FPS = 30
+DPI = 100
 ENDINGS = (".gif", ".html", ".mp4")
+NO_FFMPEG = (
+    "An .mp4 is made by ffmpeg, which is not installed: "
+    'python -m pip install "fastdyn[video]" brings one; or take .gif or .html.'
+)
 
 
-class Scene(NamedTuple):
-    """What a system looks like in one state, in its plane.
+class Moving(NamedTuple):
+    """A moving picture that a notebook shows; `html` is its text."""
 
-    Parameters
-    ----------
-    lines : list of (x, y)
-        Polylines: cables, springs, wheels.
-    points : list of (x, y)
-        Masses; the first of them leaves a trail.
-    fixed : list of (x, y)
-        Points that stay where they are.
-    bodies : list of (x, y)
-        Filled polygons.
-    ground : float, optional
-        The height of the ground, drawn across the picture.
-    axes : (str, str)
-        Names of both axes.
-    note : str
-        Said beside the time.
-    frame : tuple, optional
-        Lower left and upper right corner of a region that the picture shows at least.
-    """
+    html: str
 
-    lines: list
-    points: list
-    fixed: list
-    bodies: list | tuple = ()
-    ground: float | None = None
-    axes: tuple = ("x (m)", "y (m)")
-    note: str = ""
-    frame: tuple = ()
+    def _repr_html_(self):
+        return self.html
 
 
-def animate(result, path, seconds=None, fps=25, trail=True):
+def animate(result, path=None, seconds=None, fps=FPS, trail=True):
     """
     Write a run of a system as a moving picture.
 
@@ -53,14 +39,20 @@ def animate(result, path, seconds=None, fps=25, trail=True):
     ----------
     result : SystemResult
         Of `System.solve`; with ``dense_output=True`` the picture is smooth between the steps.
-    path : str or path
-        A file that ends in .gif, .html, or .mp4, which ffmpeg makes.
+    path : str or path, optional
+        A file that ends in .gif, .html, or .mp4, which ffmpeg makes; that of the extra `video`
+        will do. Where ffmpeg is, an .html holds the film, else single pictures, half as many.
     seconds : float, optional
         Length of the picture; that of the run, but 10 at most, unless given.
     fps : int
-        Pictures a second.
+        Pictures a second; a GIF shows the nearest number whose time is in hundredths of a second.
     trail : bool
-        Whether the first mass leaves a trail.
+        Whether one of the masses leaves a trail.
+
+    Returns
+    -------
+    Moving or None
+        Without `path`, what a notebook shows.
 
     Raises
     ------
@@ -68,66 +60,114 @@ def animate(result, path, seconds=None, fps=25, trail=True):
         For another ending, an .mp4 without ffmpeg, a system that has no view, or a run of fewer
         than two points.
     """
-    from matplotlib import animation, pyplot
+    from matplotlib import pyplot
 
-    path = Path(path)
-    if path.suffix not in ENDINGS:
-        raise ValueError(f"`{path.name}`: a moving picture ends in {', '.join(ENDINGS)}.")
-    if path.suffix == ".mp4" and not animation.writers.is_available("ffmpeg"):
-        raise ValueError("An .mp4 is made by ffmpeg, which is not installed; take .gif or .html.")
+    ending = ".html" if path is None else pathlib.Path(path).suffix
+    if ending not in ENDINGS:
+        name = pathlib.Path(path or "").name
+        raise ValueError(f"`{name}`: a moving picture ends in {', '.join(ENDINGS)}.")
+    film = _ffmpeg()
+    if ending == ".mp4" and not film:
+        raise ValueError(NO_FFMPEG)
     if not (fps >= 1 and (seconds is None or 0.0 < seconds < 1e6)):
         raise ValueError(f"`fps` and `seconds` must be positive; got {fps} and {seconds}.")
     if len(result.t) < 2:
         raise ValueError("A run of fewer than two points cannot be animated.")
+    if ending == ".gif":
+        fps = 100.0 / max(2, round(100.0 / fps))  # a GIF counts hundredths of a second
+    elif ending == ".html" and not film:
+        fps = max(1, fps // 2)
     t, scenes = _scenes(result, seconds, fps)
-    n = (len(t) - 1) // FINE + 1
     with style.slides():
-        figure, axes = pyplot.subplots(figsize=(6.4, 6.6), layout="constrained")
-        draw = _artists(axes, scenes, trail)
-        digits = 2 if abs(t[-1] - t[0]) >= 1.0 else 4
-        notes = [_pace(abs(t[-1] - t[0]) * fps / (n - 1)), scenes[0].note]
-        note = f"   ({', '.join(one for one in notes if one)})" if any(notes) else ""
-
-        def show(picture):
-            draw(FINE * picture)
-            axes.set_title(f"t = {t[FINE * picture]:.{digits}f} s{note}")
-
-        show(0)
-        layout: Any = figure.get_layout_engine()
-        layout.set(w_pad=0.12, h_pad=0.12)
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # the layout is found once
-        moving = animation.FuncAnimation(figure, show, n, interval=1000.0 / fps)
+        figure, moving = _moving(t, scenes, fps, trail)
         try:
-            if path.suffix == ".html":
-                path.write_text(moving.to_jshtml(fps=fps), encoding="utf-8")
+            if ending == ".html":
+                html = _film(moving, fps) if film else moving.to_jshtml(fps=int(fps))
+                if path is None:
+                    return Moving(html)
+                pathlib.Path(path).write_text(_page(result.system.title, html), encoding="utf-8")
             else:
-                gif = path.suffix == ".gif"
-                writer: Any = animation.PillowWriter if gif else animation.FFMpegWriter
-                moving.save(path, writer(fps=fps), dpi=80 if gif else 120)
+                _write(moving, path, fps, ending)
         finally:
             pyplot.close(figure)
+    return None
+
+
+def _moving(t, scenes, fps, trail):
+    """The figure, and what moves it."""
+    from matplotlib import animation
+
+    artists, n = Artists(scenes, trail), (len(t) - 1) // FINE + 1
+    digits = 2 if abs(t[-1] - t[0]) >= 1.0 else 4
+    notes = [scenes[0].note, _pace(abs(t[-1] - t[0]) * fps / (n - 1))]
+    artists.axes.set_title(", ".join(filter(None, notes)), loc="right", fontsize=12, color="0.3")
+
+    def show(picture):
+        artists.show(FINE * picture)
+        artists.axes.set_title(f"t = {t[FINE * picture]:.{digits}f} s", loc="left")
+
+    show(0)
+    layout: Any = artists.figure.get_layout_engine()
+    layout.set(w_pad=0.12, h_pad=0.12)
+    artists.figure.draw_without_rendering()
+    artists.figure.set_layout_engine("none")  # the layout is found once
+    moving = animation.FuncAnimation(artists.figure, show, n, interval=1000.0 / fps)
+    return artists.figure, moving
+
+
+def _write(moving, path, fps, ending=".mp4"):
+    """Write a film or a GIF."""
+    from matplotlib import animation
+
+    if ending == ".gif":
+        moving.save(path, animation.PillowWriter(fps=fps), dpi=80)
+        return
+    import matplotlib
+
+    with matplotlib.rc_context({"animation.ffmpeg_path": _ffmpeg()}):
+        options = ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+        writer = animation.FFMpegWriter(fps=fps, codec="libx264", extra_args=options)
+        moving.save(path, writer, dpi=DPI)
+
+
+def _film(moving, fps):
+    """A film as the text of a page."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder, "film.mp4")
+        _write(moving, path, fps)
+        film = base64.b64encode(path.read_bytes()).decode()
+    return f'<video controls loop autoplay muted src="data:video/mp4;base64,{film}"></video>'
+
+
+def _page(title, html):
+    return f'<!DOCTYPE html>\n<meta charset="utf-8">\n<title>{title}</title>\n{html}\n'
+
+
+def _ffmpeg():
+    """Where ffmpeg is: on the path, or that of imageio-ffmpeg; None if there is none."""
+    import shutil
+
+    if found := shutil.which("ffmpeg"):
+        return found
+    try:
+        import imageio_ffmpeg
+
+        return imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        return None
 
 
 def _pace(factor):
-    """How much faster or slower than the motion a picture runs, in words; none at its speed."""
+    """How much faster or slower than the motion a picture runs, in words."""
     if abs(factor - 1.0) < 0.05:
-        return ""
-    return f"{factor:.2g} × as fast" if factor > 1.0 else f"{1.0 / factor:.2g} × slower"
-
-
-def spring(start, end, n=12):
-    """A spring between two points, as a polyline."""
-    (x0, y0), (x1, y1) = start, end
-    along = np.concatenate([[0.0, 0.08], np.linspace(0.08, 0.92, n + 2)[1:-1], [0.92, 1.0]])
-    side = np.concatenate([[0.0, 0.0], 0.06 * np.tile([1.0, -1.0], n)[:n], [0.0, 0.0]])
-    dx, dy = x1 - x0, y1 - y0
-    return x0 + along * dx - side * dy, y0 + along * dy + side * dx
+        return "real time"
+    digits = max(2, 1 + math.floor(math.log10(max(factor, 1.0 / factor))))
+    return f"{factor:.{digits}g} × real time" if factor > 1.0 else f"{1 / factor:.2g} × slower"
 
 
 def _scenes(result, seconds, fps):
     """Equally spaced times, FINE for each picture, and the scene at each."""
-    system, span = result.system, abs(result.t[-1] - result.t[0])
+    span = abs(result.t[-1] - result.t[0])
     seconds = min(span, 10.0) if seconds is None else float(seconds)
     n = FINE * (max(2, round(seconds * fps)) - 1) + 1
     t = np.linspace(result.t[0], result.t[-1], n)
@@ -136,50 +176,4 @@ def _scenes(result, seconds, fps):
     else:
         order = slice(None) if result.t[-1] > result.t[0] else slice(None, None, -1)
         y = np.array([np.interp(t, result.t[order], row[order]) for row in result.y])
-    return t, [system.scene(time, state) for time, state in zip(t, y.T, strict=True)]
-
-
-def _frame(scenes):
-    """Limits of the axes that show all of every scene."""
-    xs, ys = [], []
-    for scene in scenes:
-        for x, y in [*scene.lines, *scene.points, *scene.fixed, *scene.bodies, *scene.frame]:
-            xs.append(np.atleast_1d(x))
-            ys.append(np.atleast_1d(y))
-        if scene.ground is not None:
-            ys.append(np.atleast_1d(scene.ground))
-    xs, ys = np.concatenate(xs), np.concatenate(ys)
-    reach = 0.57 * max(np.ptp(xs), np.ptp(ys), 1e-9)
-    x, y = 0.5 * (xs.min() + xs.max()), 0.5 * (ys.min() + ys.max())
-    if scenes[0].ground is not None and ys.min() >= scenes[0].ground:
-        y = scenes[0].ground + 0.85 * reach  # little of what is below
-    return {"xlim": (x - reach, x + reach), "ylim": (y - reach, y + reach)}
-
-
-def _artists(axes, scenes, trail):
-    """Make the artists of the first scene; returns ``draw(i)``, which moves them to scene i."""
-    first = scenes[0]
-    axes.set(**_frame(scenes), aspect="equal", xlabel=first.axes[0], ylabel=first.axes[1])
-    axes.locator_params(nbins=6)
-    if first.ground is not None:
-        axes.axhspan(axes.get_ylim()[0], first.ground, color=style.GROUND, alpha=0.5, zorder=0)
-    path = np.array([scene.points[0] for scene in scenes])
-    (trace,) = axes.plot([], [], color=style.COLOURS[5], lw=1.2)
-    bodies = [axes.fill(x, y, color=style.COLOURS[4], ec="0.3", lw=1.5)[0] for x, y in first.bodies]
-    lines = [axes.plot(x, y, color="0.3", lw=2)[0] for x, y in first.lines]
-    for x, y in first.fixed:
-        axes.plot(x, y, "o", color="0.5", ms=9)
-    points = [axes.plot(x, y, "o", color=style.COLOURS[0], ms=10)[0] for x, y in first.points]
-
-    def draw(i):
-        scene = scenes[i]
-        for artist, (x, y) in zip(lines, scene.lines, strict=True):
-            artist.set_data(x, y)
-        for artist, (x, y) in zip(points, scene.points, strict=True):
-            artist.set_data([x], [y])
-        for artist, (x, y) in zip(bodies, scene.bodies, strict=True):
-            artist.set_xy(np.column_stack([x, y]))
-        if trail:
-            trace.set_data(*path[: i + 1].T)
-
-    return draw
+    return t, result.system.scenes(t, y)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from . import solution, style
-from .animate import Scene
+from .scene import Scene
 
 FORCES = ("front_force", "rear_force")
 DASHES = ("-", (0, (4, 3)))  # the rear force is nearly the front one

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from . import solution, style
-from .animate import Scene
+from .scene import Scene
 
 FAR = 3.0  # a flight that reaches so many times as far as the shortest one leaves the picture
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from . import solution, style
-from .animate import Scene
+from .scene import Scene
 
 DOTS = 220  # of the exact solution, so that the computed line is seen between them
 

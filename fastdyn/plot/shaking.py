@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import solution, style
-from .animate import Scene, spring
+from .scene import Scene, spring
 
 DOTS = 160  # of the exact solution, so that the computed line is seen between them
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fastdyn.plot.animate import Scene
+from fastdyn.plot.scene import Scene
 
 from .base import State, System, derived, initial, invariant, parameter, quantity
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from fastdyn.plot.animate import Scene, spring
+from fastdyn.plot.scene import Scene, spring
 
 from .base import State, System, derived, event, initial, invariant, parameter, quantity
 

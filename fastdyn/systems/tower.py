@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from fastdyn.plot.animate import Scene
+from fastdyn.plot.scene import Scene
 
 from .base import State, System, derived, event, initial, invariant, parameter
 

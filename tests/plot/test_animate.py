@@ -5,7 +5,9 @@ import pytest
 from matplotlib import animation
 
 from fastdyn.course.gallery import moving_run
-from fastdyn.plot.animate import _frame
+from fastdyn.plot import animate
+from fastdyn.plot.animate import _ffmpeg
+from fastdyn.plot.scene import frame
 from fastdyn.systems import SYSTEMS, cable
 
 
@@ -16,9 +18,28 @@ def test_moving_pictures(tmp_path):
         assert (tmp_path / name).stat().st_size > 1000
     with pytest.raises(ValueError, match=r"ends in \.gif, \.html, \.mp4"):
         run.animate(tmp_path / "cable.mp3")
-    if not animation.writers.is_available("ffmpeg"):
-        with pytest.raises(ValueError, match="made by ffmpeg, which is not installed"):
-            run.animate(tmp_path / "cable.mp4")
+
+
+def test_a_film_needs_ffmpeg_and_says_where_it_comes_from(tmp_path, monkeypatch):
+    run = cable(V0=5.9).solve((0.0, 2.0))
+    if _ffmpeg():
+        run.animate(tmp_path / "cable.mp4", seconds=0.3, fps=10)
+        assert (tmp_path / "cable.mp4").read_bytes()[4:8] == b"ftyp"
+        assert "video/mp4" in run.animate(seconds=0.3)._repr_html_()
+    monkeypatch.setattr(animate, "_ffmpeg", lambda: None)
+    with pytest.raises(ValueError, match=r"fastdyn\[video\]"):
+        run.animate(tmp_path / "cable.mp4")
+    assert "<script" in run.animate(seconds=0.3, fps=10)._repr_html_()
+
+
+def test_the_time_factor_is_said_in_a_corner():
+    assert animate._pace(1.0) == "real time"
+    assert [animate._pace(f) for f in (2.0, 0.25, 1500.0)] == [
+        "2 × real time", "4 × slower", "1500 × real time"
+    ]  # fmt: skip
+    t, scenes = animate._scenes(cable(V0=5.9).solve((0.0, 2.0)), 1.0, 10)
+    figure, _ = animate._moving(t, scenes, 10, True)
+    assert figure.axes[0].get_title(loc="right") == "2.2 × real time"
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
@@ -27,11 +48,11 @@ def test_every_system_moves_inside_its_frame(name, tmp_path):
     run.animate(tmp_path / "moving.gif", seconds=0.2, fps=10)
     assert (tmp_path / "moving.gif").read_bytes().startswith(b"GIF8")
     scenes = [run.system.scene(t, state) for t, state in zip(run.t, run.y.T, strict=True)]
-    frame = _frame(scenes)
+    limits = frame(scenes)
     for scene in scenes:
         for x, y in [*scene.lines, *scene.points, *scene.bodies]:
-            assert frame["xlim"][0] <= np.min(x) and np.max(x) <= frame["xlim"][1]
-            assert frame["ylim"][0] <= np.min(y) and np.max(y) <= frame["ylim"][1]
+            assert limits["xlim"][0] <= np.min(x) and np.max(x) <= limits["xlim"][1]
+            assert limits["ylim"][0] <= np.min(y) and np.max(y) <= limits["ylim"][1]
 
 
 def test_nothing_of_a_moving_picture_is_clipped(tmp_path, monkeypatch):

@@ -77,11 +77,11 @@ class SystemResult(OdeResult):
         """By how much the constraints are off, each of shape (n_points,), by name."""
         return self._along(self.system.constraints)
 
-    def animate(self, path, **options):
-        """Write the motion to a .gif, .html or .mp4 file; see `fastdyn.plot.animate.animate`."""
+    def animate(self, path=None, **options):
+        """Write the motion to a file, or show it; see `fastdyn.plot.animate.animate`."""
         from fastdyn.plot.animate import animate
 
-        animate(self, path, **options)
+        return animate(self, path, **options)
 
     def _along(self, functions):
         along = self.system.along

@@ -19,11 +19,12 @@ from fastdyn.solve.ivp import solve_ivp
 from .consistent_start import start
 from .declare import Declared, Derived, State, documented, of_instance
 from .result import SystemResult, asked
+from .shown import Shown
 from .solve_arguments import completed, projection, span
 
 
 @dataclasses.dataclass(frozen=True)
-class System(Declared):
+class System(Declared, Shown):
     """
     One system of the course; subclasses fill in the class attributes and methods below.
 
@@ -218,27 +219,6 @@ class System(Declared):
                 "state; solve without `y0` and `on_event`, and from t = 0, to compare with it."
             )
         return self.exact(np.asarray(t, float))
-
-    def figure(self, results, **options):
-        """
-        Draw one result, or several for comparison.
-
-        Parameters
-        ----------
-        results : dict of str to SystemResult
-            Results by the label that the legend shows.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
-        from fastdyn import plot
-
-        return plot.components(results, **options)
-
-    def scene(self, t, w) -> Any:
-        """What the system looks like in one state, for moving pictures: an `animate.Scene`."""
-        raise ValueError(f"The {self.name} has no view to animate.")
 
     def as_started(self, begin, y0, on_event=None):
         """Itself, or a copy that knows that `exact` does not hold for its run."""

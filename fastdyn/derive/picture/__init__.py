@@ -1,0 +1,1 @@
+"""Derived systems as pictures: what a model says of its bodies, drawn."""

@@ -1,0 +1,129 @@
+"""The figure of a derived system: its picture with the paths of its bodies, and curves."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from fastdyn.plot import solution, style
+from fastdyn.plot.scene import frame
+
+GHOSTS = 7  # pictures of the system along its path
+PANELS = 4
+
+
+def figure(results, **options):
+    """
+    The system at several times with its trail, beside coordinates and quantities against time.
+
+    Parameters
+    ----------
+    results : dict of str to SystemResult
+        Results by label; the picture is of the first.
+    """
+    from matplotlib import pyplot
+
+    first = next(iter(results.values()))
+    panels = _panels(first.system)
+    with style.slides():
+        size: Any = {"figsize": (14, 7.5), "layout": "constrained"} | options
+        drawing = pyplot.figure(**size)
+        grid = drawing.add_gridspec(len(panels), 2, width_ratios=(1.0, 1.1))
+        _picture(drawing, grid[:, 0], first)
+        axes = None
+        for row, (label, functions) in enumerate(panels):
+            axes = drawing.add_subplot(grid[row, 1], sharex=axes)
+            several = len(functions) > 1
+            colours = itertools.cycle(style.COLOURS)
+            for (said, result), (name, values) in itertools.product(results.items(), functions):
+                kept = name == "energy"  # between the steps it has the errors of interpolation
+                t, y = (result.t, result.y) if kept else solution.curve(result)
+                about = ", ".join([name] * several + [said] * (len(results) > 1))
+                axes.plot(t, values(result.system, t, y), color=next(colours), lw=1.6, label=about)
+            axes.set_ylabel(label)
+            axes.tick_params(labelbottom=row == len(panels) - 1)
+            if several or len(results) > 1:
+                axes.legend(ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+        if axes is not None:
+            axes.set_xlabel("t (s)")
+    return drawing
+
+
+def _panels(system):
+    """What is drawn against time: [(label, [(name, function of (system, t, y))])], by unit."""
+    n = len(system.states) // 2
+    found: dict[str, list] = {}
+    for row, state in enumerate(system.states[:n]):
+        found.setdefault(state.unit, []).append((state.name, _row(row)))
+    panels = [(_label("coordinates", names, unit), names) for unit, names in found.items()]
+    forces: dict[str, list] = {}
+    for name, function in system.quantities.items():
+        if name != "energy" and function.unit:
+            forces.setdefault(function.unit, []).append((name, _along(function)))
+    panels += [(_label("reactions", names, unit), names) for unit, names in forces.items()]
+    energy = system.invariants.get("energy") or system.quantities.get("energy")
+    if energy is not None and len(panels) < PANELS:
+        what = "change of the\nenergy (J)" if "energy" in system.invariants else "energy (J)"
+        panels.append((what, [("energy", _change(energy, "energy" in system.invariants))]))
+    return panels[:PANELS]
+
+
+def _label(what, names, unit):
+    return style.with_unit(names[0][0] if len(names) == 1 else what, unit)
+
+
+def _row(row):
+    return lambda system, t, y: y[row]
+
+
+def _along(function):
+    return lambda system, t, y: system.along(function, t, y)
+
+
+def _change(function, kept):
+    def values(system, t, y):
+        found = system.along(function, t, y)
+        return found - found[0] if kept else found
+
+    return values
+
+
+def _picture(drawing, cell, result):
+    """The system at several times, the last one in full."""
+    t, y = solution.curve(result)
+    scenes = result.system.scenes(t, y)
+    last, path = scenes[-1], np.array([scene.traced for scene in scenes], float)
+    space = len(last.traced) == 3
+    projection: Any = {"projection": "3d"} if space else {}
+    axes: Any = drawing.add_subplot(cell, **projection)
+    limits = frame(scenes)
+    axes.set(**limits)
+    axes.plot(*path.T, color=style.COLOURS[5], lw=1.4)
+    for n in np.linspace(0, len(scenes) - 1, GHOSTS).astype(int):
+        full = n == len(scenes) - 1
+        alpha = 1.0 if full else 0.15
+        if space and not full:
+            continue
+        for part in scenes[n].lines:
+            axes.plot(*part, color="0.3", lw=2, alpha=alpha)
+        for part in scenes[n].bodies:
+            closed = [np.append(x, x[0]) for x in part]
+            axes.plot(*closed, color="0.3", lw=1.2, alpha=alpha)
+            if full and not space:
+                axes.fill(*part, color=style.COLOURS[4])
+        for part in scenes[n].points:
+            axes.plot(*([x] for x in part), "o", color=style.COLOURS[0], ms=9, alpha=alpha)
+    for part in last.fixed:
+        axes.plot(*([x] for x in part), "o", color="0.5", ms=8)
+    names = dict(zip(("xlabel", "ylabel", "zlabel"), last.axes, strict=False))
+    axes.set(**names)
+    if space:
+        axes.set_box_aspect([abs(b - a) for a, b in limits.values()], zoom=0.9)
+        axes.view_init(elev=20, azim=-60)
+        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+            axis.labelpad = 10
+    else:
+        axes.set_aspect("equal")
+    axes.locator_params(nbins=5)
+    notes = [f"t = {t[-1]:.4g} s, and before", last.note]
+    axes.set_title(", ".join(filter(None, notes)), loc="left", fontsize=12)

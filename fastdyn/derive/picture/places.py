@@ -1,0 +1,96 @@
+"""Where the bodies of a system are in one state, how they are turned, and what is drawn on them."""
+
+import numpy as np
+import sympy as sp
+
+from fastdyn.derive.notation import ZERO
+from fastdyn.derive.writing import Writer
+
+SAMPLES = 24  # states by which joints are told from accidents
+SPREAD = 1.3  # rad, and times the length of the system, of the samples
+
+
+class Places:
+    """
+    The places of a derived system as numbers.
+
+    Parameters
+    ----------
+    derivation : Derivation
+    """
+
+    def __init__(self, derivation):
+        model, plain = derivation.model, derivation.plain
+        self.bodies, self.drawn = model.bodies, model.drawn
+        vectors = []
+        for body in self.bodies:
+            turned = [body.rotation * sp.eye(3).col(n) for n in range(3)] if body.rigid else []
+            vectors += [body.position, *turned]
+        for one in self.drawn:
+            vectors += [point.position for point in one.points]
+            vectors.append(ZERO if one.across is None else one.across)
+        entries = [plain(entry) for vector in vectors for entry in vector]
+        self.n = 2 * len(model.coordinate_list)
+        self._function = Writer(derivation).numbers("places", entries)
+
+    def __call__(self, t, w, args):
+        """`Placed` in one state."""
+        found = np.array(self._function(t, w[: self.n], *args), float).reshape(-1, 3)
+        return Placed(self, found)
+
+
+class Placed:
+    """
+    Bodies and drawn points in one state.
+
+    Attributes
+    ----------
+    r : list of ndarray, shape (3,)
+        Centres of the bodies.
+    Q : list of ndarray, shape (3, 3)
+        Their axes as columns; those of a particle do not turn.
+    points, across : list
+        Of each `Drawn`: its points, shape (n, 3), and its normal.
+    """
+
+    def __init__(self, places, found):
+        rows = iter(found)
+        self.r, self.Q, self.points, self.across = [], [], [], []
+        for body in places.bodies:
+            self.r.append(next(rows))
+            turned = [next(rows) for _ in range(3)] if body.rigid else np.eye(3)
+            self.Q.append(np.array(turned, float).T)
+        for one in places.drawn:
+            self.points.append(np.array([next(rows) for _ in one.points]))
+            self.across.append(next(rows))
+
+    def on(self, body, place):
+        """A place in the frame of a body; of the ground if None."""
+        return place if body is None else self.Q[body].T @ (place - self.r[body])
+
+    def of(self, body, local):
+        """Where a point of a body is."""
+        return local if body is None else self.r[body] + self.Q[body] @ local
+
+
+def samples(system, places):
+    """`Placed` in random states on the constraints, at several times."""
+    derivation, rng = system.derivation, np.random.default_rng(0)
+    model, start = derivation.model, derivation.start
+    numbers = [getattr(system, str(one.symbol)) for one in model.numbers]
+    drivers = [getattr(system, one.name) for one in model.drivers]
+    base = np.array(system.initial_state(), float)
+    n, found = len(base) // 2, []
+    lengths = [abs(x) for x, one in zip(base, model.coordinate_list, strict=False)
+               if one.unit == "m" and x]  # fmt: skip
+    size = max(lengths, default=1.0)
+    scale = np.array([1.0 if one.unit == "rad" else size for one in model.coordinate_list])
+    for _ in range(4 * SAMPLES):
+        w, t = base.copy(), rng.uniform(0.0, system.t_end)
+        w[:n] += SPREAD * scale * rng.uniform(-1.0, 1.0, n)
+        w, off = start.settled(t, w, numbers, drivers, np.ones(2 * n, bool))
+        if not off:
+            found.append(places(t, w, system.args))
+        if len(found) == SAMPLES:
+            break
+    return found

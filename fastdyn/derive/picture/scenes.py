@@ -1,0 +1,156 @@
+"""The scenes of a derived system: what its model has, drawn in each state of a run."""
+
+import functools
+
+import numpy as np
+
+from fastdyn.plot.scene import Scene
+
+from . import strokes
+from .known import PULLS, Known
+
+LARGER = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+SQUARE = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+SMALL = 0.15  # of the way that a system goes: what is smaller is drawn larger
+
+
+class Picture(Known):
+    """How a derived system is drawn."""
+
+    def scenes(self, t, y):
+        """The `Scene` of each column of y."""
+        args = self.system.args
+        placed = [self.places(time, w, args) for time, w in zip(t, np.asarray(y).T, strict=True)]
+        ways = self.view(np.array([one.r for one in placed]))
+        ways = ways.reshape(-1, ways.shape[-1])
+        reach = float(np.ptp(ways, axis=0).max())
+        larger = self._larger(reach)
+        extent = max(reach, larger * self.size, 1e-9)
+        surfaces = self._surfaces(placed, extent)
+        return [self._scene(one, larger, extent, surfaces) for one in placed]
+
+    def _larger(self, reach):
+        """By how much the system is drawn larger where it goes far."""
+        tied = any(one.b is None for one in self.joints)
+        tied |= any(p.body is None for one in self.drawn for p in one.points)
+        tied |= any(one.kind == "surface" for one in self.drawn)
+        if tied or not self.size > 0.0 or not self.view.flat:
+            return 1
+        return next((n for n in LARGER if n * self.size >= SMALL * reach), LARGER[-1])
+
+    def _scene(self, placed, larger, extent, surfaces):
+        middle = placed.r[0]
+
+        def seen(points):
+            return self.view(middle + larger * (np.asarray(points) - middle))
+
+        polygons, lines, points, tips = [], [], [], []
+        blocks = self._blocks(placed, extent)
+        for n, shape in enumerate(self.shapes):
+            polygons += [seen([placed.of(n, p) for p in one]) for one in shape.polygons]
+            lines += [seen([placed.of(n, p) for p in one]) for one in shape.lines]
+            if n not in blocks:
+                points += [seen(placed.of(n, p)) for p in shape.points]
+            tips.append(seen(placed.of(n, shape.tip)))
+        for one in self.joints:
+            if not one.rod and one.b is not None and self.bodies[one.a].rigid:
+                points.append(seen(placed.of(one.a, one.at_a)))
+            if one.rod:
+                ends = placed.of(one.b, one.at_b), placed.of(one.a, one.at_a)
+                lines.append(seen(ends))
+        fixed = [self.view(one.at_b) for one in self.joints if one.b is None]
+        for n, one in enumerate(self.drawn):
+            lines += self._stroke(one, placed, n, seen, extent, larger)
+            if one.kind in (*PULLS, "force"):
+                ends = zip(one.points, placed.points[n], strict=True)
+                fixed += [self.view(p) for point, p in ends if point.body is None]
+        polygons += [self.view(one) for one in blocks.values()]
+        lines += [surface(placed) for surface in surfaces]
+        trail = self._trail(placed, tips, seen)
+        note = f"drawn {larger} times its size" if larger > 1 else ""
+        return Scene(
+            [tuple(one.T) for one in lines], [tuple(one) for one in points],
+            [tuple(one) for one in fixed], [tuple(one.T) for one in polygons],
+            axes=self.view.labels(), note=note, trail=tuple(trail), down=self.view.down,
+        )  # fmt: skip
+
+    def _trail(self, placed, tips, seen):
+        """The point that leaves a trail: a contact in space, else the last body's."""
+        if not self.view.flat:
+            for n, one in enumerate(self.drawn):
+                if one.kind in ("edge", "surface"):
+                    return seen(placed.points[n][0])
+        particles = [n for n, body in enumerate(self.bodies) if not body.rigid]
+        return tips[particles[-1]] if particles else tips[-1]
+
+    def _stroke(self, one, placed, n, seen, extent, larger):
+        points = placed.points[n]
+        if one.kind == "line":
+            return [seen(points)]
+        if one.kind == "edge" and self.is_edge(one):
+            u, v = self.view(placed.across[n])
+            wheel = 0.17 * self.size * np.array([-v, u]) / np.hypot(u, v)
+            return [np.array([seen(points[0]) - larger * wheel, seen(points[0]) + larger * wheel])]
+        if one.kind not in PULLS:
+            return []
+        a, b = seen(points)
+        same = [
+            m for m, other in enumerate(self.drawn)
+            if other.kind in PULLS and np.allclose(placed.points[m], points)
+        ]  # fmt: skip
+        width = 0.09 * extent
+        stroke, ends = strokes.coil if one.kind == "spring" else strokes.dashpot, (a, b)
+        if len(same) > 1:
+            a, b = strokes.beside(a, b, 1.4 * width * (same.index(n) - 0.5 * (len(same) - 1)))
+        return [np.vstack([ends[0], stroke(a, b, width), ends[1]])]
+
+    def _blocks(self, placed, extent):
+        """The particles that slide on something, as squares on it: corners by body."""
+        found = {}
+        for n, one in enumerate(self.drawn):
+            point = one.points[0]
+            if one.kind == "surface" and self.view.flat and not point.body.rigid:
+                up = placed.across[n] * 0.12 * extent
+                side = np.zeros(3)
+                h, v = self.view.axes
+                side[h], side[v] = -0.6 * up[v], 0.6 * up[h]
+                foot = placed.points[n][0]
+                corners = [foot + side, foot - side, foot - side + up, foot + side + up]
+                found[self.bodies.index(point.body)] = np.array(corners)
+        for n in self.carts:
+            if n not in found:
+                side = np.zeros((4, 3))
+                side[:, list(self.view.axes)] = SQUARE * 0.12 * extent
+                found[n] = placed.r[n] + side
+        return found
+
+    def _surfaces(self, placed, extent):
+        """The lines on which particles slide, along all of the way: functions of `Placed`."""
+        found = []
+        for n, one in enumerate(self.drawn):
+            if one.kind != "surface" or not self.view.flat:
+                continue
+            turns = np.ptp([each.across[n] for each in placed], axis=0).max() > 1e-9
+            h, v = self.view(placed[0].across[n])
+            along = np.array([-v, h])
+            way = [self.view(each.points[n][0]) @ along for each in placed]
+            ends = np.array([min(way) - 0.15 * extent, max(way) + 0.15 * extent])
+            found.append(functools.partial(self._surface, n, ends, turns))
+        return found
+
+    def _surface(self, n, ends, turns, placed):
+        """The line of a surface in one state; it goes through the origin if it turns."""
+        h, v = self.view(placed.across[n])
+        normal, along = np.array([h, v]), np.array([-v, h])
+        reach = np.abs(ends).max()
+        ends = np.array([-reach, reach]) if turns else ends
+        return (self.view(placed.points[n][0]) @ normal) * normal + np.outer(ends, along)
+
+
+def picture(system):
+    """The `Picture` of a system, made once."""
+    found = getattr(system, "_picture", None)
+    if found is None:
+        found = Picture(system)
+        object.__setattr__(system, "_picture", found)
+    return found

@@ -1,0 +1,49 @@
+"""How a system is shown: the figure of its runs, and its picture in one state."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .declare import of_instance
+
+
+class Shown:
+    """What a `System` draws; subclasses replace `figure`, and `scene` where they have a view."""
+
+    name: ClassVar[str]
+    solve: Any
+
+    def figure(self, results, **options):
+        """
+        Draw one result, or several for comparison.
+
+        Parameters
+        ----------
+        results : dict of str to SystemResult
+            Results by the label that the legend shows.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from fastdyn import plot
+
+        return plot.components(results, **options)
+
+    def scene(self, t, w) -> Any:
+        """What the system looks like in one state, for moving pictures: a `plot.scene.Scene`."""
+        raise ValueError(f"The {self.name} has no view to animate.")
+
+    def scenes(self, t, y) -> list:
+        """The scene of each column of y."""
+        return [self.scene(time, state) for time, state in zip(t, np.asarray(y).T, strict=True)]
+
+    @of_instance
+    def animate(self, path=None, t_span: Any = None, **options) -> Any:
+        """Solve, and show the motion; options as for `fastdyn.plot.animate.animate`."""
+        return self.solve(t_span).animate(path, **options)
+
+    @of_instance
+    def plot(self, t_span: Any = None, **options) -> Any:
+        """Solve, and draw the figure of the run; options as for `solve`."""
+        return self.solve(t_span, **options).plot()

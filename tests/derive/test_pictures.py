@@ -1,0 +1,126 @@
+"""Derived systems are drawn from what their models say."""
+
+import numpy as np
+import pytest
+from sympy import cos, sin
+
+from fastdyn.derive import Model, i, j, rotation
+from fastdyn.derive.pages import page
+from fastdyn.plot.scene import frame
+
+
+def scenes(system, n=5):
+    run = system.solve((0.0, min(system.t_end, 2.0)))
+    t = np.linspace(0.0, run.t[-1], n)
+    return system.scenes(t, run.continuous()(t))
+
+
+def length(line):
+    """Of each piece of a polyline."""
+    return np.linalg.norm(np.diff(np.array(line, float), axis=1), axis=0)
+
+
+@pytest.mark.parametrize("name", ["satellite", "suspension", "rolling_disc", "vehicle"])
+def test_a_page_is_drawn_inside_its_frame(name):
+    drawn = scenes(page(name).derive().system())
+    limits = frame(drawn)
+    for scene in drawn:
+        parts = [*scene.lines, *scene.points, *scene.bodies, *scene.fixed, scene.traced]
+        assert len(parts) > 1
+        for part in parts:
+            for x, (a, b) in zip(part, limits.values(), strict=True):
+                assert min(a, b) <= np.nanmin(x) and np.nanmax(x) <= max(a, b)
+
+
+def test_rods_are_found_by_the_distances_that_stay():
+    for scene in scenes(page("double_pendulum").newton().system(l2=0.5)):
+        assert sorted(float(length(line)[0]) for line in scene.lines) == pytest.approx([0.5, 1.0])
+        assert scene.fixed == [(0.0, 0.0)] or np.allclose(scene.fixed, 0.0)
+    chain = scenes(page("closed_chain").derive().system())
+    assert np.allclose([length(line)[0] for line in chain[-1].lines], 1.0)
+    assert np.allclose(sorted(x for x, _ in chain[-1].fixed), [0.0, 2.5])
+
+
+def test_hinges_of_a_linkage_are_found_from_its_constraints():
+    scene = scenes(page("four_bar").derive().system())[-1]
+    bars = sorted(float(length(body)[0]) for body in scene.bodies)
+    assert bars == pytest.approx([1.0, 2.5, 3.0])
+    assert np.allclose(sorted(x for x, _ in scene.fixed), [0.0, 3.0])
+
+
+def test_a_bar_that_hangs_is_drawn_along_its_pivot_and_centre():
+    board = Model("bar")
+    th = board.coordinates("th", "rad")
+    m, l, g = board.parameters(m=(1.0, "kg"), l=(2.0, "m"), g=(9.81, "m/s²"))
+    board.body(m, l / 2 * (sin(th) * i - cos(th) * j), m * l**2 / 12, turned=th)
+    board.gravity(-g * j)
+    board.start(th=1.0)
+    system = board.derive().system()
+    (bar,) = system.scene(0.0, [1.0, 0.0]).bodies
+    assert length(bar)[0] == pytest.approx(2.0)
+    assert np.allclose(
+        np.array(bar)[:, [1, 2]].mean(axis=1), 2.0 * np.array([np.sin(1), -np.cos(1)])
+    )
+
+
+def test_a_top_moves_in_space_about_its_fixed_point():
+    scene = scenes(page("heavy_top").newton().system())[0]
+    assert len(scene.traced) == 3 and np.allclose(scene.fixed, 0.0)
+    rim = np.array(scene.bodies[0]).T
+    centre = 0.1 * np.array([0.0, -np.sin(0.5), np.cos(0.5)])
+    assert np.allclose(np.linalg.norm(rim - centre, axis=1), 0.1)  # sqrt(2 C / m)
+
+
+def test_a_book_is_a_box_of_its_moments_of_inertia():
+    board = Model("book")
+    b, c = board.coordinates("b c", "rad")
+    turned = rotation(b, i) * rotation(c, j)
+    board.body(12, 0 * i, (4 + 9, 1 + 9, 1 + 4), turned)  # sides 1, 2 and 3 m
+    board.start(vb=0.3, vc=0.5)
+    scene = scenes(board.derive().system())[-1]
+    sides = {round(float(x), 6) for face in scene.bodies for x in length(face)}
+    assert sides == {1.0, 2.0, 3.0}
+
+
+def test_springs_dampers_carts_and_lines_are_drawn():
+    board = Model("cart")
+    x, th = board.coordinates("x th", "m rad")
+    m, K, c = board.parameters(m=(1.0, "kg"), K=(20.0, "N/m"), c=(1.0, "N s/m"))
+    cart = board.body(m, x * i, name="cart")
+    board.particle(m, x * i + sin(th) * i - cos(th) * j)
+    board.spring(-3 * i, cart, K, 3)
+    board.damper(-3 * i, cart, c)
+    board.line(-3 * i, 3 * i)
+    board.gravity(-10 * j)
+    board.start(x=0.5, th=1.0)
+    scene = scenes(board.derive().system())[0]
+    assert len(scene.bodies) == 1 and len(scene.lines) == 4  # rod, spring, damper, line
+    ends = {tuple(np.round([line[0][0], line[0][-1]], 9)) for line in scene.lines}
+    assert (-3.0, 0.5) in ends and (-3.0, 3.0) in ends
+    with pytest.raises(ValueError, match="two points or more"):
+        board.line(i)
+
+
+def test_what_goes_far_is_drawn_larger_and_says_so():
+    car = page("vehicle").newton().system()
+    run = car.solve((0.0, 60.0))
+    first, *_, last = car.scenes(run.t, run.y)
+    assert first.note == last.note == "drawn 5 times its size"
+    apart = np.diff([np.nanmean(line, axis=1) for line in last.lines], axis=0)
+    assert np.linalg.norm(apart) == pytest.approx(5.0)  # wheelbase 1 m
+
+
+def test_downwards_is_down():
+    swing = page("pendulum_xy").newton().system()
+    (scene,) = scenes(swing, 1)
+    assert scene.down and frame([scene])["ylim"][0] > frame([scene])["ylim"][1]
+    assert scene.axes[1] == "y (m), downwards"
+
+
+def test_a_derived_system_moves_and_is_plotted(tmp_path):
+    for name in ("double_pendulum", "heavy_top"):
+        system = page(name).newton().system()
+        system.animate(tmp_path / f"{name}.gif", (0.0, 1.0), seconds=0.1)
+        assert (tmp_path / f"{name}.gif").read_bytes().startswith(b"GIF8")
+        figure = system.plot((0.0, 1.0))
+        assert figure.axes[1].get_ylabel() == "coordinates (rad)"
