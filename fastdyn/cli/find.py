@@ -1,14 +1,9 @@
 """The systems that a command line may name: from the course, derived, and from files."""
 
 import inspect
-import pathlib
 import runpy
 
-import fastdyn
-
-PAGES = sorted(
-    path.stem for path in pathlib.Path(fastdyn.__file__).with_name("derive").glob("pages/[a-z]*.py")
-)  # listed without SymPy
+from fastdyn.explore.page_names import PAGES
 
 
 def systems(arguments):
@@ -25,11 +20,23 @@ def systems(arguments):
     return SYSTEMS
 
 
-def in_file(path):
-    """The one system that a Python file makes: a `System`, or a `Model`."""
+def in_file(word):
+    """
+    The one system that a Python file makes: a `System`, or a `Model`.
+
+    Parameters
+    ----------
+    word : str
+        The path, ``file.py``; or ``file.py:name`` for one of several.
+    """
     from fastdyn.systems import System
 
-    made = runpy.run_path(path).values()
+    path, _, name = word.partition(".py:")
+    path = path if not name else f"{path}.py"
+    made = runpy.run_path(path)
+    if name and name not in made:
+        raise ValueError(f"{path} has no `{name}`.")
+    made = [made[name]] if name else list(made.values())
     classes = [one for one in made if inspect.isclass(one) and issubclass(one, System)]
     found = {one.name: one for one in classes if hasattr(one, "rhs")}
     for one in made:
@@ -37,7 +44,7 @@ def in_file(path):
             found[one.name] = one.derive().system
     if len(found) != 1:
         names = ", ".join(found) or "none"
-        raise ValueError(f"{path} must make one system or model; it makes {names}.")
+        raise ValueError(f"{word} must make one system or model; it makes {names}.")
     return found.popitem()[1]
 
 

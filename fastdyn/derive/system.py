@@ -54,14 +54,14 @@ class DerivedSystem(System):
         return tuple(self.derivation.start.state(numbers, drivers))
 
     def scene(self, t, w):
-        """The bodies in one state; see `scenes`."""
-        return self.scenes([t], np.reshape(np.asarray(w, float), (-1, 1)))[0]
+        """Bodies, joints, springs and surfaces of the model in one state."""
+        return self.stage([t], np.reshape(np.asarray(w, float), (-1, 1)))(t, w)
 
-    def scenes(self, t, y):
-        """Bodies, joints, springs and surfaces of the model, drawn for each column of y."""
+    def stage(self, t, y):
+        """As `System.stage`: what goes far is drawn larger."""
         from .picture.scenes import picture
 
-        return picture(self).scenes(t, y)
+        return picture(self).stage(t, y)
 
     def figure(self, results, **options):
         """The system with the paths of its bodies, beside what its motion is against time."""

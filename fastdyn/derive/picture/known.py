@@ -3,7 +3,6 @@
 import functools
 
 import numpy as np
-import sympy as sp
 
 from . import shapes
 from .joints import joints
@@ -29,8 +28,7 @@ class Known:
         self.places = _places(derivation)
         states = samples(system, self.places)
         states = states or [self.places(0.0, np.array(system.initial_state()), system.args)]
-        self.value = _values(system)
-        self.gravity = np.array([self.value(one) for one in derivation.plain(_field(derivation))])
+        self.gravity, self.masses = self.places.numbers(system.initial_state(), system.args)
         self.view = view(states, self.gravity)
         self.joints = joints(self.bodies, states)
         self.held, self.radii = self._attached(states)
@@ -82,19 +80,13 @@ class Known:
             found += [placed.of(body, p) for p in (np.zeros(3), *held)]
         found += [p for one in placed.points for p in one]
         spread = float(np.ptp(np.array(found), axis=0).max()) if found else 0.0
-        return max(spread, *(2.0 * r for r in self.radii), *map(self._gyration, self.bodies))
-
-    def _gyration(self, body):
-        """A length of a body by its inertia."""
-        mass = self.value(body.mass)
-        moments = [self.value(one) for one in body.inertia] if body.rigid else [0.0]
-        return np.sqrt(12.0 * max(moments) / mass) if mass > 0.0 else 0.0
+        return max(spread, *(2.0 * r for r in self.radii), *map(_gyration, self.masses))
 
     def _shape(self, n):
         body, held = self.bodies[n], self.held[n]
         if not body.rigid:
             return shapes.Shape([], [], [np.zeros(3)], np.zeros(3))
-        mass, inertia = self.value(body.mass), [self.value(one) for one in body.inertia]
+        mass, *inertia = self.masses[n]
         if not self.view.flat:
             return shapes.spatial(mass, inertia, held, self.radii[n])
         normal = next(axis for axis in range(3) if axis not in self.view.axes)
@@ -114,20 +106,10 @@ def _places(derivation):
     return Places(derivation)
 
 
-def _field(derivation):
-    return sp.Matrix(derivation.model.field)
-
-
-def _values(system):
-    """The function that gives the value of an expression of numbers alone; 0 of others."""
-    derivation = system.derivation
-    numbers = {one.symbol: getattr(system, str(one.symbol)) for one in derivation.model.numbers}
-
-    def value(expression):
-        found = sp.sympify(derivation.plain(expression)).subs(numbers)
-        return float(found) if found.is_number else 0.0
-
-    return value
+def _gyration(numbers):
+    """A length of a body by its mass and moments of inertia: that of a uniform bar."""
+    mass, *moments = numbers
+    return np.sqrt(12.0 * max(moments) / mass) if mass > 0.0 else 0.0
 
 
 def _apart(points, size):

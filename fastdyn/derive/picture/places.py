@@ -30,6 +30,10 @@ class Places:
             vectors += [point.position for point in one.points]
             vectors.append(ZERO if one.across is None else one.across)
         entries = [plain(entry) for vector in vectors for entry in vector]
+        numbers = list(model.field)
+        for body in self.bodies:
+            numbers += [body.mass, *(body.inertia if body.rigid else (0, 0, 0))]
+        self._numbers = Writer(derivation).numbers("numbers", [plain(one) for one in numbers])
         self.n = 2 * len(model.coordinate_list)
         self._function = Writer(derivation).numbers("places", entries)
 
@@ -37,6 +41,11 @@ class Places:
         """`Placed` in one state."""
         found = np.array(self._function(t, w[: self.n], *args), float).reshape(-1, 3)
         return Placed(self, found)
+
+    def numbers(self, w, args):
+        """Gravity, shape (3,), and of each body its mass and three moments of inertia."""
+        found = np.array(self._numbers(0.0, w[: self.n], *args), float)
+        return found[:3], found[3:].reshape(-1, 4)
 
 
 class Placed:

@@ -17,8 +17,8 @@ SMALL = 0.15  # of the way that a system goes: what is smaller is drawn larger
 class Picture(Known):
     """How a derived system is drawn."""
 
-    def scenes(self, t, y):
-        """The `Scene` of each column of y."""
+    def stage(self, t, y):
+        """A function of (t, w) that gives the `Scene` of a state, at the scale of the way of y."""
         args = self.system.args
         placed = [self.places(time, w, args) for time, w in zip(t, np.asarray(y).T, strict=True)]
         ways = self.view(np.array([one.r for one in placed]))
@@ -27,7 +27,11 @@ class Picture(Known):
         larger = self._larger(reach)
         extent = max(reach, larger * self.size, 1e-9)
         surfaces = self._surfaces(placed, extent)
-        return [self._scene(one, larger, extent, surfaces) for one in placed]
+
+        def scene(time, w):
+            return self._scene(self.places(time, w, args), larger, extent, surfaces)
+
+        return scene
 
     def _larger(self, reach):
         """By how much the system is drawn larger where it goes far."""

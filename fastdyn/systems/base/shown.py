@@ -34,9 +34,21 @@ class Shown:
         """What the system looks like in one state, for moving pictures: a `plot.scene.Scene`."""
         raise ValueError(f"The {self.name} has no view to animate.")
 
+    def stage(self, t, y) -> Any:
+        """The function of (t, w) that gives the scenes of a run, whose columns are those of y."""
+        return self.scene
+
     def scenes(self, t, y) -> list:
         """The scene of each column of y."""
-        return [self.scene(time, state) for time, state in zip(t, np.asarray(y).T, strict=True)]
+        columns, scene = zip(t, np.asarray(y).T, strict=True), self.stage(t, y)
+        return [scene(time, state) for time, state in columns]
+
+    @of_instance
+    def explore(self) -> Any:
+        """The page of `fastdyn explore` for this system, a Panel object that a notebook shows."""
+        from fastdyn.explore import explore  # above: a door to what is built on systems
+
+        return explore(self)
 
     @of_instance
     def animate(self, path=None, t_span: Any = None, **options) -> Any:

@@ -1,0 +1,183 @@
+"""What is explored: a system with its values, one or two ways to solve it, and what comes out."""
+
+import dataclasses
+import time
+import warnings
+from typing import Any
+
+import numpy as np
+
+from fastdyn.kernels.methods import METHODS
+from fastdyn.plot.scene import frame
+from fastdyn.plot.solution import between
+
+from .sliders import slider
+
+POINTS = 500  # of a curve
+COARSE = 25  # scenes that find the frame of the picture
+MOST_STEPS = 100_000  # of a solve, so that no slider makes a page wait
+GROUND = "ground"  # the event at which a run ends
+
+
+@dataclasses.dataclass
+class Way:
+    """A method and its accuracy: `rtol` of an adaptive one, `step` of one with constant steps."""
+
+    method: str = "RK45"
+    rtol: float = 1e-6
+    step: float = 0.01
+
+    @property
+    def adaptive(self):
+        return bool(METHODS[self.method].error_order)
+
+    def options(self):
+        """The options of `System.solve`."""
+        if self.adaptive:
+            return {"rtol": self.rtol, "atol": 1e-3 * self.rtol}
+        return {"step": self.step}
+
+    def __str__(self):
+        accuracy = f"rtol {self.rtol:.0e}" if self.adaptive else f"h = {self.step:g} s"
+        return f"{self.method}, {accuracy}"
+
+
+@dataclasses.dataclass
+class Shown:
+    """What a solve shows: curves against `t`, and numbers."""
+
+    label: str
+    run: Any
+    t: np.ndarray
+    y: np.ndarray
+    kept_t: np.ndarray
+    kept: np.ndarray
+    seconds: float
+
+    def numbers(self):
+        """Name and value of what is known of a run."""
+        found = {"steps": f"{self.run.n_accepted}", "evaluations": f"{self.run.nfev}"}
+        found["time of the solve"] = f"{1e3 * self.seconds:.2f} ms"
+        if len(self.kept):
+            found["largest change"] = f"{np.abs(self.kept).max():.2e}"
+        if self.run.status != 0:
+            found["end"] = str(self.run.message)
+        return found
+
+
+class Exploration:
+    """
+    A system with values that can be changed.
+
+    Parameters
+    ----------
+    source : Source
+
+    Attributes
+    ----------
+    sliders : list of Slider
+    values : dict of str to Any
+        Of the fields of the system.
+    y0 : list of float or None
+        A start that was chosen by hand, else that of the fields.
+    t_end : float
+    ways : list of Way
+        One, or two to be compared.
+    project : bool
+        Whether the constraints are held by projection.
+    shown : list of Shown
+        Of the last `solve`.
+    """
+
+    def __init__(self, source):
+        self.source, self.make = source, source.make
+        fields = dataclasses.fields(source.make)
+        self.values = {one.name: source.values.get(one.name, one.default) for one in fields}
+        numbers = [one for one in fields if "unit" in one.metadata]
+        self.sliders = [slider(one, float(self.values[one.name])) for one in numbers]
+        self.choices = {name: dict(known) for name, known in source.make.choices.items() if known}
+        self.y0: list | None = None
+        self.t_end = float(source.make.t_end)
+        self.ways = [Way()]
+        self.project = False
+        self.shown: list[Shown] = []
+        n = len(source.make.states)
+        self.across, self.upwards = 0, n // 2 if n > 1 else 0
+
+    @property
+    def system(self) -> Any:
+        """The system with its present values."""
+        return self.make(**self.values)
+
+    @property
+    def kept(self):
+        """Name and function of what should stay: the first invariant, or the first constraint."""
+        for group in (self.make.invariants, self.make.constraints):
+            for name, function in group.items():
+                return name, function
+        return None
+
+    def start(self):
+        """The state at the beginning."""
+        return list(self.y0) if self.y0 is not None else list(self.system.initial_state())
+
+    def drag(self, x, y):
+        """Take the start to a point of the phase plane."""
+        y0 = self.start()
+        y0[self.upwards], y0[self.across] = float(y), float(x)
+        self.y0 = y0
+
+    def solve(self):
+        """
+        Solve in each way, `shown`.
+
+        Raises
+        ------
+        ValueError, TypeError, ArithmeticError
+            With a sentence about what is wrong; `shown` is as before.
+        """
+        system = self.system
+        self.shown = [self._shown(system, way) for way in self.ways]
+
+    def arguments(self, way):
+        """The arguments of `System.solve`, but for output."""
+        options: dict[str, Any] = {"method": way.method} | way.options()
+        if self.y0 is not None:
+            options["y0"] = list(self.y0)
+        if GROUND in self.make.events:
+            options["events"] = GROUND
+        if self.project:
+            options["project"] = True
+        return options
+
+    def _shown(self, system, way):
+        begun = time.perf_counter()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a start beside the constraints: it is drawn
+            run = system.solve(
+                (0.0, self.t_end), **self.arguments(way), dense_output=True, max_steps=MOST_STEPS
+            )
+        seconds = time.perf_counter() - begun
+        if len(run.t) < 2 or not np.isfinite(run.y).all():
+            raise ValueError(f"{way.method} found no solution: {run.message}")
+        t = np.linspace(run.t[0], run.t[-1], POINTS)
+        sol: Any = between(run)
+        every = max(1, len(run.t) // (2 * POINTS))
+        kept_t, kept_y, change = run.t[::every], run.y[:, ::every], np.array([])
+        if self.kept:
+            change = system.along(self.kept[1], kept_t, kept_y)
+            change = (change - change[0]) / (abs(change[0]) or 1.0)
+        return Shown(str(way), run, t, sol(t), kept_t, change, seconds)
+
+    def stage(self):
+        """Limits of the axes, and the function of time that gives a `Scene`; None without view."""
+        shown = self.shown[0]
+        system, sol = shown.run.system, between(shown.run)
+        every = slice(None, None, max(1, POINTS // COARSE))
+        t, y = shown.t[every], shown.y[:, every]
+        try:
+            scene = system.stage(t, y)
+            limits = frame([scene(time, state) for time, state in zip(t, y.T, strict=True)])
+        except ValueError:
+            return None
+        return limits, lambda time: scene(time, sol(time))

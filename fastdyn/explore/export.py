@@ -1,0 +1,68 @@
+"""What an exploration hands out: a script, a table and a figure."""
+
+import io
+
+import numpy as np
+
+HEAD = '"""{title}, as it was explored."""\n\n'
+
+
+def script(exploration):
+    """The few lines of Python that make the figure, as a text."""
+    source, name = exploration.source, exploration.source.name
+    defaults = type(exploration.system)()
+    given = []
+    for key, value in exploration.values.items():
+        if value is getattr(defaults, key) or _equal(value, getattr(defaults, key)):
+            continue
+        chosen = exploration.choices.get(key, {})
+        for choice, known in chosen.items():
+            if known is value:
+                given.append(f'{key}={name}.choices["{key}"]["{choice}"]')
+                break
+        else:
+            given.append(f"{key}={value!r}")
+    lines = [*source.lines, "", f"system = {name}({', '.join(given)})"]
+    labels = [str(way) for way in exploration.ways]
+    if len(set(labels)) > 1:
+        lines[0:0] = ["from fastdyn import plot"]
+        lines += ["runs = {"]
+        for label, way in zip(labels, exploration.ways, strict=True):
+            lines.append(f'    "{label}": {_solve(exploration, way)},')
+        lines += ["}", "figure = plot.plot(runs)"]
+    else:
+        lines += [f"run = {_solve(exploration, exploration.ways[0])}", "figure = run.plot()"]
+    lines += [f'figure.savefig("{name}.png")']
+    return HEAD.format(title=exploration.make.title) + "\n".join(lines) + "\n"
+
+
+def _equal(a, b):
+    return isinstance(a, float | int) and isinstance(b, float | int) and a == b
+
+
+def _solve(exploration, way):
+    options = ", ".join(f"{key}={value!r}" for key, value in exploration.arguments(way).items())
+    return f"system.solve((0.0, {exploration.t_end!r}), {options})"
+
+
+def table(exploration):
+    """Time and state of the first way, as text with commas."""
+    shown = exploration.shown[0]
+    names = ["t (s)", *(f"{one.name} ({one.unit})" for one in exploration.make.states)]
+    text = io.StringIO()
+    np.savetxt(text, np.column_stack([shown.t, shown.y.T]), "%.17g", ",", header=",".join(names),
+               comments="")  # fmt: skip
+    return text.getvalue()
+
+
+def picture(exploration):
+    """The figure of the system, as PNG."""
+    from matplotlib import pyplot
+
+    from fastdyn import plot
+
+    drawn = plot.plot({one.label: one.run for one in exploration.shown})
+    file = io.BytesIO()
+    drawn.savefig(file, format="png")
+    pyplot.close(drawn)
+    return file.getvalue()

@@ -1,0 +1,140 @@
+"""The four figures of a page, by Bokeh: motion, phase portrait, against time, what is kept."""
+
+from typing import Any
+
+import numpy as np
+from bokeh.models import ColumnDataSource, PointDrawTool, Range1d
+from bokeh.plotting import figure
+
+from fastdyn.plot.style import COLOURS, with_unit
+
+from .pictures import columns, square
+
+SIZE: Any = {"width": 440, "height": 360}
+TOOLS = "pan,wheel_zoom,box_zoom,reset"
+TRAIL = 150  # points
+
+
+class Figures:
+    """
+    The figures of an exploration.
+
+    Parameters
+    ----------
+    exploration : Exploration
+    dragged : callable
+        Called with x and y after the start was dragged in the phase plane.
+    """
+
+    def __init__(self, exploration, dragged):
+        self.exploration, self._dragged = exploration, dragged
+        self.curves = [_source("t a b", f"curve {n}") for n in range(2)]
+        self.changes = [_source("t e", f"change {n}") for n in range(2)]
+        self.start = _source("x y")
+        self.parts = {
+            "bodies": _source("xs ys"), "lines": _source("xs ys"), "fixed": _source("x y"),
+            "points": _source("x y"), "trail": _source("x y"),
+        }  # fmt: skip
+        self.motion, self.phase = self._motion(), self._phase()
+        self.against = _lines(self.curves, "t", "a", "t (s)")
+        self.kept = _lines(self.changes, "t", "e", "t (s)")
+        kept = exploration.kept
+        self.kept.title = f"change of {kept[1].label} (relative)" if kept else "nothing is kept"
+        self._show: Any = None
+        self.named()
+
+    def _motion(self):
+        found = figure(tools="", x_range=Range1d(), y_range=Range1d(), **SIZE | {"width": 360})
+        found.line("x", "y", source=self.parts["trail"], color=COLOURS[5])
+        about: Any = {"fill_color": COLOURS[4], "line_color": "#4d4d4d"}
+        found.patches("xs", "ys", source=self.parts["bodies"], fill_alpha=0.85, **about)
+        found.multi_line("xs", "ys", source=self.parts["lines"], color="#4d4d4d", line_width=2)
+        found.scatter("x", "y", source=self.parts["fixed"], color="gray", size=9)
+        found.scatter("x", "y", source=self.parts["points"], color=COLOURS[0], size=11)
+        return found
+
+    def _phase(self):
+        found = _lines(self.curves, "a", "b", "")
+        point = found.scatter("x", "y", source=self.start, size=14, color="black", alpha=0.7)
+        tool = PointDrawTool(renderers=[point], add=False)
+        found.add_tools(tool)
+        found.toolbar.active_tap = tool
+        found.toolbar.active_drag = tool
+        self.start.on_change("data", self._moved)
+        return found
+
+    def _moved(self, name, old, new):
+        x, y = list(new["x"]), list(new["y"])
+        if len(x) == 1 and (x[0], y[0]) != self._placed:
+            self._dragged(x[0], y[0])
+
+    def named(self):
+        """Write the names of the components that are shown on the axes."""
+        one, states = self.exploration, self.exploration.make.states
+        across, upwards = (with_unit(states[n].name, states[n].unit)
+                           for n in (one.across, one.upwards))  # fmt: skip
+        self.phase.xaxis.axis_label, self.phase.yaxis.axis_label = across, upwards
+        self.against.yaxis.axis_label = across
+        self.phase.title, self.against.title = "phase plane: drag the start", "against time"
+
+    def update(self):
+        """Show the last solve."""
+        one = self.exploration
+        for n, (curve, change) in enumerate(zip(self.curves, self.changes, strict=True)):
+            if n < len(one.shown):
+                shown = one.shown[n]
+                curve.data = {"t": shown.t, "a": shown.y[one.across], "b": shown.y[one.upwards]}
+                t = shown.kept_t[: len(shown.kept)]
+                change.data = {"t": t, "e": shown.kept}
+            else:
+                curve.data = {"t": [], "a": [], "b": []}
+                change.data = {"t": [], "e": []}
+        first = one.shown[0].y[:, 0]
+        self._placed = (float(first[one.across]), float(first[one.upwards]))
+        self.start.data = {"x": [self._placed[0]], "y": [self._placed[1]]}
+        staged = one.stage()
+        self._show = None
+        if staged is not None:
+            limits, self._show = staged
+            scene = self._show(0.0)
+            (left, right), (low, high) = square(limits, scene.down)
+            self.motion.x_range.update(start=left, end=right)
+            self.motion.y_range.update(start=low, end=high)
+            space = len(limits) == 3
+            names = ("", "") if space else scene.axes
+            self.motion.xaxis.axis_label, self.motion.yaxis.axis_label = names[:2]
+            self.motion.axis.visible = not space
+        self._path: dict[str, list] = {"x": [], "y": []}
+
+    def move(self, time):
+        """Show the system at a time of the run."""
+        if self._show is None:
+            return
+        scene = self._show(time)
+        for name, found in columns(scene).items():
+            self.parts[name].data = found
+        traced = scene._replace(points=[scene.traced], lines=[], bodies=[], fixed=[])
+        point = columns(traced)["points"]
+        for axis in "xy":
+            self._path[axis] = [*self._path[axis], float(point[axis][0])][-TRAIL:]
+        self.parts["trail"].data = {axis: np.array(found) for axis, found in self._path.items()}
+        self.motion.title = f"t = {time:.2f} s"
+
+    def clear_trail(self):
+        """Begin a new trail, where the motion begins again."""
+        self._path = {"x": [], "y": []}
+
+    _placed: tuple = ()
+
+
+def _source(names, name=None):
+    return ColumnDataSource({column: [] for column in names.split()}, name=name)
+
+
+def _lines(sources, x, y, label) -> Any:
+    """A figure with the curves of both ways."""
+    found = figure(tools=TOOLS, **SIZE)
+    for source, colour, dash in zip(sources, COLOURS, ("solid", "dashed"), strict=False):
+        found.line(x, y, source=source, color=colour, line_width=2, line_dash=dash)
+    found.xaxis.axis_label = label
+    return found

@@ -1,0 +1,63 @@
+"""Ranges for sliders: from a number, its unit and what may be given for it."""
+
+import math
+from typing import NamedTuple
+
+STEPS = 200  # of a slider, about
+SMALL, LARGE = 0.5, 8.0  # a start that is small is moved up to what is large
+
+
+class Slider(NamedTuple):
+    """A number that can be moved between two ends."""
+
+    name: str
+    unit: str
+    meaning: str
+    value: float
+    low: float
+    high: float
+    step: float
+    initial: bool
+
+
+def slider(field, value):
+    """
+    The slider of a field of a system.
+
+    Parameters
+    ----------
+    field : dataclasses.Field
+        Declared by `parameter` or `initial`.
+    value : float
+        Where it begins; it is between the ends.
+    """
+    about = field.metadata
+    low, high = _ends(about, float(field.default), value)
+    step = round_step((high - low) / STEPS)
+    low, high = step * math.floor(low / step + 1e-9), step * math.ceil(high / step - 1e-9)
+    if about["positive"]:
+        low = max(low, step)
+    initial = "initial" in about
+    return Slider(field.name, about["unit"], about["meaning"], value, low, high, step, initial)
+
+
+def _ends(about, default, value):
+    """The ends of a range around the default, with the value in it."""
+    size = max(abs(default), abs(value))
+    if about["positive"]:
+        return min(0.1 * size, value), 3.0 * size
+    if about["unit"] == "rad":
+        size = max(math.pi, size)
+    elif "initial" in about and size < SMALL:
+        size = LARGE
+    elif size == 0.0:
+        size = 1.0
+    else:
+        size = 2.0 * size
+    return (0.0 if not about["negative"] else -size), size
+
+
+def round_step(step):
+    """A step of one digit, 1, 2 or 5, near another one."""
+    power = 10.0 ** math.floor(math.log10(step))
+    return next(n * power for n in (1.0, 2.0, 5.0, 10.0) if n * power >= 0.999 * step)

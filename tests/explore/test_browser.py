@@ -1,0 +1,136 @@
+"""The page in a real browser: Chromium without a window, by Selenium."""
+
+import json
+import shutil
+import time
+import urllib.error
+import urllib.request
+
+import pytest
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+DRIVER = shutil.which("chromedriver")
+if not (CHROMIUM and DRIVER):
+    pytest.skip("chromium and chromium-driver are not installed", allow_module_level=True)
+pytest.importorskip("panel", reason="the extra `explore` is not installed")
+webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+
+FIND = """
+const found = [];
+function walk(root) {
+  for (const one of root.querySelectorAll('*')) {
+    if (one.matches(arguments[0] || selector)) found.push(one);
+    if (one.shadowRoot) walk(one.shadowRoot);
+  }
+}
+const selector = SELECTOR;
+walk(document);
+return found;
+"""
+
+
+class Browser:
+    """What a test does in a tab."""
+
+    def __init__(self, driver):
+        self.driver = driver
+
+    def find(self, selector):
+        """Elements in the page and its shadow roots."""
+        script = FIND.replace("arguments[0] || selector", "selector")
+        return self.driver.execute_script(script.replace("SELECTOR", json.dumps(selector)))
+
+    def curve(self, n=0):
+        """A curve as the browser has it."""
+        return self.driver.execute_script(
+            f"const one = Bokeh.documents[0].get_model_by_name('curve {n}');"
+            "return one ? Array.from(one.data.a) : [];"
+        )
+
+    def text(self):
+        return " ".join(one.text for one in self.find(".bk-clearfix"))
+
+    def until(self, holds, seconds=30.0):
+        """Wait until something holds; whether it does."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            try:
+                if holds():
+                    return True
+            except Exception:
+                pass  # the page is not there yet
+            time.sleep(0.1)
+        return False
+
+
+@pytest.fixture(scope="module")
+def address():
+    from fastdyn.explore.serve import serve
+    from fastdyn.explore.sources import named
+
+    address, server = serve(named("pendulum"), show=False, threaded=True)
+    yield address
+    server.stop()
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(address, timeout=2.0)
+
+
+@pytest.fixture(scope="module")
+def browser(address):
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for word in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "window-size=1300,950"):
+        options.add_argument(f"--{word}")
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    driver.get(address)
+    found = Browser(driver)
+    assert found.until(lambda: len(found.curve()) > 100)
+    yield found
+    driver.quit()
+
+
+def test_the_page_is_of_this_machine_alone(browser, address):
+    script = "return performance.getEntriesByType('resource').map(one => one.name)"
+    assert all(one.startswith(address) for one in browser.driver.execute_script(script))
+    assert "RK45, rtol 1e-06" in browser.text()
+
+
+def test_a_slider_that_is_moved_changes_curve_and_numbers(browser):
+    from selenium.webdriver.common.keys import Keys
+
+    before, numbers = browser.curve(), browser.text()
+    handle = browser.find(".noUi-handle")[0]  # of g
+    handle.send_keys(Keys.ARROW_RIGHT * 20)
+    assert browser.until(lambda: browser.curve() != before)
+    assert browser.until(lambda: browser.text() != numbers)
+
+
+def test_wrong_input_is_answered_by_a_sentence(browser):
+    from selenium.webdriver.common.keys import Keys
+
+    before = browser.curve()
+    number = browser.find("input[type=text]")[1]  # of l
+    number.send_keys(Keys.CONTROL, "a")
+    number.send_keys("-1", Keys.ENTER)
+    assert browser.until(lambda: "greater than zero" in browser.text())
+    assert browser.curve() == before
+    number.send_keys(Keys.CONTROL, "a")
+    number.send_keys("0.5", Keys.ENTER)
+    assert browser.until(lambda: "greater than zero" not in browser.text())
+    assert browser.until(lambda: browser.curve() != before)
+
+
+def test_two_tabs_do_not_disturb_each_other(browser, address):
+    from selenium.webdriver.common.keys import Keys
+
+    changed, first = browser.curve(), browser.driver.current_window_handle
+    browser.driver.switch_to.new_window("tab")
+    browser.driver.get(address)
+    assert browser.until(lambda: len(browser.curve()) > 100)
+    fresh = browser.curve()
+    assert fresh != changed
+    browser.find(".noUi-handle")[0].send_keys(Keys.ARROW_RIGHT * 5)
+    assert browser.until(lambda: browser.curve() != fresh)
+    browser.driver.close()
+    browser.driver.switch_to.window(first)
+    assert browser.curve() == changed
