@@ -33,7 +33,7 @@ class Figures:
         self.start = _source("x y")
         self.parts = {
             "bodies": _source("xs ys"), "lines": _source("xs ys"), "fixed": _source("x y"),
-            "points": _source("x y"), "trail": _source("x y"),
+            "points": _source("x y"), "trail": _source("x y", "trail"),
         }  # fmt: skip
         self.motion, self.phase = self._motion(), self._phase()
         self.against = _lines(self.curves, "t", "a", "t (s)")
@@ -112,13 +112,15 @@ class Figures:
             return
         scene = self._show(time)
         for name, found in columns(scene).items():
-            self.parts[name].data = found
+            before = self.parts[name].data
+            if any(len(found[key]) or len(before[key]) for key in found):
+                self.parts[name].data = found
         traced = scene._replace(points=[scene.traced], lines=[], bodies=[], fixed=[])
         point = columns(traced)["points"]
         for axis in "xy":
             self._path[axis] = [*self._path[axis], float(point[axis][0])][-TRAIL:]
         self.parts["trail"].data = {axis: np.array(found) for axis, found in self._path.items()}
-        self.motion.title = f"t = {time:.2f} s"
+        self.motion.title.text = f"t = {time:.2f} s"
 
     def clear_trail(self):
         """Begin a new trail, where the motion begins again."""

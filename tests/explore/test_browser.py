@@ -16,14 +16,13 @@ pytest.importorskip("panel", reason="the extra `explore` is not installed")
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 FIND = """
-const found = [];
+const found = [], selector = SELECTOR;
 function walk(root) {
   for (const one of root.querySelectorAll('*')) {
-    if (one.matches(arguments[0] || selector)) found.push(one);
+    if (one.matches(selector)) found.push(one);
     if (one.shadowRoot) walk(one.shadowRoot);
   }
 }
-const selector = SELECTOR;
 walk(document);
 return found;
 """
@@ -37,8 +36,7 @@ class Browser:
 
     def find(self, selector):
         """Elements in the page and its shadow roots."""
-        script = FIND.replace("arguments[0] || selector", "selector")
-        return self.driver.execute_script(script.replace("SELECTOR", json.dumps(selector)))
+        return self.driver.execute_script(FIND.replace("SELECTOR", json.dumps(selector)))
 
     def curve(self, n=0):
         """A curve as the browser has it."""
@@ -48,7 +46,8 @@ class Browser:
         )
 
     def text(self):
-        return " ".join(one.text for one in self.find(".bk-clearfix"))
+        """The numbers, and what is wrong."""
+        return " ".join(one.text for one in self.find("table.numbers, .alert"))
 
     def until(self, holds, seconds=30.0):
         """Wait until something holds; whether it does."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fastdyn.cli.main import main
-from fastdyn.explore import export, explore, pictures
+from fastdyn.explore import explore, export, pictures
 from fastdyn.explore.exploration import Exploration, Way
 from fastdyn.explore.sliders import slider
 from fastdyn.explore.sources import known, named, of_file, of_system

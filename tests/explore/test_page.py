@@ -57,7 +57,7 @@ def test_the_start_is_dragged_until_a_slider_sets_it(page):
 
 
 def test_a_system_in_space_is_drawn():
-    made = Page(named("drag"))
+    made = Page(named("spherical_pendulum"))
     made.figures.move(0.5)
     assert not made.figures.motion.axis[0].visible
 
