@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 from sympy.simplify.fu import TR5, TR6
 
 SHORT, MODERATE = 40, 1500  # operations: up to which common factors are sought, and any other form

@@ -120,7 +120,8 @@ class Figures:
         for axis in "xy":
             self._path[axis] = [*self._path[axis], float(point[axis][0])][-TRAIL:]
         self.parts["trail"].data = {axis: np.array(found) for axis, found in self._path.items()}
-        self.motion.title.text = f"t = {time:.2f} s"
+        title: Any = self.motion.title
+        title.text = f"t = {time:.2f} s"
 
     def clear_trail(self):
         """Begin a new trail, where the motion begins again."""

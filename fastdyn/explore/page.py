@@ -69,7 +69,7 @@ class Page:
 
     def _slider(self, one):
         made = NumberSlider(
-            name=f"{one.name} ({one.unit}): {one.meaning}", value=one.value, start=one.low,
+            name=one.title(), value=one.value, start=one.low,
             end=one.high, step=one.step, css_classes=[f"slider-{one.name}"],
         )  # fmt: skip
 
@@ -163,7 +163,8 @@ class Page:
         except WRONG as error:
             self.trouble.param.update(object=html.escape(str(error)), visible=True)
             return
-        self.trouble.visible = False
+        if self.trouble.visible:
+            self.trouble.param.update(object="", visible=False)
         self.figures.update()
         self.numbers.object = self._table()
         self.updates += 1

@@ -19,6 +19,11 @@ class Slider(NamedTuple):
     step: float
     initial: bool
 
+    def title(self):
+        """What stands above it."""
+        meaning = "" if self.meaning == self.name else f": {self.meaning}"
+        return f"{self.name} ({self.unit}){meaning}"
+
 
 def slider(field, value):
     """

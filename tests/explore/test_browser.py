@@ -3,7 +3,6 @@
 import json
 import shutil
 import time
-import urllib.error
 import urllib.request
 
 import pytest
@@ -70,7 +69,7 @@ def address():
     address, server = serve(named("pendulum"), show=False, threaded=True)
     yield address
     server.stop()
-    with pytest.raises(urllib.error.URLError):
+    with pytest.raises(OSError):  # nobody answers any more
         urllib.request.urlopen(address, timeout=2.0)
 
 
@@ -109,12 +108,10 @@ def test_wrong_input_is_answered_by_a_sentence(browser):
 
     before = browser.curve()
     number = browser.find("input[type=text]")[1]  # of l
-    number.send_keys(Keys.CONTROL, "a")
-    number.send_keys("-1", Keys.ENTER)
+    number.send_keys(Keys.END, Keys.BACKSPACE * 5, "-1", Keys.ENTER)
     assert browser.until(lambda: "greater than zero" in browser.text())
     assert browser.curve() == before
-    number.send_keys(Keys.CONTROL, "a")
-    number.send_keys("0.5", Keys.ENTER)
+    number.send_keys(Keys.END, Keys.BACKSPACE * 5, "0.5", Keys.ENTER)
     assert browser.until(lambda: "greater than zero" not in browser.text())
     assert browser.until(lambda: browser.curve() != before)
 
