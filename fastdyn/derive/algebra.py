@@ -165,6 +165,9 @@ def solved(K, r, unknowns, limit) -> list[Any]:
 
 def _blocks(K):
     """Rows and columns of the smallest systems that can be solved one after the other."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
     pattern = csr_array([[int(x != 0) for x in K.row(n)] for n in range(K.rows)])
     row_of = maximum_bipartite_matching(pattern, perm_type="row")  # of each column
     if (row_of < 0).any():

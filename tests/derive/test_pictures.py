@@ -1,5 +1,8 @@
 """Derived systems are drawn from what their models say."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from sympy import cos, sin
@@ -124,3 +127,10 @@ def test_a_derived_system_moves_and_is_plotted(tmp_path):
         assert (tmp_path / f"{name}.gif").read_bytes().startswith(b"GIF8")
         figure = system.plot((0.0, 1.0))
         assert figure.axes[1].get_ylabel() == "coordinates (rad)"
+
+
+def test_an_import_of_derive_brings_neither_scipy_nor_matplotlib():
+    heavy = "{'scipy', 'matplotlib', 'panel', 'numba.core.compiler'} & set(sys.modules)"
+    script = f"import sys; import fastdyn.derive; print({heavy})"
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert found.stdout.strip() == "set()", found.stderr
