@@ -8,7 +8,7 @@ import warnings
 
 from fastdyn import __version__
 
-from . import checks, commands, explore, find, run, sweep, why
+from . import check, checks, commands, explore, find, run, sweep, why
 
 
 def main(arguments=None):
@@ -96,6 +96,10 @@ def _parser(systems):
     sheet.add_argument("systems", nargs="*", metavar="SYSTEM", help="only these (default: all)")
     sheet.add_argument("--answers", action="store_true", help="compute the answers")
     sheet.set_defaults(command=commands.worksheet)
+
+    handed_in = words.add_parser("check", help="a worksheet that was handed in")
+    check.add_options(handed_in)
+    handed_in.set_defaults(command=check.run)
 
     page = words.add_parser("explore", help="a page with sliders, in the browser")
     explore.add_options(page)

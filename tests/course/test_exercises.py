@@ -1,0 +1,137 @@
+"""Worksheets that are handed in: what is right passes, and what is wrong is found where it is."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+from fastdyn.cli.main import main
+from fastdyn.course.exercises.compare import compare
+from fastdyn.course.exercises.sheet import EXERCISES, check
+from fastdyn.systems import SYSTEMS
+
+
+def wrong(name, old, new):
+    """What is said of a solution in which a piece of text was replaced."""
+    exercise = EXERCISES[name]
+    text = inspect.getsource(exercise.solution)
+    assert old in text
+    space = {"np": np}
+    exec(text.replace(old, new), space)
+    return compare(exercise, space[name])
+
+
+@pytest.mark.parametrize("name", EXERCISES)
+def test_the_solution_is_right(name):
+    assert compare(EXERCISES[name], EXERCISES[name].solution) == []
+
+
+def test_there_are_twelve_in_the_order_of_the_chapter():
+    assert list(EXERCISES) == [
+        "projectile", "suspension", "rod", "normal_force", "pendulum", "tension", "drag", "wind",
+        "satellite", "energy", "building", "pendulum_xy",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["suspension", "rod", "satellite", "building"])
+def test_the_references_are_the_systems_of_the_course(name):
+    system, exercise = SYSTEMS[name](), EXERCISES[name]
+    args = [getattr(system, {"w": "omega"}.get(one, one)) for one in exercise.parameters]
+    y = np.linspace(0.3, 0.9, len(exercise.state))
+    assert np.allclose(exercise.solution(0.7, y, *args), system.rhs(0.7, y, *system.args))
+
+
+@pytest.mark.parametrize(("name", "old", "new", "sentences"), [
+    ("projectile", "-g]", "g]", ["`vz'` has the wrong sign as a whole."]),
+    ("suspension", "- g]", "+ g]", ["In `v'` the term of the weight has the wrong sign."]),
+    ("suspension", "- g]", "]", ["In `v'` the term of the weight is missing."]),
+    ("suspension", "(x - L0)", "(x + L0)", [
+        "In `v'` the term of the natural length in the spring's force has the wrong sign."]),
+    ("suspension", "- g]", "- m * g]", [
+        "The term of the weight in `v'` has the wrong unit: m/s² is due, and it has kg too many."]),
+    ("rod", "2 * mu", "mu", [
+        "In `v'` the term of friction is too small, by the same factor everywhere."]),
+    ("rod", "omega**2 * r - 2 * mu", "r - 2 * mu", [
+        "The term of the centripetal acceleration in `v'` has the wrong unit: m/s² is due, and it "
+        "has 1/((rad/s)²) too many."]),
+    ("pendulum", "np.sin(theta)", "np.sin(np.radians(theta))", [
+        "`omega'` takes an angle for one in degrees: the state is in radians."]),
+    ("pendulum", "g / l", "g", [
+        "`omega'` as a whole has the wrong unit: rad/s² is due, and it has m too many."]),
+    ("satellite", "[vx, vy, -GM * x / r**3, -GM * y / r**3]",
+     "[vx, vy, -GM * y / r**3, -GM * x / r**3]", [
+        "`vx'` has the value of `vy'`: the order of what is returned?",
+        "`vy'` has the value of `vx'`: the order of what is returned?"]),
+    ("satellite", "r = np.hypot(x, y)", "return [vx, vy]", [
+        "It returns 2 numbers; 4 are asked for: x', y', vx', vy'."]),
+    ("satellite", "r**3", "(r - r)**3", ["`vx'` is not finite at 60 states.",
+                                       "`vy'` is not finite at 60 states."]),
+    ("building", "upper - lower - g", "-upper - lower - g", [
+        "In `v1'` the term of the upper walls has the wrong sign."]),
+    ("pendulum_xy", "m * g", "-m * g", [
+        "In `R` the term of the weight has the wrong sign."]),
+])  # fmt: skip
+def test_what_is_wrong_is_found_where_it_is(name, old, new, sentences):
+    found = wrong(name, old, new)
+    for sentence in sentences:
+        assert sentence in found
+    assert len(found) == len(sentences) or name == "pendulum_xy"
+
+
+def test_what_has_no_name_is_said_by_what_it_depends_on():
+    (found,) = wrong("pendulum", "np.sin(theta)", "theta")
+    assert found.startswith("`omega'` differs, most of all at theta =") and "theta" in found
+    assert wrong("drag", "-c * speed * vx", "-c * vx * vx")[0].startswith("`vx'` differs")
+
+
+def test_a_worksheet_with_functions_and_a_model(tmp_path, capsys):
+    path = tmp_path / "worksheet.py"
+    path.write_text(
+        "from math import cos, sin\n"
+        "import sympy\n"
+        "from fastdyn.derive import Model, i, j\n"
+        "def tension(t, y, m, g, l):\n"
+        "    theta, omega = y\n"
+        "    return m * l * omega**2 - m * g * cos(theta)\n"
+        "def projectile(t, y, g):\n"
+        "    return [y[2], y[3], 0, -g]\n"
+        "board = Model('pendulum')\n"
+        "theta = board.coordinates('theta', 'rad', rates='omega')\n"
+        "m, g, l = board.parameters(m=(1.0, 'kg'), g=(9.81, 'm/s²'), l=(1.0, 'm'))\n"
+        "board.particle(m, l * (sympy.sin(theta) * i - sympy.cos(theta) * j))\n"
+        "board.gravity(g * j)\n"
+    )
+    found = check(path)
+    assert found == {
+        "projectile": [],
+        "pendulum": ["`omega'` has the wrong sign as a whole."],
+        "tension": ["In `R` the term of the weight has the wrong sign."],
+    }
+    assert main(["check", str(path)]) == 1
+    assert "projectile: right" in capsys.readouterr().out
+    path.write_text("x = 1\n")
+    assert main(["check", str(path)]) == 2
+    assert "answers no exercise" in capsys.readouterr().err
+
+
+def test_a_lecturers_own_exercise(tmp_path, capsys):
+    own, sheet = tmp_path / "mine.py", tmp_path / "sheet.py"
+    own.write_text(
+        "from fastdyn.course.exercises.exercise import Exercise\n"
+        "def fall(t, y, g):\n"
+        "    return [y[1], -g]\n"
+        "stone = Exercise('fall', 'A stone falls.', {'z': 'm', 'v': 'm/s'}, {'g': 'm/s²'},\n"
+        "    {\"z'\": 'm/s', \"v'\": 'm/s²'}, {\"z'\": {'the velocity': lambda t, y, p: y.v},\n"
+        "    \"v'\": {'gravity': lambda t, y, p: -p.g}}, fall)\n"
+    )
+    sheet.write_text("def fall(t, y, g):\n    return [y[1], -2 * g]\n")
+    assert main(["check", str(sheet), "--exercises", str(own)]) == 1
+    assert "too large, by the same factor" in capsys.readouterr().out
+
+
+def test_the_list_of_exercises_has_no_solutions_unless_asked_for(capsys):
+    assert main(["check"]) == 0
+    listed = capsys.readouterr().out
+    assert "def pendulum(t, y, g, l):" in listed and "np.sin" not in listed
+    assert main(["check", "--solutions"]) == 0
+    assert "np.sin(theta)" in capsys.readouterr().out
