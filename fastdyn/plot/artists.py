@@ -8,6 +8,7 @@ from . import style
 from .scene import frame
 
 WIDE = 7.2  # inches of a picture, and its greatest height
+EVEN = 0.02  # inches: films have even numbers of pixels, at 100 an inch
 MARGIN = (0.85, 0.75)  # inches beside the axes
 
 
@@ -55,7 +56,8 @@ class Artists:
         """A figure whose axes have the sides of the frame."""
         x, y = (abs(b - a) for a, b in (self.limits["xlim"], self.limits["ylim"]))
         scale = (WIDE - max(MARGIN)) / max(x, y)
-        return scale * x + MARGIN[0], scale * y + MARGIN[1]
+        sides = (scale * x + MARGIN[0], scale * y + MARGIN[1])
+        return tuple(EVEN * round(side / EVEN) for side in sides)
 
     def _in_plane(self, first):
         self.axes.set(aspect="equal", xlabel=first.axes[0], ylabel=first.axes[1])

@@ -7,6 +7,7 @@ from matplotlib import animation
 from fastdyn.course.gallery import moving_run
 from fastdyn.plot import animate
 from fastdyn.plot.animate import _ffmpeg
+from fastdyn.plot.artists import Artists
 from fastdyn.plot.scene import frame
 from fastdyn.systems import SYSTEMS, cable
 
@@ -23,13 +24,17 @@ def test_moving_pictures(tmp_path):
 def test_a_film_needs_ffmpeg_and_says_where_it_comes_from(tmp_path, monkeypatch):
     run = cable(V0=5.9).solve((0.0, 2.0))
     if _ffmpeg():
-        run.animate(tmp_path / "cable.mp4", seconds=0.3, fps=10)
+        run.animate(tmp_path / "cable.mp4", seconds=0.1, fps=20)
         assert (tmp_path / "cable.mp4").read_bytes()[4:8] == b"ftyp"
-        assert "video/mp4" in run.animate(seconds=0.3)._repr_html_()
+    for name in SYSTEMS:
+        moving = moving_run(name)
+        figure = Artists(moving.system.scenes(moving.t, moving.y)).figure
+        assert all(round(100 * side, 6) % 2 == 0 for side in figure.get_size_inches())
+        assert "video/mp4" in run.animate(seconds=0.1)._repr_html_()
     monkeypatch.setattr(animate, "_ffmpeg", lambda: None)
     with pytest.raises(ValueError, match=r"fastdyn\[video\]"):
         run.animate(tmp_path / "cable.mp4")
-    assert "<script" in run.animate(seconds=0.3, fps=10)._repr_html_()
+    assert "<script" in run.animate(seconds=0.2, fps=10)._repr_html_()
 
 
 def test_the_time_factor_is_said_in_a_corner():
