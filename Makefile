@@ -60,7 +60,7 @@ wheel: .venv/.user
 	        exit 1; }; done
 
 docs: .venv/.docs
-	$(BIN)/mkdocs build --strict
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs site
 
 bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --editable ".[bench]"

@@ -15,6 +15,15 @@ def blocks(page):
     return [block for block in found if not block.startswith("# docs: not run")]
 
 
+def test_the_blocks_of_other_libraries_run():
+    """They are marked `py`."""
+    pytest.importorskip("heyoka")
+    pytest.importorskip("diffrax")
+    text, scope = (ROOT / "docs/coming_from/ten_tasks.md").read_text("utf-8"), {}
+    for block in re.findall(r"```py\n(.*?)```", text, re.DOTALL):
+        exec(block, scope)
+
+
 PAGES = ["README.md", *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").glob("**/*.md"))]
 NOT_THERE = {"kernels/methods/NAME.py"}  # of a recipe
 WITH_CODE = [page for page in PAGES if blocks(page)]

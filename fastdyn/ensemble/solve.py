@@ -37,7 +37,7 @@ def solve_ensemble(
     block: int | None = None,
     **options: Any,
 ) -> Trajectories:
-    """Solve y' = fun(t, y, *args) for many initial states and parameters at once.
+    """Solve ``y' = fun(t, y, *args)`` for many initial states and parameters at once.
 
     Parameters
     ----------

@@ -88,7 +88,7 @@ def solve_ivp(
         recompilation.
     rtol, atol : float or array_like, shape (n,)
         Relative and absolute tolerance of adaptive methods, by default 1e-3 and 1e-6: the estimated
-        local error of each step is kept below atol + rtol |y| in the method's norm.  The global
+        local error of each step is kept below ``atol + rtol |y|`` in the method's norm.  The global
         error may be larger.  `rtol` is raised to at least 2.2e-14, or 2.2e-16 for "Taylor".
     max_step, first_step : float
         Longest step and first step of adaptive methods.

@@ -35,7 +35,7 @@ def prepare(
     args: types.Arguments | None = None,
     **options: Any,
 ) -> Prepared:
-    """Make a solver of y' = fun(t, y, *args), to be called with other states and arguments.
+    """Make a solver of ``y' = fun(t, y, *args)``, to be called with other states and arguments.
 
     Most work of `solve_ivp` before and after the steps is done once, and the inlined kernel of this
     function is compiled at once.

@@ -1,0 +1,61 @@
+"""The documentation, built by Sphinx: ``make docs``."""
+
+import os
+import pathlib
+import shutil
+
+import fastdyn
+
+project = "fastdyn"
+author = "The fastdyn developers"
+release = version = fastdyn.__version__
+
+extensions = [
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx_copybutton",
+    "sphinx_design",
+]
+if os.environ.get("FASTDYN_INTERSPHINX") == "on":  # links to other documentation: needs the network
+    extensions.append("sphinx.ext.intersphinx")
+    intersphinx_mapping = {
+        "python": ("https://docs.python.org/3", None),
+        "numpy": ("https://numpy.org/doc/stable", None),
+        "scipy": ("https://docs.scipy.org/doc/scipy", None),
+    }
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+exclude_patterns = ["conf.py"]
+autosummary_generate = False
+default_role = "code"  # `name` in docstrings
+smartquotes = False
+
+HERE = pathlib.Path(__file__).parent
+shutil.rmtree(HERE / "notebooks", ignore_errors=True)
+shutil.copytree(HERE.parent / "notebooks", HERE / "notebooks")  # Sphinx reads its own folder only
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+
+myst_enable_extensions = ["colon_fence", "dollarmath", "deflist"]
+myst_heading_anchors = 4
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+autodoc_preserve_defaults = True
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+
+html_sidebars = {"index": [], "benchmarks": []}
+html_theme = "pydata_sphinx_theme"
+html_title = "fastdyn"
+html_static_path, html_css_files = ["_static"], ["fastdyn.css"]
+html_copy_source = False
+html_theme_options = {
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}
