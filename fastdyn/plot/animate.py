@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import style
+from .needed import needed
 from .solution import between
 
 FINE = 8  # points of the trail for each picture
@@ -68,7 +69,7 @@ def animate(result, path, seconds=None, fps=25, trail=True):
         For another ending, an .mp4 without ffmpeg, a system that has no view, or a run of fewer
         than two points.
     """
-    from matplotlib import animation, pyplot
+    animation, pyplot = needed("matplotlib.animation"), needed("matplotlib.pyplot")
 
     path = Path(path)
     if path.suffix not in ENDINGS:
