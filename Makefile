@@ -3,7 +3,8 @@ PYTHON ?= python3
 LEVELS ?= x86-64-v2 x86-64-v3 x86-64-v4
 PLATFORM ?= manylinux_2_17_$(shell uname -m)
 TESTS ?=
-BIN := .venv/bin
+SCRIPTS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
+BIN := .venv/$(SCRIPTS)
 TEST := $(BIN)/python -m pytest --dist worksteal
 WITH := -$(notdir $(PYTHON))
 PIP_WITH_GROUPS := "pip>=25.1"
@@ -62,11 +63,11 @@ processors: .venv/.dev
 
 oldest newest: %: .venvs/%$(WITH).txt
 	$(PYTHON) -m venv .venvs/$@$(WITH)
-	.venvs/$@$(WITH)/bin/python -m pip install --quiet --upgrade $(PIP_WITH_GROUPS)
-	.venvs/$@$(WITH)/bin/python -m pip install --quiet --upgrade --upgrade-strategy eager \
+	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip install --quiet --upgrade $(PIP_WITH_GROUPS)
+	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip install --quiet --upgrade --upgrade-strategy eager \
 	    --group test --editable ".[cluster,derive]" --constraint $<
-	.venvs/$@$(WITH)/bin/python -m pip list
-	.venvs/$@$(WITH)/bin/python -m pytest --dist worksteal --numprocesses 2 $(TESTS)
+	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip list
+	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pytest --dist worksteal --numprocesses 2 $(TESTS)
 
 check: .venv/.dev
 	$(BIN)/ruff check .
@@ -89,14 +90,14 @@ wheel: .venv/.user
 
 .venvs/release/.made: pyproject.toml
 	$(PYTHON) -m venv .venvs/release
-	.venvs/release/bin/python -m pip install --quiet --upgrade $(PIP_WITH_GROUPS)
-	.venvs/release/bin/python -m pip install --quiet --group release
+	.venvs/release/$(SCRIPTS)/python -m pip install --quiet --upgrade $(PIP_WITH_GROUPS)
+	.venvs/release/$(SCRIPTS)/python -m pip install --quiet --group release
 	@touch $@
 
 release: .venvs/release/.made
-	$(MAKE) wheel BUILD_WHEEL=".venvs/release/bin/python -m pip wheel --no-build-isolation"
-	.venvs/release/bin/python -m build --no-isolation --outdir dist .
-	.venvs/release/bin/python -m twine check --strict dist/*
+	$(MAKE) wheel BUILD_WHEEL=".venvs/release/$(SCRIPTS)/python -m pip wheel --no-build-isolation"
+	.venvs/release/$(SCRIPTS)/python -m build --no-isolation --outdir dist .
+	.venvs/release/$(SCRIPTS)/python -m twine check --strict dist/*
 	$(PYTHON) .ci/check_release.py dist/*
 
 docs: .venv/.docs

@@ -20,7 +20,7 @@ def run(script):
     "fastdyn.solve_ivp(*given)",
     "fastdyn.solve_ivp(*given, method='Radau', dense_output=True, events=lambda t, y: y[0] - 0.5)",
     "fastdyn.solve_ensemble(*given[:2], [[1.0], [2.0]])",
-    "fastdyn.energy_drift(fastdyn.systems.satellite(), (0, 50), method='KahanLi8', step=0.1)",
+    "fastdyn.energy_drift(fastdyn.systems.satellite(), 'KahanLi8', step=0.1, n_steps=500)",
     "fastdyn.systems.pendulum().solve()",
 ])  # fmt: skip
 def test_a_solve_needs_neither(script):
