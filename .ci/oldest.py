@@ -4,6 +4,7 @@ import pathlib
 import tomllib
 
 project = tomllib.loads(pathlib.Path("pyproject.toml").read_text("utf-8"))["project"]
-for requirement in sum(project["optional-dependencies"].values(), project["dependencies"]):
+extras = project["optional-dependencies"].values()
+for requirement in (*project["dependencies"], *(each for extra in extras for each in extra)):
     name, lowest = requirement.split(">=")
     print(f"{name}=={lowest}")
