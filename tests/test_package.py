@@ -13,7 +13,7 @@ DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PROJECT = DECLARED["project"]
 EXTRAS = PROJECT["optional-dependencies"].values()
 OF_USERS = [*PROJECT["dependencies"], *(each for extra in EXTRAS for each in extra)]
-BY_OTHERS = {"pandas", "PIL"}  # comes with the function of a user; comes with matplotlib
+BY_OTHERS = {"PIL"}  # of matplotlib
 
 
 def text(name):
