@@ -136,6 +136,7 @@ def test_a_folder_that_another_process_makes_meanwhile_is_no_failure(places, mon
 def test_a_system_without_descriptors_of_folders_keeps_by_name(places, monkeypatch):
     monkeypatch.setattr(folder, "POSIX", False)  # Windows
     monkeypatch.setattr(folder, "PLAIN", 0)
+    monkeypatch.setenv("HOME", str(places[1].parents[1]))  # USERPROFILE
     for name in ("O_NOFOLLOW", "O_DIRECTORY", "geteuid"):
         monkeypatch.delattr(folder.os, name)
     assert made() == 1 and made() == 0
