@@ -90,7 +90,7 @@ def attempt(archive, scratch):
     """Install an archive beside its dependencies; the README's first lines and a lesson."""
     folder = scratch / archive.name
     venv.create(folder / "venv", with_pip=True)
-    python = str(next((folder / "venv").glob("*/python*")))
+    python = str(folder / "venv" / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
     run(python, "-m", "pip", "install", "--quiet", str(archive.resolve()), folder=folder)
     (folder / "first.py").write_text(FIRST[1], "utf-8")
     where = run(python, "-c", "import fastdyn; print(fastdyn.__file__)", folder=folder)[0]
