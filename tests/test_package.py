@@ -73,10 +73,15 @@ def test_the_changelog_is_one_page():
 def test_the_figures_of_the_paper_are_those_of_the_benchmarks():
     paper, measured = text("paper/paper.md"), text("docs/benchmarks.md")
     at_1e8 = measured[measured.index("Error 1e-08") : measured.index("Error 1e-12")]
-    names = ("problem", "fastdyn", "C++", "CyRK", "heyoka", "diffrax", "SciPy")
+    names = ("problem", "fastdyn", "C++", "CyRK", "heyoka", "diffrax")
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in at_1e8.splitlines()]
     header, *table = [row for row in rows if row]
-    theirs = {row[0]: [row[header.index(name)] for name in names] for row in table}
+    places = [header.index(name) for name in names]
+    of_scipy = header.index("SciPy"), header.index("Hairer's")  # SciPy has Hairer's DOP853, too
+    theirs = {
+        row[0]: [*(row[i] for i in places), min((row[i] for i in of_scipy), key=float)]
+        for row in table[1:]
+    }
     ours = [
         line.strip("| ").split(" | ") for line in re.findall(r"^\|.*\d.*$", paper, re.MULTILINE)
     ]
