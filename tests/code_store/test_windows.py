@@ -38,7 +38,11 @@ def made():
 
 def test_code_is_kept_in_the_profile(profile):
     assert made() == 1 and made() == 0
-    assert len(list((profile / "local/numba/fastdyn").glob("*.o"))) == 1
+    place = profile / "local/numba/fastdyn"
+    assert len(list(place.glob("*.o"))) == 1
+    with folder.Folder(str(place), make=True) as opened:
+        opened.prune(0, 0)
+    assert made() == 1
 
 
 def test_a_folder_outside_is_refused(profile, tmp_path, monkeypatch):
