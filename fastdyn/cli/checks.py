@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.plot.needed import needed
 from fastdyn.systems.base.units import in_unit
 
 FIGURES, MOVING, TABLES = (".png", ".pdf", ".svg"), (".gif", ".html", ".mp4"), (".csv", ".txt")
@@ -109,9 +110,7 @@ def moving_picture(text):
     """A file for a moving picture, which this machine can make."""
     path = file(MOVING)(text)
     if path.suffix.lower() == ".mp4":
-        from matplotlib.animation import writers
-
-        if not writers.is_available("ffmpeg"):
+        if not needed("matplotlib.animation").writers.is_available("ffmpeg"):
             raise argparse.ArgumentTypeError(
                 "an .mp4 is made by ffmpeg, which is not installed; .gif and .html need nothing."
             )

@@ -53,9 +53,7 @@ def _print_no_more():
 
 def _status(words):
     """Run the command of a command line; the exit status."""
-    import matplotlib
-
-    matplotlib.use("Agg")  # the command writes files and opens no window
+    os.environ["MPLBACKEND"] = "Agg"  # the command writes files and opens no window
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _in_a_sentence
@@ -63,7 +61,7 @@ def _status(words):
             return options.command(options)
     except BrokenPipeError:
         raise
-    except (TypeError, ValueError, ArithmeticError, OSError) as error:
+    except (TypeError, ValueError, ArithmeticError, OSError, ImportError) as error:
         print(f"fastdyn: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

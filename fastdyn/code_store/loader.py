@@ -14,7 +14,8 @@ import llvmlite.binding as llvm
 
 from .object_file import NotWhole
 
-LIBC = frozenset("malloc realloc free abort memcpy memset memmove memcmp".split())
+LIBC = frozenset("malloc realloc free abort memcpy memset memmove memcmp bzero __chkstk".split())
+# LLVM calls bzero for zeros on macOS, and __chkstk for a large frame of the stack on Windows.
 LIBM = frozenset(
     "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp10 exp2 "
     "expm1 fabs floor fma fmax fmin fmod frexp hypot ldexp lgamma llrint log log10 log1p log2 "

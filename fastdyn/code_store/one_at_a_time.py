@@ -14,8 +14,12 @@ from .folders.folder import Folder
 from .folders.trust import Doubt
 
 fcntl: Any = None
-with contextlib.suppress(ImportError):  # where the system is not POSIX
+msvcrt: Any = None
+try:
     import fcntl
+except ImportError:  # where the system is not POSIX
+    with contextlib.suppress(ImportError):
+        import msvcrt
 
 LONGEST, PAUSE = 120.0, 0.02  # seconds
 
@@ -23,7 +27,7 @@ LONGEST, PAUSE = 120.0, 0.02  # seconds
 @contextlib.contextmanager
 def alone(name):
     """Hold the lock of the entry `name`."""
-    file = None if fcntl is None else _opened(f"{name}.lock")
+    file = None if fcntl is None and msvcrt is None else _opened(f"{name}.lock")
     if file is None:
         yield
         return
@@ -31,10 +35,10 @@ def alone(name):
         _lock(file)
         yield
     finally:
-        assert fcntl is not None
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # Windows drops no open file: the next prune does
             os.unlink(os.path.join(str(folders.own()), f"{name}.lock"))
-            fcntl.flock(file, fcntl.LOCK_UN)  # a forked process may have the file open, too
+        with contextlib.suppress(OSError):
+            _release(file)
         os.close(file)
 
 
@@ -51,12 +55,33 @@ def _opened(name):
         return None
 
 
+def _take(file):
+    """Take the lock, or raise BlockingIOError if it is held."""
+    if fcntl is not None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    os.lseek(file, 0, os.SEEK_SET)
+    try:
+        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+    except PermissionError as error:
+        raise BlockingIOError(*error.args) from None
+
+
+def _release(file):
+    """Give the lock back: a forked process may have the file open, too."""
+    if fcntl is not None:
+        fcntl.flock(file, fcntl.LOCK_UN)
+        return
+    os.lseek(file, 0, os.SEEK_SET)
+    msvcrt.locking(file, msvcrt.LK_UNLCK, 1)
+
+
 def _lock(file):
     """Wait for the lock, at most LONGEST seconds."""
     end = time.monotonic() + LONGEST
     while time.monotonic() < end:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _take(file)
             return
         except BlockingIOError:
             time.sleep(PAUSE)

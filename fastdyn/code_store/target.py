@@ -64,9 +64,14 @@ def target(opt=3):
 @functools.cache
 def _target(triple, cpu, features, opt):
     initialise()
-    return llvm.Target.from_triple(triple).create_target_machine(
+    return llvm.Target.from_triple(in_elf(triple)).create_target_machine(
         cpu=cpu, features=features, opt=opt, reloc="pic", codemodel="small"
     )
+
+
+def in_elf(triple):
+    """The triple of object code: on Windows, too, LLVM loads ELF, which `object_file` can read."""
+    return f"{triple}-elf" if "windows" in triple and not triple.endswith("-elf") else triple
 
 
 def translated(text, symbol, scheduled=False):
@@ -76,7 +81,7 @@ def translated(text, symbol, scheduled=False):
     """
     initialise()
     module = llvm.parse_assembly(text, llvm.create_context())  # a shared context never frees memory
-    module.triple, module.data_layout = processor()[0], str(target().target_data)
+    for_machine(module, target())
     for function in module.functions:
         if not function.is_declaration and function.name != symbol:
             function.linkage = "internal"
@@ -160,9 +165,16 @@ def settled(module, symbol):
     return emitted(module, symbol)
 
 
+def for_machine(module, machine):
+    """Give a module the triple and the layout of data of a machine."""
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+
+
 def emitted(module, symbol, machine=None):
     """(object code, needs) of a module with one visible symbol."""
-    code = (machine or target()).emit_object(module)
+    machine = machine or target()
+    for_machine(module, machine)
+    code = machine.emit_object(module)
     if is_elf(code):
         needs = symbols(code)[1]
         checked(code, symbol, needs)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 
 from .loader import initialise
-from .target import drop_unused, internal, optimise, processor, settled, target
+from .target import drop_unused, for_machine, internal, optimise, settled, target
 
 FUNCTION = "fastdyn_function"  # the name of the function in the kernel; of others, its beginning
 KERNEL = "fastdyn_kernel"
@@ -34,7 +34,7 @@ def linked(kernel, texts, symbol, look):
     initialise()
     context = llvm.create_context()  # a shared context never frees memory
     module = llvm.parse_bitcode(kernel.bitcode, context)
-    module.triple, module.data_layout = processor()[0], str(target().target_data)
+    for_machine(module, target())
     for name, text in texts.items():
         function = llvm.parse_assembly(text, context)
         function.triple, function.data_layout = module.triple, module.data_layout

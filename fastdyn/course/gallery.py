@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from fastdyn.plot.needed import needed
 from fastdyn.systems import SYSTEMS
 
 from . import tour
@@ -28,7 +29,7 @@ def build(folder="docs/gallery", write=print):
     -------
     tour.Board
     """
-    import matplotlib
+    matplotlib = needed("matplotlib")
 
     board = tour.run(folder, write=write)
     lines = [

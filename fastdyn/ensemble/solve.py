@@ -124,6 +124,7 @@ def _solve(ensemble, threads, progress, client, store, block, options):
 
 
 def _bar(count, name) -> Any:
-    from tqdm.auto import tqdm
+    from fastdyn.plot.needed import needed  # no other ensemble needs the folder
 
-    return tqdm(total=count, desc=name, unit=" trajectories")
+    bar = needed("tqdm.auto", "Progress bars need").tqdm
+    return bar(total=count, desc=name, unit=" trajectories")

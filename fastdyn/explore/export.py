@@ -57,12 +57,11 @@ def table(exploration):
 
 def picture(exploration):
     """The figure of the system, as PNG."""
-    from matplotlib import pyplot
-
     from fastdyn import plot
+    from fastdyn.plot.needed import needed
 
     drawn = plot.plot({one.label: one.run for one in exploration.shown})
     file = io.BytesIO()
     drawn.savefig(file, format="png")
-    pyplot.close(drawn)
+    needed("matplotlib.pyplot").close(drawn)
     return file.getvalue()

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import style
 from .artists import Artists
+from .needed import needed
 from .solution import between
 
 FINE = 8  # points of the trail for each picture
@@ -60,7 +61,7 @@ def animate(result, path=None, seconds=None, fps=FPS, trail=True):
         For another ending, an .mp4 without ffmpeg, a system that has no view, or a run of fewer
         than two points.
     """
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     ending = ".html" if path is None else pathlib.Path(path).suffix
     if ending not in ENDINGS:
@@ -95,8 +96,7 @@ def animate(result, path=None, seconds=None, fps=FPS, trail=True):
 
 def _moving(t, scenes, fps, trail):
     """The figure, and what moves it."""
-    from matplotlib import animation
-
+    animation = needed("matplotlib.animation")
     artists, n = Artists(scenes, trail), (len(t) - 1) // FINE + 1
     digits = 2 if abs(t[-1] - t[0]) >= 1.0 else 4
     notes = [scenes[0].note, _pace(abs(t[-1] - t[0]) * fps / (n - 1))]
@@ -117,14 +117,11 @@ def _moving(t, scenes, fps, trail):
 
 def _write(moving, path, fps, ending=".mp4"):
     """Write a film or a GIF."""
-    from matplotlib import animation
-
+    animation = needed("matplotlib.animation")
     if ending == ".gif":
         moving.save(path, animation.PillowWriter(fps=fps), dpi=80)
         return
-    import matplotlib
-
-    with matplotlib.rc_context({"animation.ffmpeg_path": _ffmpeg()}):
+    with needed("matplotlib").rc_context({"animation.ffmpeg_path": _ffmpeg()}):
         options = ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
         writer = animation.FFMpegWriter(fps=fps, codec="libx264", extra_args=options)
         moving.save(path, writer, dpi=DPI)

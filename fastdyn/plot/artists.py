@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from . import style
+from .needed import needed
 from .scene import frame
 
 WIDE = 7.2  # inches of a picture, and its greatest height
@@ -29,8 +30,7 @@ class Artists:
     """
 
     def __init__(self, scenes, trail=True):
-        from matplotlib import pyplot
-
+        pyplot = needed("matplotlib.pyplot")
         self.scenes, self.trail, first = scenes, trail, scenes[0]
         self.space = len(first.traced) == 3
         self.limits = frame(scenes)
@@ -67,7 +67,7 @@ class Artists:
             self.axes.axhspan(low, first.ground, color=style.GROUND, alpha=0.5, zorder=0)
 
     def _in_space(self, first):
-        from matplotlib.ticker import MaxNLocator
+        ticker = needed("matplotlib.ticker")
 
         sides = [abs(b - a) for a, b in self.limits.values()]
         self.axes.set_box_aspect(sides, zoom=0.95)
@@ -75,12 +75,12 @@ class Artists:
         self.axes.set(xlabel=first.axes[0], ylabel=first.axes[1], zlabel=first.axes[2])
         for axis in (self.axes.xaxis, self.axes.yaxis, self.axes.zaxis):
             axis.labelpad = 10
-            axis.set_major_locator(MaxNLocator(4))
+            axis.set_major_locator(ticker.MaxNLocator(4))
 
     def _body(self, part) -> Any:
         about = {"facecolor": style.COLOURS[4], "edgecolor": "0.3", "lw": 1.5}
         if not self.space:
-            from matplotlib.patches import Polygon
+            patches = needed("matplotlib.patches")
 
             return self.axes.add_patch(Polygon(np.column_stack(part), closed=True, **about))
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection

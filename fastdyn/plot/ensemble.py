@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import style
+from .needed import needed
 
 MOST = 8  # panels
 FEW = 6  # trajectories that are drawn one by one
@@ -199,7 +200,7 @@ def _quantities(e, names, chosen):
 
 def _grid(n_panels, **options):
     """Figure of panels side by side, in rows of at most three."""
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     n_columns = n_panels if n_panels <= 3 else 2 if n_panels == 4 else 3
     n_rows = -(-n_panels // n_columns)

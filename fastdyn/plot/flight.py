@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from . import solution, style
+from .needed import needed
 from .scene import Scene
 
 FAR = 3.0  # a flight that reaches so many times as far as the shortest one leaves the picture
@@ -23,7 +24,7 @@ def figure(results, speed, **options):
     speed : callable
         The speed as a quantity, for the first of the systems; others bring their own.
     """
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     with style.slides():
         size = {"figsize": (14, 7), "layout": "constrained"}
@@ -69,7 +70,7 @@ def _frame(paths):
 
 def _ground(space, low, high):
     """The axes of the picture, with the ground in it."""
-    from matplotlib.ticker import MaxNLocator
+    ticker = needed("matplotlib.ticker")
 
     x, y = np.meshgrid([low[0], high[0]], [low[1], high[1]])
     ground = space.plot_surface(x, y, 0.0 * x, color=style.GROUND, alpha=0.35, shade=False)
@@ -78,7 +79,7 @@ def _ground(space, low, high):
     space.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     for axis in (space.xaxis, space.yaxis, space.zaxis):
         axis.labelpad = 12
-        axis.set_major_locator(MaxNLocator(4))
+        axis.set_major_locator(ticker.MaxNLocator(4))
     space.zaxis.labelpad = 0
     space.view_init(elev=18, azim=-62)
     space.set_box_aspect(high - low, zoom=1.18)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from . import solution, style
+from .needed import needed
 
 
 def side_by_side(results, exact, **options):
@@ -17,7 +18,7 @@ def side_by_side(results, exact, **options):
     results : dict of str to OdeResult
     exact : ndarray, shape (2, n_points)
     """
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     rows = -(-len(results) // 3)
     with style.slides():

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from .needed import needed
+
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
 """Okabe and Ito's palette, told apart also by colour-blind readers."""
 GROUND = "#b9a98b"
@@ -15,8 +17,7 @@ ROUNDING = 2.0**-54  # half the rounding of numbers near 1
 @contextlib.contextmanager
 def slides():
     """Fonts, lines and colours that can be read from the back of a lecture room."""
-    import matplotlib
-    from cycler import cycler
+    matplotlib = needed("matplotlib")
 
     settings: Any = {
         "font.size": 14,
@@ -27,7 +28,7 @@ def slides():
         "grid.alpha": 0.3,
         "axes.spines.top": False,
         "axes.spines.right": False,
-        "axes.prop_cycle": cycler(color=COLOURS),
+        "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
         "savefig.dpi": 100,
     }
     with matplotlib.rc_context(settings):
@@ -49,7 +50,7 @@ def legend(figure, *panels):
 
 def column(n_panels, sharex: Any = True, **options):
     """Figure of panels above one another that share the time axis, unless told otherwise."""
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     options = {"figsize": (10, 2.2 + 2.2 * n_panels), "layout": "constrained"} | options
     figure = pyplot.figure(**options)
@@ -59,7 +60,7 @@ def column(n_panels, sharex: Any = True, **options):
 
 def row(n_panels, **options):
     """Figure of panels beside one another."""
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     given: Any = {"layout": "constrained"} | options
     figure = pyplot.figure(**given)
@@ -68,7 +69,7 @@ def row(n_panels, **options):
 
 def pictures_and_panels(n_pictures, n_panels, **options):
     """Figure of square pictures with panels below, or beside a single picture."""
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     size = (13.0, 6.5) if n_pictures == 1 else (4.6 * n_pictures, 8.5)
     figure = pyplot.figure(**{"figsize": size, "layout": "constrained"} | options)
@@ -101,12 +102,12 @@ def sizes(values):
 
 def in_pi(axis):
     """Ticks of an angle in parts of pi, some five of them."""
-    from matplotlib.ticker import FuncFormatter, MultipleLocator
+    ticker = needed("matplotlib.ticker")
 
     low, high = axis.get_view_interval()
     parts = min((0.25, 0.5, 1.0, 2.0, 5.0, 10.0), key=lambda p: abs((high - low) / math.pi / p - 5))
-    axis.set_major_locator(MultipleLocator(parts * math.pi))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: _times_pi(value / math.pi)))
+    axis.set_major_locator(ticker.MultipleLocator(parts * math.pi))
+    axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: _times_pi(value / math.pi)))
 
 
 def _times_pi(value):
@@ -127,7 +128,7 @@ def with_unit(title, unit):
 
 def save(figure, path):
     """Write a figure to a file, its format from the ending, and close it."""
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     figure.savefig(path)
     pyplot.close(figure)

@@ -212,9 +212,9 @@ class Run(LaidOut):
 
 
 def progress_bar(problem):
-    from tqdm.auto import tqdm
+    from fastdyn.plot.needed import needed  # no other solve needs the folder
 
-    return tqdm(
+    return needed("tqdm.auto", "Progress bars need").tqdm(
         total=abs(problem.tf - problem.t0),
         desc=problem.method.name,
         bar_format="{l_bar}{bar}| t {n:.4g}/{total:.4g} [{elapsed}<{remaining}]",

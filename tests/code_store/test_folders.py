@@ -133,17 +133,6 @@ def test_a_folder_that_another_process_makes_meanwhile_is_no_failure(places, mon
     assert made() == 1 and made() == 0 and code_store.COUNTS["stored"] == before + 1
 
 
-def test_a_system_without_descriptors_of_folders_keeps_by_name(places, monkeypatch):
-    monkeypatch.setattr(folder, "POSIX", False)  # Windows
-    monkeypatch.setattr(folder, "PLAIN", 0)
-    for name in ("O_NOFOLLOW", "O_DIRECTORY", "geteuid"):
-        monkeypatch.delattr(folder.os, name)
-    assert made() == 1 and made() == 0
-    with folder.Folder(str(places[1]), make=True) as opened:
-        opened.prune(0, 0)
-    assert made() == 1
-
-
 def kept(header, code):
     """Keep an entry of the key, with a hash that is right."""
     name = cache._file(cache._symbol("a key of this test"))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 from scipy import interpolate
 from scipy.integrate import solve_ivp as reference
 
@@ -13,6 +14,7 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths.runs import trace
 
+SCIPY = tuple(map(int, scipy.__version__.split(".")[:2]))
 N = 9
 KINDS = ["linear", "nearest", "nearest-up", "zero", "slinear", "quadratic", "cubic", 4]
 KINDS += ["previous", "next"]
@@ -100,7 +102,9 @@ def test_splines(seed):
     x, y = drawn(rng)
     refused = 0
     for i, spline in enumerate(splines(x, y, rng)):
-        ways = [lambda v, f=spline: f(v), lambda v, f=spline: f(v, 1), lambda v, f=spline: f(v, 2)]
+        ways = [lambda v, f=spline: f(v), lambda v, f=spline: f(v, 1)]
+        if getattr(spline, "k", 1) > 0 or SCIPY >= (1, 17):  # earlier ones end the process
+            ways += [lambda v, f=spline: f(v, 2)]
         ways += [lambda v, f=spline: f.derivative()(v), lambda v, f=spline: f.antiderivative()(v)]
         ways += [lambda v, f=spline: f([v, 0.1])]
         for way in ways:

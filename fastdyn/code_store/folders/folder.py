@@ -1,7 +1,8 @@
 """A folder of kept code, by its descriptor: the folder that is checked is the folder that is read.
 
 A name may stand for another folder or file the next moment, a descriptor may not.  Windows has no
-such descriptors, owners and modes: there, names are used, and nothing is checked.
+such descriptors, owners and modes: there, names are used, and the folder must be in the profile of
+the user.
 """
 
 import contextlib
@@ -41,6 +42,9 @@ class Folder:
         self.path = path if os.path.isabs(path) else os.path.join(os.getcwd(), path)
         self._fd: Any = None
         if not POSIX:
+            if not make:
+                os.stat(self.path)  # no folder is no reason for doubt
+            trust.check_in_profile(self.path)
             if make:
                 os.makedirs(self.path, exist_ok=True)
             return

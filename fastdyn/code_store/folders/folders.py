@@ -9,7 +9,7 @@ import os
 import warnings
 
 from .folder import Folder
-from .trust import Doubt
+from .trust import POSIX, Doubt
 
 MAX_FILES, MAX_BYTES = 4000, 512 * 2**20  # beyond either, the entries longest unused go
 PRUNE_ONCE_IN = 64  # entries that are written
@@ -24,7 +24,8 @@ def own():
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base:
         return os.path.join(base, "fastdyn")
-    cache = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    given = os.environ.get("XDG_CACHE_HOME" if POSIX else "LOCALAPPDATA")
+    cache = given or os.path.expanduser("~/.cache")
     return None if cache.startswith("~") else os.path.join(cache, "numba", "fastdyn")
 
 

@@ -2,7 +2,8 @@
 
 Code that is read from disk runs.  So its file, the folder and each folder above must belong to the
 user or to the system's owner, and nobody else may write to them: OpenSSH demands this of the files
-that grant access (`auth_secure_path`).  Every read checks anew.
+that grant access (`auth_secure_path`).  Every read checks anew.  On Windows the folder must be in
+the user's profile.
 """
 
 import contextlib
@@ -26,6 +27,19 @@ def check(found, name="it"):
         raise Doubt(f"{name} belongs to another user")
     if found.st_mode & OTHERS:  # with an access control list, the bits of the group are its mask
         raise Doubt(f"others can write to {name}; `chmod go-w` it")
+
+
+def check_in_profile(path):
+    """Raise Doubt if a folder is not in the profile of the user, for Windows.
+
+    Windows lets nobody write to a profile but the user and administrators.  Python shows no lists
+    of access: folders elsewhere, which anybody may be allowed to write, are refused.
+    """
+    profile, folder = (
+        os.path.normcase(os.path.realpath(each)) for each in (os.path.expanduser("~"), path)
+    )
+    if not folder.startswith(os.path.join(profile, "")):
+        raise Doubt("it is not in the user's profile, and others may write to it")
 
 
 def check_above(path, make=False):

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot import solution, style
+from fastdyn.plot.needed import needed
 from fastdyn.plot.scene import frame
 
 GHOSTS = 7  # pictures of the system along its path
@@ -21,7 +22,7 @@ def figure(results, **options):
     results : dict of str to SystemResult
         Results by label; the picture is of the first.
     """
-    from matplotlib import pyplot
+    pyplot = needed("matplotlib.pyplot")
 
     first = next(iter(results.values()))
     panels = _panels(first.system)

@@ -200,7 +200,8 @@ def _of_interp1d(value):
     if not value._extrapolate:
         below, above = value._fill_value_below, value._fill_value_above
         outside = [np.broadcast_to(f, shape or (1,)).ravel().tolist() for f in (below, above)]
-    form = Form(columns, shape, ends, outside, value._y_axis, finite=how == "_call_spline")
+    finite = how in ("_call_spline", "_call_linear")  # SciPy 1.18 has another order than before
+    form = Form(columns, shape, ends, outside, value._y_axis, finite=finite)
     return Checked(form, ends) if outside and value.bounds_error else form
 
 

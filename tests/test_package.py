@@ -1,0 +1,102 @@
+"""What pyproject.toml declares is what the package imports, what is run, and what is said."""
+
+import ast
+import importlib.metadata
+import pathlib
+import re
+import subprocess
+import sys
+import tomllib
+
+ROOT = pathlib.Path(__file__).parents[1]
+DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+PROJECT = DECLARED["project"]
+EXTRAS = PROJECT["optional-dependencies"].values()
+OF_USERS = [*PROJECT["dependencies"], *(each for extra in EXTRAS for each in extra)]
+BY_OTHERS = {"PIL"}  # of matplotlib
+
+
+def text(name):
+    return (ROOT / name).read_text("utf-8")
+
+
+def pythons():
+    found = [re.fullmatch(r".*:: (3\.\d+)", classifier) for classifier in PROJECT["classifiers"]]
+    return [each[1] for each in found if each]
+
+
+def test_what_is_imported_is_declared():
+    found = set()
+    for path in (*(ROOT / "fastdyn").rglob("*.py"), *(ROOT / "kernels").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                found.add(node.module.partition(".")[0])
+    known = {re.match(r"[\w-]+", each)[0].lower().replace("-", "_") for each in OF_USERS}
+    assert found - known - set(sys.stdlib_module_names) - {"fastdyn"} - BY_OTHERS == set()
+    assert not {"matplotlib", "tqdm"} & found  # they are imported by `needed` alone
+
+
+def test_the_lowest_versions_are_those_that_are_declared():
+    done = subprocess.run(
+        [sys.executable, ".ci/oldest.py"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == [each.replace(">=", "==") for each in OF_USERS]
+
+
+def test_the_archives_are_built_by_the_oldest_setuptools_allowed():
+    (lowest,) = DECLARED["build-system"]["requires"]
+    assert lowest.replace(">=", "==") in DECLARED["dependency-groups"]["release"]
+
+
+def test_the_workflows_run_the_versions_of_python_that_are_declared():
+    assert pythons()[0] == PROJECT["requires-python"].removeprefix(">=")
+    matrices = re.findall(r"python: (\[.*\])", text(".github/workflows/checks.yml"))
+    assert matrices and all(ast.literal_eval(each) == pythons() for each in matrices)
+
+
+def test_the_version_is_in_one_place():
+    import fastdyn
+
+    assert importlib.metadata.version("fastdyn") == fastdyn.__version__
+    files = [*(ROOT / "fastdyn").rglob("*.py"), *(ROOT / ".ci").iterdir(), ROOT / "pyproject.toml"]
+    named = {path.name for path in files if f'"{fastdyn.__version__}"' in path.read_text("utf-8")}
+    assert named == {"__init__.py"} and "version" not in text("CITATION.cff").replace("cff-ver", "")
+    assert re.search(r"^## (\S+) \(", text("CHANGELOG.md"), re.MULTILINE)[1] == fastdyn.__version__
+
+
+def test_the_changelog_is_one_page():
+    assert len(text("CHANGELOG.md").splitlines()) < 120
+
+
+def test_the_figures_of_the_paper_are_those_of_the_benchmarks():
+    paper, measured = text("paper/paper.md"), text("docs/benchmarks.md")
+    at_1e8 = measured[measured.index("Error 1e-08") : measured.index("Error 1e-12")]
+    names = ("problem", "fastdyn", "C++", "CyRK", "heyoka", "diffrax")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in at_1e8.splitlines()]
+    header, *table = [row for row in rows if row]
+    places = [header.index(name) for name in names]
+    of_scipy = header.index("SciPy"), header.index("Hairer's")  # SciPy has Hairer's DOP853, too
+    theirs = {
+        row[0]: [*(row[i] for i in places), min((row[i] for i in of_scipy), key=float)]
+        for row in table[1:]
+    }
+    ours = [
+        line.strip("| ").split(" | ") for line in re.findall(r"^\|.*\d.*$", paper, re.MULTILINE)
+    ]
+    assert len(ours) == 6 and [row for row in ours if theirs[row[0]] != row] == []
+    keys = set(re.findall(r"@([a-z]\w+)", paper))
+    assert keys == set(re.findall(r"^@\w+\{(\w+),", text("paper/paper.bib"), re.MULTILINE))
+
+
+def test_the_checkout_imports_in_its_folder():
+    """After `pip install .`, too: Python looks first into the folder where the README lies."""
+    script = (
+        "import sys; sys.meta_path = [f for f in sys.meta_path if 'editable' not in repr(f)]\n"
+        "import fastdyn; print(fastdyn.kernels.__path__[0])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert pathlib.Path(done.stdout.strip()) == ROOT / "kernels"
