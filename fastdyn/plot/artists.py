@@ -82,7 +82,7 @@ class Artists:
         if not self.space:
             patches = needed("matplotlib.patches")
 
-            return self.axes.add_patch(Polygon(np.column_stack(part), closed=True, **about))
+            return self.axes.add_patch(patches.Polygon(np.column_stack(part), closed=True, **about))
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
         made = Poly3DCollection([np.column_stack(part)], alpha=0.75, **about)
