@@ -53,7 +53,11 @@ class Equations(NamedTuple):
     def number(self, j):
         """The value of a parameter, which must be a real number."""
         value = self.args[j]
-        if isinstance(value, bool) or np.ndim(value) or not isinstance(value, int | float | np.number):
+        if (
+            isinstance(value, bool)
+            or np.ndim(value)
+            or not isinstance(value, int | float | np.number)
+        ):
             name = self.parameter_label(j).name
             raise TypeError(f"The parameter {name!r} must be a number to be varied; got {value!r}.")
         return float(value)
@@ -130,7 +134,7 @@ class Derivatives(NamedTuple):
         return matrix
 
 
-def equations_of(fun, args=()):
+def equations_of(fun: Any, args: Any = ()):
     """The Equations of a function or of a system.
 
     Raises
@@ -139,8 +143,9 @@ def equations_of(fun, args=()):
         For anything else, and for arguments beside a system.
     """
     if inspect.isclass(fun) and hasattr(fun, "rhs"):
-        raise TypeError(f"`{fun.name}` is a class of systems: write {fun.name}(), with parameters.")
-    if hasattr(fun, "rhs") and hasattr(fun, "states"):
+        name = getattr(fun, "name", fun.__name__)
+        raise TypeError(f"`{name}` is a class of systems: write {name}(), with parameters.")
+    if not inspect.isclass(fun) and hasattr(fun, "rhs") and hasattr(fun, "states"):
         if len(extra_arguments(args)):
             raise TypeError(f"`args` of the {fun.name} are its parameters; set them by name.")
         return Equations(fun.rhs, fun.args, fun)
@@ -174,7 +179,7 @@ def shared(args):
     return tuple([Shared(a) if isinstance(a, np.ndarray | list) else a for a in args])
 
 
-def box_of(box, n=None, name="box"):
+def box_of(box, n=None, name="box") -> Any:
     """Pairs (low, high), as an array of shape (n, 2).
 
     Raises
@@ -186,7 +191,7 @@ def box_of(box, n=None, name="box"):
         found = np.asarray(box, float)
     except (TypeError, ValueError):
         found = np.empty(0)
-    if found.ndim != 2 or found.shape[1] != 2 or not len(found) or n not in (None, len(found)):
+    if found.ndim != 2 or found.shape[-1] != 2 or not len(found) or n not in (None, len(found)):
         wanted = "each component" if n is None else f"each of the {n} components"
         raise ValueError(f"`{name}` must have a pair (low, high) for {wanted}; got {box!r}.")
     if not np.isfinite(found).all() or (found[:, 0] >= found[:, 1]).any():
@@ -196,7 +201,11 @@ def box_of(box, n=None, name="box"):
 
 def positive(value, name):
     """A positive finite number."""
-    if isinstance(value, bool) or not np.isscalar(value) or not isinstance(value, int | float | np.number):
+    if (
+        isinstance(value, bool)
+        or not np.isscalar(value)
+        or not isinstance(value, int | float | np.number)
+    ):
         raise TypeError(f"`{name}` must be a positive number; got {value!r}.")
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"`{name}` must be a positive number; got {value!r}.")

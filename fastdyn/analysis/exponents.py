@@ -206,6 +206,4 @@ def _result(equations, logs, interval, y):
     errors = means.std(axis=0, ddof=1) / math.sqrt(BATCHES)
     order = np.argsort(-values)
     running = (sums[shown] / times[:, None]).T
-    return Exponents(
-        equations, values[order], errors[order], times, running[order], interval, y
-    )
+    return Exponents(equations, values[order], errors[order], times, running[order], interval, y)

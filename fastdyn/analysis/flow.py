@@ -62,8 +62,9 @@ class Flow(NamedTuple):
         e = self.equations
         wanted = ["y0", "length"] + ([] if j is None else [f"args[{j + 2}]"])
         result = solve_ivp(
-            OverUnit(e.fun), (0.0, 1.0), y0, args=(np.array([start], float), float(length), *e.args),
-            t_eval=[1.0], sensitivity=wanted, **self.options,
+            OverUnit(e.fun), (0.0, 1.0), y0, t_eval=[1.0],
+            args=(np.array([start], float), float(length), *e.args),
+            sensitivity=wanted, **self.options,
         )  # fmt: skip
         if not result.success:
             raise NotConvergedError(

@@ -164,8 +164,8 @@ def linearised(equations, derivatives: Derivatives, t, y):
     for about, numbers in (("`fun`", rates), ("The Jacobian of `fun`", matrix)):
         if not np.isfinite(numbers).all():
             raise ValueError(f"{about} is not finite at t = {t:g}, y = {y}.")
-    values, vectors = np.linalg.eig(matrix)
-    order = np.lexsort((-values.imag, -values.real))
+    values, vectors = np.linalg.eig(matrix.astype(complex))
+    order = np.lexsort((-np.imag(values), -np.real(values)))
     values, vectors = values[order], vectors[:, order]
     equilibrium = at_rest(rates, matrix, y)
     kind, stable = kind_of(values)
@@ -232,7 +232,9 @@ def _named(value, shape, names):
     seen = np.flatnonzero(np.abs(shape) >= SEEN * np.abs(shape).max())
     if len(seen) > 4:
         return f"{what} of {len(seen)} components"
-    said = " and ".join([", ".join(names[i] for i in seen[:-1]), names[seen[-1]]]).removeprefix(" and ")
+    said = " and ".join([", ".join(names[i] for i in seen[:-1]), names[seen[-1]]]).removeprefix(
+        " and "
+    )
     if len(seen) < 2:
         return f"{what} of {said}"
     phases = np.angle(shape[seen] / shape[seen[0]])

@@ -6,13 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.solve.ivp import solve_ivp
-
-from .equations import Equations, NotConvergedError, count, equations_of, positive, state_of
+from .equations import Equations, NotConvergedError, equations_of, positive, state_of
 from .flow import METHOD, Flow, options_of
+from .shooting import return_time, shoot
 
-ROUNDINGS = 100.0  # residual of an orbit, in units of the tolerance of the solves
-MOST_PASSES, HALVINGS = 40, 6
 ON_CIRCLE = 1e-4  # distance from 1 of a multiplier's size that is not told from 1
 PARTS = (2, 3, 5, 7)  # of a period, which may be periods themselves
 POINTS = 401  # of the curve of an orbit
@@ -65,7 +62,7 @@ class PeriodicOrbit:
     @property
     def amplitude(self):
         """Half the distance between largest and smallest value of each component, shape (n,)."""
-        return 0.5 * np.ptp(self.y, axis=1)
+        return half_ranges(self.y)
 
     def others(self):
         """The multipliers without that of the orbit's own direction."""
@@ -145,35 +142,17 @@ def periodic_orbit(
     period = None if period is None else positive(period, "period")
     if transient:
         wait = positive(transient, "transient")
-        if forced:
+        if forced and period is not None:
             wait = period * math.ceil(wait / period)
         y0 = flow.curve(y0, t0, wait, 2)[1][:, -1]
     if period is None:
-        period = _return_time(flow, y0, t0)
-    return _least(flow, shoot(flow, y0, period, t0, forced))
+        period = return_time(flow, y0, t0)
+    return _least(flow, found_orbit(flow, y0, period, t0, forced))
 
 
-def shoot(flow, y0, period, t0, forced):
-    """The PeriodicOrbit that Newton's method finds from a guess."""
-    y, T = np.array(y0, float), float(period)
-    direction = flow.equations.rates(t0, y)
-    if not forced and not np.abs(direction).max() > 0.0:
-        raise NotConvergedError("The search begins at an equilibrium: start beside it.")
-    near = flow.options["rtol"] * ROUNDINGS
-    passage = flow.passage(y, t0, T)
-    for _ in range(MOST_PASSES):
-        off, size = passage.y - y, _size(y, passage.y)
-        if np.abs(off / size).max() <= near:
-            break
-        step = newton_step(passage, off, None if forced else direction)
-        y, T, passage = _damped(flow, y, T, t0, passage, step)
-        direction = flow.equations.rates(t0, y)
-    else:
-        raise _lost(off, size, T)
-    step = newton_step(passage, passage.y - y, None if forced else direction)
-    last = _tried(flow, y + step[:-1], T + step[-1], t0)  # once more: quadratic convergence
-    if last is not None and np.abs(last.y - y - step[:-1]).max() <= np.abs(off).max():
-        y, T, passage = y + step[:-1], T + step[-1], last
+def found_orbit(flow, y0, period, t0, forced):
+    """The PeriodicOrbit that shooting finds from a guess."""
+    y, T, passage = shoot(flow, y0, period, t0, forced)
     return orbit_at(flow, y, T, t0, forced, passage)
 
 
@@ -199,58 +178,22 @@ def orbit_at(flow, y, T, t0, forced, passage):
     )
 
 
+def half_ranges(curve):
+    """Half the range of each row of a periodic curve, between its points by parabolas."""
+    ends = []
+    for sign in (1.0, -1.0):
+        values = sign * curve[:, :-1]
+        rows, at = np.arange(len(values)), values.argmax(axis=1)
+        before, top, after = (values[rows, (at + k) % values.shape[1]] for k in (-1, 0, 1))
+        bend = before - 2.0 * top + after
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends.append(top - np.where(bend < 0.0, (before - after) ** 2 / (8.0 * bend), 0.0))
+    return 0.5 * (ends[0] + ends[1])
+
+
 def other_multipliers(values, forced):
     """Multipliers without the one next to 1, which belongs to an orbit's own direction."""
     return values if forced else np.delete(values, np.argmin(np.abs(values - 1.0)))
-
-
-def newton_step(passage, off, direction):
-    """The change of state and period, shape (n + 1,); `direction` is None for a given period."""
-    n = len(off)
-    matrix = np.zeros((n + 1, n + 1))
-    matrix[:n, :n] = passage.by_start - np.eye(n)
-    if direction is None:
-        matrix[n, n] = 1.0
-    else:
-        matrix[:n, n] = passage.by_length
-        matrix[n, :n] = direction / np.abs(direction).max()
-    return np.linalg.lstsq(matrix, np.append(-off, 0.0), rcond=1e-10)[0]
-
-
-def _damped(flow, y, T, t0, passage, step):
-    """A step of Newton's method, halved while it leads away from an orbit."""
-    before = np.linalg.norm((passage.y - y) / _size(y, passage.y))
-    share = min(1.0, 0.3 * T / max(abs(step[-1]), 1e-300))
-    for _ in range(HALVINGS):
-        new = y + share * step[:-1]
-        found = _tried(flow, new, T + share * step[-1], t0)
-        if found is not None:
-            after = np.linalg.norm((found.y - new) / _size(new, found.y))
-            if after < before:
-                return new, T + share * step[-1], found
-        share /= 2.0
-    raise _lost(passage.y - y, _size(y, passage.y), T)
-
-
-def _tried(flow, y, T, t0):
-    """The passage, or None if the solve fails."""
-    try:
-        return flow.passage(y, t0, T)
-    except NotConvergedError:
-        return None
-
-
-def _size(*states):
-    """The size by which residuals are measured: that of the largest component, at least 1e-3."""
-    return max(1e-3, *(np.abs(state).max() for state in states))
-
-
-def _lost(off, size, period):
-    return NotConvergedError(
-        f"No periodic orbit was found: with a period of {period:.6g} the state after a period is "
-        f"off by {np.abs(off / size).max():.2g} of its size, and Newton's method comes no nearer. "
-        "Give a state or a period nearer to the orbit, or a `transient` towards it."
-    )
 
 
 def _least(flow, orbit):
@@ -261,39 +204,12 @@ def _least(flow, orbit):
     for part in PARTS:
         share = flow.passage(orbit.y0, orbit.t0, orbit.period / part)
         if np.abs(share.y - orbit.y0).max() < 1e-6 * size:
-            return _least(flow, shoot(flow, orbit.y0, orbit.period / part, orbit.t0, False))
+            return _least(flow, found_orbit(flow, orbit.y0, orbit.period / part, orbit.t0, False))
     return orbit
-
-
-def _return_time(flow, y0, t0):
-    """The time after which the solution crosses the plane across its direction at y0 again."""
-    e = flow.equations
-    direction = e.rates(t0, y0)
-    speed = np.linalg.norm(direction)
-    if not speed > 0.0:
-        raise NotConvergedError("The search begins at an equilibrium: start beside it.")
-
-    def plane(t, y, *args):
-        total = 0.0
-        for i in range(len(y0)):
-            total = total + direction[i] * (y[i] - y0[i])
-        return total
-
-    plane.direction, plane.terminal = 1.0, 3
-    result = solve_ivp(
-        e.fun, (t0, math.inf), y0, args=e.args, events=plane, t_eval=[], max_steps=100_000,
-        **flow.options,
-    )  # fmt: skip
-    times = result.t_events[0][result.t_events[0] > t0]
-    if not len(times):
-        raise NotConvergedError(
-            "`period` is missing, and the solution does not return to where it begins within "
-            "100 000 steps: give a guess of the period, or a `transient` towards the orbit."
-        )
-    distances = np.linalg.norm(result.y_events[0][-len(times) :] - y0, axis=1)
-    return float(times[np.argmin(distances)] - t0)
 
 
 def _short(values):
     """Complex numbers, real where they are."""
-    return [value.real if abs(value.imag) < 1e-12 * max(1.0, abs(value)) else value for value in values]
+    return [
+        value.real if abs(value.imag) < 1e-12 * max(1.0, abs(value)) else value for value in values
+    ]

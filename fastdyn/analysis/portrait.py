@@ -5,31 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.ensemble.solve import solve_ensemble
-
-from .equations import Equations, box_of, count, equations_of, shared
+from .equations import Equations, NotConvergedError, box_of, count, equations_of
 from .equilibria import Equilibria, equilibria
+from .orbit import PeriodicOrbit, periodic_orbit
+from .trajectories import cut, follower, joined, spread
 
-GRID = 25  # field vectors a side
-FINE = 200  # points a side, for the nullclines
-LENGTH, POINTS = 3.0, 601  # of a trajectory: in sizes of the box, to both sides
+FINE = 121  # points a side of the field
+LATER = 0.7318  # time after which the field is looked at again
 SLOW = 1e-3  # of the median speed: slower is near an equilibrium
 OFF = 1e-4  # in sizes of the box, from a saddle to the start of its separatrices
-CELLS = 45  # a side: a trajectory ends where another passes through its cell
-SHORTEST = 0.15  # trajectory that is drawn, in sizes of the box
-
-
-class Along:
-    """``fun`` at about unit speed, in sizes of the box: the same curves, without blow-up."""
-
-    def __init__(self, fun):
-        self.fun = fun
-        self.__name__ = getattr(fun, "__name__", "fun")
-
-    def __call__(self, s, y, sign, t, slow, width, height, *args):
-        u, v = self.fun(t, y, *args)
-        speed = np.sqrt((u / width) ** 2 + (v / height) ** 2 + slow**2)
-        return [sign * u / speed, sign * v / speed]
+BESIDE = 0.03  # sizes of the box from an equilibrium, or from a cycle
+FAR, LOOKS = 20.0, 5  # sizes of the box to a limit cycle, and starts a side that look for one
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +35,8 @@ class Portrait:
         In the direction of time, cut at the box.
     separatrices : list of (str, ndarray)
         "to" or "from" a saddle, and the curve, in the direction of time.
+    cycles : list of PeriodicOrbit
+        Limit cycles in the box, attracting or repelling; one inside another may be missed.
     equilibria : Equilibria or None
         None if the function cannot be differentiated: `message` tells.
     message : str
@@ -61,6 +49,7 @@ class Portrait:
     field: np.ndarray
     trajectories: list
     separatrices: list
+    cycles: list[PeriodicOrbit]
     equilibria: Equilibria | None
     message: str
 
@@ -119,12 +108,14 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
             f"{len(equations.system.states)}: `poincare` shows more in a plane."
         )
     options = {"method": "DOP853", "rtol": 1e-8, "atol": 1e-8, "max_steps": 20_000, **options}
-    x, y = (np.linspace(*pair, FINE) for pair in region)
+    x, y = (np.linspace(low, high, FINE) for low, high in region)
+    equations.rates(t, region.mean(axis=1))  # mistakes of the user are raised here
     field = _field(equations, t, x, y)
     if not np.isfinite(field).any():
         raise ValueError(f"`fun` is finite nowhere in the box {region.tolist()}.")
-    later = _field(equations, t + 0.7318, x[::20], y[::20])
-    if not np.array_equal(field[:, ::20, ::20], later, equal_nan=True):
+    few = slice(None, None, FINE // 6)
+    later = _field(equations, t + LATER, x[few], y[few])
+    if not np.array_equal(field[:, few, few], later, equal_nan=True):
         raise ValueError("`fun` depends on the time: draw a stroboscopic section by `poincare`.")
     found, message = None, ""
     try:
@@ -133,20 +124,55 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
         message = f"Equilibria were not searched. {reason}"
     scaled = np.hypot(*(field / np.ptp(region, axis=1)[:, None, None]))
     slow = SLOW * float(np.nanmedian(scaled)) or SLOW
-    follow = _follower(equations, region, t, slow, options)
+    follow = follower(equations, region, t, slow, options)
     separatrices = _separatrices(found, region, follow)
+    cycles = [] if found is None else _cycles(fun, args, found, region, follow)
     if starts is None:
-        n = max(2, round(count(n_starts, "n_starts") ** 0.5))
-        u, v = (np.linspace(*pair, n + 2)[1:-1] for pair in region)
-        grid = np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)
+        grid = _grid(region, max(2, round(count(n_starts, "n_starts") ** 0.5)))
         grid = grid[np.random.default_rng(0).permutation(len(grid))]
-        curves = _spread(grid, follow, region, [curve for _, curve in separatrices])
+        drawn = [curve for _, curve in separatrices] + [cycle.y for cycle in cycles]
+        curves = spread(grid, follow, region, drawn)
     else:
-        given = np.asarray(starts, float).reshape(-1, 2) if np.size(starts) % 2 == 0 else np.empty(0)
+        given = (
+            np.asarray(starts, float).reshape(-1, 2) if np.size(starts) % 2 == 0 else np.empty(0)
+        )
         if not given.size or not np.isfinite(given).all():
             raise ValueError("`starts` must be finite states, of shape (m, 2).")
-        curves = [_joined(*_cut(pair, region)) for pair in follow(given)]
-    return Portrait(equations, region, x, y, field, curves, separatrices, found, message)
+        curves = [joined(*cut(pair, region)) for pair in follow(given)]
+    return Portrait(equations, region, x, y, field, curves, separatrices, cycles, found, message)
+
+
+def _grid(region, n):
+    """n by n states inside a box, shape (n², 2)."""
+    u, v = (np.linspace(low, high, n + 2)[1:-1] for low, high in region)
+    return np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)
+
+
+def _cycles(fun, args, equilibria, region, follow):
+    """Limit cycles to which trajectories from the box come, forwards or backwards."""
+    found, size = [], np.ptp(region, axis=1).max()
+    pairs = follow(_grid(region, LOOKS), FAR)
+    for end in (part[:, -1] for pair in pairs for part in pair):
+        if not ((end >= region[:, 0]) & (end <= region[:, 1])).all():
+            continue
+        if any(np.abs(each.y - end).max() < BESIDE * size for each in equilibria):
+            continue
+        if any(_on(end, cycle, size) for cycle in found):
+            continue
+        try:
+            cycle = periodic_orbit(fun, end, args=args)
+        except (NotConvergedError, ValueError):
+            continue
+        near = np.abs(cycle.y.T - end).max(axis=1).min() < BESIDE * size
+        if cycle.stable is not None and near and not any(_on(cycle.y0, c, size) for c in found):
+            found.append(cycle)
+    return found
+
+
+def _on(state, cycle, size):
+    """Whether a state lies on a cycle, but for the distance of its points."""
+    steps = np.abs(np.diff(cycle.y, axis=1)).max()
+    return bool(np.abs(cycle.y.T - state).max(axis=1).min() <= steps + 1e-3 * size)
 
 
 def _field(equations, t, x, y):
@@ -157,42 +183,9 @@ def _field(equations, t, x, y):
             for j, left in enumerate(x):
                 try:
                     grid[:, i, j] = equations.rates(t, np.array([left, below]))
-                except ArithmeticError:
+                except (ArithmeticError, ValueError):  # outside the domain of `fun`
                     continue
     return grid
-
-
-def _follower(equations, region, t, slow, options):
-    """``follow(states)`` gives for each state (the curve before, the curve after), from there."""
-    size = np.ptp(region, axis=1)
-    s = np.linspace(0.0, LENGTH, POINTS)
-
-    def follow(states):
-        both = np.concatenate([states, states])
-        sign = np.repeat([-1.0, 1.0], len(states))
-        found = solve_ensemble(
-            Along(equations.fun), (0.0, LENGTH), both,
-            (sign, t, slow, *size, *shared(equations.args)), t_eval=s, **options,
-        ).y  # fmt: skip
-        return list(zip(found[: len(states)], found[len(states) :], strict=True))
-
-    return follow
-
-
-def _cut(pair, region):
-    """Two curves from one state, each up to where it leaves the box, and one point more."""
-    parts = []
-    for curve in pair:
-        inside = ((curve >= region[:, :1]) & (curve <= region[:, 1:])).all(axis=0)
-        end = len(inside) if inside.all() else int(np.argmin(inside))
-        more = end < len(inside) and np.isfinite(curve[:, end]).all()
-        parts.append(curve[:, : end + more])
-    return parts
-
-
-def _joined(before, after):
-    """The curve through a state from its parts."""
-    return np.concatenate([before[:, :0:-1], after], axis=1)
 
 
 def _separatrices(found, region, follow):
@@ -201,38 +194,10 @@ def _separatrices(found, region, follow):
     for each in found or ():
         if each.kind != "saddle":
             continue
-        _, vectors = np.linalg.eig(each.matrix)
-        values = np.linalg.eigvals(each.matrix).real
-        for value, vector in zip(values, vectors.real.T, strict=True):
+        values, vectors = map(np.real, np.linalg.eig(each.matrix))
+        for value, vector in zip(values, vectors.T, strict=True):
             step = OFF * vector / np.linalg.norm(vector / size)
             for pair in follow(np.array([each.y + step, each.y - step])):
-                before, after = _cut(pair, region)
+                before, after = cut(pair, region)
                 curves.append(("from", after) if value > 0 else ("to", before[:, ::-1]))
-    return curves
-
-
-def _spread(states, follow, region, drawn):
-    """Curves through states, each up to a cell that another curve has passed."""
-    taken = np.zeros((CELLS + 1, CELLS + 1), int)
-    size, curves = np.ptp(region, axis=1), []
-
-    def cells(curve):
-        share = (curve - region[:, :1]) / size[:, None] * CELLS
-        return tuple(np.clip(share, 0, CELLS).astype(int))
-
-    for curve in drawn:
-        taken[cells(curve)] = -1
-    for state, pair in zip(states, follow(states), strict=True):
-        if taken[cells(state[:, None])].any():
-            continue
-        parts = []
-        for part in _cut(pair, region):
-            met = np.flatnonzero(taken[cells(part)])
-            parts.append(part[:, : met[0]] if len(met) else part)
-        curve = _joined(*parts)
-        steps = np.diff(curve, axis=1) / size[:, None]
-        if curve.shape[1] < 2 or np.hypot(*steps).sum() < SHORTEST:
-            continue
-        curves.append(curve)
-        taken[cells(curve)] = len(curves)
     return curves

@@ -114,8 +114,8 @@ def poincare(
 
     Notes
     -----
-    The compiled loop locates the crossings on the interpolant, as those of events, and keeps nothing
-    else of the solution.
+    The compiled loop locates the crossings on the interpolant, as those of events, and keeps
+    nothing else of the solution.
 
     Examples
     --------
