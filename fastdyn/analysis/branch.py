@@ -11,6 +11,7 @@ from .path import Path, Special
 
 FAST = 3  # passes of Newton's method after which the step becomes longer
 LONGER, SHORTER, SHORTEST = 1.6, 0.5, 1e-6  # factors of the step; its least share of the first
+SMALL = 0.02  # amplitude near an equilibrium, as a share of that of the first orbit
 STEP = 0.02  # first step, as a share of the range of the parameter
 
 
@@ -136,6 +137,9 @@ def continuation(orbit, parameter, end, period=None, step=None, n_orbits=200, la
             break
         if (value - path.start) * path.sign < 0.0:
             message = f"It comes back to {path.start:g}."
+            break
+        if not orbit.forced and there.orbit.amplitude.max() < SMALL * orbit.amplitude.max():
+            message = f"It shrinks to an equilibrium at {value:.4g}."
             break
     label = orbit.equations.parameter_label(path.j)
     values = np.array([path.value(point) for point in points])

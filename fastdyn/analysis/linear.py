@@ -50,7 +50,7 @@ class Mode:
     @property
     def damping_ratio(self):
         """-Re/|eigenvalue|: 1 for a decay without oscillation, negative for growth."""
-        return -self.eigenvalue.real / abs(self.eigenvalue) if self.eigenvalue else math.nan
+        return 0.0 - self.eigenvalue.real / abs(self.eigenvalue) if self.eigenvalue else math.nan
 
     @property
     def period(self):
@@ -58,7 +58,7 @@ class Mode:
         return 2.0 * math.pi / self.frequency if self.oscillates else math.inf
 
     def __str__(self):
-        size = f"{self.eigenvalue.real:+.6g}"
+        size = f"{self.eigenvalue.real:+.6g}" if self.eigenvalue.real else "0"
         if not self.oscillates:
             return f"{size:>12}{'':>32}  {self.name}"
         return (

@@ -114,16 +114,17 @@ def periodic_orbit(
     Raises
     ------
     NotConvergedError
-        If Newton's method does not arrive at an orbit, or arrives at an equilibrium.
+        If the search does not arrive at an orbit, or arrives at an equilibrium.
     ValueError
         For a function that cannot be traced or differentiated, and without a period for equations
         that depend on the time.
 
     Notes
     -----
-    Newton's method with the exact monodromy matrix, as in Seydel, Practical Bifurcation and
-    Stability Analysis, section 7.5. Each pass solves n (n + 2) equations once. Among the orbits of
-    a family, as in conservative systems, a nearby one is found.
+    Shooting with the exact monodromy matrix, as in Seydel, Practical Bifurcation and Stability
+    Analysis, section 7.5, by Levenberg and Marquardt's method (SciPy's `root`). Each pass solves
+    n (n + 2) equations once. Among the orbits of a family, as in conservative systems, a nearby one
+    is found.
 
     Examples
     --------

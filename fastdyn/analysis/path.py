@@ -94,6 +94,8 @@ class Path(NamedTuple):
             ]
             if np.abs(off).max() <= near and np.abs(step).max() <= 1e-6:
                 orbit = self._orbit(u, passage)
+                if not orbit.forced and self._direction(orbit) @ direction < 0.0:
+                    raise NotConvergedError("The orbit shrinks to an equilibrium there.")
                 return Point(u, _tangent(matrix, here.tangent), orbit), passes
             if np.abs(step).max() > LOST:
                 break

@@ -1,16 +1,18 @@
-"""Shooting: Newton's method for a state that a period takes back to itself."""
+"""Shooting: the search for a state that a period takes back to itself."""
 
 import math
 
 import numpy as np
+from scipy.optimize import root
 
 from fastdyn.solve.ivp import solve_ivp
 
 from .equations import NotConvergedError
 
 ROUNDINGS = 100.0  # residual of an orbit, in units of the tolerance of the solves
-MOST_PASSES, HALVINGS = 40, 6
-LARGEST = 0.3  # change of the period in one step, as a share of it
+SHORTEST = 0.02  # period of an orbit, as a share of the guess: at 0 all states are periodic
+FAR = 1e6  # residual where a solve fails
+SEARCH = {"xtol": 1e-14, "ftol": 1e-14, "factor": 0.1}  # a first step of a tenth of the state
 RETURN = 20_000  # steps in which a solution comes back
 
 
@@ -30,75 +32,59 @@ class Plane:
 
 
 def shoot(flow, y0, period, t0, forced):
-    """(state, period, Passage) of the periodic orbit that Newton's method finds from a guess."""
-    y, T = np.array(y0, float), float(period)
-    direction = flow.equations.rates(t0, y)
-    if not forced and not np.abs(direction).max() > 0.0:
+    """(state, period, Passage) of a periodic orbit, found from a guess.
+
+    The unknowns are the state and, unless `forced`, the logarithm of the period; the state stays in
+    the plane through `y0` across the flow.
+    """
+    n, size = len(y0), _size(y0)
+    across = flow.equations.rates(t0, y0)
+    if not forced and not np.abs(across).max() > 0.0:
         raise NotConvergedError("The search begins at an equilibrium: start beside it.")
-    near = flow.options["rtol"] * ROUNDINGS
-    passage = flow.passage(y, t0, T)
-    for _ in range(MOST_PASSES):
-        if np.abs(passage.y - y).max() <= near * _size(y, passage.y):
-            break
-        step = newton_step(passage, passage.y - y, None if forced else direction)
-        y, T, passage = _damped(flow, y, T, t0, passage, step)
-        direction = flow.equations.rates(t0, y)
-    else:
-        raise _lost(passage.y - y, _size(y, passage.y), T)
-    step = newton_step(passage, passage.y - y, None if forced else direction)
-    last = _tried(flow, y + step[:-1], T + step[-1], t0)  # once more: quadratic convergence
-    if last is not None and np.abs(last.y - y - step[:-1]).max() <= np.abs(passage.y - y).max():
-        y, T, passage = y + step[:-1], T + step[-1], last
-    return y, T, passage
+    across = across / max(np.abs(across).max(), 1e-300)
+
+    def residuals(u):
+        y, T = u[:n], period if forced else period * np.exp(u[n])
+        passage = flow.passage(y, t0, T)
+        off, matrix = passage.y - y, passage.by_start - np.eye(n)
+        if not forced:
+            off = np.append(off, across @ (y - y0))
+            matrix = np.block([[matrix, T * passage.by_length[:, None]], [across, np.zeros(1)]])
+        return off / size, matrix / size
+
+    u = np.array(y0, float) if forced else np.append(y0, 0.0)
+    u = _least_squares(residuals, u)
+    T = period if forced else period * np.exp(u[n])
+    passage = flow.passage(u[:n], t0, T)
+    off = np.abs(passage.y - u[:n]).max() / _size(u[:n], passage.y)
+    if not off <= ROUNDINGS * flow.options["rtol"] or not T > SHORTEST * period:
+        raise NotConvergedError(
+            f"No periodic orbit was found: with a period of {T:.6g} the state after a period is "
+            f"off by {off:.2g} of its size, and the search comes no nearer. Give a state or a "
+            "period nearer to the orbit, or a `transient` towards it."
+        )
+    return u[:n], T, passage
 
 
-def newton_step(passage, off, direction):
-    """The change of state and period, shape (n + 1,); `direction` is None for a given period."""
-    n = len(off)
-    matrix = np.zeros((n + 1, n + 1))
-    matrix[:n, :n] = passage.by_start - np.eye(n)
-    if direction is None:
-        matrix[n, n] = 1.0
-    else:
-        matrix[:n, n] = passage.by_length
-        matrix[n, :n] = direction / np.abs(direction).max()
-    return np.linalg.lstsq(matrix, np.append(-off, 0.0), rcond=1e-10)[0]
+def _least_squares(residuals, u):
+    """Levenberg and Marquardt's method; where a solve fails, the step is too long."""
+    last = residuals(u)
 
+    def guarded(u):
+        nonlocal last
+        try:
+            last = residuals(u)
+        except NotConvergedError:
+            return np.full(len(u), FAR), last[1]
+        return last
 
-def _damped(flow, y, T, t0, passage, step):
-    """A step of Newton's method, halved while it leads away from an orbit."""
-    before = np.linalg.norm((passage.y - y) / _size(y, passage.y))
-    share = min(1.0, LARGEST * T / max(abs(step[-1]), 1e-300))
-    for _ in range(HALVINGS):
-        new = y + share * step[:-1]
-        found = _tried(flow, new, T + share * step[-1], t0)
-        if found is not None:
-            after = np.linalg.norm((found.y - new) / _size(new, found.y))
-            if after < before:
-                return new, T + share * step[-1], found
-        share /= 2.0
-    raise _lost(passage.y - y, _size(y, passage.y), T)
-
-
-def _tried(flow, y, T, t0):
-    """The Passage, or None if the solve fails."""
-    try:
-        return flow.passage(y, t0, T)
-    except NotConvergedError:
-        return None
+    with np.errstate(all="ignore"):
+        return root(guarded, u, jac=True, method="lm", options=SEARCH).x
 
 
 def _size(*states):
     """The size by which residuals are measured: that of the largest component, at least 1e-3."""
     return max(1e-3, *(np.abs(state).max() for state in states))
-
-
-def _lost(off, size, period):
-    return NotConvergedError(
-        f"No periodic orbit was found: with a period of {period:.6g} the state after a period is "
-        f"off by {np.abs(off / size).max():.2g} of its size, and Newton's method comes no nearer. "
-        "Give a state or a period nearer to the orbit, or a `transient` towards it."
-    )
 
 
 def return_time(flow, y0, t0):
