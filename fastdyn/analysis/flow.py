@@ -14,6 +14,7 @@ from .equations import Equations, NotConvergedError
 
 METHOD = "DOP853"
 TOLERANCES = {"rtol": 1e-10, "atol": 1e-12}
+MOST_STEPS = 1_000_000  # of one solve: a state that slides along a jump would never end
 
 
 class OverUnit:
@@ -93,4 +94,4 @@ def options_of(method, given):
     for name in ("sensitivity", "t_eval", "dense_output", "events", "args"):
         if name in given:
             raise TypeError(f"`{name}` is no option here: the analysis sets it.")
-    return {"method": method, **TOLERANCES, **given}
+    return {"method": method, **TOLERANCES, "max_steps": MOST_STEPS, **given}

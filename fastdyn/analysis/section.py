@@ -128,13 +128,15 @@ def poincare(
     rows = [y0] if y0 is None or np.ndim(y0) == 1 else y0
     starts = np.array([state_of(equations, row) for row in rows])
     n_points, n_skipped = count(n_points, "n_points"), count(n_skipped, "n_skipped", 0)
+    max_steps = options.get("max_steps")
     options = options_of(options.pop("method", METHOD), options)
     if (section is None) == (period is None):
         raise ValueError("Give a `section`, a function that is zero on it, or a `period`.")
     wanted = n_points + n_skipped
     if period is None:
         event = _event(equations, section, direction, wanted)
-        given = {"events": event, "t_eval": [], "max_steps": STEPS * max(wanted, 100), **options}
+        most = {"max_steps": STEPS * max(wanted, 100)}
+        given = {**options, "events": event, "t_eval": [], **(most if max_steps is None else {})}
         end = math.inf
     else:
         times = positive(period, "period") * np.arange(wanted)

@@ -96,7 +96,7 @@ def return_time(flow, y0, t0):
         raise NotConvergedError("The search begins at an equilibrium: start beside it.")
     result = solve_ivp(
         e.fun, (t0, math.inf), y0, args=e.args, events=Plane(y0, direction), t_eval=[],
-        max_steps=RETURN, **flow.options,
+        **{**flow.options, "max_steps": RETURN},
     )  # fmt: skip
     times = result.t_events[0][result.t_events[0] > t0]
     if not len(times):

@@ -93,7 +93,7 @@ def test_a_fold_of_cycles():
     orbit = periodic_orbit(subcritical, [1.4, 0], 6.3, (0.0,))
     branch = continuation(orbit, "mu", -1.5)
     (fold,) = branch.special
-    assert fold.kind == "fold" and abs(fold.value + 1) < 1e-8
+    assert fold.kind == "fold" and abs(fold.value + 1) < 1e-7  # as exact as orbits are
     assert "shrinks to an equilibrium" in branch.message and abs(branch.values[-1]) < 2e-3
     r = branch.amplitudes[0]
     assert np.allclose((r**2 - 1) ** 2, 1 + branch.values, atol=1e-6)
