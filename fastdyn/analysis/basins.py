@@ -15,6 +15,7 @@ LEAST = 0.1  # of the box, the least range
 FEWEST = 5e-4  # share of the grid that an attractor has at least
 MOST = 20  # attractors
 WINDOW = 0.1  # of t_end
+SHRINKS = 0.9  # factor by which the ranges of decaying motions shrink from look to look, at most
 ROUNDED = 1e-3  # of the largest number of an attractor: numbers below are named 0
 
 
@@ -162,7 +163,13 @@ def basin(
         distances = np.abs(second[settled][:, None] - centres).max(axis=2)
         nearest = distances.argmin(axis=1)
         labels[settled] = np.where(distances.min(axis=1) <= near, nearest, UNDECIDED)
-    found = [(c[: len(state)], c[len(state) :]) for c in centres]
+    before, after = (_widths(each, labels, len(centres)) for each in (first, second))
+    found = []
+    for centre, wide, narrow in zip(centres, before, after, strict=True):
+        low, high = np.split(centre, 2)
+        if narrow < SHRINKS * wide and narrow <= near:  # it still approaches an equilibrium
+            low = high = 0.5 * (low + high)
+        found.append((low, high))
     return Basin(equations, (i, j), x, y, labels.reshape(len(y), len(x)), found)
 
 
@@ -197,6 +204,15 @@ def _ranges(equations, starts, t_end, window, options):
         if reduce:
             ranges.append(np.hstack([run.reduced["min"], run.reduced["max"]]))
     return *ranges, fine
+
+
+def _widths(ranges, labels, count):
+    """The largest width of the ranges of each attractor's members, by the median."""
+    low, high = np.split(ranges, 2, axis=1)
+    wide = (high - low).max(axis=1)
+    return [
+        float(np.median(wide[labels == k])) if (labels == k).any() else 0.0 for k in range(count)
+    ]
 
 
 def _clusters(ends, near, fewest):

@@ -111,7 +111,7 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
     x, y = (np.linspace(low, high, FINE) for low, high in region)
     equations.rates(t, region.mean(axis=1))  # mistakes of the user are raised here
     field = _field(equations, t, x, y)
-    if not np.isfinite(field).any():
+    if not np.isfinite(field).all(axis=0).any():
         raise ValueError(f"`fun` is finite nowhere in the box {region.tolist()}.")
     few = slice(None, None, FINE // 6)
     later = _field(equations, t + LATER, x[few], y[few])
