@@ -41,7 +41,7 @@ def section(result, components, angles, **options):
         drawing = pyplot.figure(**{"figsize": (9, 7.5), "layout": "constrained"} | options)
         axes = drawing.add_subplot()
         n_starts = len(result.y0)
-        size = min(6.0, max(1.2, 200.0 / math.sqrt(max(len(result.t), 1))))
+        size = min(6.0, max(2.2, 250.0 / math.sqrt(max(len(result.t), 1))))
         for k in range(n_starts):
             points = y[:, result.start == k][shown]
             colour = style.COLOURS[k % 6] if n_starts <= FEW else "k"
