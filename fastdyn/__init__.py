@@ -21,7 +21,7 @@ from fastdyn.solve.second_order import solve_second_order
 from fastdyn.solve.separable import solve_separable
 
 if TYPE_CHECKING:
-    from fastdyn import systems
+    from fastdyn import analysis, systems
     from fastdyn.drift.compare import compare_drift
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.reductions import Fold
@@ -52,15 +52,15 @@ _LAZY = {  # name: module, imported when the name is first asked for
 __all__ = [
     "METHODS", "CompileWarning", "Fold", "OdeResult", "OdeSolution", "Phase", "Shared",
     "SingularMatrixError", "Stepper", "StiffnessWarning", "System", "Trajectories", "__version__",
-    "compare_drift", "constrained", "energy_drift", "prepare", "solve_ensemble", "solve_ivp",
-    "solve_linear", "solve_phases", "solve_second_order", "solve_separable", "systems",
-    "time_transformed",
+    "analysis", "compare_drift", "constrained", "energy_drift", "prepare", "solve_ensemble",
+    "solve_ivp", "solve_linear", "solve_phases", "solve_second_order", "solve_separable",
+    "systems", "time_transformed",
 ]  # fmt: skip
 
 
 def __getattr__(name):
-    if name == "systems":
-        return importlib.import_module("fastdyn.systems")
+    if name in ("analysis", "systems"):
+        return importlib.import_module(f"fastdyn.{name}")
     if name in _LAZY:
         return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'fastdyn' has no attribute {name!r}")

@@ -54,12 +54,13 @@ def _watched(problem, n):
 
 def _parted(whole, n, directions):
     """Divide the result of the extended state into state and sensitivities by name."""
-    result, states = OdeResult(whole), np.asarray(whole.y).reshape(-1, len(whole.t))
+    result, size = OdeResult(whole), n * (1 + sum([d.size for d in directions]))
+    states = np.asarray(whole.y).reshape(size, len(whole.t))  # SciPy's empty output is a list
     result.y = states[:n] if len(whole.t) else whole.y
-    columns = states[n:].reshape(n, sum([d.size for d in directions]), -1)
+    columns = states[n:].reshape(n, size // n - 1, len(whole.t))
     ends = np.cumsum([d.size for d in directions])[:-1]
     result.sensitivity = {
-        d.name: part.reshape(n, *d.value.shape, -1)
+        d.name: part.reshape(n, *d.value.shape, len(whole.t))
         for d, part in zip(directions, np.split(columns, ends, axis=1), strict=True)
     }
     if whole.sol is not None:

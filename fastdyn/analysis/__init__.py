@@ -1,0 +1,22 @@
+"""What a course on dynamics computes, in a line each: equilibria, portraits, orbits, exponents.
+
+Every function takes a plain function ``fun(t, y, *args)`` or a system of `fastdyn.systems` or
+`fastdyn.derive`, and returns a result that can be printed and has ``plot()``.
+"""
+
+from .basins import Basin, basin
+from .branch import Branch, continuation
+from .equations import NotConvergedError
+from .equilibria import Equilibria, equilibria
+from .exponents import Exponents, lyapunov
+from .linear import Linearisation, Mode, linearise
+from .orbit import PeriodicOrbit, periodic_orbit
+from .portrait import Portrait, phase_portrait
+from .response import Response, frequency_response
+from .section import Section, poincare
+
+__all__ = [
+    "Basin", "Branch", "Equilibria", "Exponents", "Linearisation", "Mode", "NotConvergedError",
+    "PeriodicOrbit", "Portrait", "Response", "Section", "basin", "continuation", "equilibria",
+    "frequency_response", "linearise", "lyapunov", "periodic_orbit", "phase_portrait", "poincare",
+]  # fmt: skip

@@ -1,0 +1,242 @@
+"""Basins of attraction: a grid of starts, solved as an ensemble, by where it comes to."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from fastdyn.ensemble.solve import solve_ensemble
+
+from .equations import Equations, box_of, count, equations_of, positive, shared
+
+UNDECIDED, ESCAPED = -1, -2  # labels
+NEAR = 0.05  # of the range of all ends: two ends as near belong to one attractor
+LEAST = 0.1  # of the box, the least range
+FEWEST = 5e-4  # share of the grid that an attractor has at least
+MOST = 20  # attractors
+WINDOW = 0.1  # of t_end
+SHRINKS = 0.9  # factor by which the ranges of decaying motions shrink from look to look, at most
+ROUNDED = 1e-3  # of the largest number of an attractor: numbers below are named 0
+
+
+@dataclasses.dataclass(frozen=True)
+class Basin:
+    """
+    Basins of attraction on a grid of starts.
+
+    Attributes
+    ----------
+    x, y : ndarray, shape (k,), (l,)
+        The two components of the starts that differ.
+    labels : ndarray of int, shape (l, k)
+        Number of the attractor; -1 where the motion has not settled on any, -2 where the solve
+        failed, mostly because it blows up.
+    attractors : list of (ndarray, ndarray)
+        Smallest and largest value of each component on each attractor, shape (n,); both are the
+        state of an equilibrium.
+    shares : ndarray
+        Share of the grid that belongs to each attractor.
+    undecided, escaped : float
+        Shares of the labels -1 and -2.
+    """
+
+    equations: Equations
+    components: tuple
+    x: np.ndarray
+    y: np.ndarray
+    labels: np.ndarray
+    attractors: list
+
+    @property
+    def shares(self):
+        return np.array([(self.labels == k).mean() for k in range(len(self.attractors))])
+
+    @property
+    def undecided(self):
+        return float((self.labels == UNDECIDED).mean())
+
+    @property
+    def escaped(self):
+        return float((self.labels == ESCAPED).mean())
+
+    @property
+    def names(self):
+        """The attractors in words."""
+        return [described(low, high) for low, high in self.attractors]
+
+    def __str__(self):
+        lines = [f"Basins of {len(self.attractors)} attractors from {self.labels.size} starts"]
+        for share, name in zip(self.shares, self.names, strict=True):
+            lines.append(f"  {share:6.1%}  {name}")
+        for share, what in ((self.undecided, "not settled"), (self.escaped, "failed")):
+            if share:
+                lines.append(f"  {share:6.1%}  {what}")
+        return "\n".join(lines)
+
+    def plot(self, **options) -> Any:
+        """The plane of the starts, a colour for each attractor."""
+        from fastdyn.plot.analysis.chaos import basin
+
+        return basin(self, **options)
+
+
+def basin(
+    fun, box, args=(), at=None, components=(0, 1), n=200, t_end=100.0, window=None,
+    attractors=None, near=None, **options,
+):  # fmt: skip
+    """Tell for a grid of starts to which attractor their motions come.
+
+    Parameters
+    ----------
+    fun : callable or System
+        ``fun(t, y, *args)``, or a system.
+    box : array_like, shape (2, 2)
+        A pair (low, high) for each of the two components that differ.
+    args : tuple
+        Arguments of a function.
+    at : array_like, shape (n,), optional
+        The start, whose two components are replaced; of a system, its initial state by default;
+        zeros in two dimensions.
+    components : pair of int
+        The two components.
+    n : int or pair of int
+        Points of the grid along each of them.
+    t_end : float
+        Time after which the motions have settled.
+    window : float, optional
+        Time of each of two looks afterwards, in which the range of each component is taken; a
+        tenth of `t_end` by default. It holds a period at least of attractors that are periodic.
+    attractors : array_like, shape (k, n), optional
+        Equilibria to which motions may come; by default attractors are found as clusters of the
+        ranges of all components.
+    near : float, optional
+        Distance of what belongs to one attractor, in each component; 5 % of the largest range of
+        all motions in the end by default.
+    **options
+        As in `solve_ensemble`; by default DOP853, rtol = 1e-6, atol = 1e-8.
+
+    Returns
+    -------
+    Basin
+        Starts whose ranges differ in the two looks by more than `near` are undecided.
+
+    Raises
+    ------
+    ValueError
+        For arguments that make no sense.
+
+    Examples
+    --------
+    >>> well = lambda t, y: [y[1], y[0] - y[0] ** 3 - 0.2 * y[1]]
+    >>> basin(well, [(-2, 2), (-2, 2)]).plot()
+    """
+    equations, region = equations_of(fun, args), box_of(box, 2)
+    state = _rest(equations, at)
+    i, j = _pair(components, len(state))
+    sides = [n, n] if isinstance(n, int) else list(n)
+    x, y = (
+        np.linspace(low, high, count(side, "n", 2))
+        for (low, high), side in zip(region, sides, strict=True)
+    )
+    starts = np.tile(state, (len(x) * len(y), 1))
+    starts[:, i], starts[:, j] = np.tile(x, len(y)), np.repeat(y, len(x))
+    t_end = positive(t_end, "t_end")
+    window = WINDOW * t_end if window is None else positive(window, "window")
+    options = {"method": "DOP853", "rtol": 1e-6, "atol": 1e-8, **options}
+    first, second, fine = _ranges(equations, starts, t_end, window, options)
+    labels = np.full(len(starts), UNDECIDED)
+    labels[~fine] = ESCAPED
+    low, high = np.split(second[fine], 2, axis=1)
+    spread = (high.max(axis=0) - low.min(axis=0)).max() if fine.any() else 0.0
+    spread = max(spread, LEAST * np.ptp(region, axis=1).max())
+    near = NEAR * spread if near is None else positive(near, "near")
+    settled = fine.copy()
+    settled[fine] = (np.abs(first[fine] - second[fine]) <= near).all(axis=1)
+    if attractors is None:
+        centres = _clusters(second[settled], near, max(2.0, FEWEST * len(starts)))
+    else:
+        given = np.atleast_2d(np.asarray(attractors, float))
+        if given.shape[1] != len(state) or not np.isfinite(given).all():
+            raise ValueError(f"`attractors` must be finite states, of shape (k, {len(state)}).")
+        centres = np.hstack([given, given])
+    if len(centres):
+        distances = np.abs(second[settled][:, None] - centres).max(axis=2)
+        nearest = distances.argmin(axis=1)
+        labels[settled] = np.where(distances.min(axis=1) <= near, nearest, UNDECIDED)
+    before, after = (_widths(each, labels, len(centres)) for each in (first, second))
+    found = []
+    for centre, wide, narrow in zip(centres, before, after, strict=True):
+        low, high = np.split(centre, 2)
+        if narrow < SHRINKS * wide and narrow <= near:  # it still approaches an equilibrium
+            low = high = 0.5 * (low + high)
+        found.append((low, high))
+    return Basin(equations, (i, j), x, y, labels.reshape(len(y), len(x)), found)
+
+
+def _rest(equations, at):
+    """The start whose components are replaced."""
+    if at is None and equations.system is None:
+        return np.zeros(2)
+    at = equations.system.initial_state() if at is None else at
+    state = np.asarray(at, float)
+    if state.ndim != 1 or len(state) < 2 or not np.isfinite(state).all():
+        raise ValueError("`at` must be one finite state, of two components at least.")
+    return state
+
+
+def _pair(components, n):
+    found = tuple(components)
+    if len(found) != 2 or found[0] == found[1] or any(k not in range(n) for k in found):
+        raise ValueError(f"`components` must be two of 0 to {n - 1}; got {components!r}.")
+    return found
+
+
+def _ranges(equations, starts, t_end, window, options):
+    """Ranges (lowest, highest) of each component in two windows, and which solves succeeded."""
+    e, begin, ranges, fine = equations, 0.0, [], np.ones(len(starts), bool)
+    for length in (t_end, window, window):
+        reduce = None if begin == 0.0 else ["min", "max"]
+        run = solve_ensemble(
+            e.fun, (begin, begin + length), starts, shared(e.args), reduce=reduce, **options
+        )
+        fine &= run.success & np.isfinite(run.y_end).all(axis=1)
+        starts, begin = np.where(fine[:, None], run.y_end, 0.0), begin + length
+        if reduce:
+            ranges.append(np.hstack([run.reduced["min"], run.reduced["max"]]))
+    return *ranges, fine
+
+
+def _widths(ranges, labels, count):
+    """The largest width of the ranges of each attractor's members, by the median."""
+    low, high = np.split(ranges, 2, axis=1)
+    wide = (high - low).max(axis=1)
+    return [
+        float(np.median(wide[labels == k])) if (labels == k).any() else 0.0 for k in range(count)
+    ]
+
+
+def _clusters(ends, near, fewest):
+    """Centres of clusters of ends, the largest first; small ones are none."""
+    left, centres = ends, []
+    while len(left) >= fewest and len(centres) < MOST:
+        _, index, sizes = np.unique(
+            np.round(left / near), axis=0, return_inverse=True, return_counts=True
+        )
+        seed = np.median(left[index.reshape(-1) == sizes.argmax()], axis=0)
+        own = (np.abs(left - seed) <= near).all(axis=1)
+        if own.sum() < fewest:
+            break
+        centres.append(np.median(left[own], axis=0))
+        left = left[~(np.abs(left - centres[-1]) <= near).all(axis=1) & ~own]
+    return np.array(sorted(centres, key=lambda c: tuple(np.round(c / near))))
+
+
+def described(low, high):
+    """An attractor in words."""
+    least = ROUNDED * max(1e-300, np.abs([low, high]).max())
+    a, b = (["0" if abs(v) < least else f"{v:.3g}" for v in part] for part in (low, high))
+    if (high - low <= least).all():
+        return "equilibrium at " + ", ".join(b)
+    return "motion between " + ", ".join(
+        f"{one} and {other}" for one, other in zip(a, b, strict=True)
+    )

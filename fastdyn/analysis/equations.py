@@ -1,0 +1,219 @@
+"""The equations of an analysis: a function of the user or a system, its values and its Jacobian."""
+
+import inspect
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.compile.bind import bind
+from fastdyn.compile.derivatives.compare import compare_jacobian
+from fastdyn.compile.derivatives.jacobian import jacobian
+from fastdyn.compile.function_convention import call, code_at
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced.make import Near
+from fastdyn.compile.traced.met import why
+from fastdyn.ensemble.labels import argument_labels, component_labels
+from fastdyn.problem.members import Shared
+from fastdyn.problem.validate import extra_arguments, initial_state
+from fastdyn.trace.graph.refusal import Untraceable
+
+AROUND = 0.1  # share of a component's size by which states of a comparison are moved
+
+
+class NotConvergedError(RuntimeError):
+    """Raised where a search did not arrive: what was searched, how far it came, what may help."""
+
+
+class Equations(NamedTuple):
+    """y' = fun(t, y, *args); `system` is None for a function of the user."""
+
+    fun: Any
+    args: tuple
+    system: Any
+
+    def labels(self, n):
+        """Name and unit of each component of the state."""
+        return component_labels(self.system, n)
+
+    def parameter(self, name):
+        """The position in `args` of a parameter, by its name or its position."""
+        labels = [label.name for label in argument_labels(self.fun, self.args, self.system)]
+        if isinstance(name, str) and name in labels:
+            return labels.index(name)
+        if not isinstance(name, str | bool) and name in range(len(labels)):
+            return int(name)
+        known = ", ".join(map(repr, labels)) or "none"
+        raise ValueError(f"There is no parameter {name!r}; the parameters are {known}.")
+
+    def parameter_label(self, j):
+        """Name and unit of a parameter."""
+        return argument_labels(self.fun, self.args, self.system)[j]
+
+    def number(self, j):
+        """The value of a parameter, which must be a real number."""
+        value = self.args[j]
+        if (
+            isinstance(value, bool)
+            or np.ndim(value)
+            or not isinstance(value, int | float | np.number)
+        ):
+            name = self.parameter_label(j).name
+            raise TypeError(f"The parameter {name!r} must be a number to be varied; got {value!r}.")
+        return float(value)
+
+    def replaced(self, j, value):
+        """The equations with another value of a parameter."""
+        args = (*self.args[:j], float(value), *self.args[j + 1 :])
+        return self._replace(args=args)
+
+    def rates(self, t, y):
+        """f(t, y) in Python, refused if its length is not that of y."""
+        try:
+            found = np.asarray(self.fun(t, y.copy(), *self.args), float)
+        except (IndexError, TypeError, ValueError) as error:
+            error.add_note(f"`fun` was called with a state of {len(y)} numbers.")
+            raise
+        if found.shape != y.shape:
+            raise ValueError(
+                f"`fun` must return {len(y)} numbers, as many as the state has; got shape "
+                f"{found.shape}."
+            )
+        return found
+
+    def differentiated(self, t, y):
+        """A Derivatives of the equations, traced around a time and a state.
+
+        Raises
+        ------
+        ValueError
+            If the function cannot be traced or differentiated.
+        """
+        self.rates(t, y)  # mistakes of the user are reported by Python
+        n = len(y)
+        bound = bind(self.fun, self.args, DERIVATIVE, n, Near(t, t + 1.0, y))
+        traced = bound.function is not None and bound.function.traced is not None
+        reason = None if traced else why(self.fun, self.args, DERIVATIVE, n) or "it has no trace"
+        found = None
+        try:
+            found = jacobian(bound.function, True) if traced else None
+        except Untraceable as refused:
+            reason = str(refused)
+        if found is None:
+            name = getattr(self.fun, "__name__", "fun")
+            raise ValueError(
+                f"The Jacobian needs a function that can be traced and differentiated, and "
+                f"`{name}` cannot: {reason}."
+            )
+        rng = np.random.default_rng(0)
+        size = AROUND * np.maximum(np.abs(y), AROUND)
+        states = [y, *(y + size * rng.standard_normal((2, n)))]
+        compare_jacobian(bound, [t, t, t], states)
+        return Derivatives(bound, found, n)
+
+
+class Derivatives(NamedTuple):
+    """Compiled df/dy and df/dt of equations."""
+
+    bound: Any
+    code: Any
+    n: int
+
+    @property
+    def autonomous(self):
+        """Whether f does not depend on t."""
+        return self.code.autonomous
+
+    def at(self, t, y):
+        """df/dy, shape (n, n)."""
+        out, left = np.empty(self.code.size), np.zeros(1, np.int64)
+        state = np.ascontiguousarray(y, float).copy()
+        call(code_at(self.code.address), float(t), state, self.bound.block, out, left.ctypes.data)
+        matrix = np.zeros((self.n, self.n))
+        matrix[self.code.rows, self.code.columns] = out[: len(self.code.rows)]
+        return matrix
+
+
+def equations_of(fun: Any, args: Any = ()):
+    """The Equations of a function or of a system.
+
+    Raises
+    ------
+    TypeError
+        For anything else, and for arguments beside a system.
+    """
+    if inspect.isclass(fun) and hasattr(fun, "rhs"):
+        name = getattr(fun, "name", fun.__name__)
+        raise TypeError(f"`{name}` is a class of systems: write {name}(), with parameters.")
+    if not inspect.isclass(fun) and hasattr(fun, "rhs") and hasattr(fun, "states"):
+        if len(extra_arguments(args)):
+            raise TypeError(f"`args` of the {fun.name} are its parameters; set them by name.")
+        return Equations(fun.rhs, fun.args, fun)
+    if not callable(fun):
+        raise TypeError(f"`fun` must be a function of (t, y, *args), or a system; got {fun!r}.")
+    return Equations(fun, extra_arguments(args), None)
+
+
+def state_of(equations, y0, name="y0"):
+    """A state as a new array of floats; of a system, its initial state if none is given."""
+    if y0 is None:
+        if equations.system is None:
+            raise ValueError(f"`{name}` is missing: only a system has an initial state of its own.")
+        y0 = equations.system.initial_state()
+    y0 = initial_state(y0, name)
+    if y0.dtype.kind == "c":
+        raise TypeError(f"`{name}` must be real: split complex components into their parts.")
+    if not y0.size:
+        raise ValueError(f"`{name}` has no components.")
+    if equations.system is not None and len(y0) != len(equations.system.states):
+        names = ", ".join(state.name for state in equations.system.states)
+        raise ValueError(
+            f"`{name}` of the {equations.system.name} must be {len(equations.system.states)} "
+            f"numbers ({names}); got {len(y0)}."
+        )
+    return y0
+
+
+def shared(args):
+    """Arguments of an ensemble that all trajectories share."""
+    return tuple([Shared(a) if isinstance(a, np.ndarray | list) else a for a in args])
+
+
+def box_of(box, n=None, name="box") -> Any:
+    """Pairs (low, high), as an array of shape (n, 2).
+
+    Raises
+    ------
+    ValueError
+        For another shape, numbers that are not finite, and empty intervals.
+    """
+    try:
+        found = np.asarray(box, float)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.ndim != 2 or found.shape[-1] != 2 or not len(found) or n not in (None, len(found)):
+        wanted = "each component" if n is None else f"each of the {n} components"
+        raise ValueError(f"`{name}` must have a pair (low, high) for {wanted}; got {box!r}.")
+    if not np.isfinite(found).all() or (found[:, 0] >= found[:, 1]).any():
+        raise ValueError(f"`{name}` must have finite pairs with low < high; got {box!r}.")
+    return found
+
+
+def positive(value, name):
+    """A positive finite number."""
+    if (
+        isinstance(value, bool)
+        or not np.isscalar(value)
+        or not isinstance(value, int | float | np.number)
+    ):
+        raise TypeError(f"`{name}` must be a positive number; got {value!r}.")
+    if not (math.isfinite(value) and value > 0):
+        raise ValueError(f"`{name}` must be a positive number; got {value!r}.")
+    return float(value)
+
+
+def count(value, name, least=1):
+    """A whole number, at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise ValueError(f"`{name}` must be a whole number, at least {least}; got {value!r}.")
+    return int(value)

@@ -1,0 +1,161 @@
+"""Equilibria: Newton's method with exact Jacobians, from many starts."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from scipy.optimize import root
+from scipy.stats import qmc
+
+from .equations import Equations, box_of, count, equations_of, state_of
+from .linear import Linearisation, linearised
+
+SAME = 1e-6  # of the size of the box: equilibria closer than that are one
+EDGE = 1e-9  # of the size of the box: an equilibrium may lie so far outside
+POLISH = 4  # steps of Newton's method after the search
+
+
+@dataclasses.dataclass(frozen=True)
+class Equilibria:
+    """
+    The equilibria that were found; a sequence of `Linearisation`.
+
+    Attributes
+    ----------
+    found : list of Linearisation
+    box : ndarray, shape (n, 2), or None
+        The region that was searched.
+    n_starts : int
+        Starts of the search, and in `message` what became of it.
+    message : str
+    """
+
+    equations: Equations
+    found: list[Linearisation]
+    box: np.ndarray | None
+    n_starts: int
+    message: str
+
+    def __len__(self):
+        return len(self.found)
+
+    def __getitem__(self, i):
+        return self.found[i]
+
+    def __iter__(self):
+        return iter(self.found)
+
+    def __str__(self):
+        return "\n".join([self.message, *(str(each) for each in self.found)])
+
+    def plot(self, **options) -> Any:
+        """The eigenvalues of all equilibria in the complex plane."""
+        from fastdyn.plot.analysis.linear import eigenvalues
+
+        return eigenvalues(self, **options)
+
+
+def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
+    """Search for states at which f(t, y) = 0.
+
+    Parameters
+    ----------
+    fun : callable or System
+        ``fun(t, y, *args)``, or a system.
+    box : array_like, shape (n, 2), optional
+        A pair (low, high) for each component; the search begins at `n_starts` points in the box,
+        and keeps equilibria inside.
+    guesses : array_like, shape (m, n) or (n,), optional
+        Further starts; without `box`, all equilibria are kept. Of a system, the default is its
+        initial state.
+    args : tuple
+        Arguments of a function.
+    t : float
+        Time, for equations that depend on the time.
+    n_starts : int
+        Starts in the box.
+
+    Returns
+    -------
+    Equilibria
+        Sorted by their first component, then by the next. Empty if none was found: `message`
+        tells. A search from finitely many starts can miss an equilibrium.
+
+    Raises
+    ------
+    ValueError
+        For a box or guesses of the wrong shape, and for a function that cannot be traced or
+        differentiated.
+
+    Notes
+    -----
+    Each start goes through Powell's hybrid method (SciPy's `root`) with the exact Jacobian. What
+    does not end where f is zero but for rounding is dropped.
+
+    Examples
+    --------
+    >>> swing = lambda t, y: [y[1], -np.sin(y[0]) - 0.1 * y[1]]
+    >>> [each.kind for each in equilibria(swing, [(-1, 4), (-1, 1)])]  # stable focus, saddle
+    """
+    equations, t = equations_of(fun, args), float(t)
+    starts, region = _starts(equations, box, guesses, count(n_starts, "n_starts"))
+    derivatives = equations.differentiated(t, starts[0])
+    size = np.ptp(region, axis=1) if region is not None else 1.0 + np.abs(starts).max(axis=0)
+    found = []
+    for start in starts:
+        state = _zero(equations, derivatives, t, start)
+        if state is None or not _inside(state, region, size):
+            continue
+        if all(np.abs((state - other.y) / size).max() > SAME for other in found):
+            here = linearised(equations, derivatives, t, state)
+            if here.equilibrium:
+                found.append(here)
+    found.sort(key=lambda each: tuple(np.round(each.y / size, 6)))
+    where = "in the box " if region is not None else ""
+    number = {0: "No equilibrium was", 1: "One equilibrium was"}.get(
+        len(found), f"{len(found)} equilibria were"
+    )
+    message = f"{number} found {where}from {len(starts)} starts."
+    return Equilibria(equations, found, region, len(starts), message)
+
+
+def _starts(equations, box, guesses, n_starts):
+    """(states at which the search begins, the box or None)."""
+    if guesses is None and box is None:
+        return state_of(equations, None, "guesses")[None], None
+    starts, region, n = [], None, None
+    if guesses is not None:
+        rows = [guesses] if np.ndim(guesses) == 1 else guesses
+        starts = [state_of(equations, row, "guesses") for row in rows]
+        n = len(starts[0])
+        if any(len(start) != n for start in starts):
+            raise ValueError("`guesses` must have rows of one length.")
+    if box is not None:
+        region = box_of(box, n or (len(equations.system.states) if equations.system else None))
+        sobol = qmc.Sobol(len(region), rng=0).random_base2(int(np.ceil(np.log2(n_starts))))
+        middle = np.full((1, len(region)), 0.5)
+        unit = np.concatenate([middle, sobol])[: max(n_starts, 1)]
+        starts = [*starts, *(region[:, 0] + unit * np.ptp(region, axis=1))]
+    return np.array(starts), region
+
+
+def _zero(equations, derivatives, t, start):
+    """A state at which f is about zero, reached from a start; None if the search fails."""
+    with np.errstate(all="ignore"):
+        try:
+            state = root(
+                lambda y: equations.rates(t, y), start, jac=lambda y: derivatives.at(t, y)
+            ).x
+            for _ in range(POLISH):
+                rates, matrix = equations.rates(t, state), derivatives.at(t, state)
+                state = state - np.linalg.lstsq(matrix, rates, rcond=1e-12)[0]
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None  # it left the domain of `fun`
+    return state + 0.0 if np.isfinite(state).all() else None
+
+
+def _inside(state, region, size):
+    if region is None:
+        return True
+    edge = EDGE * size
+    return bool(((state >= region[:, 0] - edge) & (state <= region[:, 1] + edge)).all())

@@ -1,0 +1,245 @@
+"""Linearisation: the exact Jacobian, its eigenvalues, the kind of an equilibrium, its modes."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from .equations import Derivatives, Equations, equations_of, state_of
+
+ZERO = 1e-9  # of the largest eigenvalue: real parts below are rounding
+ROUNDING = 1e-13  # of the largest eigenvalue: real parts of modes below are given as 0
+AT_REST = 1e-8  # of the terms of f: rates below are rounding
+SEEN = 0.1  # of the largest component of a mode: those below are not named
+
+
+@dataclasses.dataclass(frozen=True)
+class Mode:
+    """A real eigenvalue, or a pair of conjugate ones.
+
+    Attributes
+    ----------
+    eigenvalue : complex
+        Of a pair, the one above the real axis.
+    shape : ndarray of complex, shape (n,)
+        Eigenvector; its largest position, or component, is 1.
+    name : str
+        What the components do.
+    """
+
+    eigenvalue: complex
+    shape: np.ndarray
+    name: str
+
+    @property
+    def oscillates(self):
+        """Whether the eigenvalue is one of a pair."""
+        return self.eigenvalue.imag > 0
+
+    @property
+    def frequency(self):
+        """Angular frequency, the imaginary part."""
+        return self.eigenvalue.imag
+
+    @property
+    def natural_frequency(self):
+        """Angular frequency without damping, the size of the eigenvalue."""
+        return abs(self.eigenvalue)
+
+    @property
+    def damping_ratio(self):
+        """-Re/|eigenvalue|: 1 for a decay without oscillation, negative for growth."""
+        return 0.0 - self.eigenvalue.real / abs(self.eigenvalue) if self.eigenvalue else math.nan
+
+    @property
+    def period(self):
+        """2 pi over the frequency; infinite without oscillation."""
+        return 2.0 * math.pi / self.frequency if self.oscillates else math.inf
+
+    def __str__(self):
+        size = f"{self.eigenvalue.real:+.6g}" if self.eigenvalue.real else "0"
+        if not self.oscillates:
+            return f"{size:>12}{'':>32}  {self.name}"
+        return (
+            f"{size:>12} ± {self.frequency:<10.6g} i  damping ratio {self.damping_ratio:<8.4g}"
+            f"  {self.name}"
+        )
+
+
+@dataclasses.dataclass(frozen=True)
+class Linearisation:
+    """
+    Equations linearised at a state: d(y - y0)/dt = rates + matrix (y - y0).
+
+    Attributes
+    ----------
+    t : float
+    y : ndarray, shape (n,)
+    rates : ndarray, shape (n,)
+        f(t, y), zero at an equilibrium.
+    matrix : ndarray, shape (n, n)
+        The exact Jacobian df/dy.
+    eigenvalues : ndarray of complex, shape (n,)
+        By decreasing real part.
+    modes : list of Mode
+        By increasing size of the eigenvalue.
+    equilibrium : bool
+        Whether `rates` is zero but for rounding.
+    autonomous : bool
+        Whether f does not depend on t; otherwise all this holds at `t` alone.
+    kind : str
+        "stable node", "unstable focus", "saddle", "centre", ...; of the linear part.
+    stable : bool or None
+        None where the linear part does not decide.
+    """
+
+    equations: Equations
+    t: float
+    y: np.ndarray
+    rates: np.ndarray
+    matrix: np.ndarray
+    eigenvalues: np.ndarray
+    modes: list
+    equilibrium: bool
+    autonomous: bool
+    kind: str
+    stable: bool | None
+
+    def __str__(self):
+        named = zip(self.equations.labels(len(self.y)), self.y, strict=True)
+        place = ", ".join(f"{label.name} = {round(value, 12):.6g}" for label, value in named)
+        head = f"{self.kind} at {place}"
+        return "\n".join([head, *(f"  {mode}" for mode in self.modes)])
+
+    def plot(self, **options) -> Any:
+        """Eigenvalues in the complex plane, and the shapes of the modes."""
+        from fastdyn.plot.analysis.linear import figure
+
+        return figure(self, **options)
+
+
+def linearise(fun, y=None, args=(), t=0.0):
+    """Linearise equations at a state.
+
+    Parameters
+    ----------
+    fun : callable or System
+        ``fun(t, y, *args)``, or a system.
+    y : array_like, shape (n,), optional
+        State; of a system, its initial state by default.
+    args : tuple
+        Arguments of a function.
+    t : float
+        Time, for equations that depend on the time.
+
+    Returns
+    -------
+    Linearisation
+
+    Raises
+    ------
+    ValueError
+        For a function that cannot be traced or differentiated, and for a state at which `fun` or
+        its Jacobian is not finite.
+
+    Notes
+    -----
+    The derivatives are those of the traced function, exact but for rounding. Kinds of equilibria
+    and of modes: Strogatz, Nonlinear Dynamics and Chaos, chapters 5 and 6.
+
+    Examples
+    --------
+    >>> from fastdyn import systems
+    >>> [mode.frequency for mode in linearise(systems.building()).modes]  # 8.740, 22.882 rad/s
+    """
+    equations = equations_of(fun, args)
+    y, t = state_of(equations, y, "y"), float(t)
+    return linearised(equations, equations.differentiated(t, y), t, y)
+
+
+def linearised(equations, derivatives: Derivatives, t, y):
+    """The Linearisation at a state, with derivatives that are compiled."""
+    rates, matrix = equations.rates(t, y), derivatives.at(t, y)
+    for about, numbers in (("`fun`", rates), ("The Jacobian of `fun`", matrix)):
+        if not np.isfinite(numbers).all():
+            raise ValueError(f"{about} is not finite at t = {t:g}, y = {y}.")
+    values, vectors = np.linalg.eig(matrix.astype(complex))
+    order = np.lexsort((-np.imag(values), -np.real(values)))
+    values, vectors = values[order], vectors[:, order]
+    equilibrium = at_rest(rates, matrix, y)
+    kind, stable = kind_of(values)
+    if not equilibrium:
+        kind, stable = "no equilibrium", None
+    return Linearisation(
+        equations, t, y, rates, matrix, values, modes_of(equations, matrix, values, vectors),
+        equilibrium, derivatives.autonomous, kind, stable,
+    )  # fmt: skip
+
+
+def at_rest(rates, matrix, y):
+    """Whether rates are zero but for the rounding of their terms."""
+    terms = np.abs(matrix) @ np.maximum(np.abs(y), 1e-3 * max(1.0, np.abs(y).max()))
+    return bool((np.abs(rates) <= AT_REST * terms.max()).all()) or not rates.any()
+
+
+def kind_of(eigenvalues):
+    """(kind of an equilibrium in words, whether it is stable or None) from its eigenvalues."""
+    size = np.abs(eigenvalues).max(initial=0.0)
+    real, turning = eigenvalues.real, np.abs(eigenvalues.imag) > ZERO * size
+    growing, decaying = real > ZERO * size, real < -ZERO * size
+    neither = ~(growing | decaying)
+    if (np.abs(eigenvalues) <= ZERO * size).any() or size == 0.0:
+        return "degenerate (an eigenvalue is zero)", False if growing.any() else None
+    if growing.any() and decaying.any():
+        return "saddle", False
+    if growing.any() and neither.any():
+        return "unstable, with undamped oscillations", False
+    if neither.all():
+        return "centre", None
+    if neither.any():
+        return "stable directions and undamped oscillations", None
+    shape = "focus" if turning.any() else "node"
+    return f"{'unstable' if growing.any() else 'stable'} {shape}", not growing.any()
+
+
+def modes_of(equations, matrix, values, vectors):
+    """The Modes, by increasing size of the eigenvalue."""
+    labels, n = equations.labels(len(values)), len(values)
+    half = n // 2
+    ahead = np.hstack([np.zeros((half, half)), np.eye(half)])
+    places = half if n == 2 * half and np.array_equal(matrix[:half], ahead) else n
+    found = []
+    for value, vector in zip(values, vectors.T, strict=True):
+        if value.imag < 0:
+            continue
+        if abs(value.real) <= ROUNDING * np.abs(values).max():
+            value = complex(0.0, value.imag)
+        at = int(np.argmax(np.abs(vector[:places])))
+        if np.abs(vector[at]) > 0:
+            vector = vector / vector[at]
+        names = [label.name for label in labels[:places]]
+        found.append(Mode(complex(value), vector, _named(value, vector[:places], names)))
+    return sorted(found, key=lambda mode: (abs(mode.eigenvalue), -mode.eigenvalue.real))
+
+
+def _named(value, shape, names):
+    """What the components do in a mode, in words."""
+    if value.imag > 0:
+        what = "oscillation"
+    else:
+        what = "growth" if value.real > 0 else "decay" if value.real < 0 else "rest"
+    seen = np.flatnonzero(np.abs(shape) >= SEEN * np.abs(shape).max())
+    if len(seen) > 4:
+        return f"{what} of {len(seen)} components"
+    said = " and ".join([", ".join(names[i] for i in seen[:-1]), names[seen[-1]]]).removeprefix(
+        " and "
+    )
+    if len(seen) < 2:
+        return f"{what} of {said}"
+    phases = np.angle(shape[seen] / shape[seen[0]])
+    if np.all(np.abs(phases) < 0.3):
+        return f"{what} of {said} together"
+    if len(seen) == 2 and abs(phases[1]) > math.pi - 0.3:
+        return f"{what} of {said} against each other"
+    return f"{what} of {said}"

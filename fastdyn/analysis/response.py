@@ -1,0 +1,218 @@
+"""Frequency response: the steady state over the frequency, swept up and down."""
+
+import dataclasses
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .equations import Equations, NotConvergedError, count, equations_of, state_of
+from .flow import METHOD, Flow, options_of
+from .forcing import check_period, exact, is_linear
+from .orbit import POINTS, found_orbit
+
+AGAIN = 5  # times as long a transient, where the first is too short
+REFERENCES = {"cos": 0.0, "sin": 0.5 * math.pi}
+
+
+class Sweep(NamedTuple):
+    """The steady states of one sweep, NaN where none was found.
+
+    `amplitude` is half the range of each component, `harmonic` the complex amplitude of the
+    component's part at the frequency itself, both of shape (n, n_frequencies).
+    """
+
+    amplitude: np.ndarray
+    harmonic: np.ndarray
+
+    @property
+    def phase(self):
+        """Phase of `harmonic` before the reference, rad."""
+        return np.angle(self.harmonic)
+
+
+@dataclasses.dataclass(frozen=True)
+class Response:
+    """
+    A frequency response.
+
+    Attributes
+    ----------
+    frequencies : ndarray, shape (n_frequencies,)
+        Angular frequencies, increasing.
+    linear : bool
+        Whether the equations are linear; the response is then that of a formula.
+    sweeps : dict of str to Sweep
+        "exact" of linear equations, otherwise "up" and "down".
+    message : str
+        What was not found.
+    """
+
+    equations: Equations
+    frequencies: np.ndarray
+    linear: bool
+    reference: str
+    sweeps: dict[str, Sweep]
+    message: str
+
+    @property
+    def amplitude(self):
+        """Amplitudes of the first sweep, shape (n, n_frequencies)."""
+        return next(iter(self.sweeps.values())).amplitude
+
+    @property
+    def phase(self):
+        """Phases of the first sweep."""
+        return next(iter(self.sweeps.values())).phase
+
+    def jumps(self, component=0):
+        """Frequencies at which a sweep jumps: name of the sweep to array.
+
+        A jump is a change of the amplitude of the component between two neighbours by more than a
+        tenth of the largest amplitude, where the other sweep does not change as much.
+        """
+        if self.linear:
+            return {}
+        changes = {
+            name: np.abs(np.diff(sweep.amplitude[component])) for name, sweep in self.sweeps.items()
+        }
+        most = 0.1 * np.nanmax([np.nanmax(s.amplitude[component]) for s in self.sweeps.values()])
+        found = {}
+        for name, change in changes.items():
+            other = next(iter(changes[k] for k in changes if k != name), np.zeros_like(change))
+            at = np.flatnonzero((change > most) & ~(other > most))
+            found[name] = self.frequencies[at + (name == "up")]
+        return found
+
+    def __str__(self):
+        how = "linear equations, exact" if self.linear else f"sweeps {', '.join(self.sweeps)}"
+        return f"Response at {len(self.frequencies)} frequencies, {how}. {self.message}".strip()
+
+    def plot(self, components=None, **options) -> Any:
+        """Amplitude and phase over the frequency.
+
+        Parameters
+        ----------
+        components : name, int or sequence of them, optional
+            By default the first half of the state, positions mostly.
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+        """
+        from fastdyn.plot.analysis.orbits import response
+
+        return response(self, components, **options)
+
+
+def frequency_response(
+    fun, frequencies, parameter="omega", args=(), y0=None, sweep="both", transient=50,
+    reference="cos", method=METHOD, **options,
+):  # fmt: skip
+    """The steady state of equations that are forced periodically, over the frequency.
+
+    Parameters
+    ----------
+    fun : callable or System
+        ``fun(t, y, *args)``, of period 2 pi / frequency in t, or a system.
+    frequencies : array_like, shape (n_frequencies,)
+        Positive angular frequencies, increasing.
+    parameter : str or int
+        Name of the argument that is the frequency, or its position among the arguments.
+    args : tuple
+        Arguments of a function; that of the frequency is replaced.
+    y0 : array_like, shape (n,), optional
+        State at which a sweep begins; of a system, its initial state by default.
+    sweep : {"both", "up", "down"}
+        Sweeps of nonlinear equations: each frequency begins with the steady state of the one
+        before.
+    transient : int
+        Periods that are solved at each frequency before the periodic orbit is found.
+    reference : {"cos", "sin"}
+        What phases refer to: cos(omega t) or sin(omega t).
+    method, **options
+        As in `solve_ivp`; by default DOP853, rtol = 1e-10, atol = 1e-12.
+
+    Returns
+    -------
+    Response
+        NaN where no stable steady state of the period of the forcing was found: `message` tells.
+
+    Raises
+    ------
+    ValueError
+        For equations that do not depend on the time, or have another period, and for functions
+        that cannot be traced or differentiated.
+
+    Notes
+    -----
+    If the Jacobian is the same at all states and times that are looked at, the equations are
+    linear, and each harmonic g of their forcing gives (i omega - J)^-1 g. Otherwise the transient
+    is followed by shooting, and orbits that are not stable are dropped: where a branch ends, the
+    sweep jumps, as in an experiment. `continuation` follows the unstable branch.
+
+    Examples
+    --------
+    >>> import math
+    >>> def duffing(t, y, omega):
+    ...     return [y[1], -0.1 * y[1] - y[0] - y[0]**3 + 0.3 * math.cos(omega * t)]
+    >>> frequency_response(duffing, np.linspace(0.5, 2.5, 101), args=(1.0,), y0=[0, 0]).plot()
+    """
+    equations, omegas = equations_of(fun, args), _checked(frequencies)
+    y, j = state_of(equations, y0), equations.parameter(parameter)
+    equations.number(j)
+    if sweep not in ("both", "up", "down"):
+        raise ValueError(f"`sweep` must be both, up or down; got {sweep!r}.")
+    if reference not in REFERENCES:
+        raise ValueError(f"`reference` must be cos or sin; got {reference!r}.")
+    transient = count(transient, "transient", 0)
+    for omega in (omegas[0], omegas[-1]):
+        check_period(equations.replaced(j, omega), y, 2.0 * math.pi / omega)
+    turn = np.exp(1j * REFERENCES[reference])
+    if all(is_linear(equations.replaced(j, omega), y, omega) for omega in (omegas[0], omegas[-1])):
+        found = [exact(equations.replaced(j, omega), y, omega) for omega in omegas]
+        sweeps, message = {"exact": _joined(found, turn)}, ""
+    else:
+        options, sweeps, missing = options_of(method, options), {}, 0
+        for name in ("up", "down") if sweep == "both" else (sweep,):
+            order = slice(None) if name == "up" else slice(None, None, -1)
+            found, state = [], y
+            for omega in omegas[order]:
+                flow = Flow(equations.replaced(j, omega), options)
+                steady, state = _steady(flow, state, 2.0 * math.pi / omega, transient)
+                found.append(steady)
+            sweeps[name] = _joined(found[order], turn)
+            missing += int(np.isnan(sweeps[name].amplitude[0]).sum())
+        message = f"{missing} steady states were not found." if missing else ""
+    return Response(equations, omegas, "exact" in sweeps, reference, sweeps, message)
+
+
+def _checked(frequencies):
+    omegas = np.atleast_1d(np.asarray(frequencies, float))
+    if omegas.ndim != 1 or not omegas.size or not np.isfinite(omegas).all():
+        raise ValueError("`frequencies` must be a finite 1-D array.")
+    if not (omegas > 0.0).all() or (np.diff(omegas) <= 0.0).any():
+        raise ValueError("`frequencies` must be positive and increasing.")
+    return omegas
+
+
+def _steady(flow, state, period, transient):
+    """((amplitude, harmonic) or None, the state with which the next frequency begins)."""
+    for periods in (transient, AGAIN * max(transient, 1)):
+        try:
+            if periods:
+                state = flow.curve(state, 0.0, periods * period, 2)[1][:, -1]
+            orbit = found_orbit(flow, state, period, 0.0, True)
+        except NotConvergedError:
+            continue
+        far = np.abs(orbit.y0 - state).max() > 0.1 * np.ptp(orbit.y, axis=1).max()
+        if orbit.stable and not far:
+            parts = np.fft.fft(orbit.y[:, :-1])[:, 1] * 2.0 / (POINTS - 1)
+            return (orbit.amplitude, parts), orbit.y0
+    return None, state
+
+
+def _joined(found, turn):
+    """The Sweep from what was found at each frequency."""
+    n = next((len(one[0]) for one in found if one is not None), 1)
+    nothing = np.full(n, np.nan)
+    both = [one or (nothing, nothing) for one in found]
+    return Sweep(np.array([a for a, _ in both]).T, np.array([h for _, h in both]).T * turn)

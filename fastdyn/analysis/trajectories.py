@@ -1,0 +1,84 @@
+"""Trajectories of two equations, as curves in a box."""
+
+import numpy as np
+
+from fastdyn.ensemble.solve import solve_ensemble
+
+from .equations import shared
+
+LENGTH, POINTS = 3.0, 601  # of a trajectory: in sizes of the box, to both sides
+CELLS = 45  # a side: a trajectory ends where another passes through its cell
+SHORTEST = 0.15  # trajectory that is drawn, in sizes of the box
+
+
+class Along:
+    """``fun`` at about unit speed, in sizes of the box: the same curves, without blow-up."""
+
+    def __init__(self, fun):
+        self.fun = fun
+        self.__name__ = getattr(fun, "__name__", "fun")
+
+    def __call__(self, s, y, sign, t, slow, width, height, *args):
+        u, v = self.fun(t, y, *args)
+        speed = np.sqrt((u / width) ** 2 + (v / height) ** 2 + slow**2)
+        return [sign * u / speed, sign * v / speed]
+
+
+def follower(equations, region, t, slow, options):
+    """``follow(states)`` gives for each state (the curve before, the curve after), from there."""
+    size = np.ptp(region, axis=1)
+
+    def follow(states, length=LENGTH):
+        s = np.linspace(0.0, length, POINTS)
+        both = np.concatenate([states, states])
+        sign = np.repeat([-1.0, 1.0], len(states))
+        found = solve_ensemble(
+            Along(equations.fun), (0.0, length), both,
+            (sign, t, slow, *size, *shared(equations.args)), t_eval=s, **options,
+        ).y  # fmt: skip
+        return list(zip(found[: len(states)], found[len(states) :], strict=True))
+
+    return follow
+
+
+def cut(pair, region):
+    """Two curves from one state, each up to where it leaves the box, and one point more."""
+    parts = []
+    for curve in pair:
+        inside = ((curve >= region[:, :1]) & (curve <= region[:, 1:])).all(axis=0)
+        end = len(inside) if inside.all() else int(np.argmin(inside))
+        more = end < len(inside) and np.isfinite(curve[:, end]).all()
+        parts.append(curve[:, : end + more])
+    return parts
+
+
+def joined(before, after):
+    """The curve through a state from its parts."""
+    return np.concatenate([before[:, :0:-1], after], axis=1)
+
+
+def spread(states, follow, region, drawn):
+    """Curves through states, each up to a cell that another curve has passed."""
+    taken = np.zeros((CELLS + 1, CELLS + 1), int)
+    size, curves = np.ptp(region, axis=1), []
+
+    def cells(curve):
+        share = (curve - region[:, :1]) / size[:, None] * CELLS
+        return tuple(np.clip(share, 0, CELLS).astype(int))
+
+    for curve in drawn:
+        taken[cells(curve)] = -1
+    for state, pair in zip(states, follow(states), strict=True):
+        if taken[cells(state[:, None])].any():
+            continue
+        parts = []
+        for part in cut(pair, region):
+            met = np.flatnonzero(taken[cells(part)])
+            parts.append(part[:, : met[0]] if len(met) else part)
+        curve = joined(*parts)
+        steps = np.diff(curve, axis=1) / size[:, None]
+        if curve.shape[1] < 2 or np.hypot(*steps).sum() < SHORTEST:
+            continue
+        curves.append(curve)
+        taken[cells(curve)] = len(curves)
+    return curves

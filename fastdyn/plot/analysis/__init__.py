@@ -1,0 +1,1 @@
+"""The pictures of `fastdyn.analysis`; each takes a result."""
