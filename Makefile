@@ -101,7 +101,7 @@ release: .venvs/release/.made
 	$(PYTHON) .ci/check_release.py dist/*
 
 docs: .venv/.docs
-	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs site
+	$(BIN)/python -m sphinx --jobs 2 --fail-on-warning --keep-going --quiet docs site
 
 bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --group bench

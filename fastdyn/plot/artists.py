@@ -83,9 +83,8 @@ class Artists:
             patches = needed("matplotlib.patches")
 
             return self.axes.add_patch(patches.Polygon(np.column_stack(part), closed=True, **about))
-        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-        made = Poly3DCollection([np.column_stack(part)], alpha=0.75, **about)
+        art3d = needed("mpl_toolkits.mplot3d.art3d")
+        made = art3d.Poly3DCollection([np.column_stack(part)], alpha=0.75, **about)
         self.axes.add_collection3d(made, autolim=False)
         return made
 

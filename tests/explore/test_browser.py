@@ -14,6 +14,7 @@ if not (CHROMIUM and DRIVER):
 pytest.importorskip("panel", reason="the extra `explore` is not installed")
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
+pytestmark = pytest.mark.browser
 FIND = """
 const found = [], selector = SELECTOR;
 function walk(root) {

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot import style
+from fastdyn.plot.needed import needed
 
 FEW = 12  # starts whose points have a colour of their own
 TURN = 2.0 * math.pi
@@ -29,8 +30,7 @@ def indices(labels, components):
 
 def section(result, components, angles, **options):
     """The points of a section, a colour for each of a few starts."""
-    from matplotlib import pyplot
-
+    pyplot = needed("matplotlib.pyplot")
     labels = result.equations.labels(len(result.y))
     shown, wrapped = indices(labels, components), indices(labels, angles)
     if len(shown) != 2:
@@ -57,7 +57,7 @@ def section(result, components, angles, **options):
 
 def exponents(result, **options):
     """Running exponents against time; those that are much larger have a panel of their own."""
-    from matplotlib.ticker import NullFormatter
+    ticker = needed("matplotlib.ticker")
 
     sizes = np.abs(result.values)
     small = sizes <= 0.2 * sizes.max()
@@ -78,7 +78,7 @@ def exponents(result, **options):
             if axes.get_ylim()[0] < 0.0 < axes.get_ylim()[1]:
                 axes.axhline(0.0, color="0.3", lw=1.0)
             axes.set(xscale="log", ylabel="exponents\nup to this time")
-            axes.xaxis.set_minor_formatter(NullFormatter())
+            axes.xaxis.set_minor_formatter(ticker.NullFormatter())
         panels[-1].set_xlabel("time")
         panels[0].set_xlim(result.t[min(len(result.t) // 10, len(result.t) - 2)], result.t[-1])
         if len(sizes) <= 10:
@@ -102,7 +102,8 @@ def _with_error(value, error):
 
 def basin(result, **options):
     """The plane of starts, a colour for each attractor, the attractors as marks."""
-    from matplotlib import colors, patches, pyplot
+    pyplot = needed("matplotlib.pyplot")
+    colors, patches = needed("matplotlib.colors"), needed("matplotlib.patches")
 
     n, (i, j) = len(result.attractors), result.components
     width = max(len(low) for low, _ in result.attractors) if n else max(i, j) + 1

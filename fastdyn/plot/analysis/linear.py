@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 
 from fastdyn.plot import style
+from fastdyn.plot.needed import needed
 
 MOST_MODES = 6  # whose shapes are drawn
 STABLE = "#eaf3ee"
@@ -12,8 +13,7 @@ STABLE = "#eaf3ee"
 
 def figure(linearisation, **options):
     """Eigenvalues beside the shapes of the modes."""
-    from matplotlib import pyplot
-
+    pyplot = needed("matplotlib.pyplot")
     one, modes = linearisation, linearisation.modes[:MOST_MODES]
     with style.slides():
         size = {"figsize": (13, 1.9 + 1.35 * max(3, len(modes))), "layout": "constrained"}
@@ -67,8 +67,7 @@ def _about(mode):
 
 def eigenvalues(equilibria, **options):
     """The eigenvalues of several equilibria in one plane."""
-    from matplotlib import pyplot
-
+    pyplot = needed("matplotlib.pyplot")
     with style.slides():
         size = {"figsize": (9, 7.2), "layout": "constrained"}
         drawing = pyplot.figure(**size | options)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fastdyn.plot import style
+from fastdyn.plot.needed import needed
 
 ARROWS = 23  # of the field, a side
 HEADS = (0.5,)  # shares of a trajectory at which an arrow head shows its direction
@@ -15,8 +16,7 @@ NULLCLINES = ("#E69F00", "#CC79A7")
 
 def figure(portrait, nullclines, **options):
     """Draw a Portrait."""
-    from matplotlib import pyplot
-
+    pyplot = needed("matplotlib.pyplot")
     p, labels = portrait, portrait.equations.labels(2)
     with style.slides():
         size = {"figsize": (10.5, 8), "layout": "constrained"}
