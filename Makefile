@@ -21,6 +21,7 @@ help:
 	@echo "make wheel   set up, then build dist/*.whl, with kernels compiled for $(LEVELS)"
 	@echo "make release set up, then build dist/*: sources, wheel, wheel with kernels; check and try each"
 	@echo "make docs    set up, then build the documentation in site/"
+	@echo "make notebooks    set up, then execute the notebooks"
 	@echo "make bench   set up with the rival solvers that install, then all benchmarks"
 
 .venv/.pip:
@@ -103,10 +104,13 @@ release: .venvs/release/.made
 docs: .venv/.docs
 	$(BIN)/python -m sphinx --jobs 2 --fail-on-warning --keep-going --quiet docs site
 
+notebooks: .venv/.docs
+	printf '%s\n' notebooks/*.ipynb | xargs -n 1 -P 2 $(BIN)/jupyter execute
+
 bench: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --group bench
 	-$(BIN)/python -m pip install --quiet numbalsoda  # needs a Fortran compiler
 	$(BIN)/python -m bench
 
 .DELETE_ON_ERROR:
-.PHONY: help tour test oldest newest processors check wheel release docs bench
+.PHONY: help tour test oldest newest processors check wheel release docs notebooks bench
