@@ -30,7 +30,8 @@ WITH_CODE = [page for page in PAGES if blocks(page)]
 
 
 @pytest.mark.parametrize("page", WITH_CODE)
-def test_the_code_blocks_run(page):
+def test_the_code_blocks_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some write files
     scope = {}
     for block in blocks(page):
         exec(block, scope)

@@ -49,7 +49,7 @@ class Mode:
 
     @property
     def damping_ratio(self):
-        """-Re/|eigenvalue|: 1 for a decay without oscillation, negative for growth."""
+        """``-Re/|eigenvalue|``: 1 for a decay without oscillation, negative for growth."""
         return 0.0 - self.eigenvalue.real / abs(self.eigenvalue) if self.eigenvalue else math.nan
 
     @property
