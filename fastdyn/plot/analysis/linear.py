@@ -57,12 +57,12 @@ def _shape(axes, mode, labels, colour):
     axes.set_title(_about(mode), loc="left", fontsize=13)
 
 
-def _about(mode):
-    value = mode.eigenvalue
-    if not mode.oscillates:
-        return f"{mode.name}, {value.real:+.4g}"
-    damping = f", damping ratio {mode.damping_ratio:.3g}" if value.real else ""
-    return f"{mode.name}\nω = {mode.frequency:.4g}{damping}"
+def _about(one):
+    value = one.eigenvalue
+    if not one.oscillates:
+        return f"{one.name}, {value.real:+.4g}"
+    damping = f", damping ratio {one.damping_ratio:.3g}" if value.real else ""
+    return f"{one.name}\nω = {one.frequency:.4g}{damping}"
 
 
 def eigenvalues(equilibria, **options):
