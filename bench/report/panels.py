@@ -75,5 +75,5 @@ def _panel(axes, rows, look, errors):
                 zorder=width, marker="o" if len(points) == 1 else None,
             )  # fmt: skip
     axes.set_xlim(most, least)
-    axes.set_ylim(1e-5, 1.0)
+    axes.set_ylim(3e-6, 1.0)
     axes.set_yticks([1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1], TIMES)
