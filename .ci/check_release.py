@@ -1,4 +1,4 @@
-"""What `make release` built: listed, checked, installed and tried away from the checkout."""
+"""List, check, install and try the archives of `make release`, away from the checkout."""
 
 import ast
 import collections
@@ -33,7 +33,7 @@ def version():
 
 
 def obstacles(number):
-    """What forbids to upload this version, as sentences."""
+    """The reasons not to upload this version, as sentences."""
     first = re.search(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
     heading = first[1] if first else "nothing"
     if not re.fullmatch(rf"{re.escape(number)} \(\d{{4}}-\d\d-\d\d\)", heading):

@@ -29,7 +29,7 @@ def public_names(module):
 
 
 def not_public(text):
-    """What code imports from fastdyn, or asks its modules for, that is not public."""
+    """Names of fastdyn that code imports, or asks its modules for, and that are not public."""
     tree, found, modules = ast.parse(text), [], {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):

@@ -1,4 +1,4 @@
-"""What pyproject.toml declares is what the package imports, what is run, and what is said."""
+"""pyproject.toml declares the imports of the package, and the versions that are run and named."""
 
 import ast
 import importlib.metadata

@@ -1,4 +1,4 @@
-"""What a course on dynamics computes, in a line each: equilibria, portraits, orbits, exponents.
+"""Functions of a course on dynamics, in a line each: equilibria, portraits, orbits, exponents.
 
 Every function takes a plain function ``fun(t, y, *args)`` or a system of `fastdyn.systems` or
 `fastdyn.derive`, and returns a result that can be printed and has ``plot()``.

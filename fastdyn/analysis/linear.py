@@ -224,7 +224,7 @@ def modes_of(equations, matrix, values, vectors):
 
 
 def _named(value, shape, names):
-    """What the components do in a mode, in words."""
+    """The motion of the components in a mode, in words."""
     if value.imag > 0:
         what = "oscillation"
     else:

@@ -1,4 +1,4 @@
-"""What is explored: a system with its values, one or two ways to solve it, and what comes out."""
+"""An exploration: a system with its values, one or two ways to solve it, and the results."""
 
 import dataclasses
 import time
@@ -44,7 +44,7 @@ class Way:
 
 @dataclasses.dataclass
 class Shown:
-    """What a solve shows: curves against `t`, and numbers."""
+    """The results of a solve that a page shows: curves against `t`, and numbers."""
 
     label: str
     run: Any

@@ -1,4 +1,4 @@
-"""What an exploration hands out: a script, a table and a figure."""
+"""The files that an exploration exports: a script, a table and a figure."""
 
 import io
 

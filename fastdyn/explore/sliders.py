@@ -20,7 +20,7 @@ class Slider(NamedTuple):
     initial: bool
 
     def title(self):
-        """What stands above it."""
+        """The text above the slider."""
         meaning = "" if self.meaning == self.name else f": {self.meaning}"
         return f"{self.name} ({self.unit}){meaning}"
 

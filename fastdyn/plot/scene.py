@@ -1,4 +1,4 @@
-"""What a system looks like in one state, before anything draws it."""
+"""The picture of a system in one state, before anything draws that picture."""
 
 from typing import NamedTuple
 

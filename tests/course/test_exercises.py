@@ -12,7 +12,7 @@ from fastdyn.systems import SYSTEMS
 
 
 def wrong(name, old, new):
-    """What is said of a solution in which a piece of text was replaced."""
+    """The sentence about a solution in which a piece of text was replaced."""
     exercise = EXERCISES[name]
     text = inspect.getsource(exercise.solution)
     assert old in text

@@ -29,7 +29,7 @@ return found;
 
 
 class Browser:
-    """What a test does in a tab."""
+    """The actions of a test in a tab."""
 
     def __init__(self, driver):
         self.driver = driver

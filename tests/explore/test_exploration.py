@@ -1,4 +1,4 @@
-"""What is explored, without a browser: values, ways to solve, numbers, and what is exported."""
+"""An exploration without a browser: values, ways to solve, numbers, and exported files."""
 
 import dataclasses
 import pathlib

@@ -236,7 +236,7 @@ def test_errors_of_each_block_count_by_themselves():
 
 
 def test_a_solve_that_ends_before_its_first_time_of_output():
-    """It gives a result that says so, as without sensitivities, and no points."""
+    """Such a solve gives a failed result without points, as without sensitivities."""
     r = solve_ivp(lambda t, y: [y[0] ** 2], (0, 2), [1.0], t_eval=[1.5], sensitivity="y0")
     assert not r.success and "blows up" in r.message
     assert len(r.t) == 0 and r.sensitivity["y0"].shape == (1, 1, 0)

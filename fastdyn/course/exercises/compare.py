@@ -75,7 +75,7 @@ def _difference(exercise, name, values, terms, right, samples):
 
 
 def _of_terms(name, values, terms):
-    """What is wrong if only factors of terms are: signs, numbers, or whole terms."""
+    """The defects of equations of which only factors of terms are wrong: signs, numbers, terms."""
     columns = np.column_stack(list(terms.values()))
     factors = np.linalg.lstsq(columns, values, rcond=1e-10)[0]
     if np.linalg.matrix_rank(columns) < len(terms) or not _same(columns @ factors, values):

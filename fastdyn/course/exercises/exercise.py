@@ -1,4 +1,4 @@
-"""What an exercise is: its question, its names with units, and the terms of its reference."""
+"""An exercise: its question, its names with units, and the terms of its reference."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple

@@ -64,7 +64,7 @@ def check(path, exercises=None):
 
 
 def _of_model(exercise, model):
-    """What is wrong with a model of `fastdyn.derive`, whose names are those of the exercise."""
+    """The defects of a model of `fastdyn.derive`, whose names are those of the exercise."""
     if list(exercise.answer) != [f"{name}'" for name in exercise.state]:
         return ["It asks for more than equations of motion: answer it by a function."]
     try:

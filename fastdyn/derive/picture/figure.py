@@ -51,7 +51,7 @@ def figure(results, **options):
 
 
 def _panels(system):
-    """What is drawn against time: [(label, [(name, function of (system, t, y))])], by unit."""
+    """The curves against time: [(label, [(name, function of (system, t, y))])], by unit."""
     n = len(system.states) // 2
     found: dict[str, list] = {}
     for row, state in enumerate(system.states[:n]):

@@ -1,4 +1,4 @@
-"""What a model says of its bodies: how they are held, their sizes and shapes."""
+"""Facts of a model about its bodies: how they are held, their sizes and shapes."""
 
 import functools
 

@@ -59,7 +59,7 @@ def flat(mass, inertia, held, radius, plane, size, wheels=False):
 
 
 def _chassis(held, half, plane):
-    """What stands on wheels, pointed in front; its centre leaves the trail."""
+    """A chassis on wheels, pointed in front; its centre leaves the trail."""
     rear, front = held[0], held[-1] if len(held) > 1 else np.zeros(3)
     for a, b in itertools.combinations([*held, np.zeros(3)], 2):
         if np.linalg.norm(b - a) > np.linalg.norm(front - rear):

@@ -8,7 +8,7 @@ from .declare import of_instance
 
 
 class Shown:
-    """What a `System` draws; subclasses replace `figure`, and `scene` where they have a view."""
+    """The pictures of a `System`; subclasses replace `figure`, and `scene` if they have a view."""
 
     name: ClassVar[str]
     solve: Any
@@ -31,7 +31,7 @@ class Shown:
         return plot.components(results, **options)
 
     def scene(self, t, w) -> Any:
-        """What the system looks like in one state, for moving pictures: a `plot.scene.Scene`."""
+        """The picture of the system in one state, for moving pictures: a `plot.scene.Scene`."""
         raise ValueError(f"The {self.name} has no view to animate.")
 
     def stage(self, t, y) -> Any:
