@@ -47,7 +47,7 @@ autodoc_preserve_defaults = True
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 
-html_sidebars = {"index": [], "benchmarks": []}
+html_sidebars = {"index": [], "benchmarks": [], "coming_from/ten_tasks": []}
 html_theme = "pydata_sphinx_theme"
 html_title = "fastdyn"
 html_static_path, html_css_files = ["_static"], ["fastdyn.css"]
