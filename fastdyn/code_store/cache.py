@@ -18,7 +18,7 @@ from . import precompiled
 from .call import laid_out
 from .environment import environment
 from .folders import folders
-from .object_file import NotWhole, is_elf, packed, unpacked
+from .object_file import NotWhole, packed, unpacked
 from .one_at_a_time import alone
 from .quiet import warnings
 
@@ -158,7 +158,7 @@ def _kept(key, symbol, code, needs, arguments):
     """Keep new code on disk, and load the code into this process."""
     COUNTS["compiled"] += 1
     header = _header(key, symbol, needs, arguments)
-    if key is not None and is_elf(code):
+    if key is not None:
         COUNTS["stored"] += folders.store(_file(symbol), packed(header, code))
     return _loaded(header, code)
 

@@ -10,11 +10,15 @@ import struct
 
 MAGIC = b"fastdyn object 1\n"
 DIGEST = 32
+ELF, MACH_O = b"\x7fELF\x02\x01", b"\xcf\xfa\xed\xfe"
 RELOCATABLE, SYMBOL_TABLE = 1, 2  # of ELF
+MACH_O_OBJECT, MACH_O_SYMBOLS, MACH_O_SEGMENT = 1, 0x02, 0x19
+MACH_O_CONSTRUCTORS = {0x09, 0x0A, 0x15, 0x16}  # types of sections
 BROKEN = (
     ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError,
     struct.error,
 )  # fmt: skip
+RUNS_WHEN_LOADED = "it has code that runs when it is loaded"
 CONSTRUCTORS = (".init_array", ".fini_array", ".preinit_array", ".ctors", ".dtors")
 
 
@@ -64,11 +68,6 @@ def _check_header(header, symbol):
         raise NotWhole("its header has no names")
 
 
-def is_elf(code):
-    """True for code that `symbols` can read: a 64-bit ELF object, little-endian."""
-    return code[:6] == b"\x7fELF\x02\x01"
-
-
 def checked(code, symbol, needs):
     """Raise NotWhole unless the code defines `symbol` alone and needs exactly `needs`."""
     defined, undefined = symbols(code)
@@ -80,8 +79,14 @@ def checked(code, symbol, needs):
 
 def symbols(code):
     """(defined, undefined): the names of an object file that a linker sees."""
-    if not is_elf(code):
-        raise NotWhole("it is no ELF object")
+    if code.startswith(ELF):
+        return _of_elf(code)
+    if code.startswith(MACH_O):
+        return _of_mach_o(code)
+    raise NotWhole("it is no object file of ELF or Mach-O")
+
+
+def _of_elf(code):
     (kind,) = struct.unpack_from("<H", code, 0x10)
     if kind != RELOCATABLE:
         raise NotWhole("it is no relocatable object")
@@ -91,7 +96,7 @@ def symbols(code):
     defined, undefined = [], []
     for name, kind, _, _, offset, length, link, *_ in sections:
         if _text(code, sections[names_of_sections][4] + name).startswith(CONSTRUCTORS):
-            raise NotWhole("it has code that runs when it is loaded")
+            raise NotWhole(RUNS_WHEN_LOADED)
         if kind != SYMBOL_TABLE:
             continue
         names = sections[link][4]
@@ -100,6 +105,32 @@ def symbols(code):
             if info >> 4 == 0:  # local to the file
                 continue
             (undefined if section == 0 else defined).append(_text(code, names + name))
+    return defined, undefined
+
+
+def _of_mach_o(code):
+    """macOS puts an underscore before each name, which a linker of LLVM does, too."""
+    kind, count = struct.unpack_from("<II", code, 0x0C)
+    if kind != MACH_O_OBJECT:
+        raise NotWhole("it is no relocatable object")
+    defined, undefined, at = [], [], 0x20
+    for _ in range(count):
+        command, size = struct.unpack_from("<II", code, at)
+        if command == MACH_O_SEGMENT:
+            (sections,) = struct.unpack_from("<I", code, at + 0x40)
+            for section in range(at + 0x48, at + 0x48 + 80 * sections, 80):
+                (flags,) = struct.unpack_from("<I", code, section + 0x40)
+                if flags & 0xFF in MACH_O_CONSTRUCTORS:
+                    raise NotWhole(RUNS_WHEN_LOADED)
+        if command == MACH_O_SYMBOLS:
+            table, length, names = struct.unpack_from("<III", code, at + 8)
+            for symbol in range(table, table + 16 * length, 16):
+                name, kind = struct.unpack_from("<IB", code, symbol)
+                if kind & 0xE0 or not kind & 1:  # for a debugger, or local to the file
+                    continue
+                text = _text(code, names + name).removeprefix("_")
+                (defined if kind & 0x0E else undefined).append(text)
+        at += size
     return defined, undefined
 
 

@@ -12,7 +12,7 @@ from llvmlite.binding.newpassmanagers import NewPassManager
 
 from .loader import UnknownSymbol, initialise, provider
 from .numba_settings import chosen, setting, settings
-from .object_file import Unsealable, checked, is_elf, symbols
+from .object_file import Unsealable, checked, symbols
 
 STRAIGHT = 1500  # lines of a function, beyond which LLVM's time grows with their square
 # Globals that the lowering process fills in later: an environment of Python objects, an address, a
@@ -70,7 +70,7 @@ def _target(triple, cpu, features, opt):
 
 
 def in_elf(triple):
-    """The triple of object code: on Windows, too, LLVM loads ELF, which `object_file` can read."""
+    """The triple of object code: on Windows, too, ELF, which `object_file` reads and LLVM loads."""
     return f"{triple}-elf" if "windows" in triple and not triple.endswith("-elf") else triple
 
 
@@ -175,11 +175,8 @@ def emitted(module, symbol, machine=None):
     machine = machine or target()
     for_machine(module, machine)
     code = machine.emit_object(module)
-    if is_elf(code):
-        needs = symbols(code)[1]
-        checked(code, symbol, needs)
-    else:
-        needs = [f.name for f in module.functions if f.is_declaration and not f.is_intrinsic]
+    needs = symbols(code)[1]
+    checked(code, symbol, needs)
     for name in needs:
         try:
             provider(name)

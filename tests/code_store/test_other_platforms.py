@@ -11,19 +11,24 @@ import struct
 import subprocess
 import sys
 
+import llvmlite.binding as llvm
 import pytest
 
 from fastdyn.code_store import loader, object_file, target
 
 PLATFORMS = {  # triple, processor
     "x86_64-pc-windows-msvc-elf": "x86-64-v3",
-    "arm64-apple-macosx-elf": "apple-m1",
+    "arm64-apple-macosx": "apple-m1",
+    "x86_64-apple-macosx": "x86-64-v3",
     "aarch64-unknown-linux-gnu": "generic",
 }
 OF_GNU = {"exp10", "sincos"}  # the other C libraries name them otherwise
-RELOCATIONS = {  # that LLVM's RuntimeDyld knows, by machine: 62 is x86-64, 183 aarch64
+X86, ARM = 0x01000007, 0x0100000C  # processors of Mach-O
+RELOCATIONS = {  # that LLVM's linkers know, by machine: in ELF 62 is x86-64, 183 aarch64
     62: {1, 2, 4, 9, 10, 11, 24, 41, 42},  # 64, PC32, PLT32, GOTPCREL (also relaxed), 32, 32S, PC64
     183: {257, 258, 260, 261, 274, 275, 277, 278, 282, 283, 284, 285, 286, 299, 311, 312},
+    X86: {0, 1, 2, 3, 4, 5, 6, 7, 8},  # all but the last, of variables of threads
+    ARM: {0, 1, 2, 3, 4, 5, 6, 7, 10},  # all but 8 and 9, of variables of threads
 }
 SCRIPT = """
 import base64, json, sys
@@ -92,7 +97,27 @@ def objects(tmp_path_factory):
 
 
 def relocations(code):
-    """(machine, the kinds of relocation) of an ELF object."""
+    """(machine, the kinds of relocation) of an object."""
+    return (of_elf if code.startswith(object_file.ELF) else of_mach_o)(code)
+
+
+def of_mach_o(code):
+    (machine,) = struct.unpack_from("<I", code, 4)
+    (count,) = struct.unpack_from("<I", code, 0x10)
+    at, kinds = 0x20, set()
+    for _ in range(count):
+        command, size = struct.unpack_from("<II", code, at)
+        if command == object_file.MACH_O_SEGMENT:
+            (sections,) = struct.unpack_from("<I", code, at + 0x40)
+            for i in range(sections):
+                start, length = struct.unpack_from("<II", code, at + 0x48 + 80 * i + 0x38)
+                places = range(start, start + 8 * length, 8)
+                kinds |= {struct.unpack_from("<I", code, place + 4)[0] >> 28 for place in places}
+        at += size
+    return machine, kinds
+
+
+def of_elf(code):
     (machine,) = struct.unpack_from("<H", code, 0x12)
     (start,) = struct.unpack_from("<Q", code, 0x28)
     size, count = struct.unpack_from("<HH", code, 0x3A)
@@ -138,6 +163,27 @@ def test_objects_are_as_the_store_and_the_loader_want_them(objects, triple):
 def test_a_large_frame_touches_its_pages_on_windows(objects):
     asked = {t for t, _, code in objects if "__chkstk" in object_file.symbols(code)[1]}
     assert asked <= {"x86_64-pc-windows-msvc-elf"}
+
+
+def test_code_that_runs_when_it_is_loaded_is_refused_on_macos():
+    assembly = """
+    @list = appending global [1 x { i32, ptr, ptr }] [{ i32, ptr, ptr } { i32 1, ptr @f, ptr null }]
+    define internal void @f() { ret void }
+    define void @g() { ret void }
+    """.replace("@list", "@llvm.global_ctors")
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    module = llvm.parse_assembly(assembly, llvm.create_context())
+    there = llvm.Target.from_triple("arm64-apple-macosx").create_target_machine(cpu="apple-m1")
+    target.for_machine(module, there)
+    with pytest.raises(object_file.NotWhole, match="runs when it is loaded"):
+        object_file.symbols(there.emit_object(module))
+
+
+@pytest.mark.parametrize("header", [b"", b"MZ", b"\xcf\xfa\xed\xfe" + 40 * b"\xff"])
+def test_what_is_no_object_is_refused(header):
+    with pytest.raises((object_file.NotWhole, *object_file.BROKEN)):
+        object_file.symbols(header)
 
 
 def test_object_code_is_elf_on_windows():
