@@ -16,6 +16,7 @@ from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
 from fastdyn.problem.events import between_steps
+from fastdyn.problem.step_options import last_time
 from fastdyn.run.begin import begin, event_table
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices.layouts import full_matrices
@@ -128,7 +129,7 @@ class Worker:
         record: Any = np.zeros(1, arguments.WORKER)
         record["vector"], record["order"] = vector is not None, p.method.error_order
         record["fsal_stage"], record["max_steps"] = p.method.fsal_stage, p.max_steps
-        record["t_final"] = p.tf
+        record["t_final"] = last_time(p.tf)
         record["extrema"], record["keep_found"] = results.extrema, results.keep_found
         if p.project is not None:
             at = -1 - len(folds) - (p.jac is not None)

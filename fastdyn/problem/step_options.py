@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 
 EPS = float(np.finfo(float).eps)
+LATEST = 2.0**1022  # of times: the distance of two is finite
 LANDING = 1e-9  # relative distance at which a span counts as a whole number of steps
 NO_SEGMENTS = np.empty((0, 3))
 
@@ -61,6 +62,11 @@ def step_limits(options, span):
     return h_max, float(first)
 
 
+def last_time(tf):
+    """The end of the span `tf` for kernels: a step to there is finite, from any time before."""
+    return math.copysign(LATEST, tf) if math.isinf(tf) else tf
+
+
 def never_ends(h_max, t0, tf):
     """Refuse a longest step with which the span takes more than 1e14 steps."""
     if math.isfinite(tf) and 10 * math.ulp(t0) <= h_max < 10 * math.ulp(max(abs(t0), abs(tf))):
@@ -108,6 +114,7 @@ def segments_of_span(breakpoints, t0, tf):
     times = times[np.r_[np.ones(len(times[:1]), bool), np.diff(times) > 4 * off]]
     if tf < t0:
         times, off, begins, ends = times[::-1], -off, ends, begins
+    tf = last_time(tf)
     starts = np.r_[t0 + begins * off, times + off]
     stops = np.r_[times - off, tf - ends * off if ends else tf]
     return np.column_stack([starts, stops, np.r_[times, tf]])

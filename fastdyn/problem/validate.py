@@ -75,6 +75,11 @@ def time_span(t_span):
         raise
     if not math.isfinite(t0) or math.isnan(tf):
         raise ValueError(f"`t_span` must be two times that are not NaN; got ({t0}, {tf}).")
+    if abs(t0) > step_options.LATEST or step_options.LATEST < abs(tf) < math.inf:
+        raise ValueError(
+            f"`t_span` must lie within {step_options.LATEST:.1e}, where steps have a size that is "
+            f"a number; got ({t0}, {tf})."
+        )
     return t0, tf
 
 

@@ -8,6 +8,7 @@ from fastdyn.code_store.call import address_of
 from fastdyn.compile.derivatives.jacobian_block import exact_block
 from fastdyn.kernels.output.arguments import EVENTS
 from fastdyn.kernels.state.record import ATOL, RTOL, K, Y
+from fastdyn.problem.step_options import last_time
 from fastdyn.specialise.scalar import all_roots_kernel
 from fastdyn.specialise.series import series_of_events
 
@@ -22,7 +23,7 @@ def first_state(problem, n_extra=0):
     """The fields of the state record before the first step."""
     p = problem
     direction = 1.0 if p.tf >= p.t0 else -1.0
-    t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, p.tf)
+    t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, last_time(p.tf))
     return (
         t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra, *NONE_YET,
         p.h_least, *p.band, *NONE_OF_LSODA,
