@@ -6,7 +6,7 @@ Both are read from the files of the methods: see `kernels/methods/method.py`.
 import json
 import pathlib
 
-from fastdyn.kernels.methods import COMPLEX, FILES, KEPT, METHODS, facts_in
+from fastdyn.kernels.methods import APART, COMPLEX, FILES, KEPT, METHODS, facts_in
 from fastdyn.kernels.methods.method import Facts
 
 PAGE = pathlib.Path(__file__).parents[2] / "docs" / "methods.md"
@@ -17,7 +17,7 @@ DEFAULTS = Facts._field_defaults
 def facts():
     """The text of `facts.json`: fields that differ from their defaults, a method a line."""
     lines = []
-    for name, file in FILES.items():
+    for name, file in {**FILES, **APART}.items():
         found = [
             {k: v for k, v in one._asdict().items() if k not in DEFAULTS or v != DEFAULTS[k]}
             for one in facts_in(name, file)

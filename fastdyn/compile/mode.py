@@ -34,6 +34,8 @@ class Mode:
         Whether there is no function but a constant matrix.
     entries : bool
         Whether the result is the entries of a sparse matrix, in any number.
+    residual : bool
+        Whether the function is the residual of a DAE.
     sensitivities : bool
         Whether the function is the user's derivative extended by sensitivities.
     acts_at_events : bool
@@ -63,6 +65,7 @@ class Mode:
     half: int | None = None
     constant: bool = False
     entries: bool = False
+    residual: bool = False
     sensitivities: bool = False
     acts_at_events: bool = False
     acts_on_state: bool = False
@@ -120,6 +123,9 @@ def _mode(name, **facts):
 DERIVATIVE = _mode(
     "derivative", acts_on_state=True, long_arrays=True, notes_sides=True, probed=True,
     by_numba=True, in_vectors=True,
+)  # fmt: skip
+RESIDUAL = _mode(  # F of state and derivative in one vector; behind its n numbers are n zeros
+    "residual", argument="F", residual=True, long_arrays=True, notes_sides=True, by_numba=True,
 )  # fmt: skip
 COLUMN = _mode("column", column=True, acts_on_state=True)
 ACCELERATION = _mode("acceleration", second_order=True, in_vectors=True)

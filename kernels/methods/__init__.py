@@ -36,6 +36,8 @@ FILES = {
          "EnergyConserving4"), "gauss"
     ),
 }  # fmt: skip
+RESIDUAL = "BDF of residuals"  # for F(t, y, y') = 0: `solve_dae` takes it, `solve_ivp` does not
+APART = {RESIDUAL: "residual"}
 KEPT = pathlib.Path(__file__).parent / "facts.json"
 _real: dict[str, Facts] = {}
 _complex: dict[str, Facts] = {}
@@ -62,3 +64,6 @@ def register(name, file, kept=()):
 _kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
 for _name, _file in FILES.items():
     register(_name, _file, _kept.get(_name, ()))
+for _name, _file in APART.items():
+    for _facts in [Facts(**f) for f in _kept.get(_name, ())] or facts_in(_name, _file):
+        BY_NAME.maps[1][_name] = _facts

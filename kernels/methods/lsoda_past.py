@@ -5,6 +5,7 @@ K. Radhakrishnan and A. C. Hindmarsh, "Description and use of LSODE", NASA RP-13
 
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F as DENSE
+from ..output.dense_output import nest
 from ..state.record import ATOL, RTOL, Y_OLD, K, Y
 from .lsoda_table import HIGHEST
 
@@ -73,21 +74,14 @@ def rescale(work, order, factor):
 def dense_rows(rhs, t, h, work, block, d):
     """The polynomial of the last step, in the form of `dense_output.py`; 0 evaluations.
 
-    The Nordsieck array has the powers of x - 1, where x is the share of the step; the polynomial is
-    divided by x and by 1 - x in turn.  The first two rows are the states at the ends of the step,
-    which the polynomial meets.
+    The Nordsieck array has the powers of x - 1, where x is the share of the step.  The first two
+    rows are the states at the ends of the step, which the polynomial meets.
     """
     order, last, n = int(work[ORDER, 0]), HIGHEST[0], work.shape[1]
     for j in range(last + 1):
         for i in range(n):
             d[j, i] = work[Z + j, i] if j <= order else 0.0
-    for k in range(order):
-        for j in range(order - 1, k - 1, -1):
-            for i in range(n):
-                if k % 2 == 0:
-                    d[j, i] -= d[j + 1, i]
-                else:
-                    d[k + order - j, i] = -d[k + order - j, i]
+    nest(d, order)
     for i in range(n):
         d[0, i], d[DENSE, i] = work[Y_OLD, i], work[Y, i] - work[Y_OLD, i]
     return 0

@@ -38,6 +38,21 @@ def polynomial(d, x, out):
         out[i] = d[0, i] + total
 
 
+@njit(**INTERNAL)
+def nest(d, order):
+    """Bring a polynomial into the form above; row j of d has the coefficients of (x - 1)^j.
+
+    The polynomial is divided by x and by 1 - x in turn.
+    """
+    for k in range(order):
+        for j in range(order - 1, k - 1, -1):
+            for i in range(d.shape[1]):
+                if k % 2 == 0:
+                    d[j, i] -= d[j + 1, i]
+                else:
+                    d[k + order - j, i] = -d[k + order - j, i]
+
+
 @njit(**INLINED)
 def cubic(rhs, t, h, work, block, d):
     """Add no rows: the interpolant is the Hermite cubic; 0 evaluations."""

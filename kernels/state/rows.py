@@ -54,6 +54,29 @@ def numbers_from(typingctx, work, first, offset):
 
 
 @intrinsic
+def in_halves(typingctx, work):
+    """`work` with two rows for each row: the first half of the row, and the second half."""
+
+    def codegen(context, builder, signature, args):
+        array, kind = arrayobj.make_array(work)(context, builder, args[0]), types.intp
+        rows, n = cgutils.unpack_tuple(builder, array.shape)
+        size, two = context.get_constant(kind, 8), context.get_constant(kind, 2)
+        half = builder.udiv(n, two)
+        halves = arrayobj.make_array(work)(context, builder)
+        arrayobj.populate_array(
+            halves,
+            data=array.data,
+            shape=[builder.mul(rows, two), half],
+            strides=[builder.mul(half, size), size],
+            itemsize=size,
+            meminfo=None,
+        )
+        return halves._getvalue()
+
+    return work(work), codegen
+
+
+@intrinsic
 def after(typingctx, row, offset):
     """The numbers of a row but for so many, without a look at its length."""
 

@@ -35,6 +35,7 @@ from fastdyn.problem.lsoda import NO_BAND
 from ..begin import jacobian_of
 from ..enough_memory import check_full_matrices
 from .check_jacobian import check_sparsity
+from .residual import matrices_of_residual
 from .sparse_solver import SparseSolver
 
 SMALL = 32  # components, up to which our elimination is as fast as LAPACK's
@@ -96,6 +97,8 @@ def matrices_of(problem, bound, block):
     names them from now on.
     """
     p, n = problem, len(problem.y0)
+    if p.mode.residual:
+        return matrices_of_residual(p, bound, block, matrices_of)
     if not p.method.n_matrices:
         _name(bound, None, None)
         return Matrices(None, None, n, None, None)

@@ -1,0 +1,84 @@
+"""F and its Jacobians at a fixed time, for the work before the first step."""
+
+import numpy as np
+
+from fastdyn.code_store import Call
+from fastdyn.compile.derivatives.jacobian_block import entries_of
+from fastdyn.run.matrices.residual import pattern_of_residual
+from fastdyn.specialise.scalar import evaluate_kernel
+
+STEP = np.finfo(float).eps ** (1 / 3)
+DENSE = 500  # equations, up to which matrices are full
+ROUNDING, OF_DIFFERENCES = 1e-11, 1e-6  # of elements, relative to the largest
+
+
+class Equations:
+    """F at the start time, as a function of [y, y'].
+
+    Attributes
+    ----------
+    n : int
+    pattern : Pattern or None
+        Where the Jacobians may have elements; None if that is not known.
+    noise : float
+        Relative errors of the Jacobians' elements.
+    """
+
+    def __init__(self, problem, bound, block):
+        p = problem
+        self._t, self._bound, self.n = p.t0, bound, len(p.y0) // 2
+        self.pattern = pattern_of_residual(bound, block, self.n)
+        self._entries = entries_of(block, 2 * self.n)
+        self._block = None
+        if self._entries is not None:
+            self._block = bound.block.copy()
+            self._block[0] = block[0]
+        self.noise = ROUNDING if self._block is not None else OF_DIFFERENCES
+
+    def residual(self, both):
+        """The n numbers of F."""
+        return np.asarray(self._bound.python(self._t, both.copy()), float)[: self.n]
+
+    def jacobian(self, both):
+        """[dF/dy, dF/dy'], (n, 2 n): sparse for many equations."""
+        if self._block is not None:
+            entries = self._entries
+            numbers = np.full(len(entries.rows), np.nan)
+            Call(evaluate_kernel(), self._block, self._t, np.ascontiguousarray(both), numbers)()
+            if np.isfinite(numbers).all():
+                return self._matrix(numbers, entries)
+        columns = [self._column(both, j) for j in range(2 * self.n)]
+        return np.column_stack(columns)
+
+    def _matrix(self, numbers, entries):
+        shape = self.n, 2 * self.n
+        if self.n > DENSE:
+            from scipy.sparse import csc_matrix
+
+            return csc_matrix((numbers, (entries.rows, entries.columns)), shape)
+        matrix = np.zeros(shape)
+        matrix[entries.rows, entries.columns] = numbers
+        return matrix
+
+    def _column(self, both, j):
+        """A column by central differences."""
+        size, ends = max(abs(both[j]), 1e-3), []
+        for sign in (1.0, -1.0):
+            moved = both.copy()
+            moved[j] += sign * STEP * size
+            ends.append((moved[j], self.residual(moved)))
+        (high, above), (low, below) = ends
+        column = (above - below) / (high - low)
+        rounding = np.finfo(float).eps * (np.abs(above) + np.abs(below)) / (high - low)
+        return np.where(np.abs(column) <= 4 * rounding, 0.0, column)
+
+    def rates(self, both):
+        """Which components' derivatives occur in F."""
+        if self.pattern is not None:
+            return self.pattern.rates
+        found, rng = np.zeros(self.n, bool), np.random.default_rng(0)
+        for k in range(3):
+            near = both + 0.1 * k * rng.uniform(0.5, 1.0, len(both)) * np.maximum(np.abs(both), 1.0)
+            columns = [self._column(near, self.n + j) for j in range(self.n)]
+            found |= [bool(np.any(np.nan_to_num(column) != 0.0)) for column in columns]
+        return found

@@ -1,0 +1,54 @@
+"""F and event functions as functions of one vector, [y, y'], which the run loop integrates."""
+
+import functools
+import types as python
+from typing import Any
+
+import numpy as np
+
+from fastdyn.compile.callables.jitted import is_jitted
+
+
+def of_vector(F, n):
+    """``residual(t, [y, y'], *args)``: the n numbers of F, and n zeros."""
+    F, first, more = _plain(F)
+    zeros = np.zeros(n)
+
+    def residual(t, both, *args):
+        found = F(*first, t, both[:n], both[n:], *args, **more)
+        return np.concatenate((np.asarray(found), zeros))
+
+    residual.__name__ = getattr(F, "__name__", "F")
+    return residual
+
+
+def event_of_vector(event, n):
+    """An event function of y as one of [y, y']."""
+    event, first, more = _plain(event)
+
+    def watched(t, both, *args):
+        return event(*first, t, both[:n], *args, **more)
+
+    watched.__name__ = getattr(event, "__name__", "event")
+    return watched
+
+
+def _plain(fun):
+    """(function, first arguments, named arguments) of a callable.
+
+    Compiled code is found by the code of the functions that a wrapper holds: the wrapper of a
+    method, partial or object has to hold a function, too.
+    """
+    first: tuple[Any, ...] = ()
+    more: dict[str, Any] = {}
+    while True:
+        if isinstance(fun, functools.partial):
+            first, more, fun = fun.args + first, {**fun.keywords, **more}, fun.func
+        elif isinstance(fun, python.MethodType):
+            first, fun = (fun.__self__, *first), fun.__func__
+        elif is_jitted(fun):
+            fun = fun.py_func
+        elif isinstance(type(fun).__call__, python.FunctionType):
+            first, fun = (fun, *first), type(fun).__call__
+        else:
+            return fun, first, more

@@ -1,0 +1,93 @@
+"""Whether equations F(t, y, y') = 0 are of index 1 at a state; the sentences where they are not.
+
+K. E. Brenan, S. L. Campbell and L. R. Petzold, "Numerical Solution of Initial-Value Problems in
+Differential-Algebraic Equations", SIAM 1996, chapter 2: the pencil dF/dy + c dF/dy' is of index 1
+if dF/dy determines the part of the state whose derivatives do not occur.
+"""
+
+import numpy as np
+
+SHOWN = 5  # names in a sentence
+SHARE = 0.3  # of the largest number of a null vector: what counts
+SHIFTS = (0.71, 1.93, -3.07)
+
+
+def check_structure(pattern, n):
+    """Raise ValueError if no choice of elements gives each equation a component of its own."""
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
+    rows, columns = pattern.entries
+    matrix = csr_matrix((np.ones(len(rows)), (rows, columns)), (n, n))
+    match = np.asarray(maximum_bipartite_matching(matrix, perm_type="column"))
+    if (match >= 0).all():
+        return
+    missing = np.setdiff1d(np.arange(n), match[match >= 0])
+    absent = np.setdiff1d(missing, columns)
+    if absent.size:
+        occurs = "occurs" if absent.size == 1 else "occur"
+        said = f"{names('component', absent)} {occurs} in no equation"
+    else:
+        has = "has" if np.sum(match < 0) == 1 else "have"
+        said = (
+            f"{names('equation', np.flatnonzero(match < 0))} {has} no unknown that the other "
+            f"equations leave over, and nothing determines {names('component', missing)}"
+        )
+    raise ValueError(f"The equations are structurally singular: {said}.")
+
+
+def check_index(jacobian, n, noise):
+    """Raise ValueError unless the equations with a full Jacobian (n, 2 n) are of index 1."""
+    B, A = jacobian[:, :n], jacobian[:, n:]
+    rows = 1.0 / _or_one(np.abs(A).max(axis=1), np.abs(B).max(axis=1))
+    columns = 1.0 / _or_one(np.abs(rows[:, None] * A).max(axis=0))
+    left, sizes, right = np.linalg.svd(rows[:, None] * A * columns)
+    rank = int(np.sum(sizes > n * noise * sizes[0])) if sizes[0] else 0
+    left, right = left[:, rank:], columns[:, None] * right[rank:].T
+    core = left.T @ (rows[:, None] * B) @ right
+    found = _null(core, n * noise)
+    if found is None:
+        return
+    equations, components = _largest(left @ found[0]), _largest(right @ found[1])
+    if all(_null(B + c * A, n * noise) is not None for c in SHIFTS):
+        raise ValueError(
+            f"The equations are singular: {names('equation', equations)} and "
+            f"{names('component', components)} do not determine each other (two equations say the "
+            "same, or a component occurs in none)."
+        )
+    raise ValueError(
+        f"The index of the equations is above 1: {names('equation', equations)} "
+        f"{'does' if len(equations) == 1 else 'do'} not determine "
+        f"{names('component', components)}. Differentiate constraints until the equations do, or "
+        "write the equations with accelerations as unknowns."
+    )
+
+
+def names(kind, numbers):
+    """Words for equations or components: "equation 2", "components y[0], y[1]"."""
+    said = [f"y[{i}]" if kind == "component" else str(i) for i in numbers[:SHOWN]]
+    more = f" and {len(numbers) - SHOWN} more" if len(numbers) > SHOWN else ""
+    return f"{kind}{'s' if len(numbers) > 1 else ''} {', '.join(said)}{more}"
+
+
+def _or_one(sizes, others=None):
+    sizes = np.where(sizes > 0.0, sizes, 1.0 if others is None else others)
+    return np.where(sizes > 0.0, sizes, 1.0)
+
+
+def _null(matrix, noise):
+    """A left and a right null vector of a square matrix; None if the matrix is regular."""
+    if not matrix.size:
+        return None
+    rows = 1.0 / _or_one(np.abs(matrix).max(axis=1))
+    columns = 1.0 / _or_one(np.abs(rows[:, None] * matrix).max(axis=0))
+    left, sizes, right = np.linalg.svd(rows[:, None] * matrix * columns)
+    if sizes[-1] > noise * sizes[0]:
+        return None
+    return rows * left[:, -1], columns * right[-1]
+
+
+def _largest(vector):
+    """The indices of the numbers that count in a vector."""
+    sizes = np.abs(vector)
+    return np.flatnonzero(sizes >= SHARE * sizes.max())

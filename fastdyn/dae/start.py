@@ -1,0 +1,21 @@
+"""A problem F(t, y, y') = 0 made ready: F compiled, a consistent start, the Run."""
+
+from fastdyn.compile import budget
+from fastdyn.run.begin import jacobian_of
+from fastdyn.run.functions.bound import bind_functions
+from fastdyn.run.functions.python_between import of_python_between
+from fastdyn.run.loop import Run
+from fastdyn.run.solve_problem import load_kernels
+
+from .consistent import consistent
+from .equations import Equations
+
+
+def run_of(problem, given):
+    """A Run from a consistent start; `given` says what of the start is held."""
+    load_kernels(problem)  # first: no other thread compiles kernels meanwhile
+    with budget.limited(0.0):
+        bound, others = bind_functions(problem)
+    p = of_python_between(problem, bound, others)
+    equations = Equations(p, bound, jacobian_of(p, bound, others))
+    return Run(p._replace(y0=consistent(equations, p, given)), bound, others)

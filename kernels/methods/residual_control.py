@@ -1,0 +1,105 @@
+"""Order and size of the steps of the BDF of residuals.
+
+K. E. Brenan, S. L. Campbell and L. R. Petzold, "Numerical Solution of Initial-Value Problems in
+Differential-Algebraic Equations", SIAM 1996, section 5.2: the order falls if the terms of the
+Taylor series h^k y^(k), estimated for orders around the present one, do not decrease; the order
+rises after steps of one size only.
+"""
+
+import numpy as np
+
+from ..jit_options import INLINED, INTERNAL, njit
+from .residual_past import (
+    BETA,
+    CLIMBS,
+    MAX_ORDER,
+    PHI,
+    RISE,
+    SIGMA,
+    USED,
+    WEIGHT,
+    norm,
+    remember,
+)
+
+DOUBLE, SLIGHTLY, LEAST = 2.0, 0.9, 0.5  # changes of the size after an accepted step
+LEAST_AGAIN = 0.25  # and after a rejected one
+OFFSET = 1e-4  # keeps the size finite where the error is 0
+
+
+@njit(**INTERNAL)
+def order_below(rows, order, v):
+    """(order or order - 1, its error, term of the order, error and term of order - 1).
+
+    The terms are those of the Taylor series.
+    """
+    error = v[SIGMA + order] * norm(rows, RISE, RISE, 0.0, PHI)
+    term, lower_error, lower_term, falls = (order + 1) * error, 0.0, 0.0, False
+    if order > 1:
+        size = norm(rows, RISE, PHI + order, v[BETA + order], PHI)
+        lower_error = v[SIGMA + order - 1] * size
+        lower_term = order * lower_error
+        if order == 2:
+            falls = lower_term <= 0.5 * term
+        else:
+            falls = max(lower_term, _lowest_term(rows, order, v)) <= term
+    if falls:
+        return order - 1, lower_error, term, lower_error, lower_term
+    return order, error, term, lower_error, lower_term
+
+
+@njit(**INTERNAL)
+def _lowest_term(rows, order, v):
+    """The term of the series two orders below."""
+    total, above = 0.0, PHI + order
+    for i in range(rows.shape[1]):
+        x = rows[RISE, i] + v[BETA + order] * rows[above, i]
+        x = (x + v[BETA + order - 1] * rows[above - 1, i]) * rows[WEIGHT, i]
+        total += x * x
+    return (order - 1) * v[SIGMA + order - 2] * np.sqrt(total / rows.shape[1])
+
+
+@njit(**INLINED)
+def _growth(error, order):
+    """The factor of the size with which the error of the next step is half the tolerance."""
+    return (2.0 * error + OFFSET) ** (-1.0 / (order + 1))
+
+
+@njit(**INTERNAL)
+def after_failures(s, below, n_failed):
+    """Choose the order after errors that were too large; the factor of the size."""
+    chosen, error = below[0], below[1]
+    s.order = chosen if n_failed <= 2 else 1
+    if n_failed > 1:
+        return LEAST_AGAIN
+    return max(LEAST_AGAIN, min(SLIGHTLY, SLIGHTLY * _growth(error, chosen)))
+
+
+@njit(**INTERNAL)
+def next_order_and_size(s, rows, below, v):
+    """Choose order and size of the next step, and take the step into the past."""
+    order, before = s.order, int(rows[USED, 0])
+    chosen, error, term, lower_error, lower_term = below
+    if chosen < order or order == MAX_ORDER:
+        rows[CLIMBS, 0] = 0.0
+    s.h = s.h_old
+    if rows[CLIMBS, 0] != 0.0:
+        if before > 0:
+            s.order += 1
+            s.h *= DOUBLE
+        remember(rows, order, v)
+        return
+    if chosen == order and order < MAX_ORDER and s.n_equal > order + 1 and order - before != 1:
+        higher_error = norm(rows, RISE, RISE, 0.0, PHI + order + 1) / (order + 2)
+        higher_term = (order + 2) * higher_error
+        if order > 1 and lower_term <= min(term, higher_term):
+            chosen, error = order - 1, lower_error
+        elif higher_term < (0.5 * term if order == 1 else term):
+            chosen, error = order + 1, higher_error
+    s.order = chosen
+    growth = _growth(error, chosen)
+    if growth >= DOUBLE:
+        s.h *= DOUBLE
+    elif growth <= 1.0:
+        s.h *= max(LEAST, min(SLIGHTLY, growth))
+    remember(rows, order, v)

@@ -1,0 +1,142 @@
+"""The past of the BDF of residuals: modified divided differences, coefficients, prediction.
+
+K. E. Brenan, S. L. Campbell and L. R. Petzold, "Numerical Solution of Initial-Value Problems in
+Differential-Algebraic Equations", SIAM 1996, section 5.2: the predictor polynomial through the last
+order + 1 states, on steps of any size, and the corrector with fixed leading coefficient.
+
+All rows have n numbers, half a row of the work array: see `in_halves`.
+"""
+
+import numpy as np
+
+from ..jit_options import INLINED, INTERNAL, njit
+from ..output.dense_output import F as DENSE
+from ..output.dense_output import nest
+from ..state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y
+from ..state.rows import in_halves, scratch
+
+MAX_ORDER = 5
+SIZE = MAX_ORDER + 1
+
+# Whole rows of the work array: the derivative of the state (and zeros), the residual (and zeros).
+SLOPE, FOUND = K, K + 1
+# Rows of n numbers: the state and its derivative; those before; those of a trial; tolerances.
+STATE, RATE, STATE_OLD, TRIAL, TRIAL_RATE = 2 * Y, 2 * Y + 1, 2 * Y_OLD, 2 * STAGE, 2 * STAGE + 1
+RELATIVE, ABSOLUTE, SLOPES, RESIDUAL = 2 * RTOL, 2 * ATOL, 2 * SLOPE, 2 * FOUND
+# The divided differences PHI[j], the predicted state and its derivative, their change in one
+# iteration and in all, 1 / tolerance, pivots, a free row.
+PHI = 2 * (K + 2)
+PREDICTED, PREDICTED_RATE, CHANGE, RISE, WEIGHT, PIVOTS, FREE = (PHI + SIZE + i for i in range(7))
+# In the first place of a row each: the distances PSI[j] from the end of the last step to the
+# state j + 1 steps before; the order of the last step, 0 before the first; whether order and size
+# still climb with each step; dy'/dy in the factors; the bound of Newton's errors by a change.
+PSI = FREE + 1
+USED, CLIMBS, FACTORED, BOUND = (PSI + SIZE + i for i in range(4))
+N_ROWS = (BOUND + 2) // 2 - K
+J = 2 * (K + N_ROWS)  # the iteration matrix; behind it its factors
+
+coefficients = scratch(5 * SIZE)
+ALPHA, BETA, GAMMA, SIGMA, NEW_PSI = (i * SIZE for i in range(5))
+powers = scratch(SIZE * SIZE)
+
+
+@njit(**INLINED)
+def fill_coefficients(rows, order, h, v):
+    """The coefficients of a step of signed size h, in `v`: (d y' / d y, factor of the error)."""
+    v[ALPHA], v[BETA], v[GAMMA], v[SIGMA] = 1.0, 1.0, 0.0, 1.0
+    distance, leading, alpha_sum = h, 0.0, 0.0
+    for i in range(1, order + 1):
+        before = rows[PSI + i - 1, 0]
+        v[NEW_PSI + i - 1] = distance
+        v[BETA + i] = v[BETA + i - 1] * distance / before
+        distance = before + h
+        v[ALPHA + i] = h / distance
+        v[SIGMA + i] = i * v[SIGMA + i - 1] * v[ALPHA + i]
+        v[GAMMA + i] = v[GAMMA + i - 1] + v[ALPHA + i - 1] / h
+        leading += 1.0 / i
+        alpha_sum += v[ALPHA + i - 1]
+    v[NEW_PSI + order] = distance
+    return leading / h, max(abs(v[ALPHA + order] + alpha_sum - leading), v[ALPHA + order])
+
+
+@njit(**INTERNAL)
+def predict(rows, order, v):
+    """The state and the derivative of the polynomial of the past at the end of the step."""
+    for i in range(rows.shape[1]):
+        state, rate = rows[PHI, i], 0.0
+        for j in range(1, order + 1):
+            difference = v[BETA + j] * rows[PHI + j, i]
+            state += difference
+            rate += v[GAMMA + j] * difference
+        rows[PREDICTED, i], rows[PREDICTED_RATE, i] = state, rate
+
+
+@njit(**INTERNAL)
+def weigh(rows):
+    """Keep 1 / tolerance of each component; False if a tolerance is 0."""
+    for i in range(rows.shape[1]):
+        tolerance = rows[RELATIVE, i] * abs(rows[STATE, i]) + rows[ABSOLUTE, i]
+        if not tolerance > 0.0:
+            return False
+        rows[WEIGHT, i] = 1.0 / tolerance
+    return True
+
+
+@njit(**INLINED)
+def norm(rows, row, more, factor, less):
+    """The norm of ``row + factor more - less`` in units of the tolerance.
+
+    `less` is a row of PHI, or PHI itself for none.
+    """
+    total = 0.0
+    for i in range(rows.shape[1]):
+        x = rows[row, i] + factor * rows[more, i]
+        if less != PHI:
+            x -= rows[less, i]
+        x *= rows[WEIGHT, i]
+        total += x * x
+    return np.sqrt(total / rows.shape[1])
+
+
+@njit(**INTERNAL)
+def remember(rows, order, v):
+    """Take the step into the differences, with the next one for a higher order."""
+    for i in range(rows.shape[1]):
+        rise = rows[RISE, i]
+        if order < MAX_ORDER:
+            rows[PHI + order + 1, i] = rise
+        total = rise
+        for j in range(order, -1, -1):
+            total += v[BETA + j] * rows[PHI + j, i]
+            rows[PHI + j, i] = total
+    for j in range(order + 1):
+        rows[PSI + j, 0] = v[NEW_PSI + j]
+    rows[USED, 0] = order
+
+
+@njit(**INLINED)
+def dense_rows(rhs, t, h, work, block, d):
+    """The polynomial through the last states and its derivative, of `dense_output.py`; no calls."""
+    rows, c = in_halves(work), powers()
+    order, n = int(rows[USED, 0]), rows.shape[1]
+    for e in range(SIZE * SIZE):
+        c[e] = 0.0
+    c[0], distance = 1.0, 0.0
+    for j in range(1, order + 1):  # times (h u + distance) / PSI, in powers of u = x - 1
+        psi = rows[PSI + j - 1, 0]
+        for m in range(j + 1):
+            higher = h * c[(j - 1) * SIZE + m - 1] if m > 0 else 0.0
+            c[j * SIZE + m] = (higher + distance * c[(j - 1) * SIZE + m]) / psi
+        distance = psi
+    for m in range(SIZE):
+        for i in range(n):
+            total = 0.0
+            for j in range(m, order + 1):
+                total += c[j * SIZE + m] * rows[PHI + j, i]
+            d[m, i], d[m, n + i] = total, 0.0
+            if m > 0:
+                d[m - 1, n + i] = m * total / h
+    nest(d, order)
+    for i in range(n):
+        d[0, i], d[DENSE, i] = rows[STATE_OLD, i], rows[STATE, i] - rows[STATE_OLD, i]
+    return 0
