@@ -18,8 +18,7 @@ def of_vector(F, n):
         found = F(*first, t, both[:n], both[n:], *args, **more)
         return np.concatenate((np.asarray(found), zeros))
 
-    residual.__name__ = getattr(F, "__name__", "F")
-    return residual
+    return _named(residual, F)
 
 
 def event_of_vector(event, n):
@@ -29,8 +28,14 @@ def event_of_vector(event, n):
     def watched(t, both, *args):
         return event(*first, t, both[:n], *args, **more)
 
-    watched.__name__ = getattr(event, "__name__", "event")
-    return watched
+    return _named(watched, event)
+
+
+def _named(wrapper, fun):
+    """A wrapper with the name of its function, for warnings."""
+    for name in ("__name__", "__qualname__", "__module__"):
+        setattr(wrapper, name, getattr(fun, name, getattr(wrapper, name)))
+    return wrapper
 
 
 def _plain(fun):

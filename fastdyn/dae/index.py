@@ -44,8 +44,8 @@ def check_index(jacobian, n, noise):
     left, sizes, right = np.linalg.svd(rows[:, None] * A * columns)
     rank = int(np.sum(sizes > n * noise * sizes[0])) if sizes[0] else 0
     left, right = left[:, rank:], columns[:, None] * right[rank:].T
-    core = left.T @ (rows[:, None] * B) @ right
-    found = _null(core, n * noise)
+    core, terms = (f(left).T @ f(rows[:, None] * B) @ f(right) for f in (np.asarray, np.abs))
+    found = _null(np.where(np.abs(core) <= n * noise * terms, 0.0, core), n * noise)
     if found is None:
         return
     equations, components = _largest(left @ found[0]), _largest(right @ found[1])

@@ -78,7 +78,10 @@ def renew(rhs, s, t, c, work, block):
     if block[RAISED_WORD] != 0:  # the library behind a sparse matrix
         return RAISED
     s.factorised = 1 if regular else 0
-    return RUNNING if regular else SINGULAR
+    if regular:
+        return RUNNING
+    # Where F raises, exact elements mean nothing.
+    return SINGULAR if evaluate_row(rhs, t, work, STAGE, FOUND, block) else RAISED
 
 
 @njit(**INTERNAL)
