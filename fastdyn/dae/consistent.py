@@ -6,12 +6,13 @@ differential-algebraic systems", SIAM J. Sci. Comput. 19 (1998).
 
 import numpy as np
 
-from .equations import DENSE
-from .index import check_index, check_structure, names
+from .index import check_index, check_large_index, check_structure, names
 
 ITERATIONS, HALVINGS = 100, 40
 DESCENT = 1e-4  # the share of the linear decrease that a step must reach
 CLOSE = 1e-10  # of the last change, relative to the numbers
+ROUNDING = 1e-9  # of derivatives that fulfil the equations
+REGULAR = 1e12  # condition of a matrix whose equations are solved
 NEAR = 1e-3  # of the last change, in units of the tolerance, where rounding stops the iteration
 
 
@@ -26,7 +27,9 @@ def consistent(equations, problem, given):
         )
     if equations.pattern is not None:
         check_structure(equations.pattern, n)
-    if n <= DENSE and np.isfinite(jacobian).all():
+    if not isinstance(jacobian, np.ndarray):
+        check_large_index(jacobian, n)
+    elif np.isfinite(jacobian).all():
         check_index(jacobian, n, equations.noise)
     if given is None:
         _check(equations, p, jacobian)
@@ -45,8 +48,10 @@ def _free(given, rates):
 
 
 def _tolerance(p):
-    """What the numbers of [y, y'] may be off by."""
-    return p.atol + p.rtol * np.abs(p.y0)
+    """What the numbers of [y, y'] may be off by: y' by what changes y that much in the span."""
+    span, n = abs(p.tf - p.t0), len(p.y0) // 2
+    unit = np.concatenate([np.ones(n), np.full(n, 1.0 / span if span > 0.0 else 1.0)])
+    return p.atol * unit + p.rtol * np.abs(p.y0)
 
 
 def _check(equations, p, jacobian):
@@ -85,8 +90,8 @@ def _newton(equations, p, both, free, given):
         if found is None or moved.all() or not f.any():
             if not np.all(np.abs(change) <= NEAR * tolerance[free]) and f.any():
                 break
-            off = np.abs(f) > abs(jacobian) @ (NEAR * tolerance) + np.finfo(float).tiny
-            if off.any():
+            near = np.concatenate([NEAR * tolerance[:n], ROUNDING * np.abs(both[n:])])
+            if np.any(np.abs(f) > abs(jacobian) @ near + np.finfo(float).tiny):
                 break
             return both
     wrong = np.flatnonzero(np.abs(f) > abs(equations.jacobian(both)) @ tolerance)
@@ -100,29 +105,40 @@ def _newton(equations, p, both, free, given):
 
 def _change(jacobian, f):
     """(Newton's change of the free numbers, the function that measures a residual)."""
-    rows = np.asarray(abs(jacobian).max(axis=1).todense()).ravel() if not isinstance(
-        jacobian, np.ndarray
-    ) else np.abs(jacobian).max(axis=1, initial=0.0)  # fmt: skip
+    sparse = not isinstance(jacobian, np.ndarray)
+    rows = abs(jacobian).max(axis=1)
+    rows = rows.toarray().ravel() if sparse else rows
     rows = 1.0 / np.where(rows > 0.0, rows, 1.0)
 
     def size(residual):
         return float(np.linalg.norm(rows * residual))
 
-    if not isinstance(jacobian, np.ndarray):
+    if sparse:
         from scipy.sparse import diags
-        from scipy.sparse.linalg import lsqr, splu
 
-        matrix = diags(rows) @ jacobian
-        if matrix.shape[0] == matrix.shape[1]:
-            try:
-                return splu(matrix.tocsc()).solve(-rows * f), size
-            except RuntimeError:  # singular
-                pass
-        return lsqr(matrix, -rows * f, atol=1e-14, btol=1e-14)[0], size
-    matrix = rows[:, None] * jacobian
+        return _sparse_solution(diags(rows) @ jacobian, -rows * f), size
+    return _full_solution(rows[:, None] * jacobian, -rows * f), size
+
+
+def _sparse_solution(matrix, b):
+    from scipy.sparse.linalg import lsqr, splu
+
+    if matrix.shape[0] == matrix.shape[1]:
+        try:
+            return splu(matrix.tocsc()).solve(b)
+        except RuntimeError:  # singular
+            pass
+    return lsqr(matrix, b, atol=1e-14, btol=1e-14)[0]
+
+
+def _full_solution(matrix, b):
+    """The solution, or the shortest of the best approximations if there is no single one."""
     columns = np.abs(matrix).max(axis=0, initial=0.0)
     columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
-    return columns * np.linalg.lstsq(matrix * columns, -rows * f, rcond=None)[0], size
+    scaled = matrix * columns
+    if scaled.shape[0] == scaled.shape[1] and np.linalg.cond(scaled, 1) < REGULAR:
+        return columns * np.linalg.solve(scaled, b)
+    return columns * np.linalg.lstsq(scaled, b, rcond=None)[0]
 
 
 def _line_search(equations, both, free, change, size):

@@ -1,9 +1,11 @@
 """F and its Jacobians at a fixed time, for the work before the first step."""
 
+from typing import Any
+
 import numpy as np
 
 from fastdyn.code_store import Call
-from fastdyn.compile.derivatives.jacobian_block import entries_of
+from fastdyn.compile.derivatives.jacobian_block import entries_of, groups_of
 from fastdyn.run.matrices.residual import pattern_of_residual
 from fastdyn.specialise.scalar import evaluate_kernel
 
@@ -27,8 +29,8 @@ class Equations:
     def __init__(self, problem, bound, block):
         p = problem
         self._t, self._bound, self.n = p.t0, bound, len(p.y0) // 2
-        self.pattern = pattern_of_residual(bound, block, self.n)
-        self._entries = entries_of(block, 2 * self.n)
+        self.pattern: Any = pattern_of_residual(bound, block, self.n)
+        self._entries: Any = entries_of(block, 2 * self.n)
         self._block = None
         if self._entries is not None:
             self._block = bound.block.copy()
@@ -47,8 +49,9 @@ class Equations:
             Call(evaluate_kernel(), self._block, self._t, np.ascontiguousarray(both), numbers)()
             if np.isfinite(numbers).all():
                 return self._matrix(numbers, entries)
-        columns = [self._column(both, j) for j in range(2 * self.n)]
-        return np.column_stack(columns)
+        if self.pattern is not None:
+            return self._matrix(*self._by_groups(both))
+        return np.column_stack([self._column(both, j) for j in range(2 * self.n)])
 
     def _matrix(self, numbers, entries):
         shape = self.n, 2 * self.n
@@ -60,17 +63,29 @@ class Equations:
         matrix[entries.rows, entries.columns] = numbers
         return matrix
 
+    def _by_groups(self, both):
+        """(elements, Entries) by differences, for many columns at once."""
+        entries, n = self.pattern.both, self.n
+        group, numbers = groups_of(entries, 2 * n), np.zeros(len(entries.rows))
+        for g in range(group.max(initial=-1) + 1):
+            change, steps = self._difference(both, group == g)
+            mine = group[entries.columns] == g
+            numbers[mine] = change[entries.rows[mine]] / steps[entries.columns[mine]]
+        return numbers, entries
+
     def _column(self, both, j):
-        """A column by central differences."""
-        size, ends = max(abs(both[j]), 1e-3), []
-        for sign in (1.0, -1.0):
-            moved = both.copy()
-            moved[j] += sign * STEP * size
-            ends.append((moved[j], self.residual(moved)))
-        (high, above), (low, below) = ends
-        column = (above - below) / (high - low)
-        rounding = np.finfo(float).eps * (np.abs(above) + np.abs(below)) / (high - low)
-        return np.where(np.abs(column) <= 4 * rounding, 0.0, column)
+        """A column by differences."""
+        change, steps = self._difference(both, np.arange(len(both)) == j)
+        return change / steps[j]
+
+    def _difference(self, both, which):
+        """The central difference of F between displacements of some numbers; their distances."""
+        steps = np.where(which, STEP * np.maximum(np.abs(both), 1e-3), 0.0)
+        high, low = both + steps, both - steps
+        above, below = self.residual(high), self.residual(low)
+        change = above - below
+        rounding = np.finfo(float).eps * (np.abs(above) + np.abs(below))
+        return np.where(np.abs(change) <= 4 * rounding, 0.0, change), high - low
 
     def rates(self, both):
         """Which components' derivatives occur in F."""

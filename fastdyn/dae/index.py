@@ -9,6 +9,7 @@ import numpy as np
 
 SHOWN = 5  # names in a sentence
 SHARE = 0.3  # of the largest number of a null vector: what counts
+SMALL_STEP, RATIO = 1e-6, 8.0  # the larger step, in units of |dF/dy'| / |dF/dy|; both steps
 SHIFTS = (0.71, 1.93, -3.07)
 
 
@@ -61,6 +62,30 @@ def check_index(jacobian, n, noise):
         f"{names('component', components)}. Differentiate constraints until the equations do, or "
         "write the equations with accelerations as unknowns."
     )
+
+
+def check_large_index(jacobian, n):
+    """`check_index` for a sparse Jacobian, by the growth of (dF/dy' + h dF/dy)^-1 as h falls.
+
+    The inverse grows as h^-index.
+    """
+    from scipy.sparse.linalg import splu
+
+    B, A = jacobian[:, :n], jacobian[:, n:]
+    scale = abs(A).max() / (abs(B).max() or 1.0)
+    v, sizes = np.random.default_rng(0).uniform(0.5, 1.0, n), []
+    for h in (SMALL_STEP * scale, SMALL_STEP * scale / RATIO):
+        try:
+            sizes.append(np.abs(splu((A + h * B).tocsc()).solve(v)).max())
+        except RuntimeError:
+            raise ValueError(
+                "The equations are singular: two say the same, or a component occurs in none."
+            ) from None
+    if sizes[1] > RATIO**1.5 * sizes[0]:
+        raise ValueError(
+            "The index of the equations is above 1: constraints do not determine the algebraic "
+            "components. Differentiate constraints until they do."
+        )
 
 
 def names(kind, numbers):

@@ -3,7 +3,7 @@
 `kernels/methods/residual_matrix.py` describes the block.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,13 +32,18 @@ from fastdyn.kernels.calls.block import (
 N_STATE, N_RATE = TIME, FAULT
 
 
+NOT_KNOWN: Any = None
+
+
 class Pattern(NamedTuple):
     """Where dF/dy + c dF/dy' may have elements, and the entries of both, as their elements.
 
-    `elements` has the index of an element for each entry, of which the first `n_state` belong to
-    dF/dy; `rates` marks the components whose derivative occurs in F.
+    `both` has the places of the entries in [dF/dy, dF/dy'], `elements` the index of an element for
+    each entry, of which the first `n_state` belong to dF/dy; `rates` marks the components whose
+    derivative occurs in F.
     """
 
+    both: Entries
     entries: Entries
     elements: np.ndarray
     n_state: int
@@ -61,7 +66,7 @@ def pattern_of_residual(bound, block, n):
     rates = np.zeros(n, bool)
     rates[columns[columns >= n] - n] = True
     entries = Entries(places % n, places // n)
-    return Pattern(entries, elements, int(np.sum(columns < n)), rates)
+    return Pattern(Entries(rows, columns), entries, elements, int(np.sum(columns < n)), rates)
 
 
 def matrices_of_residual(problem, bound, block, matrices_of):
@@ -74,7 +79,9 @@ def matrices_of_residual(problem, bound, block, matrices_of):
     pattern = pattern_of_residual(bound, block, n)
     if pattern is None:
         columns, rows = np.divmod(np.arange(n * n), n)
-        pattern = Pattern(Entries(rows, columns), np.empty(0, np.int64), 0, np.ones(n, bool))
+        pattern = Pattern(
+            NOT_KNOWN, Entries(rows, columns), np.empty(0, np.int64), 0, np.ones(n, bool)
+        )
     entries = pattern.entries
     half = problem._replace(y0=problem.y0[:n], mode=DERIVATIVE)
     found = matrices_of(half, bound, entries_block(entries, n))

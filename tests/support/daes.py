@@ -15,6 +15,20 @@ class Published(NamedTuple):
     yp0: list
     end: float
     solution: list
+    atol: Any
+
+
+def linear(t, y, yp):
+    """An equation and a constraint; see `linear_solution`."""
+    return [yp[0] + y[0] - y[1], y[0] + y[1] - np.sin(t)]
+
+
+def linear_solution(t):
+    """y0' = -2 y0 + sin t from y0(0) = 1, y1 = sin t - y0: (y, y')."""
+    decay, sin, cos = 1.2 * np.exp(-2 * t), np.sin(t), np.cos(t)
+    y = decay + 0.4 * sin - 0.2 * cos
+    yp = -2 * decay + 0.4 * cos + 0.2 * sin
+    return np.array([y, sin - y]), np.array([yp, cos - yp])
 
 
 def robertson(t, y, yp):
@@ -64,12 +78,14 @@ def transistor(t, y, yp):
 ROBERTSON = Published(
     robertson, [1, 0, 0], [-0.04, 0.04, 0], 1e11,
     [0.2083340149701255e-7, 0.8333360770334713e-13, 0.9999999791665050],
+    [1e-13, 1e-18, 1e-13],
 )  # fmt: skip
 _start = [0.444, 0.00123, 0, 0.007, 0, 115.83 * 0.444 * 0.007]
 AKZO_NOBEL = Published(
     akzo_nobel, _start, [-r for r in akzo_nobel(0, _start, [0] * 6)], 180,
     [0.1150794920661702, 0.1203831471567715e-2, 0.1611562887407974, 0.3656156421249283e-3,
      0.1708010885264404e-1, 0.4873531310307455e-2],
+    1e-12,
 )  # fmt: skip
 TRANSISTOR = Published(
     transistor, [0, 3, 3, 6, 3, 3, 6, 0],
@@ -77,4 +93,5 @@ TRANSISTOR = Published(
      -10.00564453, -10.00564453], 0.2,
     [-0.5562145012262709e-2, 3.006522471903042, 2.849958788608128, 2.926422536206241,
      2.704617865010554, 2.761837778393145, 4.770927631616772, 1.236995868091548],
+    1e-7,
 )  # fmt: skip

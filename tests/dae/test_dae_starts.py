@@ -1,0 +1,198 @@
+"""Claims about consistent starts of `solve_dae`, and about the index."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fastdyn import solve_dae
+from tests.support.daes import AKZO_NOBEL, TRANSISTOR, linear
+
+NOWHERE = (0.0, 0.0)  # a span that has only its start
+
+
+def start(F, y0, yp0=None, **options):
+    run = solve_dae(F, NOWHERE, y0, yp0, **options)
+    return run.y[:, 0], run.yp[:, 0]
+
+
+def circle(t, y, yp):
+    """A point that moves along a circle, whose second coordinate is algebraic."""
+    return [yp[0] - y[1], y[0] ** 2 + y[1] ** 2 - 1]
+
+
+@pytest.mark.parametrize("guess, found", [(0.1, 0.8), (5.0, 0.8), (-3.0, -0.8)])
+def test_differential_components_are_held(guess, found):
+    y, yp = start(circle, [0.6, guess])
+    assert np.abs(y - [0.6, found]).max() <= 1e-14 and yp[0] == pytest.approx(found, abs=1e-14)
+    again, _ = start(circle, [0.6, guess], [0.0, 0.0], given="differential")
+    assert np.array_equal(y, again)
+
+
+def test_all_of_the_state_is_held():
+    y, yp = start(circle, [0.6, 0.8], given="y")
+    assert y.tolist() == [0.6, 0.8] and yp[0] == pytest.approx(0.8, abs=1e-15)
+    with pytest.raises(ValueError, match=r"given='y'.*equation 1 of `F` stays different from 0"):
+        start(circle, [0.6, 0.7], given="y")
+
+
+def test_the_derivative_is_held():
+    y, yp = start(circle, [0.5, 0.5], [0.8, 0.0], given="yp")
+    assert np.abs(y - [0.6, 0.8]).max() <= 1e-14 and yp.tolist() == [0.8, 0.0]
+
+
+def test_any_choice_may_be_held():
+    y, yp = start(circle, [0.5, 0.8], [0.0, 0.0], given=[False, True, False, True])
+    assert np.abs(y - [0.6, 0.8]).max() <= 1e-14 and yp[0] == pytest.approx(0.8, abs=1e-14)
+
+
+def test_a_given_start_is_kept_or_refused():
+    y, yp = start(circle, [0.6, 0.8], [0.8, -0.6])
+    assert (y.tolist(), yp.tolist()) == ([0.6, 0.8], [0.8, -0.6])
+    with pytest.raises(ValueError, match=r"equation 1 of `F` is not 0.*given='differential'"):
+        start(circle, [0.6, 0.9], [0.9, 0.0])
+    with pytest.raises(ValueError, match="equation 0 of `F` is not 0"):
+        start(circle, [0.6, 0.8], [0.0, 0.0])
+    with pytest.raises(ValueError, match="equations 0, 1 of `F` are not 0"):
+        start(circle, [0.6, 0.9], [0.0, 0.0])
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_f_in_python_starts_alike():
+    seen = []
+
+    def F(t, y, yp):
+        seen.append(t)
+        return circle(t, y, yp)
+
+    y, yp = start(F, [0.6, 5.0])
+    assert np.abs(y - [0.6, 0.8]).max() <= 1e-9 and yp[0] == pytest.approx(0.8, abs=1e-9)
+
+
+def test_capacitors_between_nodes():
+    """All derivatives occur, in five combinations: the shortest change of y' is taken."""
+    p = TRANSISTOR
+    y, yp = start(p.F, p.y0)
+    assert y.tolist() == p.y0 and np.abs(p.F(0, y, yp)).max() <= 1e-12
+
+
+def test_the_equilibrium_of_a_reaction():
+    p = AKZO_NOBEL
+    y, yp = start(p.F, [*p.y0[:5], 0.0])
+    assert np.abs(y - p.y0).max() <= 1e-12 and np.abs(yp - p.yp0).max() <= 1e-12
+
+
+def test_many_equations():
+    n = 700
+
+    def F(t, y, yp):
+        return np.concatenate((yp[:n] - y[n:], y[n:] ** 3 + y[n:] - y[:n]))
+
+    y, yp = start(F, np.concatenate([np.full(n, 2.0), np.zeros(n)]))
+    assert np.abs(y[n:] - 1).max() <= 1e-9 and np.abs(yp[:n] - 1).max() <= 1e-9
+
+
+def test_without_a_solution():
+    with pytest.raises(ValueError, match=r"No consistent start.*equation 1 of `F` stays different"):
+        start(lambda t, y, yp: [yp[0] - y[1], y[1] ** 2 + 1], [1.0, 1.0])
+
+
+def pendulum(t, y, yp):
+    x, z, u, v, tension = y
+    return [yp[0] - u, yp[1] - v, yp[2] + tension * x, yp[3] + tension * z + 9.81,
+            x * x + z * z - 1]  # fmt: skip
+
+
+def pendulums(t, y, yp):
+    m = len(y) // 5
+    x, z, u, v, tension = [y[i * m : (i + 1) * m] for i in range(5)]
+    xp, zp, up, vp, _ = [yp[i * m : (i + 1) * m] for i in range(5)]
+    return np.concatenate(
+        (xp - u, zp - v, up + tension * x, vp + tension * z + 9.81, x * x + z * z - 1)
+    )
+
+
+def constrained_sum(t, y, yp):
+    return [yp[0] + yp[1] + y[0], y[0] + y[1] - 1]
+
+
+@pytest.mark.parametrize("yp0", [None, "zero"])
+@pytest.mark.parametrize(
+    "F, y0, said",
+    [
+        (pendulum, [1.0, 0, 0, 0, 0], r"equation 4 does not determine component y\[4\]"),
+        (constrained_sum, [0.0, 1.0], r"equation 1 does not determine components y\[0\], y\[1\]"),
+        (pendulums, np.repeat([1.0, 0, 0, 0, 0], 110), "constraints do not determine"),
+        (lambda t, y, yp: [yp[0] - y[1], y[0] - math.sin(t)], [0.0, 1.0], "equation 1 does not"),
+    ],
+)
+def test_a_higher_index_is_refused(F, y0, said, yp0):
+    with pytest.raises(ValueError, match=rf"index of the equations is above 1: {said}|{said}"):
+        solve_dae(F, (0, 1), y0, None if yp0 is None else np.zeros(len(y0)))
+
+
+@pytest.mark.parametrize(
+    "F, said",
+    [
+        (lambda t, y, yp: [yp[0] - y[0], yp[0] + t, y[2]], r"component y\[1\] occurs in no"),
+        (lambda t, y, yp: [yp[0] - y[1] - y[2], y[0] - t, y[0] ** 2],
+         r"structurally singular: equation .* nothing determines component"),
+        (lambda t, y, yp: [yp[0] - y[0] + y[1], sum(y), 2 * sum(y)], "equations 1, 2"),
+        (lambda t, y, yp: [y[0] - t, y[1] + y[2], y[2]], "does not depend on `yp`"),
+    ],
+)  # fmt: skip
+def test_singular_equations_are_named(F, said):
+    with pytest.raises(ValueError, match=said):
+        solve_dae(F, (0, 1), [0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
+def test_units_do_not_change_the_index(scale):
+    """Capacities in farads, times in nanoseconds."""
+
+    def F(t, y, yp):
+        return [scale * (yp[0] - yp[1]) + y[0], scale * (yp[1] - yp[0]) + 1e-3 * y[1],
+                1e-6 * scale * yp[2] + y[2] - y[3], 1e3 * (y[3] - y[0])]  # fmt: skip
+
+    with pytest.raises(ValueError, match="No consistent start"):
+        start(F, [1.0, 0.0, 0.0, 1.0])
+    y, _ = start(F, [1.0, -1e3, 0.0, 1.0])
+    assert y[3] == 1.0
+
+
+REFUSED = [
+    (ValueError, "`F` returned 1 values for a state of 2", {"F": lambda t, y, yp: [yp[0]]}),
+    (TypeError, "`F` returned NoneType; it must return 2 numbers", {"F": lambda t, y, yp: None}),
+    (TypeError, "`F` returned complex numbers", {"F": lambda t, y, yp: [1j, y[0]]}),
+    (ValueError, "`F` returned nan or inf .*equation 1", {"F": lambda t, y, yp: [0, math.nan]}),
+    (TypeError, "takes 2 positional arguments", {"F": lambda t, y: y}),
+    (TypeError, "`F` must be a function", {"F": 3}),
+    (ValueError, "`yp0` must have one number for each", {"yp0": [1.0]}),
+    (ValueError, "`yp0` must be finite", {"yp0": [1.0, math.nan]}),
+    (ValueError, "`y0` must be finite", {"y0": [math.inf, 0.0]}),
+    (ValueError, "`y0` is empty", {"y0": []}),
+    (TypeError, "`y0` is complex", {"y0": [1j, 0.0]}),
+    (TypeError, "`yp0` is complex", {"yp0": [1j, 0.0]}),
+    (ValueError, "must be 1-dimensional", {"y0": [[1.0, 0.0]]}),
+    (ValueError, "`given` must be None, one of 'differential'", {"given": "algebraic"}),
+    (ValueError, "4 booleans, for `y0`", {"given": [True, False]}),
+    (ValueError, "4 booleans, for `y0`", {"given": [1.0, 2.0, 3.0, 4.0]}),
+    (ValueError, "`t_span` must be two times", {"t_span": (0, math.nan)}),
+    (ValueError, "nothing stops the run", {"t_span": (0, math.inf)}),
+    (ValueError, "not within `t_span`", {"t_eval": [0, 9]}),
+    (ValueError, "`rtol` has wrong shape", {"rtol": [1e-3, 1e-3, 1e-3]}),
+    (ValueError, "`atol` must be positive", {"atol": -1.0}),
+    (ValueError, "`max_step` must be positive", {"max_step": 0}),
+    (ValueError, "`first_step` exceeds bounds", {"first_step": 10}),
+    (ValueError, "no `on_event`: .* given='differential'", {"on_event": lambda t, y: y}),
+    (ValueError, "no `breakpoints`", {"breakpoints": [0.5]}),
+    (ValueError, "no `jac`: Jacobians are exact", {"jac": np.eye(2)}),
+    (TypeError, "has no option `method`; it has atol", {"method": "BDF"}),
+]
+
+
+@pytest.mark.parametrize("error, said, changed", REFUSED)
+def test_wrong_arguments_are_named(error, said, changed):
+    arguments = {"F": linear, "t_span": (0, 1), "y0": [1.0, -1.0], **changed}
+    with pytest.raises(error, match=said):
+        solve_dae(**arguments)
