@@ -11,6 +11,7 @@ import bench.one_thread  # noqa: F401  before all that follow
 from .groups import (
     corpus,
     course,
+    dae,
     derive,
     drift,
     ensemble,
@@ -42,6 +43,7 @@ GROUPS = {
     "memory": memory,
     "long_states": long_states,
     "stiff": stiff,
+    "dae": dae,
     "which_method": which_method,
     "corpus": corpus,
     "derive": derive,

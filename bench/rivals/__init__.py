@@ -14,6 +14,8 @@ A module here has one or more of:
 ``stiff(stiff)``
     ``{name: prepare}`` for a `problems.stiff.Stiff`; ``prepare(tol)`` as above, with rtol = tol and
     atol = tol times its floor.
+``dae(dae)``
+    ``{name: prepare}`` for a `problems.daes.Dae`, with tolerances as for `stiff`.
 ``orbits(orbit)``
     ``{name: make}``; ``make()`` puts a satellite at its start and returns ``go(t)``, which carries
     it on to t and returns [x, y, vx, vy].
@@ -60,6 +62,11 @@ def trajectories(many):
 def stiff(given):
     """{name: prepare} of everything that is installed and made for stiff problems."""
     return _joined("stiff", given)
+
+
+def dae(given):
+    """{name: prepare} of everything that is installed and takes F(t, y, y') = 0."""
+    return _joined("dae", given)
 
 
 def orbits(orbit):

@@ -121,3 +121,19 @@ def ensemble(many, simd, threads, method="RK45", rtol=MANY_RTOL, atol=MANY_ATOL)
     options = {"rtol": rtol, "atol": atol, "simd": simd, "threads": threads}
     span = 0.0, many.t_end
     return lambda: fastdyn.solve_ensemble(fun, span, many.y0, args, method, **options).y_end
+
+
+def dae(given):
+    """`solve_dae`, as called plainly: it has no `prepare`."""
+
+    def prepare(tol):
+        def run():
+            result = fastdyn.solve_dae(
+                given.F, (0, given.end), given.y0, given.yp0, t_eval=[given.end], rtol=tol,
+                atol=tol * np.asarray(given.floor),
+            )  # fmt: skip
+            return result.y[:, -1] if result.success else np.nan
+
+        return run
+
+    return {"fastdyn solve_dae": prepare}

@@ -100,6 +100,36 @@ def _ida(given, into, tol):
     return run
 
 
+def dae(given):
+    """IDA, with the residual compiled, and its Jacobian by differences."""
+
+    @functools.cache
+    def residual():
+        inner = njit(given.F)
+
+        @njit
+        def into(t, y, slope, out):
+            found = inner(t, y, slope)
+            for i in range(len(y)):
+                out[i] = found[i]
+
+        return into
+
+    def prepare(tol):
+        solver = IDA(
+            residual(), rtol=tol, atol=tol * np.asarray(given.floor), max_num_steps=MAX_STEPS
+        )
+        y0, slopes = np.array(given.y0, float), np.array(given.yp0, float)
+
+        def run():
+            solver.init_step(0.0, y0, slopes)
+            return _end_of(solver.step(given.end, tstop=given.end))
+
+        return run
+
+    return {"IDA, njit": prepare}
+
+
 def solvers(problem):
     """Adams, with the right-hand side compiled; CVODE calls it through Python."""
     into = functools.cache(lambda: in_place(problem))

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from bench.problems.daes import AKZO_NOBEL, TRANSISTOR
 from fastdyn import solve_dae
-from tests.support.daes import AKZO_NOBEL, TRANSISTOR, linear
+from tests.support.daes import linear
 
 NOWHERE = (0.0, 0.0)  # a span that has only its start
 
