@@ -1,5 +1,6 @@
 """F and its Jacobians at a fixed time, for the work before the first step."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -31,11 +32,14 @@ class Equations:
         self._t, self._bound, self.n = p.t0, bound, len(p.y0) // 2
         self.pattern: Any = pattern_of_residual(bound, block, self.n)
         self._entries: Any = entries_of(block, 2 * self.n)
-        self._block = None
-        if self._entries is not None:
-            self._block = bound.block.copy()
-            self._block[0] = block[0]
-        self.noise = ROUNDING if self._block is not None else OF_DIFFERENCES
+        self._address = 0 if self._entries is None else block[0]
+        self.noise = ROUNDING if self._address else OF_DIFFERENCES
+
+    def at(self, t):
+        """F at another time."""
+        other = copy.copy(self)
+        other._t = t
+        return other
 
     def residual(self, both):
         """The n numbers of F."""
@@ -43,10 +47,11 @@ class Equations:
 
     def jacobian(self, both):
         """[dF/dy, dF/dy'], (n, 2 n): sparse for many equations."""
-        if self._block is not None:
-            entries = self._entries
+        if self._address:
+            entries, block = self._entries, self._bound.block.copy()
+            block[0] = self._address
             numbers = np.full(len(entries.rows), np.nan)
-            Call(evaluate_kernel(), self._block, self._t, np.ascontiguousarray(both), numbers)()
+            Call(evaluate_kernel(), block, self._t, np.ascontiguousarray(both), numbers)()
             if np.isfinite(numbers).all():
                 return self._matrix(numbers, entries)
         if self.pattern is not None:

@@ -11,11 +11,9 @@ from fastdyn.problem import validate
 from .functions import event_of_vector, of_vector
 
 OPTIONS = {
-    "rtol", "atol", "max_step", "first_step", "max_steps", "progress", "on_interrupt",
+    "rtol", "atol", "max_step", "first_step", "on_event", "max_steps", "progress", "on_interrupt",
 }  # fmt: skip
 NOT_YET = {
-    "on_event": "the derivative behind a jump is not computed; end the run by `terminal`, and "
-    "begin anew with given='differential'",
     "breakpoints": "end the run at the jump, and begin anew with given='differential'",
     "jac": "Jacobians are exact where F can be traced, and by differences elsewhere",
 }

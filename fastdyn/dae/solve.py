@@ -53,8 +53,10 @@ def solve_dae(
         derivatives occur in F; their derivatives and the other components are computed.  "y":
         all of `y0`.  "yp": all of `yp0`.  An array: what it marks, of `y0` and then `yp0`.
     **options
-        `rtol`, `atol`, `max_step`, `first_step`, `max_steps`, `progress` and `on_interrupt`, as in
-        `solve_ivp`.  The error of all components is controlled, algebraic ones included.
+        `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `max_steps`, `progress` and
+        `on_interrupt`, as in `solve_ivp`.  The error of all components is controlled, algebraic
+        ones included.  A function of `on_event` returns `y`; behind the event, its differential
+        components are held, and the others and `yp` are computed, in Python.
 
     Returns
     -------

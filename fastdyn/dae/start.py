@@ -9,13 +9,19 @@ from fastdyn.run.solve_problem import load_kernels
 
 from .consistent import consistent
 from .equations import Equations
+from .jumps import bound_in_python, consistent_jumps
 
 
 def run_of(problem, given):
     """A Run from a consistent start; `given` says what of the start is held."""
     load_kernels(problem)  # first: no other thread compiles kernels meanwhile
     with budget.limited(0.0):
-        bound, others = bind_functions(problem)
+        bound, others = bind_functions(problem._replace(on_event=()))
     p = of_python_between(problem, bound, others)
     equations = Equations(p, bound, jacobian_of(p, bound, others))
-    return Run(p._replace(y0=consistent(equations, p, given)), bound, others)
+    p = p._replace(
+        y0=consistent(equations, p, given),
+        on_event=consistent_jumps(p, equations, problem.on_event),
+    )
+    acting = [bound_in_python(jump, p.args, len(p.y0)) for jump in p.on_event if jump is not None]
+    return Run(p, bound, [*others, *acting])
