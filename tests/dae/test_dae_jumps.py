@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dae, solve_ivp
+from tests.support.daes import linear, linear_solution
 from tests.support.impacts import marked
 
 TIGHT = {"rtol": 1e-9, "atol": 1e-11}
@@ -62,6 +63,22 @@ def test_a_thermostat_switches():
     assert run.success and run.y[0].min() >= 1.0 - 1e-6 and run.y[0].max() <= 1.5 + 1e-6
     off, on = 2 * math.log(1.5), 2 * math.log((1.0 - 2.0) / (1.5 - 2.0))
     assert np.abs(np.diff(run.t_events[0]) - off - on).max() <= 1e-6
+
+
+def test_the_constraint_of_the_time_of_the_event():
+    """Behind the event, y0' = -2 y0 + sin t begins anew at half the value."""
+    start = linear_solution(0.0)
+    half = marked(lambda t, y: t - 1.0)
+    run = solve_dae(
+        linear, (0, 2), *start, events=half, on_event=lambda t, y: [0.5 * y[0], 9.0], **TIGHT
+    )
+    (i,) = np.flatnonzero(np.diff(run.t) == 0)
+    before, _ = linear_solution(1.0)
+    assert run.y[:, i + 1] == pytest.approx(
+        [0.5 * before[0], math.sin(1) - 0.5 * before[0]], abs=1e-7
+    )
+    after, _ = linear_solution(2.0)
+    assert run.y[0, -1] == pytest.approx(after[0] - 0.5 * before[0] * math.exp(-2), abs=1e-7)
 
 
 def test_a_state_without_a_solution_is_a_sentence():
