@@ -6,6 +6,7 @@ differential-algebraic systems", SIAM J. Sci. Comput. 19 (1998).
 
 import numpy as np
 
+from .equations import DENSE
 from .index import check_index, check_large_index, check_structure, names
 
 ITERATIONS, HALVINGS = 100, 40
@@ -25,12 +26,15 @@ def consistent(equations, problem, given):
             "`F` does not depend on `yp`: its equations are algebraic, without an initial value "
             "problem; scipy.optimize.root solves them at each time."
         )
-    if equations.pattern is not None:
-        check_structure(equations.pattern, n)
-    if not isinstance(jacobian, np.ndarray):
-        check_large_index(jacobian, n)
-    elif np.isfinite(jacobian).all():
-        check_index(jacobian, n, equations.noise)
+    try:
+        if n > DENSE:
+            check_large_index(jacobian, n)
+        elif np.isfinite(jacobian).all():
+            check_index(jacobian, n, equations.noise)
+    except ValueError:
+        if equations.pattern is not None:
+            check_structure(equations.pattern, n)  # says more
+        raise
     if given is None:
         _check(equations, p, jacobian)
         return both

@@ -65,12 +65,16 @@ def check_index(jacobian, n, noise):
 
 
 def check_large_index(jacobian, n):
-    """`check_index` for a sparse Jacobian, by the growth of (dF/dy' + h dF/dy)^-1 as h falls.
+    """`check_index` for many equations, by the growth of (dF/dy' + h dF/dy)^-1 as h falls.
 
     The inverse grows as h^-index.
     """
+    from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 
+    jacobian = csc_matrix(jacobian)
+    if not np.isfinite(jacobian.data).all():
+        return
     B, A = jacobian[:, :n], jacobian[:, n:]
     scale = abs(A).max() / (abs(B).max() or 1.0)
     v, sizes = np.random.default_rng(0).uniform(0.5, 1.0, n), []
