@@ -6,7 +6,7 @@ differential-algebraic systems", SIAM J. Sci. Comput. 19 (1998).
 
 import numpy as np
 
-from .equations import DENSE
+from .equations import DENSE, beside
 from .index import check_index, check_large_index, check_structure, names
 
 ITERATIONS, HALVINGS = 100, 40
@@ -19,27 +19,42 @@ NEAR = 1e-3  # of the last change, in units of the tolerance, where rounding sto
 
 def consistent(equations, problem, given):
     """[y, y'] with F = 0, from the start of a problem; ValueError without."""
-    p, n, both = problem, equations.n, problem.y0
+    p, both = problem, problem.y0
     jacobian, rates = equations.jacobian(both), equations.rates(both)
     if not rates.any():
         raise ValueError(
             "`F` does not depend on `yp`: its equations are algebraic, without an initial value "
             "problem; scipy.optimize.root solves them at each time."
         )
+    wrong = _singular(equations, both)
+    if wrong is not None and all(_singular(equations, state) for state in beside(both)):
+        raise wrong
+    if given is None:
+        _check(equations, p, jacobian)
+    else:
+        both = _newton(equations, p, both, _free(given, rates), given)
+        wrong = _singular(equations, both)
+    if wrong is not None:
+        raise wrong
+    return both
+
+
+def _singular(equations, both):
+    """The ValueError that says why the equations are not of index 1 at a state, or None."""
+    jacobian, n = equations.jacobian(both), equations.n
     try:
         if n > DENSE:
             check_large_index(jacobian, n)
         elif np.isfinite(jacobian).all():
             check_index(jacobian, n, equations.noise)
-    except ValueError:
-        if equations.pattern is not None:
-            check_structure(equations.pattern, n)  # says more
-        raise
-    if given is None:
-        _check(equations, p, jacobian)
-        return both
-    free = _free(given, rates)
-    return _newton(equations, p, both, free, given)
+    except ValueError as reason:
+        try:
+            if equations.pattern is not None:
+                check_structure(equations.pattern, n)
+        except ValueError as structure:  # says more
+            return structure
+        return reason
+    return None
 
 
 def _free(given, rates):

@@ -11,7 +11,8 @@ from fastdyn.run.matrices.residual import pattern_of_residual
 from fastdyn.specialise.scalar import evaluate_kernel
 
 STEP = np.finfo(float).eps ** (1 / 3)
-DENSE = 500  # equations, up to which matrices are full
+SHARE = 0.1  # of its size, by which a number is displaced
+DENSE = 200  # equations, up to which matrices are full
 ROUNDING, OF_DIFFERENCES = 1e-11, 1e-6  # of elements, relative to the largest
 
 
@@ -42,8 +43,12 @@ class Equations:
         return other
 
     def residual(self, both):
-        """The n numbers of F."""
-        return np.asarray(self._bound.python(self._t, both.copy()), float)[: self.n]
+        """The n numbers of F; NaN where F raises, at a state that the user did not give."""
+        try:
+            with np.errstate(all="ignore"):
+                return np.asarray(self._bound.python(self._t, both.copy()), float)[: self.n]
+        except (ArithmeticError, ValueError):
+            return np.full(self.n, np.nan)
 
     def jacobian(self, both):
         """[dF/dy, dF/dy'], (n, 2 n): sparse for many equations."""
@@ -93,12 +98,22 @@ class Equations:
         return np.where(np.abs(change) <= 4 * rounding, 0.0, change), high - low
 
     def rates(self, both):
-        """Which components' derivatives occur in F."""
-        if self.pattern is not None:
-            return self.pattern.rates
-        found, rng = np.zeros(self.n, bool), np.random.default_rng(0)
-        for k in range(3):
-            near = both + 0.1 * k * rng.uniform(0.5, 1.0, len(both)) * np.maximum(np.abs(both), 1.0)
-            columns = [self._column(near, self.n + j) for j in range(self.n)]
-            found |= [bool(np.any(np.nan_to_num(column) != 0.0)) for column in columns]
+        """Which components' derivatives occur in F, by the structure and by numbers.
+
+        A derivative that is multiplied by 0 does not occur; one that is squared does, even at 0.
+        """
+        found = np.zeros(self.n, bool)
+        for state in (both, *beside(both)):
+            if self.pattern is None:
+                columns = [self._column(state, self.n + j) for j in range(self.n)]
+                values = np.column_stack(columns)
+            else:
+                values = self.jacobian(state)[:, self.n :]
+            found |= np.asarray((values != 0.0).sum(axis=0)).ravel() > 0  # NaN differs from 0
         return found
+
+
+def beside(both):
+    """Two states and derivatives beside given ones."""
+    rng, size = np.random.default_rng(0), np.where(both == 0.0, 1.0, np.abs(both))
+    return [both + SHARE * rng.uniform(0.5, 1.0, len(both)) * size for _ in range(2)]

@@ -50,7 +50,7 @@ def result_of(problem, status, run):
     result["yp_events"] = None
     if found.y_events is not None:
         result.y_events, result["yp_events"] = (
-            [each.reshape(-1, 2 * n)[:, part] for each in found.y_events]
+            [each[:, part] if each.size else each for each in found.y_events]
             for part in (slice(n), slice(n, None))
         )
     if status in SENTENCES:

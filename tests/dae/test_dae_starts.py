@@ -30,6 +30,36 @@ def test_differential_components_are_held(guess, found):
     assert np.array_equal(y, again)
 
 
+def test_the_index_counts_where_the_solution_begins():
+    """The circle's equation does not determine y1 at y1 = 0, and does at 0.8."""
+    y, _ = start(circle, [0.6, 1e-9])
+    assert y[1] == pytest.approx(0.8, abs=1e-12)
+    with pytest.raises(ValueError, match=r"No consistent start.*start nearer to a solution"):
+        start(circle, [0.6, 0.0])
+    with pytest.raises(ValueError, match="equation 1 does not determine"):
+        start(circle, [1.0, 0.0], [0.0, 0.0])
+
+
+def test_a_derivative_times_zero_does_not_occur():
+    def F(t, y, yp, C):
+        return [yp[0] + y[1], C * yp[1] + y[1] - 2 * y[0]]
+
+    y, yp = start(F, [1.0, 7.0], args=(0.0,))
+    assert y.tolist() == [1.0, 2.0] and yp.tolist() == [-2.0, 0.0]
+    y, yp = start(F, [1.0, 7.0], args=(0.5,))
+    assert y.tolist() == [1.0, 7.0] and yp.tolist() == [-7.0, -10.0]
+
+
+def test_states_at_which_f_raises_are_avoided():
+    """Newton's first step from 9 leads to a negative number under the root."""
+
+    def F(t, y, yp):
+        return [yp[0] + y[0], math.sqrt(y[1]) - y[0]]
+
+    y, _ = start(F, [1.0, 9.0])
+    assert y[1] == pytest.approx(1.0, abs=1e-12)
+
+
 def test_all_of_the_state_is_held():
     y, yp = start(circle, [0.6, 0.8], given="y")
     assert y.tolist() == [0.6, 0.8] and yp[0] == pytest.approx(0.8, abs=1e-15)
