@@ -13,7 +13,6 @@ ITERATIONS, HALVINGS = 100, 40
 DESCENT = 1e-4  # the share of the linear decrease that a step must reach
 CLOSE = 1e-10  # of the last change, relative to the numbers
 ROUNDING = 1e-9  # of derivatives that fulfil the equations
-REGULAR = 1e12  # condition of a matrix whose equations are solved
 NEAR = 1e-3  # of the last change, in units of the tolerance, where rounding stops the iteration
 
 
@@ -101,7 +100,7 @@ def _newton(equations, p, both, free, given):
                 f"The Jacobian of `F` is nan or inf near the start, at y = {both[:n].tolist()}: "
                 "start elsewhere."
             )
-        change, size = _change(jacobian[:, free], f)
+        change, size = _change(jacobian[:, free], f, n * equations.noise)
         found = _line_search(equations, both, free, change, size)
         if found is not None:
             both, f = found
@@ -122,8 +121,11 @@ def _newton(equations, p, both, free, given):
     )
 
 
-def _change(jacobian, f):
-    """(Newton's change of the free numbers, the function that measures a residual)."""
+def _change(jacobian, f, noise):
+    """(Newton's change of the free numbers, the function that measures a residual).
+
+    `noise` is the relative error of the Jacobian.
+    """
     sparse = not isinstance(jacobian, np.ndarray)
     rows = abs(jacobian).max(axis=1)
     rows = rows.toarray().ravel() if sparse else rows
@@ -136,7 +138,7 @@ def _change(jacobian, f):
         from scipy.sparse import diags
 
         return _sparse_solution(diags(rows) @ jacobian, -rows * f), size
-    return _full_solution(rows[:, None] * jacobian, -rows * f), size
+    return _full_solution(rows[:, None] * jacobian, -rows * f, noise), size
 
 
 def _sparse_solution(matrix, b):
@@ -150,14 +152,14 @@ def _sparse_solution(matrix, b):
     return lsqr(matrix, b, atol=1e-14, btol=1e-14)[0]
 
 
-def _full_solution(matrix, b):
+def _full_solution(matrix, b, noise):
     """The solution, or the shortest of the best approximations if there is no single one."""
     columns = np.abs(matrix).max(axis=0, initial=0.0)
     columns = 1.0 / np.where(columns > 0.0, columns, 1.0)
     scaled = matrix * columns
-    if scaled.shape[0] == scaled.shape[1] and np.linalg.cond(scaled, 1) < REGULAR:
+    if scaled.shape[0] == scaled.shape[1] and np.linalg.cond(scaled, 1) < 1.0 / noise:
         return columns * np.linalg.solve(scaled, b)
-    return columns * np.linalg.lstsq(scaled, b, rcond=None)[0]
+    return columns * np.linalg.lstsq(scaled, b, rcond=noise)[0]
 
 
 def _line_search(equations, both, free, change, size):

@@ -13,7 +13,7 @@ from fastdyn.specialise.scalar import evaluate_kernel
 STEP = np.finfo(float).eps ** (1 / 3)
 SHARE = 0.1  # of its size, by which a number is displaced
 DENSE = 200  # equations, up to which matrices are full
-ROUNDING, OF_DIFFERENCES = 1e-11, 1e-6  # of elements, relative to the largest
+ROUNDING, OF_DIFFERENCES = 1e-12, 1e-8  # of elements, relative to the largest
 
 
 class Equations:

@@ -3,6 +3,7 @@
 from fastdyn.compile import budget
 from fastdyn.run.begin import jacobian_of
 from fastdyn.run.functions.bound import bind_functions
+from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.run.functions.python_between import of_python_between
 from fastdyn.run.loop import Run
 from fastdyn.run.solve_problem import load_kernels
@@ -16,7 +17,8 @@ def run_of(problem, given):
     """A Run from a consistent start; `given` says what of the start is held."""
     load_kernels(problem)  # first: no other thread compiles kernels meanwhile
     with budget.limited(0.0):
-        bound, others = bind_functions(problem._replace(on_event=()))
+        near = off_the_solution(problem.y0)  # where code is compared with F
+        bound, others = bind_functions(problem._replace(y0=near, on_event=()))
     p = of_python_between(problem, bound, others)
     equations = Equations(p, bound, jacobian_of(p, bound, others))
     p = p._replace(

@@ -15,6 +15,7 @@ from fastdyn.problem.lsoda import NAME as LSODA
 from ..output import points_in
 
 MOST_NUMBERS = 2**18  # numbers in all states of a comparison
+OFF = 0.1  # by how much of its size a derivative is displaced
 AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
 NEVER = 2**62  # solves
 MOST_SEARCHES = 16  # failed searches for a state on a new side; then the side is left out
@@ -130,8 +131,20 @@ def compare_at(bounds, t, y):
             compare_along(bound, [t], _parts(bound, [y]))
 
 
+def off_the_solution(both):
+    """[y, y'] with another y'.
+
+    The residual of a solution is the rounding error of its terms, which no two compilers share.
+    """
+    y, yp = np.split(both, 2)
+    size = np.abs(yp)
+    return np.concatenate([y, yp + OFF * (size + (size.max(initial=0.0) or 1.0))])
+
+
 def _parts(bound, states):
     """States, or the halves of states that a function of a pair is given."""
+    if bound.mode.residual:
+        return [off_the_solution(each) for each in states]
     half = bound.mode.half
     return states if half is None else [np.split(each, 2)[half] for each in states]
 
