@@ -6,8 +6,15 @@ differential-algebraic systems", SIAM J. Sci. Comput. 19 (1998).
 
 import numpy as np
 
-from .equations import DENSE, beside
-from .index import check_index, check_large_index, check_structure, names
+from .equations import DENSE, STEP, beside
+from .index import (
+    check_index,
+    check_large_index,
+    check_structure,
+    large_rates,
+    names,
+    null_spaces,
+)
 
 ITERATIONS, HALVINGS = 100, 40
 DESCENT = 1e-4  # the share of the linear decrease that a step must reach
@@ -35,7 +42,44 @@ def consistent(equations, problem, given):
         wrong = _singular(equations, both)
     if wrong is not None:
         raise wrong
+    if isinstance(given, str) and given != "yp":
+        free = _free(given, rates)
+        return _with_all_derivatives(equations, p, both, rates, free, given)
     return both
+
+
+def _with_all_derivatives(equations, p, both, rates, free, given):
+    """[y, y'] with the part of y' that does not occur in F: the constraints hold at all times.
+
+    Combinations u of the equations without derivatives give u (dF/dt + dF/dy y') = 0.
+    """
+    n, jacobian = equations.n, equations.jacobian(both)
+    span = abs(p.tf - p.t0)
+    step = STEP * max(abs(p.t0), min(span, 1.0) if span > 0.0 else 1.0)
+    by_time = equations.by_time(both, step if p.tf >= p.t0 else -step)
+    values = jacobian if isinstance(jacobian, np.ndarray) else jacobian.data
+    if not (np.isfinite(by_time).all() and np.isfinite(values).all()):
+        return both
+    rate = both[n:].copy()
+    if n <= DENSE:
+        left, right = null_spaces(jacobian, n, equations.noise)
+        B = jacobian[:, :n]
+        if not left.size:
+            return both
+        change = _full_solution(
+            left.T @ B @ right, -left.T @ (by_time + B @ rate), n * equations.noise
+        )
+        rate += right @ change
+    else:
+        found = large_rates(jacobian, n, rate, by_time)
+        rate[~rates] = found[~rates]
+    new = np.concatenate([both[:n], rate])
+    if not np.isfinite(equations.residual(new)).all():
+        return both
+    try:  # the shortest change keeps what is new
+        return _newton(equations, p._replace(y0=new), new, free, given)
+    except ValueError:
+        return both
 
 
 def _singular(equations, both):

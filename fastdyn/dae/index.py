@@ -40,12 +40,8 @@ def check_structure(pattern, n):
 def check_index(jacobian, n, noise):
     """Raise ValueError unless the equations with a full Jacobian (n, 2 n) are of index 1."""
     B, A = jacobian[:, :n], jacobian[:, n:]
-    rows = 1.0 / _or_one(np.abs(A).max(axis=1), np.abs(B).max(axis=1))
-    columns = 1.0 / _or_one(np.abs(rows[:, None] * A).max(axis=0))
-    left, sizes, right = np.linalg.svd(rows[:, None] * A * columns)
-    rank = int(np.sum(sizes > n * noise * sizes[0])) if sizes[0] else 0
-    left, right = left[:, rank:], columns[:, None] * right[rank:].T
-    core, terms = (f(left).T @ f(rows[:, None] * B) @ f(right) for f in (np.asarray, np.abs))
+    left, right = null_spaces(jacobian, n, noise)
+    core, terms = (f(left).T @ f(B) @ f(right) for f in (np.asarray, np.abs))
     found = _null(np.where(np.abs(core) <= n * noise * terms, 0.0, core), n * noise)
     if found is None:
         return
@@ -62,6 +58,18 @@ def check_index(jacobian, n, noise):
         f"{names('component', components)}. Differentiate constraints until the equations do, or "
         "write the equations with accelerations as unknowns."
     )
+
+
+def null_spaces(jacobian, n, noise):
+    """Combinations of equations without derivatives, and of components whose derivatives do not
+    occur: matrices (n, k), of columns.
+    """
+    B, A = jacobian[:, :n], jacobian[:, n:]
+    rows = 1.0 / _or_one(np.abs(A).max(axis=1), np.abs(B).max(axis=1))
+    columns = 1.0 / _or_one(np.abs(rows[:, None] * A).max(axis=0))
+    left, sizes, right = np.linalg.svd(rows[:, None] * A * columns)
+    rank = int(np.sum(sizes > n * noise * sizes[0])) if sizes[0] else 0
+    return rows[:, None] * left[:, rank:], columns[:, None] * right[rank:].T
 
 
 def check_large_index(jacobian, n):
@@ -90,6 +98,17 @@ def check_large_index(jacobian, n):
             "The index of the equations is above 1: constraints do not determine the algebraic "
             "components. Differentiate constraints until they do."
         )
+
+
+def large_rates(jacobian, n, rate, by_time):
+    """y' by a step of Euler's implicit method, so short that y' changes where F leaves it open."""
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import splu
+
+    jacobian = csc_matrix(jacobian)
+    B, A = jacobian[:, :n], jacobian[:, n:]
+    h = SMALL_STEP * abs(A).max() / (abs(B).max() or 1.0)
+    return splu((A + h * B).tocsc()).solve(A @ rate - h * by_time)
 
 
 def names(kind, numbers):
