@@ -50,7 +50,7 @@ def solve_dae(
     given : {None, "differential", "y", "yp"} or array_like of bool, shape (2 n,)
         What of the start is held; Newton's iteration changes the rest until F = 0.  None: all, and
         a start with F != 0 raises ValueError.  "differential": the components of `y0` whose
-        derivatives occur in F; their derivatives and the other components are computed.  "y":
+        derivatives occur in F; the other components and all derivatives are computed.  "y":
         all of `y0`.  "yp": all of `yp0`.  An array: what it marks, of `y0` and then `yp0`.
     **options
         `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `max_steps`, `progress` and
