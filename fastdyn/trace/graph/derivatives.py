@@ -54,6 +54,21 @@ def parameter_derivatives(graph, outputs, slots):
     return entries(partials(graph, outputs, [graph.make("par", (), slot) for slot in slots]))
 
 
+@refused_as(_too_many)
+def along(graph, outputs, velocities):
+    """The nodes of the derivatives of the outputs along a motion of the inputs.
+
+    Parameters
+    ----------
+    velocities : list of (Node, Node)
+        Each input that moves, and the rate of the input.
+    """
+    graph.most = len(graph.nodes) + 2 * MAX_NODES
+    known = {node.key: {0: rate} for node, rate in velocities if not is_zero(rate)}
+    found = _Sweep(graph, outputs, known).found(outputs)
+    return [row.get(0, graph.const(0.0)) for row in found]
+
+
 def entries(found):
     """Convert the rows that `partials` returns to Entries."""
     places = sorted((j, i) for i, row in enumerate(found) for j in row)
@@ -72,14 +87,15 @@ def partials(graph, outputs, inputs):
         Nodes "t", "y" or "par".
     """
     graph.most = len(graph.nodes) + 2 * MAX_NODES
-    return _Sweep(graph, outputs, inputs).found(outputs)
+    known = {node.key: {i: graph.const(1.0)} for i, node in enumerate(inputs)}
+    slots = {node.data: i for i, node in enumerate(inputs) if node.op == "par"}
+    return _Sweep(graph, outputs, known, slots).found(outputs)
 
 
 class _Sweep:
-    def __init__(self, graph, outputs, inputs):
+    def __init__(self, graph, outputs, known, slots=None):
         self.graph, self.nodes = graph, live(outputs)
-        self.known = {node.key: {i: graph.const(1.0)} for i, node in enumerate(inputs)}
-        self.slots = {node.data: i for i, node in enumerate(inputs) if node.op == "par"}
+        self.known, self.slots = known, slots or {}
         self._inner = _inner_sums(self.nodes, outputs)
 
     def found(self, outputs):

@@ -1,0 +1,68 @@
+"""The choice of dummy derivatives, by the matrix at the present point.
+
+S. E. Mattsson, G. Söderlind, "Index reduction in differential-algebraic equations using dummy
+derivatives", SIAM J. Sci. Comput. 14 (1993) 677.  At depth m, the equations with c_i >= m, each
+differentiated c_i - m times, determine as many components in the order d_j - m: these follow from
+the others, and their derivatives are no longer derivatives of a state.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import qr
+
+SINGULAR = 1e-11  # smallest pivot of a matrix whose rows have the size 1
+
+
+class Depth(NamedTuple):
+    """The equations of one depth, the positions that follow from them, and the other positions."""
+
+    rows: tuple
+    follow: tuple
+    free: tuple
+
+
+def choice(offsets, matrix):
+    """The Depths, the deepest first, so that few dependents change much with the states.
+
+    Raises
+    ------
+    ZeroDivisionError
+        If the matrix is singular at this point.
+    """
+    depths, columns = [], np.arange(len(matrix))
+    for m in range(1, int(offsets.equations.max(initial=0)) + 1):
+        rows = np.flatnonzero(offsets.equations >= m)
+        columns = columns[offsets.components[columns] >= m]
+        part = matrix[np.ix_(rows, columns)]
+        part = part / np.maximum(np.abs(part).max(axis=1, keepdims=True), np.finfo(float).tiny)
+        _, r, order = qr(part, mode="economic", pivoting=True)
+        if not abs(np.diag(r)).min() > SINGULAR:
+            raise ZeroDivisionError
+        follow = np.sort(columns[order[: len(rows)]])
+        free = np.setdiff1d(np.flatnonzero(offsets.components >= m), follow)
+        depths.append(Depth(*[tuple(map(int, each)) for each in (rows, follow, free)]))
+        columns = follow
+    return tuple(reversed(depths))
+
+
+def states(reduced, depths):
+    """The states, (position, order): the reduced state without what follows from it."""
+    d = reduced.offsets.components
+    follow = {
+        (j, int(d[j]) - len(depths) + i) for i, depth in enumerate(depths) for j in depth.follow
+    }
+    return [place for place in reduced.states if place not in follow]
+
+
+def growth(matrix, depths):
+    """The sum of squares by which what follows changes with the states; inf if singular."""
+    total = 0.0
+    for depth in depths:
+        rows = matrix[list(depth.rows)]
+        try:
+            slopes = np.linalg.solve(rows[:, list(depth.follow)], rows[:, list(depth.free)])
+        except np.linalg.LinAlgError:
+            return np.inf
+        total += float((slopes**2).sum())
+    return total

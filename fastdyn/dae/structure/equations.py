@@ -1,0 +1,140 @@
+"""The graph of F(t, y, y'), and the names of its variables.
+
+In the graph, node ("y", l n + j) is the derivative of order l of component j.  An equation
+y_j' = y_k defines y_k: the component k is then the derivative of component j, and the equation is
+left out, so that the equations that remain are of higher order and fewer.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fastdyn.trace.graph.derivatives import jacobian
+from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.trace.paths.runs import Where, trace
+from fastdyn.trace.reads.reads import flat
+
+from .substitute import substituted
+
+LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
+
+
+class Equations(NamedTuple):
+    """Equations of a graph.
+
+    Attributes
+    ----------
+    graph : Graph
+    n : int
+        Number of components of y.
+    rows : list of int
+        The equations, as the function numbers them.
+    outputs : list of Node
+        The residuals of these equations.
+    columns : list of int
+        The components that these equations determine.
+    values : ndarray
+        The parameters, by slot.
+    alias : dict
+        For each other component (component j, order l): the component is derivative l of y_j.
+    """
+
+    graph: Any
+    n: int
+    rows: list
+    outputs: list
+    columns: list
+    values: np.ndarray
+    alias: dict
+
+    def node(self, j, order=0):
+        """The node of a derivative of component j."""
+        return self.graph.make("y", (), order * self.n + j)
+
+    def name(self, j, order=0):
+        """The index of the component that is derivative `order` of y_j; None if there is none."""
+        if order == 0:
+            return j
+        return next((k for k, place in self.alias.items() if place == (j, order)), None)
+
+    def place(self, k):
+        """(component j, order l) of component k."""
+        return self.alias.get(k, (k, 0))
+
+
+def equations(fun, t0, y0, yp0, args):
+    """The Equations of ``fun(t, y, yp, *args)``, one for each residual.
+
+    Raises
+    ------
+    ValueError
+        If the function cannot be traced.
+    """
+    n = len(y0)
+
+    def stacked(t, z, *args):
+        return fun(t, z[:n], z[n:], *args)
+
+    where, first = Where((t0, np.concatenate([y0, yp0]))), None
+    for lifted in LIFTED:
+        try:
+            found = trace(stacked, tuple(args), 2 * n, (n,), lifted=lifted, where=where)
+        except Untraceable as reason:
+            first = first or reason
+            continue
+        values = flat(found.reads.values())
+        rows = list(range(n))
+        return Equations(found.graph, n, rows, found.outputs, rows, values, {})
+    raise ValueError(
+        "index reduction needs a function that can be traced, and this one cannot: "
+        f"{first}. Equations of index 1 need no reduction."
+    )
+
+
+def without_aliases(given):
+    """The Equations with each equation y_j' = y_k used to replace y_k."""
+    alias: dict = {}
+    kept = []
+    for row, output in zip(given.rows, given.outputs, strict=True):
+        pair = _derivative_of(given, output)
+        if pair is None or pair[1] in alias or _root(alias, *pair)[0] == pair[1]:
+            kept.append((row, output))
+        else:
+            alias[pair[1]] = pair[0]
+    if not alias:
+        return given
+    place = {k: _root(alias, k) for k in alias}
+    inputs = {}
+    for k, (j, order) in place.items():
+        for level in (0, 1):
+            inputs[given.node(k, level).key] = given.node(j, order + level)
+    outputs = substituted(given.graph, [output for _, output in kept], inputs)
+    columns = [j for j in given.columns if j not in alias]
+    return given._replace(
+        rows=[row for row, _ in kept], outputs=outputs, columns=columns, alias=place
+    )
+
+
+def _root(alias, k, _=None):
+    order = 0
+    while k in alias:
+        k, order = alias[k], order + 1
+    return k, order
+
+
+def _derivative_of(given, output):
+    """(j, k) if the output is a multiple of y_j' - y_k, else None."""
+    nodes = live([output])
+    if any(node.op not in ("y", "add", "sub", "neg", "const", "mul", "div") for node in nodes):
+        return None
+    inputs = sorted(node.data for node in nodes if node.op == "y")
+    if len(inputs) != 2 or inputs[0] >= given.n or inputs[1] < given.n:
+        return None
+    _, _, slopes = jacobian(given.graph, [output], 2 * given.n)
+    if len(slopes) != 2 or any(slope.op != "const" for slope in slopes):
+        return None
+    at_rest = evaluate(given.graph, [output], np.zeros(1), np.zeros((2 * given.n, 1)), ())[0]
+    k, j = inputs[0], inputs[1] - given.n
+    return (j, k) if j != k and slopes[0].data == -slopes[1].data and at_rest == 0 else None
