@@ -93,16 +93,16 @@ def equations(fun, t0, y0, yp0, args):
     )
 
 
-def without_aliases(given):
-    """The Equations with each equation y_j' = y_k used to replace y_k."""
+def without_aliases(given, barred=()):
+    """The Equations with each equation y_j' = y_k used to replace y_k, if k is not `barred`."""
     alias: dict = {}
     kept = []
     for row, output in zip(given.rows, given.outputs, strict=True):
         pair = _derivative_of(given, output)
-        if pair is None or pair[1] in alias or _root(alias, *pair)[0] == pair[1]:
+        if pair is None or pair[1] in {*alias, *barred} or _root(alias, pair[0])[0] == pair[1]:
             kept.append((row, output))
         else:
-            alias[pair[1]] = pair[0]
+            alias[pair[1]] = pair[0]  # component: the component of which it is the derivative
     if not alias:
         return given
     place = {k: _root(alias, k) for k in alias}
@@ -117,7 +117,8 @@ def without_aliases(given):
     )
 
 
-def _root(alias, k, _=None):
+def _root(alias, k):
+    """(component j that is no alias, order l) of component k."""
     order = 0
     while k in alias:
         k, order = alias[k], order + 1

@@ -28,8 +28,7 @@ class Reduction:
         found = offsets(signature(whole), whole.rows, whole.columns)
         self.index, self.differentiated = found.index, found.equations
         self.freedom = found.freedom
-        few = without_aliases(whole)
-        self.system = differentiated(few, offsets(signature(few), few.rows, few.columns))
+        self.system = _smallest(whole)
         self.motion = formulas.motion(self.system)
         self.components = formulas.components(self.system)
         self._made: dict = {}
@@ -61,6 +60,22 @@ class Reduction:
     def state_of(self, z):
         """The reduced state in an array of all orders of all components."""
         return z[trajectory.places(self.system)]
+
+
+def _smallest(whole):
+    """The Differentiated equations with as few components as possible.
+
+    A component that is a derivative of higher order than the equations determine stays itself.
+    """
+    barred: set = set()
+    while True:
+        few = without_aliases(whole, barred)
+        found = differentiated(few, offsets(signature(few), few.rows, few.columns))
+        d = dict(zip(few.columns, found.offsets.components, strict=True))
+        beyond = {k for k, (j, order) in few.alias.items() if order > d[j]}
+        if not beyond:
+            return found
+        barred |= beyond
 
 
 class Choice:

@@ -57,8 +57,10 @@ def reduce_index(
     ValueError
         If the structure is singular, or the function cannot be traced.
     """
-    y0 = initial_state(y0)
-    return Reduction(fun, float(t0), y0, _derivative(yp0, y0), extra_arguments(args))
+    y0, args = initial_state(y0), extra_arguments(args)
+    yp0 = _derivative(yp0, y0)
+    _probe(fun, t0, y0, yp0, args)
+    return Reduction(fun, float(t0), y0, yp0, args)
 
 
 def solve_reduced(
@@ -123,6 +125,7 @@ def solve_reduced(
     t0, tf = time_span(t_span)
     y0, args = initial_state(y0), extra_arguments(args)
     yp0 = _derivative(yp0, y0)
+    _probe(fun, t0, y0, yp0, args)
     reduction = Reduction(fun, t0, y0, yp0, args)
     _check_method(method, reduction)
     held = None if given is None else _held(given, reduction, len(y0))
@@ -143,6 +146,16 @@ def _derivative(yp0, y0):
         if not np.isfinite(value).all():
             raise ValueError(f"`{name}` must be finite; got {value}.")
     return yp0
+
+
+def _probe(fun, t0, y0, yp0, args):
+    """Raise ValueError unless the function returns one residual for each component."""
+    found = np.shape(fun(t0, y0.copy(), yp0.copy(), *args))
+    if found != y0.shape:
+        raise ValueError(
+            f"`fun(t, y, yp)` must return {len(y0)} residuals, one for each component; it returns "
+            f"shape {found}."
+        )
 
 
 def _check_method(method, reduction):

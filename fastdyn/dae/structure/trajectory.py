@@ -4,6 +4,8 @@ import numpy as np
 
 from .formulas import NEWTON
 
+MANY = 4096  # times that are evaluated at once
+
 
 def places(reduced):
     """The place of each component of the reduced state among all orders of all components."""
@@ -16,8 +18,12 @@ def components(reduced, t, x, depths=()):
 
     What follows from the states of `depths` is computed from the constraints.
     """
-    t, given = np.asarray(t, float), reduced.given
-    c, d = reduced.offsets
+    t = np.asarray(t, float)
+    if len(t) > MANY:
+        parts = [slice(k, k + MANY) for k in range(0, len(t), MANY)]
+        found = [components(reduced, t[part], x[:, part], depths) for part in parts]
+        return np.concatenate(found, axis=1)
+    given, (c, d) = reduced.given, reduced.offsets
     z = np.zeros(((reduced.levels() + 1) * given.n, len(t)))
     z[places(reduced)] = x
     for i, depth in enumerate(depths):
