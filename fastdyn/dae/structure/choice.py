@@ -55,14 +55,24 @@ def states(reduced, depths):
     return [place for place in reduced.states if place not in follow]
 
 
-def growth(matrix, depths):
-    """The sum of squares by which what follows changes with the states; inf if singular."""
-    total = 0.0
+def growth(matrices, depths):
+    """The sums of squares by which what follows changes with the states, at k points."""
+    total = np.zeros(len(matrices))
     for depth in depths:
-        rows = matrix[list(depth.rows)]
-        try:
-            slopes = np.linalg.solve(rows[:, list(depth.follow)], rows[:, list(depth.free)])
-        except np.linalg.LinAlgError:
-            return np.inf
-        total += float((slopes**2).sum())
+        rows = matrices[:, depth.rows]
+        with np.errstate(all="ignore"):
+            try:
+                slopes = np.linalg.solve(rows[:, :, depth.follow], rows[:, :, depth.free])
+            except np.linalg.LinAlgError:
+                slopes = np.linalg.pinv(rows[:, :, depth.follow]) @ rows[:, :, depth.free]
+            total += (slopes**2).sum(axis=(1, 2))
     return total
+
+
+def signs(matrices, depths):
+    """The signs of the determinants that tell whether the states determine what follows.
+
+    Shape (1 + number of depths, k); the first is of the whole matrix.
+    """
+    parts = [matrices, *(matrices[:, d.rows][:, :, d.follow] for d in depths)]
+    return np.array([np.linalg.slogdet(part)[0] for part in parts])

@@ -51,6 +51,10 @@ class Differentiated(NamedTuple):
         """The component that derivative `order` at position j is, or None."""
         return self.given.name(self.given.columns[j], order)
 
+    def residual(self, i, m):
+        """The node of equation i, differentiated c_i - m times."""
+        return self.orders[i][int(self.offsets.equations[i]) - m]
+
     def levels(self):
         """The number of orders in the graph."""
         return 2 + int(self.offsets.components.max(initial=0))

@@ -1,7 +1,6 @@
 """The functions of a reduced system, as text: its motion, its projection, its residual.
 
-Each is a function of (t, x, p): x is the reduced state, p the parameters of the graph, and behind
-them, the bound of `pivots`.
+Each is a function of (t, x, p): x is the reduced state, p the parameters of the graph.
 """
 
 from .write import Text
@@ -32,39 +31,48 @@ def components(reduced):
     ])  # fmt: skip
 
 
-def projection(reduced, depths):
-    """``projection(t, x, p)``: the reduced state with what follows from the states mended."""
-    text, d, c = _text(reduced), reduced.offsets.components, reduced.offsets.equations
+def projection(reduced):
+    """``projection(t, x, p)``: the nearest reduced state that satisfies the constraints.
+
+    Depth by depth (see `constraints`), each for one order of the components: x - A' (A A')^-1 r
+    with the residuals r and the part A of the matrix.
+    """
+    text, d = _text(reduced), reduced.offsets.components
     names = {place: f"x[{i}]" for i, place in enumerate(reduced.states)}
-    for i, depth in enumerate(depths):
-        m = len(depths) - i
-        linear = all(c[row] > m for row in depth.rows)
+    for m, rows, columns, linear in constraints(reduced):
         for _ in range(1 if linear else NEWTON):
-            residuals = text.values([reduced.orders[row][c[row] - m] for row in depth.rows])
-            matrix = _matrix(reduced, text, depth.rows, depth.follow)
-            for j, change in zip(depth.follow, text.solved(matrix, residuals), strict=True):
-                where = j, int(d[j]) - m
-                names[where] = text.named(f"{names[where]} - {change}")
-                text.let({reduced.node(*where).key: names[where]})
+            residuals = text.values([reduced.residual(row, m) for row in rows])
+            matrix = _matrix(reduced, text, rows, columns)
+            square = [[_product(text, a, b) for b in matrix] for a in matrix]
+            factors = text.solved(square, residuals)
+            for j, column in zip(columns, zip(*matrix, strict=True), strict=True):
+                change = _product(text, column, factors)
+                if change != "0.0":
+                    where = j, int(d[j]) - m
+                    names[where] = text.named(f"{names[where]} - {change}")
+                    text.let({reduced.node(*where).key: names[where]})
     return text.function("projection", [names[place] for place in reduced.states])
 
 
-def pivots(reduced, depths):
-    """``pivots(t, x, p)``: 1 / (1 + `choice.growth`) less the last of p; None without a choice."""
-    text, squares = _text(reduced), []
-    for depth in depths:
-        matrix = _matrix(reduced, text, depth.rows, depth.follow)
-        others = _matrix(reduced, text, depth.rows, depth.free)
-        for right in zip(*others, strict=True):
-            if any(entry != "0.0" for entry in right):
-                squares += [f"{name} * {name}" for name in text.solved(matrix, right)]
-    if not squares:
-        return None
-    total = "0.0"
-    for square in squares:
-        total = text.named(f"{total} + {square}")
-    share = text.named(f"1.0 / (1.0 + {total})")  # smooth where the growth is infinite
-    return text.function("pivots", f"{share} - p[{len(reduced.given.values)}]")
+def constraints(reduced):
+    """Yield (depth m, rows, columns, whether they are linear), the deepest first.
+
+    At depth m, the equations with c_i >= m, differentiated c_i - m times, hold for the components
+    in the order d_j - m.
+    """
+    c, d = reduced.offsets
+    for m in range(int(c.max(initial=0)), 0, -1):
+        rows = [int(i) for i in (c >= m).nonzero()[0]]
+        columns = [int(j) for j in (d >= m).nonzero()[0]]
+        yield m, rows, columns, all(c[i] > m for i in rows)
+
+
+def _product(text, a, b):
+    """The name of the sum of products of two lists of names."""
+    terms = [f"{x} * {y}" for x, y in zip(a, b, strict=True) if "0.0" not in (x, y)]
+    if not terms:
+        return "0.0"
+    return text.named(" + ".join(terms))
 
 
 def residual(reduced, chosen):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from . import choice, formulas, trajectory
+from . import choice, formulas
 from .differentiate import differentiated
 from .equations import equations, without_aliases
 from .signature import offsets, signature
@@ -31,18 +31,20 @@ class Reduction:
         self.system = _smallest(whole)
         self.motion = formulas.motion(self.system)
         self.components = formulas.components(self.system)
-        self._made: dict = {}
+        constrained = self.system.offsets.equations.any()
+        self.projection = formulas.projection(self.system) if constrained else None
 
     def __repr__(self):
         counts = ", ".join(map(str, self.differentiated))
         return f"Reduction(index={self.index}, differentiated=[{counts}], freedom={self.freedom})"
 
-    def parameters(self, bound):
+    @property
+    def parameters(self):
         """The numbers p of all functions."""
-        return np.append(self.system.given.values, bound)
+        return self.system.given.values
 
-    def choose(self, t, z):
-        """The Choice of states at a point, and the growth there: see `choice`.
+    def choice(self, t, z):
+        """The Choice of states at a point z, all orders of all components.
 
         Raises
         ------
@@ -51,15 +53,7 @@ class Reduction:
         """
         matrix = self.system.matrices(np.array([float(t)]), z[:, None])[0]
         check_regular(self.system, t, matrix)
-        depths = choice.choice(self.system.offsets, matrix)
-        found = self._made.get(depths)
-        if found is None:
-            found = self._made[depths] = Choice(self.system, depths)
-        return found, choice.growth(matrix, depths)
-
-    def state_of(self, z):
-        """The reduced state in an array of all orders of all components."""
-        return z[trajectory.places(self.system)]
+        return Choice(self.system, choice.choice(self.system.offsets, matrix))
 
 
 def _smallest(whole):
@@ -79,29 +73,27 @@ def _smallest(whole):
 
 
 class Choice:
-    """A choice of states, with the functions that belong to the choice.
+    """A choice of states and dummy derivatives.
 
     Attributes
     ----------
+    depths : tuple of choice.Depth
     states : tuple of int
-        The components of y that are states; n (l) + j for derivative l of component j where that
-        is no component itself.
+        The components of y that are states; n l + j for derivative l of component j where that is
+        no component itself.
     """
 
     def __init__(self, system, depths):
-        self.depths, self.places = depths, choice.states(system, depths)
-        self.projection = formulas.projection(system, depths) if depths else None
-        self.pivots = formulas.pivots(system, depths)
-        self._system = system
-        given = system.given
+        self._system, self.depths = system, depths
+        self._places, given = choice.states(system, depths), system.given
         self.states = tuple(
             sorted(
                 order * given.n + given.columns[j] if name is None else name
-                for j, order in self.places
+                for j, order in self._places
                 for name in [system.name(j, order)]
             )
         )
 
     def residual(self):
-        """A residual of index 1: see `formulas.residual`."""
-        return formulas.residual(self._system, self.places)
+        """A residual of index 1, and its unknowns: see `formulas.residual`."""
+        return formulas.residual(self._system, self._places)

@@ -7,6 +7,8 @@ derivatives of one order; constraints on velocities follow those on positions.
 import numpy as np
 from scipy.linalg import svd
 
+from .formulas import constraints
+
 MOST = 50  # iterations
 CLOSE = 1e-13  # a change so small, in the largest number, ends the iteration
 MOVED = 1e-3  # so far may a component given by the user move, in the largest of them
@@ -46,10 +48,9 @@ def consistent(reduced, t, z, held=None):
     """
     first, z = z, z.copy()
     t = np.array([float(t)])
-    c, d = reduced.offsets
-    for m in range(int(c.max(initial=0)), 0, -1):
-        rows = np.flatnonzero(c >= m)
-        free = [j for j in np.flatnonzero(d >= m) if reduced.name(j, d[j] - m) not in (held or ())]
+    d = reduced.offsets.components
+    for m, rows, columns, _ in constraints(reduced):
+        free = [j for j in columns if reduced.name(j, d[j] - m) not in (held or ())]
         _depth(reduced, t, z, rows, free, m, held or ())
     _highest(reduced, t, z)
     if held is None:
@@ -59,8 +60,8 @@ def consistent(reduced, t, z, held=None):
 
 def _depth(reduced, t, z, rows, free, m, held):
     """Solve the constraints of one depth for the positions `free`."""
-    c, d = reduced.offsets
-    nodes = [reduced.orders[i][c[i] - m] for i in rows]
+    d = reduced.offsets.components
+    nodes = [reduced.residual(i, m) for i in rows]
     places = [reduced.given.columns[j] + (d[j] - m) * reduced.given.n for j in free]
     change = np.inf
     for _ in range(MOST):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .formulas import NEWTON
+from .formulas import NEWTON, constraints
 
 MANY = 4096  # times that are evaluated at once
 
@@ -13,30 +13,41 @@ def places(reduced):
     return [order * given.n + given.columns[j] for j, order in reduced.states]
 
 
-def components(reduced, t, x, depths=()):
-    """All components of y, shape (n, k), from reduced states of shape (m, k).
-
-    What follows from the states of `depths` is computed from the constraints.
-    """
+def components(reduced, t, x, project=False):
+    """All components of y, shape (n, k), from reduced states of shape (m, k)."""
     t = np.asarray(t, float)
     if len(t) > MANY:
         parts = [slice(k, k + MANY) for k in range(0, len(t), MANY)]
-        found = [components(reduced, t[part], x[:, part], depths) for part in parts]
+        found = [components(reduced, t[part], x[:, part], project) for part in parts]
         return np.concatenate(found, axis=1)
-    given, (c, d) = reduced.given, reduced.offsets
-    z = np.zeros(((reduced.levels() + 1) * given.n, len(t)))
-    z[places(reduced)] = x
-    for i, depth in enumerate(depths):
-        m = len(depths) - i
-        at = [given.columns[j] + (d[j] - m) * given.n for j in depth.follow]
-        nodes = [reduced.orders[row][c[row] - m] for row in depth.rows]
-        for _ in range(NEWTON):
-            matrix = reduced.matrices(t, z)[:, depth.rows][:, :, depth.follow]
-            z[at] -= _solved(matrix, reduced.numbers(nodes, t, z))
+    z = orders(reduced, x)
+    if project:
+        _project(reduced, t, z)
+    given, d = reduced.given, reduced.offsets.components
     highest = [int(d[j]) * given.n + column for j, column in enumerate(given.columns)]
     z[highest] = -_solved(reduced.matrices(t, z), reduced.numbers(reduced.rest, t, z))
     at = [given.place(k) for k in range(given.n)]
     return z[[order * given.n + column for column, order in at]]
+
+
+def orders(reduced, x):
+    """All orders of all components from the reduced state; what is not in the state is zero."""
+    z = np.zeros(((reduced.levels() + 1) * reduced.given.n, *x.shape[1:]))
+    z[places(reduced)] = x
+    return z
+
+
+def _project(reduced, t, z):
+    """Change z to satisfy the constraints: see `formulas.projection`."""
+    given, d = reduced.given, reduced.offsets.components
+    for m, rows, columns, linear in constraints(reduced):
+        at = [given.columns[j] + (int(d[j]) - m) * given.n for j in columns]
+        nodes = [reduced.residual(row, m) for row in rows]
+        for _ in range(1 if linear else NEWTON):
+            matrix = reduced.matrices(t, z)[:, rows][:, :, columns]
+            turned = matrix.transpose(0, 2, 1)
+            factors = _solved(matrix @ turned, reduced.numbers(nodes, t, z))
+            z[at] -= (turned @ factors.T[:, :, None])[:, :, 0].T
 
 
 def _solved(matrices, right):
@@ -59,26 +70,16 @@ class Solution:
     Parameters
     ----------
     reduced : Differentiated
-    pieces : list of (OdeSolution, float, depths)
-        The solutions of the reduced state, one for each choice of states, in order, and the times
-        up to which they count.
+    states : OdeSolution
+        The solution of the reduced state.
     """
 
-    def __init__(self, reduced, pieces):
-        self._reduced, self._pieces = reduced, pieces
-        self._ends = np.array([end for _, end, _ in pieces])
-        first, last = pieces[0][0].ts[0], pieces[-1][0].ts[-1]
-        self._sign = 1.0 if last >= first else -1.0
-        self.t_min, self.t_max = min(first, last), max(first, last)
+    def __init__(self, reduced, states):
+        self._reduced, self._states = reduced, states
+        self.t_min, self.t_max = states.t_min, states.t_max
 
     def __call__(self, t):
         t = np.asarray(t, float)
-        if t.ndim > 1:
-            raise ValueError("`t` must be a float or a 1-D array.")
-        times = np.atleast_1d(t)
-        of = np.searchsorted(self._sign * self._ends[:-1], self._sign * times)
-        y = np.empty((self._reduced.given.n, len(times)))
-        for i in np.unique(of):
-            (piece, _, depths), here = self._pieces[i], of == i
-            y[:, here] = components(self._reduced, times[here], piece(times[here]), depths)
+        x = self._states(np.atleast_1d(t))
+        y = components(self._reduced, np.atleast_1d(t), x, project=True)
         return y[:, 0] if t.ndim == 0 else y

@@ -1,0 +1,67 @@
+"""The choices of states along a run, and the place where the equations become singular."""
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from .choice import growth, signs
+from .start import Unsolved
+from .trajectory import MANY, orders
+
+PARTS = 32  # of a step within which states are chosen anew
+ROOM = 100.0  # growth, in that at the choice, at which states are chosen anew
+
+
+def history(reduction, t, x, whole=True):
+    """(Choices along the ends of steps, the number of the last step before a singularity or None).
+
+    The choices are a list of (time, states).  Within a step, the states of a choice have to
+    determine what follows from them: a determinant that changes its sign for every choice tells
+    that the equations are singular within the step.  A `whole` step is looked at in parts before.
+    """
+    log, start, end = [], 0, len(t) - 1
+    while True:
+        try:
+            chosen = reduction.choice(t[start], orders(reduction.system, x[:, start]))
+        except Unsolved:
+            return log, max(start - 1, 0)
+        if not log or chosen.states != log[-1][1]:
+            log.append((float(t[start]), chosen.states))
+        for k in range(start, end, MANY - 1):
+            part = slice(k, k + MANY)
+            bad, broken = _first(reduction.system, chosen, t[part], x[:, part], start == k)
+            if bad is not None:
+                break
+        else:
+            return log, None
+        if broken and k + bad == start + 1:
+            step = slice(start, start + 2)
+            within, last = _within(reduction, t[step], x[:, step]) if whole else ([], 0)
+            if last is not None:
+                return log, start
+            log += within[1:]
+            start += 1
+            continue
+        start = k + bad - 1 if broken else k + bad
+
+
+def _within(reduction, t, x):
+    """The history within one step, with the cubic polynomial of its ends and slopes."""
+    sign = np.sign(t[1] - t[0])
+    slopes = [
+        sign * np.array(reduction.motion(at, state, reduction.parameters))
+        for at, state in zip(t, x.T, strict=True)
+    ]
+    states = CubicHermiteSpline(sign * t, x.T, slopes)
+    times = np.linspace(*t, PARTS + 1)
+    return history(reduction, times, states(sign * times).T, whole=False)
+
+
+def _first(system, chosen, t, x, at_choice):
+    """(The first point at which a choice is bad, or None; whether a sign has changed there)."""
+    matrices = system.matrices(t, orders(system, x))
+    found = signs(matrices, chosen.depths)
+    broken = (found != found[:, :1]).any(axis=0)
+    sizes = growth(matrices, chosen.depths)
+    bad = np.flatnonzero(broken | ~(sizes <= ROOM * max(1.0, sizes[0])))
+    bad = bad[bad > 0]
+    return (int(bad[0]), bool(broken[bad[0]])) if len(bad) else (None, False)
