@@ -1,0 +1,114 @@
+"""Equations and starts that index reduction refuses, with a sentence."""
+
+import numpy as np
+import pytest
+
+from fastdyn.dae.structure.solve import reduce_index, solve_reduced
+from support.mechanisms import from_angle, pendulum
+
+ON = [0.6, -0.8, 0.0, 0.0, 0.0]
+GIVEN = {"args": (1.0, 9.81)}
+
+
+def shrinking(t, y, yp):
+    """A pendulum whose length passes zero at t = 1."""
+    x, z, u, v, force = y
+    return [yp[0] - u, yp[1] - v, yp[2] + force * x, yp[3] + force * z, x * x + z * z - (1 - t) ** 2]
+
+
+def test_singular_structure_names_equations_and_components():
+    def two_for_one(t, y, yp):
+        return [y[0] - 1, y[0] ** 2 - yp[0], y[0] + y[1] + yp[2]]
+
+    said = r"equations 0, 1 .* contain only the components \[0\] .* determines component [12]"
+    with pytest.raises(ValueError, match=said):
+        reduce_index(two_for_one, [1.0, 0, 0])
+    with pytest.raises(ValueError, match="equation 1 .* contains no component"):
+        reduce_index(lambda t, y, yp: [yp[0] - y[1], t], [1.0, 0])
+
+
+def test_redundant_equations_are_named():
+    def twice(t, y, yp):
+        return [yp[0] + y[3] + y[2], yp[1] + y[2] - y[3], y[0] + y[1], 2 * y[0] + 2 * y[1]]
+
+    with pytest.raises(ValueError, match="structure is regular: equations 2, 3 do not determine"):
+        solve_reduced(twice, (0, 1), np.zeros(4))
+
+
+def test_functions_that_cannot_be_traced():
+    def by_text(t, y, yp):
+        return [yp[0] - y[1], y[0] - float(str(t))]
+
+    with pytest.raises(ValueError, match="needs a function that can be traced"):
+        solve_reduced(by_text, (0, 1), [0.0, 1.0])
+
+
+def test_tables_are_refused():
+    knots, heights = np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 3.0])
+
+    def looked_up(t, y, yp):
+        return [yp[0] - y[1], y[0] - np.interp(t, knots, heights)]
+
+    with pytest.raises(ValueError, match="takes no tables"):
+        solve_reduced(looked_up, (0, 1), [0.0, 1.0])
+
+
+@pytest.mark.parametrize("start, said", [
+    ([0.6, -0.9, 0, 0, 0], r"component 1 would move from -0.9 to -0.83"),
+    ([0.6, -0.8, 1, 0, 0], "y0 violates the constraints: .* component 3 would move from 0 to 0.48"),
+    ([0.0, 0.0, 0, 0, 0], "no start satisfies the constraints of equations 4"),
+])  # fmt: skip
+def test_starts_that_violate_constraints(start, said):
+    with pytest.raises(ValueError, match=said):
+        solve_reduced(pendulum, (0, 1), start, **GIVEN)
+
+
+def test_a_start_is_mended_when_asked():
+    found = solve_reduced(pendulum, (0, 0.1), [0.6, -0.9, 0, 0, 0], given=[0], **GIVEN)
+    assert found.y[0, 0] == 0.6 and found.y[1, 0] == pytest.approx(-0.8, abs=1e-15)
+    nearest = solve_reduced(pendulum, (0, 0.1), [3.0, -4.0, 0, 0, 0], given=[], **GIVEN)
+    assert nearest.y[:2, 0] == pytest.approx([0.6, -0.8], abs=1e-13)
+    slightly = solve_reduced(pendulum, (0, 0.1), [0.6001, -0.8, 0, 0, 0], **GIVEN)
+    assert np.hypot(*slightly.y[:2, 0]) == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("given, said", [
+    ([4], "component 4 cannot be `given`"), ([5], "components 0 to 4"), ([0, 1], "0, 1 held"),
+])  # fmt: skip
+def test_components_that_cannot_be_held(given, said):
+    with pytest.raises(ValueError, match=said):
+        solve_reduced(pendulum, (0, 1), [0.6, -0.9, 0, 0, 0], given=given, **GIVEN)
+
+
+@pytest.mark.parametrize("change, error, said", [
+    ({"method": "BDF"}, ValueError, "cannot return a state to its constraints"),
+    ({"method": "VelocityVerlet", "step": 0.1}, ValueError, "cannot return a state"),
+    ({"jac": 1}, TypeError, "no option `jac`"),
+    ({"yp0": [0, 0]}, ValueError, r"`yp0` must have shape \(5,\)"),
+    ({"y0": [0.6, -0.8, 0, 0]}, ValueError, "not enough values"),
+    ({"y0": [0.6, np.nan, 0, 0, 0]}, ValueError, "finite"),
+    ({"y0": [0.6, -0.8j, 0, 0, 0]}, ValueError, "real equations"),
+    ({"atol": [1e-6, 1e-6]}, ValueError, "wrong shape"),
+])  # fmt: skip
+def test_wrong_arguments(change, error, said):
+    given = {"fun": pendulum, "t_span": (0, 1), "y0": ON, **GIVEN, **change}
+    with pytest.raises(error, match=said):
+        solve_reduced(**given)
+
+
+def test_a_wrong_number_of_residuals():
+    with pytest.raises(ValueError, match=r"must return 2 residuals.*shape \(1,\)"):
+        solve_reduced(lambda t, y, yp: [yp[0] - y[0]], (0, 1), [1.0, 1.0])
+
+
+def test_equations_that_become_singular_on_the_way():
+    found = solve_reduced(shrinking, (0, 2), [0.0, -1.0, 0.0, 1.0, 0.0], rtol=1e-9, atol=1e-9)
+    assert found.status == -1 and "singular between t = " in found.message
+    assert found.t[-1] < 1 and abs(found.y[1] - (found.t - 1)).max() < 1e-12
+
+
+def test_long_steps_are_no_singularity():
+    start = from_angle(1.5, 0.0, 1.0, 9.81)
+    for method in ("DOP853", "Vern9"):
+        found = solve_reduced(pendulum, (0, 20), start, method=method, rtol=1e-3, **GIVEN)
+        assert found.success
