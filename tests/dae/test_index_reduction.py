@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dae, solve_ivp
-from fastdyn.dae.structure.solve import reduce_index, solve_reduced
+from fastdyn.dae.structure import reduce_index, solve_reduced
 from fastdyn.dae.structure.start import consistent, guess
 from support.mechanisms import (
     ANDREWS_END,
@@ -27,7 +27,9 @@ def swing(t, y, length, g):
     return [y[1], -g / length * np.sin(y[0])]
 
 
-@pytest.mark.parametrize("angle, speed, length", [(1.5, 0.0, 1.0), (0.3, 8.0, 1.0), (2.0, 1.0, 0.2)])
+@pytest.mark.parametrize(
+    "angle, speed, length", [(1.5, 0.0, 1.0), (0.3, 8.0, 1.0), (2.0, 1.0, 0.2)]
+)
 def test_pendulum_of_its_length_alone(angle, speed, length):
     start = from_angle(angle, speed, length, 9.81)
     start[4] = 0.0  # the force is computed
@@ -113,7 +115,9 @@ def test_differentiator(factor):
 
 
 def test_equations_that_are_not_linear_in_the_highest_orders():
-    found = solve_reduced(lambda t, y, yp: [yp[0] ** 2 + y[0] ** 2 - 1], (0, 1), [0.0], [1.0], **TIGHT)
+    found = solve_reduced(
+        lambda t, y, yp: [yp[0] ** 2 + y[0] ** 2 - 1], (0, 1), [0.0], [1.0], **TIGHT
+    )
     assert abs(found.y[0] - np.sin(found.t)).max() < 1e-8
 
     def implicit(t, y, yp):
@@ -125,7 +129,10 @@ def test_equations_that_are_not_linear_in_the_highest_orders():
 
 def test_equations_without_derivatives():
     found = solve_reduced(
-        lambda t, y, yp: [y[0] + y[1] - t, y[0] * y[1] - t * t / 4 + 1], (0, 2), [1.0, -1.0], **TIGHT
+        lambda t, y, yp: [y[0] + y[1] - t, y[0] * y[1] - t * t / 4 + 1],
+        (0, 2),
+        [1.0, -1.0],
+        **TIGHT,
     )
     assert abs(found.y - [found.t / 2 + 1, found.t / 2 - 1]).max() < 1e-8
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fastdyn.dae.structure import reduce_index
 from fastdyn.dae.structure.equations import equations
 from fastdyn.dae.structure.signature import ABSENT, offsets
-from fastdyn.dae.structure.solve import reduce_index
 from fastdyn.trace.graph.derivatives import along
 from fastdyn.trace.graph.evaluate import evaluate
 from support.mechanisms import ANDREWS_START, CAR_AXIS_START, andrews, car_axis, pendulum

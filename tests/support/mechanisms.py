@@ -19,9 +19,7 @@ def from_angle(angle, speed, length, g):
     """All components of the pendulum."""
     s, c = np.sin(angle), np.cos(angle)
     force = speed**2 + g * c / length
-    return np.array(
-        [length * s, -length * c, length * c * speed, length * s * speed, force]
-    )
+    return np.array([length * s, -length * c, length * c * speed, length * s * speed, force])
 
 
 def slider_crank(t, y, yp, r, length, m1, m2, m3, g):
@@ -85,7 +83,6 @@ def andrews(t, y, yp):
     """Seven angles, their velocities and accelerations, and six forces."""
     q, v, w, forces = y[:7], y[7:14], y[14:21], y[21:]
     be, th, ga, ph, de, om, ep = q
-    bep, thp, _, php, dep, omp, epp = v
     d, e, rr, ss, zf, zt, u = 28e-3, 2e-2, 7e-3, 35e-3, 2e-2, 4e-2, 4e-2
     (m11, m21, m22, m33, m44, m54, m55, m66, m76, m77), f = _of_bodies(q, v)
     gravity_of = [

@@ -6,7 +6,7 @@ differentiated c_i - m times, determine as many components in the order d_j - m:
 the others, and their derivatives are no longer derivatives of a state.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import qr
@@ -36,7 +36,8 @@ def choice(offsets, matrix):
         columns = columns[offsets.components[columns] >= m]
         part = matrix[np.ix_(rows, columns)]
         part = part / np.maximum(np.abs(part).max(axis=1, keepdims=True), np.finfo(float).tiny)
-        _, r, order = qr(part, mode="economic", pivoting=True)
+        factors: Any = qr(part, mode="economic", pivoting=True)
+        _, r, order = factors
         if not abs(np.diag(r)).min() > SINGULAR:
             raise ZeroDivisionError
         follow = np.sort(columns[order[: len(rows)]])

@@ -1,6 +1,6 @@
 """The equations differentiated by time, on the graph, as often as the offsets say."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 

@@ -52,7 +52,7 @@ def _within(reduction, t, x):
         for at, state in zip(t, x.T, strict=True)
     ]
     states = CubicHermiteSpline(sign * t, x.T, slopes)
-    times = np.linspace(*t, PARTS + 1)
+    times = np.linspace(t[0], t[1], PARTS + 1)
     return history(reduction, times, states(sign * times).T, whole=False)
 
 

@@ -9,7 +9,6 @@ from .signature import offsets, signature
 from .start import check_regular
 
 
-
 class Reduction:
     """The index reduction of ``fun(t, y, yp, *args)``: see `reduce_index`.
 
@@ -26,7 +25,7 @@ class Reduction:
     def __init__(self, fun, t0, y0, yp0, args):
         whole = equations(fun, t0, y0, yp0, args)
         found = offsets(signature(whole), whole.rows, whole.columns)
-        self.index, self.differentiated = found.index, found.equations
+        self.index, self.differentiated = found.structural_index, found.equations
         self.freedom = found.freedom
         self.system = _smallest(whole)
         self.motion = formulas.motion(self.system)

@@ -25,8 +25,8 @@ class Offsets(NamedTuple):
     components: np.ndarray
 
     @property
-    def index(self):
-        """The structural index."""
+    def structural_index(self):
+        """The index that the structure tells."""
         return int(self.equations.max() + (self.components.min() == 0))
 
     @property

@@ -196,5 +196,3 @@ def _options(options, reduction, n):
                 raise ValueError(f"`{name}` has wrong shape.")
             names = [system.name(j, order) for j, order in system.states]
             options[name] = np.array([value.min() if k is None else value[k] for k in names])
-
-
