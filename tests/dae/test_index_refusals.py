@@ -118,3 +118,36 @@ def test_long_steps_are_no_singularity():
     for method in ("DOP853", "Vern9"):
         found = solve_reduced(pendulum, (0, 20), start, method=method, rtol=1e-3, **GIVEN)
         assert found.success
+
+
+def test_a_kink_of_a_constraint_ends_the_run():
+    def struck(t, y, yp):
+        return [yp[0] - y[1], yp[1] + y[2], y[0] - abs(np.sin(t))]
+
+    start = [np.sin(0.1), np.cos(0.1), 0.0]
+    found = solve_reduced(struck, (0.1, 5), start, rtol=1e-8, atol=1e-8, t_eval=[1, 2, 3, 4])
+    assert found.status == -1 and "kink or a jump at t = 3.1415927" in found.message
+    assert (
+        found.t.tolist() in ([1, 2], [1, 2, 3]) and abs(found.y[0] - np.sin(found.t)).max() < 1e-7
+    )
+    assert solve_reduced(struck, (0.1, 3), start).success
+
+
+def test_kinks_that_jump_nowhere_are_allowed():
+    def corner(t, y, yp):  # the corner is in y[0]; y[1] jumps, and follows
+        return [yp[0] - y[1], y[0] - abs(np.sin(t))]
+
+    found = solve_reduced(corner, (0.1, 5), [np.sin(0.1), 0.0], rtol=1e-8, atol=1e-8)
+    assert found.success
+    assert abs(found.y[1] - np.cos(found.t) * np.sign(np.sin(found.t))).max() < 1e-7
+
+    def glued(t, y, yp):
+        return [yp[0] - y[1], yp[1] + y[2], y[0] - (t * t if t < 1 else 2 * t - 1)]
+
+    found = solve_reduced(glued, (0, 5), [0.0, 0.0, 0.0])
+    assert found.success and found.y[:2, -1] == pytest.approx([9.0, 2.0])
+
+
+def test_no_time_at_all():
+    found = solve_reduced(pendulum, (1, 1), ON, **GIVEN)
+    assert found.success and found.y[:2, -1].tolist() == ON[:2]

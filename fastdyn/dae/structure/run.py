@@ -9,6 +9,7 @@ from fastdyn.run.result import OdeResult
 from fastdyn.solve.ivp import solve_ivp
 
 from .history import history
+from .kinks import decisions, jump_of
 from .start import Unsolved
 from .trajectory import Solution, components, places
 
@@ -18,17 +19,24 @@ SINGULAR = (
     "there is no solution beyond; or a step passes too much at once: reduce `max_step`."
 )
 
+JUMP = (
+    "A constraint has a kink or a jump at t = {:.8g}: the derivative of an equation, by which the "
+    "states are constrained, jumps there, as if struck. End the run before, and begin another one "
+    "behind with a start that satisfies the constraints."
+)
+
 
 def run(reduction, t_span, z, method, t_eval, dense_output, events, args, options):
     """The OdeResult from a consistent start z, all orders of all components."""
     system = reduction.system
     if reduction.projection is not None:
         options["project"] = reduction.projection
+    kinks = decisions(system)
     watched = [_of_components(event, reduction) for event in events]
     try:
         found = solve_ivp(
             reduction.motion, t_span, z[places(system)], method,
-            dense_output=dense_output or t_eval is not None, events=watched,
+            dense_output=dense_output or t_eval is not None or bool(kinks), events=watched,
             args=(reduction.parameters, *args), **options,
         )  # fmt: skip
     except SingularMatrixError as error:
@@ -41,6 +49,11 @@ def run(reduction, t_span, z, method, t_eval, dense_output, events, args, option
         found.status, found.message = -1, SINGULAR.format(*found.t[last : last + 2])
     else:
         last = len(found.t) - 1
+    jump = jump_of(system, kinks, found) if kinks else None
+    if jump is not None and abs(jump - found.t[0]) <= abs(found.t[last] - found.t[0]):
+        found.status, found.message = -1, JUMP.format(jump)
+        last = int(np.flatnonzero(np.abs(found.t - found.t[0]) < abs(jump - found.t[0]))[-1])
+        log = [each for each in log if abs(each[0] - found.t[0]) <= abs(jump - found.t[0])]
     return _result(reduction, found, last, log, t_eval, dense_output)
 
 
@@ -79,5 +92,5 @@ def _result(reduction, found, last, log, t_eval, dense_output):
         t=t, y=y, sol=sol if dense_output else None, t_events=times, y_events=states,
         status=found.status, message=found.message, success=found.status >= 0,
         index=reduction.index, differentiated=reduction.differentiated, states=log,
-        **{name: found[name] for name in COUNTS},
+        **{name: found.get(name, 0) for name in COUNTS},
     )  # fmt: skip
