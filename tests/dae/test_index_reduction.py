@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dae, solve_ivp
-from fastdyn.dae.structure import reduce_index, solve_reduced
+from fastdyn.dae.structure import formulas, reduce_index, solve_reduced
+from fastdyn.dae.structure.eliminate import pivots
 from fastdyn.dae.structure.start import consistent, guess
+from fastdyn.dae.structure.trajectory import places
 from support.mechanisms import (
     ANDREWS_END,
     ANDREWS_START,
@@ -177,3 +179,46 @@ def test_residual_of_index_1_is_solved_by_bdf():
     exact = solve_reduced(pendulum, (0, 0.3), start, args=(1.0, 9.81), **TIGHT)
     x, y = (places.index(k) for k in (0, 1))
     assert abs(found.y[[x, y], -1] - exact.y[:2, -1]).max() < 1e-5
+
+
+def hanging(n):
+    """n masses on n rods in a row."""
+
+    def chain(t, y, yp):
+        x, z, u, v, force = (y[k * n : (k + 1) * n] for k in range(5))
+        found = [yp[i] - u[i] for i in range(n)] + [yp[n + i] - v[i] for i in range(n)]
+        for i in range(n):
+            dx, dz = (c[i] - (c[i - 1] if i else 0.0) for c in (x, z))
+            more = force[i + 1] if i + 1 < n else 0.0
+            right, up = (c[min(i + 1, n - 1)] - c[i] for c in (x, z))
+            found += [
+                yp[2 * n + i] + force[i] * dx - more * right,
+                yp[3 * n + i] + force[i] * dz - more * up + 9.81,
+                dx * dx + dz * dz - 1,
+            ]
+        return found
+
+    return chain
+
+
+def test_a_chain_of_pendulums_keeps_energy_and_lengths():
+    n = 6
+    found = solve_reduced(hanging(n), (0, 1), [*range(1, n + 1), *[0.0] * (4 * n)], **TIGHT)
+    x, z, u, v, _ = found.y.reshape(5, n, -1)
+    assert found.index == 3 and len(found.states[0][1]) == 2 * n
+    energy = (u**2 + v**2).sum(axis=0) / 2 + 9.81 * z.sum(axis=0)
+    assert abs(energy).max() < 1e-5
+    lengths = np.hypot(np.diff(x, axis=0, prepend=0.0), np.diff(z, axis=0, prepend=0.0))
+    assert abs(lengths - 1).max() < 1e-14
+
+
+def test_elimination_by_masses_changes_no_solution():
+    start = np.array([*range(1, 7), *[0.0] * 24], float)
+    system = reduce_index(hanging(6), start).system
+    z = consistent(system, 0.0, guess(system, start, 0 * start))
+    order = pivots(system, 0.0, z)
+    assert len(order) == 12 and set(order) <= set(system.matrix)
+    x = z[places(system)] + 0.1
+    p = system.given.values
+    with_pivots, whole = (formulas.motion(system, each)(0.0, x, p) for each in (order, ()))
+    assert with_pivots == pytest.approx(whole, rel=1e-11, abs=1e-11)

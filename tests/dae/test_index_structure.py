@@ -102,4 +102,4 @@ def test_functions_are_the_same_for_the_same_equations():
     a = reduce_index(pendulum, [0.6, -0.8, 0, 0, 0], args=(2.0, 9.81))
     b = reduce_index(pendulum, [0.6, -0.8, 0, 0, 0], args=(3.0, 9.81))
     assert a.motion is b.motion and a.projection is b.projection
-    assert sorted(a.parameters) == [2.0, 9.81] and sorted(b.parameters) == [3.0, 9.81]
+    assert {2.0, 9.81} <= {*a.parameters} and {3.0, 9.81} <= {*b.parameters}

@@ -3,14 +3,15 @@
 Each is a function of (t, x, p): x is the reduced state, p the parameters of the graph.
 """
 
+from .eliminate import solved
 from .write import Text
 
 NEWTON = 3  # iterations of equations that are not linear: errors of 1e-3 fall below rounding
 
 
-def motion(reduced):
-    """``motion(t, x, p)``: the derivative of the reduced state."""
-    text, highest = _with_highest(reduced)
+def motion(reduced, pivots=()):
+    """``motion(t, x, p)``: the derivative of the reduced state; `pivots` as in `eliminate`."""
+    text, highest = _with_highest(reduced, pivots)
     place = {each: i for i, each in enumerate(reduced.states)}
     return text.function("motion", [
         f"x[{place[j, order + 1]}]" if (j, order + 1) in place else highest[j]
@@ -18,14 +19,14 @@ def motion(reduced):
     ])  # fmt: skip
 
 
-def components(reduced):
+def components(reduced, pivots=()):
     """``components(t, x, p)``: all components of y."""
     given, place = reduced.given, {each: i for i, each in enumerate(reduced.states)}
     wanted = [given.place(k) for k in range(given.n)]
     wanted = [(given.columns.index(column), order) for column, order in wanted]
     text, highest = _text(reduced), []
     if any(each not in place for each in wanted):
-        text, highest = _with_highest(reduced)
+        text, highest = _with_highest(reduced, pivots)
     return text.function("components", [
         f"x[{place[each]}]" if each in place else highest[each[0]] for each in wanted
     ])  # fmt: skip
@@ -106,8 +107,8 @@ def _matrix(reduced, text, rows, columns):
     return [values[i * n : (i + 1) * n] for i in range(len(rows))]
 
 
-def _with_highest(reduced):
+def _with_highest(reduced, pivots):
     """(Text, the names of the highest orders by position)."""
     text, every = _text(reduced), range(len(reduced.orders))
     rest = [text.named(f"-{value}") for value in text.values(reduced.rest)]
-    return text, text.solved(_matrix(reduced, text, every, every), rest)
+    return text, solved(text, _matrix(reduced, text, every, every), rest, pivots)

@@ -7,6 +7,8 @@ from fastdyn.trace.graph.jumps import first_jump
 
 from .trajectory import orders
 
+LEAST = 1e-3  # in the unit of a constraint: jumps below a millionth of this are rounding
+
 
 def decisions(reduced):
     """The nodes that change discontinuously and on which constraints of the states depend."""
@@ -20,8 +22,9 @@ def decisions(reduced):
 
 def jump_of(reduced, nodes, found):
     """The first time of a result at which a constraint jumps, or None."""
-    outputs, graph = _constraints(reduced), reduced.given.graph
-    values = reduced.given.values
+    graph, values = reduced.given.graph, reduced.given.values
+    outputs = [*_constraints(reduced), graph.const(LEAST)]
+    outputs += [reduced.node(*place) for place in reduced.states]  # by which a jump is measured
     return first_jump(
         graph, outputs, nodes, found.t, lambda t: orders(reduced, np.asarray(found.sol(t))), values
     )

@@ -4,9 +4,10 @@ import numpy as np
 
 from . import choice, formulas
 from .differentiate import differentiated
+from .eliminate import pivots
 from .equations import equations, without_aliases
 from .signature import offsets, signature
-from .start import check_regular
+from .start import check_regular, guess
 
 
 class Reduction:
@@ -28,8 +29,9 @@ class Reduction:
         self.index, self.differentiated = found.structural_index, found.equations
         self.freedom = found.freedom
         self.system = _smallest(whole)
-        self.motion = formulas.motion(self.system)
-        self.components = formulas.components(self.system)
+        order = pivots(self.system, t0, guess(self.system, y0, yp0))
+        self.motion = formulas.motion(self.system, order)
+        self.components = formulas.components(self.system, order)
         constrained = self.system.offsets.equations.any()
         self.projection = formulas.projection(self.system) if constrained else None
 
