@@ -78,10 +78,11 @@ def _result(reduction, found, last, log, t_eval, dense_output):
     sol = None if found.sol is None else Solution(system, found.sol)
     if sol is None or t_eval is None:
         t = found.t[: last + 1]
-        y = components(system, t, found.y[:, : last + 1])
+        x = found.y[:, : last + 1]
     else:
         t = t_eval[sign * t_eval <= sign * end]
-        y = sol(t)
+        x = found.sol(t)
+    y, yp = (components(system, t, x, True, rates) for rates in (False, True))
     times, states = [], []
     for at, x in zip(found.t_events, found.y_events, strict=True):
         here = sign * at <= sign * end
@@ -89,7 +90,7 @@ def _result(reduction, found, last, log, t_eval, dense_output):
         x = np.reshape(x, (len(at), len(system.states)))[here].T
         states.append(components(system, at[here], x, project=True).T)
     return OdeResult(
-        t=t, y=y, sol=sol if dense_output else None, t_events=times, y_events=states,
+        t=t, y=y, yp=yp, sol=sol if dense_output else None, t_events=times, y_events=states,
         status=found.status, message=found.message, success=found.status >= 0,
         index=reduction.index, differentiated=reduction.differentiated, states=log,
         **{name: found.get(name, 0) for name in COUNTS},

@@ -15,6 +15,7 @@ from fastdyn.problem.validate import (
     time_span,
 )
 
+from .compare import check_with_function
 from .reduction import Reduction
 from .run import run
 from .start import consistent, guess
@@ -106,7 +107,8 @@ def solve_reduced(
     Returns
     -------
     OdeResult
-        Of `solve_ivp`, with y of all components, and `index`, the structural index;
+        Of `solve_ivp`, with y of all components; `yp`, their derivatives, nan where the equations
+        have none; `index`, the structural index;
         `differentiated`, how often each equation was differentiated; `states`, a list of (time,
         components that are states from there on), where n l + j stands for derivative l of
         component j.
@@ -133,7 +135,9 @@ def solve_reduced(
     events = [events] if callable(events) else list(events or ())
     t_eval = output_times(t_eval, t0, tf)
     _options(options, reduction, len(y0))
-    return run(reduction, (t0, tf), z, method, t_eval, dense_output, events, args, options)
+    found = run(reduction, (t0, tf), z, method, t_eval, dense_output, events, args, options)
+    check_with_function(fun, args, found)
+    return found
 
 
 def _derivative(yp0, y0):

@@ -13,12 +13,15 @@ def places(reduced):
     return [order * given.n + given.columns[j] for j, order in reduced.states]
 
 
-def components(reduced, t, x, project=False):
-    """All components of y, shape (n, k), from reduced states of shape (m, k)."""
+def components(reduced, t, x, project=False, rates=False):
+    """All components of y, shape (n, k), from reduced states of shape (m, k).
+
+    With `rates` their derivatives, which are nan where the equations have none.
+    """
     t = np.asarray(t, float)
     if len(t) > MANY:
         parts = [slice(k, k + MANY) for k in range(0, len(t), MANY)]
-        found = [components(reduced, t[part], x[:, part], project) for part in parts]
+        found = [components(reduced, t[part], x[:, part], project, rates) for part in parts]
         return np.concatenate(found, axis=1)
     z = orders(reduced, x)
     if project:
@@ -27,7 +30,10 @@ def components(reduced, t, x, project=False):
     highest = [int(d[j]) * given.n + column for j, column in enumerate(given.columns)]
     z[highest] = -_solved(reduced.matrices(t, z), reduced.numbers(reduced.rest, t, z))
     at = [given.place(k) for k in range(given.n)]
-    return z[[order * given.n + column for column, order in at]]
+    found = z[[(order + rates) * given.n + column for column, order in at]]
+    known = dict(zip(given.columns, d, strict=True))
+    found[[order + rates > known[column] for column, order in at]] = np.nan
+    return found
 
 
 def orders(reduced, x):
