@@ -1,7 +1,10 @@
-"""The choices of states along a run, and the place where the equations become singular."""
+"""What happens along a run: choices of states, singularities, kinks of constraints."""
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
+
+from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.jumps import first_jump
 
 from .choice import growth, signs
 from .start import Unsolved
@@ -9,6 +12,8 @@ from .trajectory import MANY, orders
 
 PARTS = 32  # of a step within which states are chosen anew
 ROOM = 100.0  # growth, in that at the choice, at which states are chosen anew
+
+LEAST = 1e-3  # in the unit of a constraint: jumps below a millionth of this are rounding
 
 
 def history(reduction, t, x, whole=True):
@@ -65,3 +70,28 @@ def _first(system, chosen, t, x, at_choice):
     bad = np.flatnonzero(broken | ~(sizes <= ROOM * max(1.0, sizes[0])))
     bad = bad[bad > 0]
     return (int(bad[0]), bool(broken[bad[0]])) if len(bad) else (None, False)
+
+
+def decisions(reduced):
+    """The nodes that change discontinuously and on which constraints of the states depend."""
+    found = {}
+    for node in live(_constraints(reduced)):
+        decides = node.args[0] if node.op == "select" else node if node.op == "round" else None
+        if decides is not None:
+            found[decides.key] = decides
+    return list(found.values())
+
+
+def jump_of(reduced, nodes, found):
+    """The first time of a result at which a constraint jumps, or None."""
+    graph, values = reduced.given.graph, reduced.given.values
+    outputs = [*_constraints(reduced), graph.const(LEAST)]
+    outputs += [reduced.node(*place) for place in reduced.states]  # by which a jump is measured
+    return first_jump(
+        graph, outputs, nodes, found.t, lambda t: orders(reduced, np.asarray(found.sol(t))), values
+    )
+
+
+def _constraints(reduced):
+    """The equations and derivatives that hold for the reduced state: all but the last ones."""
+    return [node for each in reduced.orders for node in each[:-1]]

@@ -8,8 +8,7 @@ from fastdyn.kernels.algebra.linear import SingularMatrixError
 from fastdyn.run.result import OdeResult
 from fastdyn.solve.ivp import solve_ivp
 
-from .history import history
-from .kinks import decisions, jump_of
+from .history import decisions, history, jump_of
 from .start import Unsolved
 from .trajectory import Solution, components, places
 
@@ -81,7 +80,7 @@ def _result(reduction, found, last, log, t_eval, dense_output):
         x = found.y[:, : last + 1]
     else:
         t = t_eval[sign * t_eval <= sign * end]
-        x = found.sol(t)
+        x = np.asarray(found.sol(t))  # pyright: ignore[reportOptionalCall]
     y, yp = (components(system, t, x, True, rates) for rates in (False, True))
     times, states = [], []
     for at, x in zip(found.t_events, found.y_events, strict=True):
