@@ -23,6 +23,7 @@ from fastdyn.solve.separable import solve_separable
 if TYPE_CHECKING:
     from fastdyn import analysis, systems
     from fastdyn.dae.solve import solve_dae
+    from fastdyn.dae.structure.solve import reduce_index
     from fastdyn.drift.compare import compare_drift
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.reductions import Fold
@@ -45,6 +46,7 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "compare_drift": "fastdyn.drift.compare",
     "energy_drift": "fastdyn.drift.energy",
     "prepare": "fastdyn.solve.prepare",
+    "reduce_index": "fastdyn.dae.structure.solve",
     "solve_dae": "fastdyn.dae.solve",
     "solve_ensemble": "fastdyn.ensemble.solve",
     "solve_phases": "fastdyn.solve.phases",
@@ -54,9 +56,9 @@ _LAZY = {  # name: module, imported when the name is first asked for
 __all__ = [
     "METHODS", "CompileWarning", "Fold", "OdeResult", "OdeSolution", "Phase", "Shared",
     "SingularMatrixError", "Stepper", "StiffnessWarning", "System", "Trajectories", "__version__",
-    "analysis", "compare_drift", "constrained", "energy_drift", "prepare", "solve_dae",
-    "solve_ensemble", "solve_ivp", "solve_linear", "solve_phases", "solve_second_order",
-    "solve_separable", "systems", "time_transformed",
+    "analysis", "compare_drift", "constrained", "energy_drift", "prepare", "reduce_index",
+    "solve_dae", "solve_ensemble", "solve_ivp", "solve_linear", "solve_phases",
+    "solve_second_order", "solve_separable", "systems", "time_transformed",
 ]  # fmt: skip
 
 

@@ -13,6 +13,10 @@ SMALL_STEP, RATIO = 1e-6, 8.0  # the larger step, in units of |dF/dy'| / |dF/dy|
 SHIFTS = (0.71, 1.93, -3.07)
 
 
+class HighIndexError(ValueError):
+    """Equations whose index is above 1."""
+
+
 def check_structure(pattern, n):
     """Raise ValueError if no choice of elements gives each equation a component of its own."""
     from scipy.sparse import csr_matrix
@@ -52,11 +56,10 @@ def check_index(jacobian, n, noise):
             f"{names('component', components)} do not determine each other (two equations say the "
             "same, or a component occurs in none)."
         )
-    raise ValueError(
+    raise HighIndexError(
         f"The index of the equations is above 1: {names('equation', equations)} "
         f"{'does' if len(equations) == 1 else 'do'} not determine "
-        f"{names('component', components)}. Differentiate constraints until the equations do, or "
-        "write the equations with accelerations as unknowns."
+        f"{names('component', components)}."
     )
 
 
@@ -94,10 +97,20 @@ def check_large_index(jacobian, n):
                 "The equations are singular: two say the same, or a component occurs in none."
             ) from None
     if sizes[1] > RATIO**1.5 * sizes[0]:
-        raise ValueError(
+        raise HighIndexError(
             "The index of the equations is above 1: constraints do not determine the algebraic "
-            "components. Differentiate constraints until they do."
+            "components."
         )
+
+
+def index_of(jacobian, n, noise, rates):
+    """The index, 0 or 1, of equations that passed the check.
+
+    `rates` marks the components whose derivatives occur; that decides for large equations.
+    """
+    if isinstance(jacobian, np.ndarray):
+        return int(null_spaces(jacobian, n, noise)[0].shape[1] > 0)
+    return int(not rates.all())
 
 
 def large_rates(jacobian, n, rate, by_time):

@@ -65,13 +65,32 @@ def _start(y0, yp0, given):
         )
     if given is None or (isinstance(given, str) and given in GIVEN):
         return y0, yp0, given
+    return y0, yp0, _held(given, len(y0))
+
+
+def _held(given, n):
+    """The booleans that say which of the 2 n numbers `y0`, `yp0` are held."""
     held = np.asarray(given)
-    if held.dtype != bool or held.shape != (2 * len(y0),):
+    if held.dtype.kind == "i" and held.ndim == 1 and np.all((held >= 0) & (held < n)):
+        return np.isin(np.arange(2 * n), held)
+    if held.dtype != bool or held.shape != (2 * n,):
         raise ValueError(
-            f"`given` must be None, one of {', '.join(map(repr, GIVEN))}, or {2 * len(y0)} "
-            f"booleans, for `y0` and then `yp0`; got {given!r}."
+            f"`given` must be None, one of {', '.join(map(repr, GIVEN))}, numbers of components of "
+            f"`y0`, or {2 * n} booleans, for `y0` and then `yp0`; got {given!r}."
         )
-    return y0, yp0, held
+    return held
+
+
+def held_components(given, n):
+    """The components of `y0` that `given` holds in an index reduction; None without an array."""
+    if given is None or (isinstance(given, str) and given in GIVEN[:2]):
+        return None
+    if isinstance(given, str) or _held(given, n)[n:].any():
+        raise ValueError(
+            f"`given={given!r}` holds derivatives: at an index above 1 components of `y0` alone "
+            "are held."
+        )
+    return np.flatnonzero(_held(given, n)[:n]).tolist()
 
 
 def _real(values, name):

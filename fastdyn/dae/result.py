@@ -39,13 +39,13 @@ class DaeSolution(PiecewisePolynomial):
         return self._rates(t)
 
 
-def result_of(problem, status, run):
-    """The OdeResult of a Run that ended with this status."""
+def result_of(problem, status, run, index):
+    """The OdeResult of a Run that ended with this status, for equations of this index."""
     found, n = outcome.result_of(problem, status, run), len(problem.y0) // 2
     result = OdeResult(found)
     both = np.asarray(found.y).reshape(2 * n, -1)
     sol = found.sol
-    result.y, result["yp"] = both[:n], both[n:]
+    result.y, result["yp"], result["index"] = both[:n], both[n:], index
     result.sol = sol and DaeSolution(sol.ts, sol.polynomials, sol.spans)
     result["yp_events"] = None
     if found.y_events is not None:

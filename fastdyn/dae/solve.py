@@ -6,13 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.bind import or_in_python
 
-from .problem import checked
+from .index import HighIndexError
+from .problem import checked, held_components
 from .result import result_of
 from .start import run_of
+from .structure.solve import solve_reduced
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
     from fastdyn.run.result import OdeResult
+
+LARGEST = 200  # equations whose index is reduced unasked: the work grows with the cube
 
 
 def solve_dae(
@@ -21,6 +25,7 @@ def solve_dae(
     y0: types.State,
     yp0: types.State | None = None,
     *,
+    method: str | None = None,
     t_eval: types.Times | None = None,
     dense_output: bool = False,
     events: types.Functions | None = None,
@@ -28,9 +33,11 @@ def solve_dae(
     given: Any = None,
     **options: Any,
 ) -> OdeResult:
-    """Solve F(t, y, y') = 0, of index 1, from y(t0) = y0, with compiled code.
+    """Solve F(t, y, y') = 0 from y(t0) = y0, with compiled code.
 
-    The method is BDF of orders 1 to 5 with variable steps, as in DASSL and IDA.
+    Equations of index 0 and 1 are solved by BDF of orders 1 to 5 with variable steps, as in DASSL
+    and IDA.  Equations of a higher index, such as those of mechanics with constraints on positions,
+    are differentiated until they determine all derivatives; see `reduce_index`.
 
     Parameters
     ----------
@@ -43,15 +50,22 @@ def solve_dae(
     y0, yp0 : array_like, shape (n,)
         The state and its derivative at the start, or guesses of what `given` lets be computed.
         Without `yp0`, the guess is 0, and `given` is "differential".
+    method : str, optional
+        "BDF", or a method of `solve_ivp` that solves the equations behind an index reduction: one
+        that takes `project`.  By default BDF if the index is 0 or 1, otherwise DOP853.
     t_eval, dense_output, args
         As in `solve_ivp`.
     events : callable or sequence of callable, optional
         ``event(t, y, *args)``, as in `solve_ivp`.
-    given : {None, "differential", "y", "yp"} or array_like of bool, shape (2 n,)
+    given : {None, "differential", "y", "yp"} or sequence of int or bool, optional
         What of the start is held; Newton's iteration changes the rest until F = 0.  None: all, and
         a start with F != 0 raises ValueError.  "differential": the components of `y0` whose
         derivatives occur in F; the other components and all derivatives are computed.  "y":
-        all of `y0`.  "yp": all of `yp0`.  An array: what it marks, of `y0` and then `yp0`.
+        all of `y0`.  "yp": all of `yp0`.  Numbers: these components of
+        `y0`.  2 n booleans: what they mark, of `y0` and then `yp0`.
+        At a higher index, what the other components determine, and `yp0`, are guesses in any case;
+        numbers hold components of `y0`, and without them a start that violates the constraints is
+        refused.
     **options
         `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `max_steps`, `progress` and
         `on_interrupt`, as in `solve_ivp`.  The error of all components is controlled, algebraic
@@ -61,15 +75,16 @@ def solve_dae(
     Returns
     -------
     OdeResult
-        The fields of `solve_ivp`, and `yp`, of the shape of `y`, and `yp_events`.  `nfev` counts
+        The fields of `solve_ivp`, and `yp`, of the shape of `y`, `yp_events` and `index`; at a
+        higher index `differentiated` and `states` instead of `yp_events`.  `nfev` counts
         all evaluations of F, those for differences included.  ``sol.derivative(t)`` is the
         derivative of the polynomial ``sol(t)``.
 
     Raises
     ------
     ValueError, TypeError
-        For wrong arguments, for a start that is not consistent, and for equations whose index is
-        above 1 at the start.
+        For wrong arguments, for a start that is not consistent, for equations that are singular,
+        and for an `F` of a higher index that cannot be traced.
 
     Notes
     -----
@@ -82,12 +97,29 @@ def solve_dae(
     ...     return [yp[0] + y[0] - y[1], y[0] + y[1] - math.sin(t)]
     >>> result = solve_dae(circuit, (0, 10), [0.0, 0.0], rtol=1e-6, atol=1e-9)
     """
-    problem, given = checked(
-        F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options
-    )  # fmt: skip
+
+    def reduced(method):
+        held = held_components(given, len(y0))
+        return solve_reduced(
+            F, t_span, y0, yp0, method, t_eval, dense_output, events, args, held, **options
+        )  # fmt: skip
 
     def solve():
-        run = run_of(problem, given)
-        return result_of(run.problem, run.solve(run.problem.y0), run)
+        problem, start = checked(
+            F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options
+        )  # fmt: skip
+        run, index = run_of(problem, start)
+        return result_of(run.problem, run.solve(run.problem.y0), run, index)
 
-    return or_in_python(solve)
+    if method not in (None, "BDF"):
+        return reduced(method)
+    try:
+        return or_in_python(solve)
+    except HighIndexError as found:
+        if method is not None or len(y0) > LARGEST:
+            raise
+        reason = found
+    try:
+        return reduced("DOP853")
+    except ValueError as why:
+        raise HighIndexError(f"{reason} Differentiated, they are not solved: {why}") from None

@@ -10,11 +10,12 @@ from fastdyn.run.solve_problem import load_kernels
 
 from .consistent import consistent
 from .equations import Equations
+from .index import index_of
 from .jumps import bound_in_python, consistent_jumps
 
 
 def run_of(problem, given):
-    """A Run from a consistent start; `given` says what of the start is held."""
+    """(a Run from a consistent start, the index); `given` says what of the start is held."""
     load_kernels(problem)  # first: no other thread compiles kernels meanwhile
     with budget.limited(0.0):
         near = off_the_solution(problem.y0)  # where code is compared with F
@@ -26,4 +27,5 @@ def run_of(problem, given):
         on_event=consistent_jumps(p, equations, problem.on_event),
     )
     acting = [bound_in_python(jump, p.args, len(p.y0)) for jump in p.on_event if jump is not None]
-    return Run(p, bound, [*others, *acting])
+    index = index_of(equations.jacobian(p.y0), equations.n, equations.noise, equations.rates(p.y0))
+    return Run(p, bound, [*others, *acting]), index

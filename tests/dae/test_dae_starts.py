@@ -170,9 +170,27 @@ def constrained_sum(t, y, yp):
         (lambda t, y, yp: [yp[0] - y[1], y[0] - math.sin(t)], [0.0, 1.0], "equation 1 does not"),
     ],
 )
-def test_a_higher_index_is_refused(F, y0, said, yp0):
+def test_a_higher_index_is_refused_by_bdf(F, y0, said, yp0):
+    rates = None if yp0 is None else np.zeros(len(y0))
     with pytest.raises(ValueError, match=rf"index of the equations is above 1: {said}|{said}"):
-        solve_dae(F, (0, 1), y0, None if yp0 is None else np.zeros(len(y0)))
+        solve_dae(F, (0, 1), y0, rates, method="BDF")
+
+
+def test_a_higher_index_is_reduced_unasked():
+    found = solve_dae(pendulum, (0, 1), [1.0, 0, 0, 0, 0])
+    assert found.index == 3 and found.success
+    assert np.hypot(found.y[0], found.y[1]) == pytest.approx(1.0, abs=1e-12)
+    with pytest.raises(ValueError, match="above 1: .*would move from 1.5"):
+        solve_dae(pendulum, (0, 1), [1.5, 0, 0, 0, 0])
+    held = solve_dae(pendulum, (0, 0.1), [0.6, -0.7, 0, 0, 0], given=[0])
+    assert held.y[:2, 0] == pytest.approx([0.6, -0.8], abs=1e-12)
+    with pytest.raises(ValueError, match="holds derivatives"):
+        solve_dae(pendulum, (0, 1), [1.0, 0, 0, 0, 0], np.zeros(5), given="yp")
+
+
+def test_many_equations_of_a_higher_index_are_refused_at_once():
+    with pytest.raises(ValueError, match="constraints do not determine"):
+        solve_dae(pendulums, (0, 1), np.repeat([1.0, 0, 0, 0, 0], 110))
 
 
 @pytest.mark.parametrize(
@@ -232,7 +250,7 @@ REFUSED = [
     (TypeError, "`on_event` must be a function", {"events": abs, "on_event": [3]}),
     (ValueError, "no `breakpoints`", {"breakpoints": [0.5]}),
     (ValueError, "no `jac`: Jacobians are exact", {"jac": np.eye(2)}),
-    (TypeError, "has no option `method`; it has atol", {"method": "BDF"}),
+    (ValueError, "`method=.Euler.` is unknown", {"method": "Euler"}),
 ]
 
 
