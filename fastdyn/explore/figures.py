@@ -113,7 +113,8 @@ class Figures:
             self.motion.axis.visible = not space
         self.clear_trail()
         for source in self.beside.values():
-            source.data = {name: [] for name in source.data}
+            nothing: Any = {name: [] for name in source.data}
+            source.data = nothing
 
     def move(self, time):
         """Show the system at a time of the run."""

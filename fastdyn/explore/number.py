@@ -5,8 +5,9 @@ import math
 import panel as pn
 import param
 
+from .layout import WIDTH
+
 DIGITS = 10  # of a number that is shown
-WIDTH = 270  # of a slider in the page
 
 
 class _Quick(pn.widgets.FloatSlider):

@@ -11,10 +11,10 @@ import panel as pn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.plot.style import COLOURS
 
-from . import export
+from . import export, layout
 from .exploration import Exploration, Way
 from .figures import Figures
-from .number import WIDTH, NumberSlider
+from .number import NumberSlider
 
 PERIOD = 33  # milliseconds from one picture to the next
 LONGEST = 10.0  # seconds in which a run is shown
@@ -203,23 +203,14 @@ class Page:
         if self.exploration.kept:
             drawn.append(self.figures.kept)
         self._panes = tuple(pn.pane.Bokeh(one, sizing_mode="stretch_width") for one in drawn)
-        if len(drawn) % 2:
-            self._panes[-1].styles = {"grid-column": "1 / -1"}  # a row of its own
         sides = [*self.sliders.values(), *self.choices.values(), self.t_end]
         if self.exploration.make.constraints and hasattr(self.exploration.make, "project"):
             sides.append(self.project)
         for one in self.methods:
             sides += one
         sides += [*self.axes, *self._files()]
-        for one in sides:
-            if isinstance(one, pn.widgets.Widget):
-                one.width = WIDTH
-        figures = _grid("repeat(auto-fit, minmax(max(350px, 40%), 1fr))", *self._panes)
-        shown = pn.Column(self.trouble, figures, self.numbers, sizing_mode="stretch_width")
         self._start_ticking()
-        long: Any = {"overflow": "hidden auto", "max-height": "100vh"}
-        side = pn.Column(*sides, width=WIDTH + 30, styles=long)
-        return _grid(f"{WIDTH + 30}px minmax(350px, 1fr)", side, shown)
+        return layout.page(sides, self.trouble, self._panes, self.numbers)
 
     def _files(self):
         name, one = self.exploration.source.name, self.exploration
@@ -244,9 +235,3 @@ class Page:
                 return
         self._ticking = pn.state.curdoc is not None
         pn.state.add_periodic_callback(self.tick, period=PERIOD)
-
-
-def _grid(columns, *parts):
-    """Parts beside one another, in as many columns as the page is wide."""
-    styles: Any = {"display": "grid", "grid-template-columns": columns, "align-items": "start"}
-    return pn.Column(*parts, sizing_mode="stretch_width", styles=styles)
