@@ -45,6 +45,13 @@ class Browser:
             "return one ? Array.from(one.data.a) : [];"
         )
 
+    def settled(self):
+        """The curve, after the moves that are on their way."""
+        found = []
+        while found != (found := self.curve()):
+            time.sleep(1.0)
+        return found
+
     def text(self):
         """The numbers, and what is wrong."""
         return " ".join(one.text for one in self.find("table.numbers, .alert"))
@@ -107,7 +114,7 @@ def test_a_slider_that_is_moved_changes_curve_and_numbers(browser):
 def test_wrong_input_is_answered_by_a_sentence(browser):
     from selenium.webdriver.common.keys import Keys
 
-    before = browser.curve()
+    before = browser.settled()
     number = browser.find("input[type=text]")[1]  # of l
     number.send_keys(Keys.END, Keys.BACKSPACE * 5, "-1", Keys.ENTER)
     assert browser.until(lambda: "greater than zero" in browser.text())
