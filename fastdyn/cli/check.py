@@ -2,6 +2,8 @@
 
 import inspect
 
+from . import checks
+
 
 def add_options(parser):
     """Teach a parser the worksheet, and whose exercises it answers."""
@@ -9,22 +11,27 @@ def add_options(parser):
                         help="functions or models; none lists the exercises")  # fmt: skip
     parser.add_argument("--exercises", metavar="FILE", help="a lecturer's own exercises")
     parser.add_argument("--solutions", action="store_true", help="list the solutions, too")
+    parser.add_argument("--limit", type=checks.positive, default=30.0, metavar="SECONDS",
+                        help="for each exercise (default: 30)")  # fmt: skip
 
 
 def run(options):
-    from fastdyn.course.exercises.sheet import EXERCISES, check, exercises_of
+    from fastdyn.course.exercises.check import check
+    from fastdyn.course.exercises.sheet import exercises_of
 
-    exercises = exercises_of(options.exercises) if options.exercises else EXERCISES
     if options.worksheet is None:
-        for one in exercises.values():
+        for one in exercises_of(options.exercises).values():
             print("\n".join(_lines(one, options.solutions)))
         return 0
-    found = check(options.worksheet, exercises)
-    for name, wrong in found.items():
-        print(f"{name}: {'right' if not wrong else wrong[0]}")
-        for sentence in wrong[1:]:
+    judged = check(options.worksheet, options.exercises, options.limit)
+    for name, wrong in judged.found.items():
+        sentences = [*(wrong or ["right"]), *judged.notes.get(name, ())]
+        print(f"{name}: {sentences[0]}")
+        for sentence in sentences[1:]:
             print(f"{' ' * len(name)}  {sentence}")
-    return 1 if any(found.values()) else 0
+    for sentence in judged.left:
+        print(sentence)
+    return 1 if judged.left or any(judged.found.values()) else 0
 
 
 def _lines(exercise, solved):

@@ -11,10 +11,11 @@ from fastdyn.kernels.methods import METHODS
 from fastdyn.plot.scene import frame
 from fastdyn.plot.solution import between
 
+from .curve import times
 from .sliders import slider
 
-POINTS = 500  # of a curve
-COARSE = 25  # scenes that find the frame of the picture
+POINTS = 500  # of the change of what is kept, twice
+COARSE = 25  # scenes that find the frame of the picture, beside the extremes
 MOST_STEPS = 100_000  # of a solve, so that no slider makes a page wait
 GROUND = "ground"  # the event at which a run ends
 
@@ -52,6 +53,7 @@ class Shown:
     y: np.ndarray
     kept_t: np.ndarray
     kept: np.ndarray
+    kept_name: str
     seconds: float
 
     def numbers(self):
@@ -59,7 +61,7 @@ class Shown:
         found = {"steps": f"{self.run.n_accepted}", "evaluations": f"{self.run.nfev}"}
         found["time of the solve"] = f"{1e3 * self.seconds:.2f} ms"
         if len(self.kept):
-            found["largest change"] = f"{np.abs(self.kept).max():.2e}"
+            found[f"largest {self.kept_name}"] = f"{np.abs(self.kept).max():.2e}"
         if self.run.status != 0:
             found["end"] = str(self.run.message)
         return found
@@ -101,6 +103,7 @@ class Exploration:
         self.ways = [Way()]
         self.project = False
         self.shown: list[Shown] = []
+        self._warm: set = set()
         n = len(source.make.states)
         self.across, self.upwards = 0, n // 2 if n > 1 else 0
 
@@ -150,34 +153,55 @@ class Exploration:
             options["project"] = True
         return options
 
-    def _shown(self, system, way):
-        begun = time.perf_counter()
+    def _solved(self, system, way):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a start beside the constraints: it is drawn
-            run = system.solve(
+            return system.solve(
                 (0.0, self.t_end), **self.arguments(way), dense_output=True, max_steps=MOST_STEPS
             )
+
+    def _shown(self, system, way):
+        chosen = tuple(id(self.values[name]) for name in self.choices)
+        kind = (way.method, self.project, chosen)
+        if kind not in self._warm:
+            self._solved(system, way)  # compiles: the time of a solve is that of the next one
+            self._warm.add(kind)
+        begun = time.perf_counter()
+        run = self._solved(system, way)
         seconds = time.perf_counter() - begun
         if len(run.t) < 2 or not np.isfinite(run.y).all():
             raise ValueError(f"{way.method} found no solution: {run.message}")
-        t = np.linspace(run.t[0], run.t[-1], POINTS)
         sol: Any = between(run)
+        t = times(sol, run.t)
         every = max(1, len(run.t) // (2 * POINTS))
-        kept_t, kept_y, change = run.t[::every], run.y[:, ::every], np.array([])
+        kept_t, kept_y, change, name = run.t[::every], run.y[:, ::every], np.array([]), ""
         if self.kept:
+            name = f"change of {self.kept[1].label}"
             change = system.along(self.kept[1], kept_t, kept_y)
+            if change[0]:
+                name += " (relative)"
             change = (change - change[0]) / (abs(change[0]) or 1.0)
-        return Shown(str(way), run, t, sol(t), kept_t, change, seconds)
+        return Shown(str(way), run, t, sol(t), kept_t, change, name, seconds)
 
     def stage(self):
-        """Limits of the axes, and the function of time that gives a `Scene`; None without view."""
-        shown = self.shown[0]
-        system, sol = shown.run.system, between(shown.run)
-        every = slice(None, None, max(1, POINTS // COARSE))
-        t, y = shown.t[every], shown.y[:, every]
+        """Limits of the axes, and the function of time, and of the number of the way, that gives a
+        `Scene`; None without view."""
+        first = self.shown[0]
+        system = first.run.system
+        low, high = first.y.argmin(axis=1), first.y.argmax(axis=1)
+        even = np.linspace(0, len(first.t) - 1, COARSE).astype(int)
+        some = np.unique(np.concatenate([low, high, even]))
+        t, y = first.t[some], first.y[:, some]
         try:
             scene = system.stage(t, y)
             limits = frame([scene(time, state) for time, state in zip(t, y.T, strict=True)])
         except ValueError:
             return None
-        return limits, lambda time: scene(time, sol(time))
+
+        ways = [(between(one.run), one.t[-1]) for one in self.shown]
+
+        def show(time, way=0):
+            sol, end = ways[way]
+            return scene(min(time, end), sol(min(time, end)))
+
+        return limits, show

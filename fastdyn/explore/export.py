@@ -1,9 +1,13 @@
 """The files that an exploration exports: a script, a table and a figure."""
 
 import io
+from typing import Any
 
 import numpy as np
 
+from fastdyn.plot.solution import between
+
+ROWS = 501  # of a table
 HEAD = '"""{title}, as it was explored."""\n\n'
 
 
@@ -46,11 +50,13 @@ def _solve(exploration, way):
 
 
 def table(exploration):
-    """Time and state of the first way, as text with commas."""
-    shown = exploration.shown[0]
+    """Time and state of the first way at equal distances in time, as text with commas."""
+    run = exploration.shown[0].run
+    t = np.linspace(run.t[0], run.t[-1], ROWS)
+    sol: Any = between(run)
     names = ["t (s)", *(f"{one.name} ({one.unit})" for one in exploration.make.states)]
     text = io.StringIO()
-    np.savetxt(text, np.column_stack([shown.t, shown.y.T]), "%.17g", ",", header=",".join(names),
+    np.savetxt(text, np.column_stack([t, sol(t).T]), "%.17g", ",", header=",".join(names),
                comments="")  # fmt: skip
     return text.getvalue()
 

@@ -10,9 +10,10 @@ from fastdyn.plot.style import COLOURS, with_unit
 
 from .pictures import columns, square
 
-SIZE: Any = {"width": 440, "height": 360}
+SIZE: Any = {"width": 300, "height": 360, "sizing_mode": "stretch_width"}
+SQUARE: Any = {"width": 350, "frame_width": 285, "frame_height": 285}  # equal scales
 TOOLS = "pan,wheel_zoom,box_zoom,reset"
-TRAIL = 150  # points
+FEWEST, OFTEN = 150, 40  # points of a trail, and those between two pictures at most
 
 
 class Figures:
@@ -31,26 +32,29 @@ class Figures:
         self.curves = [_source("t a b", f"curve {n}") for n in range(2)]
         self.changes = [_source("t e", f"change {n}") for n in range(2)]
         self.start = _source("x y")
-        self.parts = {
-            "bodies": _source("xs ys"), "lines": _source("xs ys"), "fixed": _source("x y"),
-            "points": _source("x y"), "trail": _source("x y", "trail"),
-        }  # fmt: skip
+        self.parts, self.beside = _parts("trail"), _parts("trail beside")
         self.motion, self.phase = self._motion(), self._phase()
         self.against = _lines(self.curves, "t", "a", "t (s)")
         self.kept = _lines(self.changes, "t", "e", "t (s)")
-        kept = exploration.kept
-        self.kept.title = f"change of {kept[1].label} (relative)" if kept else "nothing is kept"
         self._show: Any = None
         self.named()
 
     def _motion(self):
-        found = figure(tools="", x_range=Range1d(), y_range=Range1d(), **SIZE | {"width": 360})
-        found.line("x", "y", source=self.parts["trail"], color=COLOURS[5])
+        found = figure(
+            tools="", toolbar_location=None, x_range=Range1d(), y_range=Range1d(), **SQUARE
+        )
+        parts, beside = self.parts, self.beside
+        found.line("x", "y", source=parts["trail"], color=COLOURS[5])
+        second: Any = {"line_color": COLOURS[1], "line_dash": "dashed"}
+        found.line("x", "y", source=beside["trail"], line_alpha=0.5, **second)
         about: Any = {"fill_color": COLOURS[4], "line_color": "#4d4d4d"}
-        found.patches("xs", "ys", source=self.parts["bodies"], fill_alpha=0.85, **about)
-        found.multi_line("xs", "ys", source=self.parts["lines"], color="#4d4d4d", line_width=2)
-        found.scatter("x", "y", source=self.parts["fixed"], color="gray", size=9)
-        found.scatter("x", "y", source=self.parts["points"], color=COLOURS[0], size=11)
+        found.patches("xs", "ys", source=parts["bodies"], fill_alpha=0.85, **about)
+        found.patches("xs", "ys", source=beside["bodies"], fill_alpha=0.0, **second)
+        found.multi_line("xs", "ys", source=parts["lines"], color="#4d4d4d", line_width=2)
+        found.multi_line("xs", "ys", source=beside["lines"], **second)
+        found.scatter("x", "y", source=parts["fixed"], color="gray", size=9)
+        found.scatter("x", "y", source=parts["points"], color=COLOURS[0], size=11)
+        found.scatter("x", "y", source=beside["points"], color=COLOURS[1], size=8)
         return found
 
     def _phase(self):
@@ -76,6 +80,7 @@ class Figures:
         self.phase.xaxis.axis_label, self.phase.yaxis.axis_label = across, upwards
         self.against.yaxis.axis_label = across
         self.phase.title, self.against.title = "phase plane: drag the start", "against time"
+        self.phase.match_aspect = states[one.across].unit == states[one.upwards].unit
 
     def update(self):
         """Show the last solve."""
@@ -92,6 +97,8 @@ class Figures:
         first = one.shown[0].y[:, 0]
         self._placed = (float(first[one.across]), float(first[one.upwards]))
         self.start.data = {"x": [self._placed[0]], "y": [self._placed[1]]}
+        if len(one.shown[0].kept):
+            self.kept.title = one.shown[0].kept_name
         staged = one.stage()
         self._show = None
         if staged is not None:
@@ -104,30 +111,55 @@ class Figures:
             names = ("", "") if space else scene.axes
             self.motion.xaxis.axis_label, self.motion.yaxis.axis_label = names[:2]
             self.motion.axis.visible = not space
-        self._path: dict[str, list] = {"x": [], "y": []}
+        self.clear_trail()
+        for source in self.beside.values():
+            nothing: Any = {name: [] for name in source.data}
+            source.data = nothing
 
     def move(self, time):
         """Show the system at a time of the run."""
         if self._show is None:
             return
-        scene = self._show(time)
-        for name, found in columns(scene).items():
-            before = self.parts[name].data
-            if any(len(found[key]) or len(before[key]) for key in found):
-                self.parts[name].data = found
-        traced = scene._replace(points=[scene.traced], lines=[], bodies=[], fixed=[])
-        point = columns(traced)["points"]
-        for axis in "xy":
-            self._path[axis] = [*self._path[axis], float(point[axis][0])][-TRAIL:]
-        self.parts["trail"].data = {axis: np.array(found) for axis, found in self._path.items()}
+        for n, shown in enumerate(self.exploration.shown):
+            parts = (self.parts, self.beside)[n]
+            for name, found in columns(self._show(time, n)).items():
+                before = parts[name].data
+                if any(len(found[key]) or len(before[key]) for key in found):
+                    parts[name].data = found
+            t = shown.t
+            since = time if self._until < 0.0 else self._until
+            new = t[np.searchsorted(t, since, "right") : np.searchsorted(t, time)]
+            if len(new) > OFTEN:
+                new = new[np.linspace(0, len(new) - 1, OFTEN).astype(int)]
+            traced = [_traced(self._show(one, n)) for one in (*new, time)]
+            path = dict(zip("xy", np.array(traced).T, strict=True))
+            if self._until < 0.0:
+                parts["trail"].data = path
+            else:
+                parts["trail"].stream(path, rollover=max(FEWEST, len(t) // 2))
+        self._until = time
         title: Any = self.motion.title
         title.text = f"t = {time:.2f} s"
 
     def clear_trail(self):
         """Begin a new trail, where the motion begins again."""
-        self._path = {"x": [], "y": []}
+        self._until = -1.0  # before the first time of a run
 
     _placed: tuple = ()
+
+
+def _parts(trail):
+    """The sources of the parts of a scene."""
+    return {
+        "bodies": _source("xs ys"), "lines": _source("xs ys"), "fixed": _source("x y"),
+        "points": _source("x y"), "trail": _source("x y", trail),
+    }  # fmt: skip
+
+
+def _traced(scene):
+    """The point of a scene that leaves a trail, as it is drawn."""
+    point = columns(scene._replace(points=[scene.traced], lines=[], bodies=[], fixed=[]))["points"]
+    return float(point["x"][0]), float(point["y"][0])
 
 
 def _source(names, name=None):

@@ -11,24 +11,15 @@ import panel as pn
 from fastdyn.kernels.methods import METHODS
 from fastdyn.plot.style import COLOURS
 
-from . import export
+from . import export, layout
 from .exploration import Exploration, Way
 from .figures import Figures
+from .number import NumberSlider
 
 PERIOD = 33  # milliseconds from one picture to the next
 LONGEST = 10.0  # seconds in which a run is shown
 NO_SECOND = "none"
 WRONG = (TypeError, ValueError, ArithmeticError)
-
-
-class _Quick(pn.widgets.FloatSlider):
-    _debounce = 5  # milliseconds that Panel waits for further moves, else 50: 20 curves a second
-
-
-class NumberSlider(pn.widgets.EditableFloatSlider):
-    """A slider beside a number that can be typed, which follows 30 times a second."""
-
-    _slider_widget = _Quick
 
 
 class Page:
@@ -55,8 +46,9 @@ class Page:
         self.sliders = {one.name: self._slider(one) for one in self.exploration.sliders}
         self.choices = {name: self._choice(name) for name in self.exploration.choices}
         self.t_end = NumberSlider(
-            name="end (s)", value=self.exploration.t_end, start=0.05 * self.exploration.t_end,
-            end=5.0 * self.exploration.t_end, step=0.05 * self.exploration.t_end, fixed_start=1e-6,
+            "end (s)", self.exploration.t_end, start=0.05 * self.exploration.t_end,
+            end=5.0 * self.exploration.t_end, step=0.05 * self.exploration.t_end,
+            say=self._say, positive=True, name="end",
         )  # fmt: skip
         self.project = pn.widgets.Checkbox(name="hold the constraints by projection")
         self.methods = [self._way(n) for n in range(2)]
@@ -69,8 +61,8 @@ class Page:
 
     def _slider(self, one):
         made = NumberSlider(
-            name=one.title(), value=one.value, start=one.low,
-            end=one.high, step=one.step, css_classes=[f"slider-{one.name}"],
+            one.title(), one.value, start=one.low, end=one.high, step=one.step, say=self._say,
+            name=one.name,
         )  # fmt: skip
 
         def moved(event):
@@ -161,13 +153,17 @@ class Page:
         try:
             self.exploration.solve()
         except WRONG as error:
-            self.trouble.param.update(object=html.escape(str(error)), visible=True)
+            self._say(str(error))
             return
-        if self.trouble.visible:
-            self.trouble.param.update(object="", visible=False)
+        self._say("")
         self.figures.update()
         self.numbers.object = self._table()
         self.updates += 1
+
+    def _say(self, sentence):
+        """Say what is wrong above the figures; nothing if the sentence is empty."""
+        if sentence or self.trouble.visible:
+            self.trouble.param.update(object=html.escape(sentence), visible=bool(sentence))
 
     def _table(self):
         """Numbers of the runs, as a table."""
@@ -203,25 +199,18 @@ class Page:
 
     def panel(self) -> Any:
         """The page as a Panel object."""
-        self._panes = tuple(
-            pn.pane.Bokeh(one)
-            for one in (
-                self.figures.motion, self.figures.phase, self.figures.against, self.figures.kept
-            )
-        )  # fmt: skip
+        drawn = [self.figures.motion, self.figures.phase, self.figures.against]
+        if self.exploration.kept:
+            drawn.append(self.figures.kept)
+        self._panes = tuple(pn.pane.Bokeh(one, sizing_mode="stretch_width") for one in drawn)
         sides = [*self.sliders.values(), *self.choices.values(), self.t_end]
         if self.exploration.make.constraints and hasattr(self.exploration.make, "project"):
             sides.append(self.project)
         for one in self.methods:
             sides += one
         sides += [*self.axes, *self._files()]
-        motion, phase, against, kept = self._panes
-        shown = pn.Column(
-            self.trouble, pn.Row(motion, phase), pn.Row(against, kept), self.numbers
-        )  # fmt: skip
         self._start_ticking()
-        side = pn.Column(*sides, width=340, height=900, scroll=True)
-        return pn.Row(side, shown)
+        return layout.page(sides, self.trouble, self._panes, self.numbers)
 
     def _files(self):
         name, one = self.exploration.source.name, self.exploration

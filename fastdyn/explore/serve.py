@@ -1,11 +1,15 @@
 """The server of the page, on this machine alone."""
 
+import asyncio
+import contextlib
+import html
 import socket
 from typing import Any
 
 import panel as pn
 
-from .page import Page
+from .exploration import Exploration
+from .page import WRONG, Page
 from .sources import known, named
 
 ADDRESS = "127.0.0.1"
@@ -21,17 +25,31 @@ def application(source):
         choice = pn.widgets.Select(name="system", options=names, value=source.name, width=320)
         place = pn.Column(Page(source).panel())
 
-        def chosen(event):
+        async def chosen(event):
             periodic: Any = pn.state._periodic
             for callback in list(periodic.get(pn.state.curdoc, ())):
                 callback.stop()
-            taken = source if event.new == source.name else named(event.new)
-            place[:] = [Page(taken).panel()]
+            place[:] = [pn.pane.Alert(f"{event.new} is being made ...", alert_type="info")]
+            try:
+                taken = await asyncio.to_thread(ready, source, event.new)
+            except WRONG as error:
+                place[:] = [pn.pane.Alert(html.escape(str(error)), alert_type="danger")]
+                return
+            if choice.value == event.new:  # nothing else was chosen meanwhile
+                place[:] = [Page(taken).panel()]
 
         choice.param.watch(chosen, "value")
         return pn.Column(choice, place)
 
     return made
+
+
+def ready(first, name):
+    """The source of a system by its name, derived and compiled."""
+    source = first if name == first.name else named(name)
+    with contextlib.suppress(*WRONG):  # of a start that cannot be solved: the page says so
+        Exploration(source).solve()
+    return source
 
 
 def serve(source, port=0, show=True, threaded=False):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fastdyn.cli.main import main
+from fastdyn.course.exercises.check import check
 from fastdyn.course.exercises.compare import compare
-from fastdyn.course.exercises.sheet import EXERCISES, check
+from fastdyn.course.exercises.sheet import EXERCISES
 from fastdyn.systems import SYSTEMS
 
 
@@ -101,7 +102,7 @@ def test_a_worksheet_with_functions_and_a_model(tmp_path, capsys):
         "board.particle(m, l * (sympy.sin(theta) * i - sympy.cos(theta) * j))\n"
         "board.gravity(g * j)\n"
     )
-    found = check(path)
+    found = check(path).found
     assert found == {
         "projectile": [],
         "pendulum": ["`omega'` has the wrong sign as a whole."],

@@ -45,6 +45,13 @@ class Browser:
             "return one ? Array.from(one.data.a) : [];"
         )
 
+    def settled(self):
+        """The curve, after the moves that are on their way."""
+        found = []
+        while found != (found := self.curve()):
+            time.sleep(1.0)
+        return found
+
     def text(self):
         """The numbers, and what is wrong."""
         return " ".join(one.text for one in self.find("table.numbers, .alert"))
@@ -107,14 +114,33 @@ def test_a_slider_that_is_moved_changes_curve_and_numbers(browser):
 def test_wrong_input_is_answered_by_a_sentence(browser):
     from selenium.webdriver.common.keys import Keys
 
-    before = browser.curve()
+    before = browser.settled()
     number = browser.find("input[type=text]")[1]  # of l
     number.send_keys(Keys.END, Keys.BACKSPACE * 5, "-1", Keys.ENTER)
     assert browser.until(lambda: "greater than zero" in browser.text())
     assert browser.curve() == before
+    for text, sentence in (
+        ("1,5", "'1,5' is no number; with a point it is 1.5."),
+        ("abc", "'abc' is"),
+    ):
+        number.send_keys(Keys.END, Keys.BACKSPACE * 5, text, Keys.ENTER)
+        assert browser.until(lambda said=sentence: said in browser.text())
+        assert browser.curve() == before
     number.send_keys(Keys.END, Keys.BACKSPACE * 5, "0.5", Keys.ENTER)
-    assert browser.until(lambda: "greater than zero" not in browser.text())
+    assert browser.until(lambda: "is no number" not in browser.text())
     assert browser.until(lambda: browser.curve() != before)
+
+
+def test_the_page_fits_windows_of_every_width(browser):
+    size, wide = browser.driver.get_window_size(), []
+    for width in (700, 1300, 1900):
+        browser.driver.set_window_size(width, 950)
+        over = "return document.documentElement.scrollWidth > document.documentElement.clientWidth"
+        assert browser.until(lambda over=over: not browser.driver.execute_script(over))
+        browser.until(lambda: len(browser.find(".bk-Figure")) == 4)
+        wide.append(max(one.rect["x"] + one.rect["width"] for one in browser.find(".bk-Figure")))
+    assert wide[0] <= 700 and wide[1] > 1200 and wide[2] > 1800  # no side is unused
+    browser.driver.set_window_size(size["width"], size["height"])
 
 
 def test_two_tabs_do_not_disturb_each_other(browser, address):
@@ -131,3 +157,11 @@ def test_two_tabs_do_not_disturb_each_other(browser, address):
     browser.driver.close()
     browser.driver.switch_to.window(first)
     assert browser.curve() == changed
+
+
+def test_what_is_chosen_is_announced_at_once(browser):
+    from selenium.webdriver.support.ui import Select
+
+    Select(browser.find("select")[0]).select_by_value("heavy_top")
+    assert browser.until(lambda: "heavy_top is being made" in browser.text(), 3.0)
+    assert browser.until(lambda: len(browser.find(".slider-h, .noUi-handle")) > 3, 120.0)

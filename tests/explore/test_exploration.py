@@ -2,6 +2,7 @@
 
 import dataclasses
 import pathlib
+import time
 
 import numpy as np
 import pytest
@@ -51,6 +52,37 @@ def test_the_numbers_are_those_of_the_solve(swing):
     assert np.allclose(shown.y[:, -1], run.y[:, -1], rtol=1e-12)
     energy = run.invariants()["energy"]
     assert shown.kept[-1] == pytest.approx(energy[-1] / energy[0] - 1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["building", "satellite", "cable", "double_pendulum"])
+def test_no_chord_is_seen(name):
+    found = Exploration(named(name))
+    found.solve()
+    (shown,) = found.shown
+    middle = 0.5 * (shown.t[1:] + shown.t[:-1])
+    off = np.abs(shown.run.sol(middle) - 0.5 * (shown.y[:, 1:] + shown.y[:, :-1]))
+    seen = off > 2e-3 * np.ptp(shown.y, axis=1)[:, None]
+    assert seen.any(axis=0).sum() <= 3  # jumps of a velocity
+    assert len(shown.t) < 10_000
+
+
+def test_the_time_of_a_solve_holds_no_compilation(monkeypatch):
+    found, solved = Exploration(named("satellite")), []
+    make = type(found.system)
+    first = make.solve
+
+    def slow(*given, **options):
+        solved.append(options["method"])
+        if solved.count(options["method"]) == 1:
+            time.sleep(0.5)  # as a compilation
+        return first(*given, **options)
+
+    monkeypatch.setattr(make, "solve", slow)
+    found.t_end, found.ways = 1.0, [Way(), Way("VelocityVerlet", step=0.05)]
+    found.solve()
+    assert max(one.seconds for one in found.shown) < 0.4
+    found.solve()
+    assert len(solved) == 6  # a solve that is warm is done once
 
 
 def test_a_start_that_is_dragged_holds(swing):

@@ -1,5 +1,8 @@
 """The page without a browser: its widgets move the curves."""
 
+import asyncio
+import html
+
 import numpy as np
 import pytest
 
@@ -47,6 +50,90 @@ def test_wrong_input_is_said_and_taken_back(page):
     assert page.figures.curves[0].data["a"] is before
     page.sliders["l"].value = 1.0
     assert not page.trouble.visible
+
+
+@pytest.mark.parametrize("text", ["1,5", "abc", "", "nan", "1e999"])
+def test_a_text_that_is_no_number_is_said_and_changes_nothing(page, text):
+    slider = page.sliders["l"]
+    slider.text.value = text
+    assert page.trouble.visible and slider.value == 1.0
+    assert (
+        f"{text!r} is no " in html.unescape(page.trouble.object) and "l (m)" in page.trouble.object
+    )
+    assert ("with a point it is 1.5" in page.trouble.object) == (text == "1,5")
+    slider.text.value = "1.5"
+    assert not page.trouble.visible and page.exploration.values["l"] == 1.5
+    slider.value = 1.0
+    assert slider.text.value == "1" and slider.slider.value == 1.0
+    page.t_end.text.value = "-1"
+    assert page.trouble.visible and "end (s) must be greater than zero" in page.trouble.object
+    page.t_end.text.value = "20"
+    assert page.exploration.t_end == 20.0 and not page.trouble.visible
+
+
+def test_the_second_method_moves_beside_the_first(page):
+    page.methods[1][0].value = "RK4"
+    page.figures.move(1.0)
+    beside = page.figures.beside
+    theta = page.exploration.shown[1].run.sol(1.0)[0]
+    assert beside["points"].data["x"][0] == pytest.approx(np.sin(theta))
+    page.methods[1][0].value = "none"
+    page.figures.move(1.1)
+    assert len(beside["points"].data["x"]) == len(beside["trail"].data["x"]) == 0
+
+
+def test_a_trail_follows_the_motion_between_two_pictures():
+    page = Page(named("satellite"))
+    page.figures.move(0.0)
+    for time in (1.5, 3.0, 4.5):
+        page.figures.move(time)
+    x, y = (np.array(page.figures.parts["trail"].data[axis]) for axis in "xy")
+    assert np.hypot(0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])).min() > 0.99
+    page.update()  # in the middle of the motion: no line goes back to the start
+    page.figures.move(5.0)
+    assert len(page.figures.parts["trail"].data["x"]) == 1
+
+
+def test_components_of_one_unit_have_one_scale():
+    page = Page(named("satellite"))
+    assert not page.figures.phase.match_aspect
+    page.axes[1].value = 1
+    assert page.figures.phase.match_aspect
+    motion = page.figures.motion
+    assert motion.frame_width == motion.frame_height
+
+
+def test_what_is_not_kept_has_no_figure():
+    assert len(_figures(Page(named("building")))) == 3
+    satellite = Page(named("satellite"))
+    assert len(_figures(satellite)) == 4
+    assert "largest change of energy E/m (relative)" in satellite.numbers.object
+
+
+def _figures(page):
+    page.panel()
+    return page._panes
+
+
+def test_a_system_that_is_chosen_is_announced_before_it_is_made(monkeypatch):
+    from fastdyn.explore import serve
+
+    said = []
+    monkeypatch.setattr(serve.pn.state, "_periodic", {})
+    monkeypatch.setattr(serve, "ready", lambda first, name: said.append(_texts(shown)) or other)
+    other = named("pendulum")
+    shown = serve.application(named("satellite"))()
+    asyncio.run(shown[0].param.watchers["value"]["value"][-1].fn(_Event("pendulum")))
+    assert "pendulum is being made" in said[0]
+
+
+class _Event:
+    def __init__(self, new):
+        self.new = new
+
+
+def _texts(panel):
+    return " ".join(str(one.object) for one in panel.select() if hasattr(one, "object"))
 
 
 def test_the_start_is_dragged_until_a_slider_sets_it(page):

@@ -5,6 +5,9 @@ import math
 
 import numpy as np
 
+from .call import Call, Refused
+from .dependence import dependence
+
 SAME = 1e-8  # relative
 POWERS = (1, -1, 2, -2)
 
@@ -17,69 +20,64 @@ def compare(exercise, function):
     ----------
     exercise : Exercise
     function : callable
-        ``function(t, y, *parameters)`` as for `solve_ivp`.
+        ``function(t, y, *parameters)`` as for `solve_ivp`; parameters are taken by name.
 
     Returns
     -------
     list of str
     """
-    t, y, p = exercise.samples()
-    names, rows = list(exercise.answer), []
-    for n in range(len(t)):
-        state, given = [one[n] for one in y.values()], [one[n] for one in p.values()]
-        try:
-            row = np.asarray(function(float(t[n]), np.array(state), *map(float, given)), float)
-        except Exception as error:
-            return [f"It raises {type(error).__name__}: {error}."]
-        row = np.atleast_1d(row)
-        if row.shape != (len(names),):
-            listed = ", ".join(names)
-            return [f"It returns {row.size} numbers; {len(names)} are asked for: {listed}."]
-        rows.append(row)
-    got = np.array(rows).T
-    terms = exercise.values(t, y, p)
+    return compared(exercise, function)[0]
+
+
+def compared(exercise, function):
+    """As `compare`, and the notes about what is not as it was asked for, but no error."""
+    try:
+        call = Call(exercise, function)
+        samples = exercise.samples()
+        got = call.values(*samples)
+    except Refused as error:
+        return [str(error)], []
+    terms = exercise.values(*samples)
     right = {name: sum(one.values()) for name, one in terms.items()}
     found = []
-    for name, values in zip(names, got, strict=True):
+    for name, values in got.items():
         if not np.isfinite(values).all():
             found.append(f"`{name}` is not finite at {np.sum(~np.isfinite(values))} states.")
-        elif not _same(values, right[name]):
-            found.append(_difference(exercise, name, values, terms[name], right, (t, y, p)))
-    return found
+        elif not same(values, right[name]):
+            found.append(_difference(exercise, name, values, terms[name], right, samples, call))
+    return found, call.notes
 
 
-def _same(a, b):
+def same(a, b):
+    """Whether values are equal but for rounding."""
     return np.abs(a - b).max() <= SAME * max(np.abs(a).max(), np.abs(b).max(), 1e-300)
 
 
-def _difference(exercise, name, values, terms, right, samples):
+def _difference(exercise, name, values, terms, right, samples, call):
     """One sentence about a component that is wrong."""
-    p = samples[2]
-    if _same(values, -right[name]):
+    if same(values, -right[name]):
         return f"`{name}` has the wrong sign as a whole."
-    if said := _of_terms(name, values, terms):
-        return said
+    if said := _of_terms(values, terms):
+        return f"In `{name}` {' and '.join(said)}."
     for other, theirs in right.items():
-        if other != name and _same(values, theirs):
+        if other != name and same(values, theirs):
             return f"`{name}` has the value of `{other}`: the order of what is returned?"
     if said := _of_degrees(exercise, name, values, samples):
         return said
-    for parameter, power in itertools.product(p, POWERS):
-        if _same(values, right[name] * p[parameter] ** power):
-            return f"`{name}` as a whole {_unit(exercise, name, parameter, power)}"
-    for about, term in terms.items():
-        for parameter, power in itertools.product(p, POWERS):
-            if _same(values, right[name] + term * (p[parameter] ** power - 1.0)):
-                return f"The term of {about} in `{name}` {_unit(exercise, name, parameter, power)}"
-    return _of_what_it_depends(exercise, name, values - right[name], samples)
+    if said := _of_units(exercise, name, values, terms, samples[2]):
+        return said
+    about = dependence(exercise, name, values - right[name], call, same)
+    where = int(np.argmax(np.abs(values - right[name])))
+    state = ", ".join(f"{key} = {one[where]:.2g}" for key, one in samples[1].items())
+    return f"`{name}` differs, most of all at {state}{about}."
 
 
-def _of_terms(name, values, terms):
+def _of_terms(values, terms):
     """The defects of equations of which only factors of terms are wrong: signs, numbers, terms."""
     columns = np.column_stack(list(terms.values()))
     factors = np.linalg.lstsq(columns, values, rcond=1e-10)[0]
-    if np.linalg.matrix_rank(columns) < len(terms) or not _same(columns @ factors, values):
-        return ""
+    if np.linalg.matrix_rank(columns) < len(terms) or not same(columns @ factors, values):
+        return []
     said = []
     for about, factor in zip(terms, factors, strict=True):
         if abs(factor - 1.0) < 1e-6:
@@ -93,7 +91,7 @@ def _of_terms(name, values, terms):
         else:
             more = "large" if factor > 1.0 else "small"
             said.append(f"the term of {about} is too {more}, by the same factor everywhere")
-    return f"In `{name}` {' and '.join(said)}." if said else ""
+    return said
 
 
 def _of_degrees(exercise, name, values, samples):
@@ -103,28 +101,56 @@ def _of_degrees(exercise, name, values, samples):
             key: one * factor if exercise.state[key] == "rad" else one for key, one in y.items()
         }
         theirs = sum(exercise.values(t, turned, p)[name].values())
-        if any(unit == "rad" for unit in exercise.state.values()) and _same(values, theirs):
+        if any(unit == "rad" for unit in exercise.state.values()) and same(values, theirs):
             return f"`{name}` takes an angle for one in {taken}: the state is in radians."
     return ""
 
 
-def _unit(exercise, name, parameter, power):
-    """The end of a sentence about a unit that is wrong."""
+def _of_units(exercise, name, values, terms, p):
+    """A sentence about terms that have powers of parameters too many: a mass forgotten."""
+    single = [{key: power} for key, power in itertools.product(p, POWERS)]
+    pairs = [
+        {a: m, b: n} for a, b in itertools.combinations(p, 2)
+        for m, n in itertools.product((1, -1), repeat=2)
+    ]  # fmt: skip
+    groups = [
+        group for size in (len(terms), *range(1, len(terms)))
+        for group in itertools.combinations(terms, size)
+    ]  # fmt: skip
+    matches = []
+    for extra, group in itertools.product((*single, *pairs), groups):
+        factor = math.prod(p[key] ** power for key, power in extra.items())
+        theirs = {key: one * factor if key in group else one for key, one in terms.items()}
+        if same(values, sum(theirs.values())):
+            matches.insert(0, (extra, group, []))
+            break
+        if also := _of_terms(values, theirs):
+            matches.append((extra, group, also))
+    if not matches:
+        return ""
+    extra, group, also = min(matches, key=lambda one: len(one[2]))
+    about, verbs = _about(name, group, terms)
+    if all(exercise.parameters[key] in ("", "1") for key in extra):
+        said = f"{about} {verbs[0]} off by a power of `{'` and `'.join(extra)}`"
+    else:
+        many = " and ".join(_size(exercise, *one) for one in extra.items())
+        due = exercise.answer[name]
+        said = f"{about} {verbs[1]} the wrong unit: {due} is due, and {verbs[2]} {many} too many"
+    return f"{'; '.join([said, *also])}."
+
+
+def _about(name, group, terms):
+    """What a sentence about terms of a component begins with, and its verbs."""
+    if len(group) == len(terms):
+        return f"`{name}` as a whole", ("is", "has", "it has")
+    if len(group) == 1:
+        return f"The term of {group[0]} in `{name}`", ("is", "has", "it has")
+    return f"The terms of {' and '.join(group)} in `{name}`", ("are", "have", "they have")
+
+
+def _size(exercise, parameter, power):
+    """The unit of a power of a parameter; the name of one without unit."""
     unit = exercise.parameters[parameter]
+    unit = f"`{parameter}`" if unit in ("", "1") else unit
     size = unit if abs(power) == 1 else f"({unit})²"
-    extra = f"{size} too many" if power > 0 else f"1/({size}) too many"
-    if unit in ("", "1"):
-        return f"is off by a power of `{parameter}`."
-    return f"has the wrong unit: {exercise.answer[name]} is due, and it has {extra}."
-
-
-def _of_what_it_depends(exercise, name, off, samples):
-    """Which of the names the difference depends on: what has to be looked at."""
-    t, y, p = samples
-    columns = {**y, **p, "t": t}
-    where = int(np.argmax(np.abs(off)))
-    size = np.corrcoef([np.abs(off), *(np.abs(one) for one in columns.values())])[0, 1:]
-    likely = [key for key, one in zip(columns, np.abs(size), strict=True) if one > 0.25]
-    state = ", ".join(f"{key} = {one[where]:.2g}" for key, one in y.items())
-    about = f"; the difference grows or falls with {' and '.join(likely)}" if likely else ""
-    return f"`{name}` differs, most of all at {state}{about}."
+    return size if power > 0 else f"1/({size})"

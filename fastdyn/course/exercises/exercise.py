@@ -1,11 +1,12 @@
 """An exercise: its question, its names with units, and the terms of its reference."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 STATES = 60  # random ones, at which equations are compared
+POSITIVE = (0.5, 2.0)  # the range of a parameter
 
 
 class Exercise(NamedTuple):
@@ -28,6 +29,14 @@ class Exercise(NamedTuple):
         ``(t, y, p)`` with the state by name in y, arrays, and the parameters by name in p.
     solution : callable
         The function as a student writes it.
+    ranges : dict of str to (float, float), optional
+        Between which values of a component or a parameter the question is meant; a component is
+        of either sign unless given.
+    project : callable, optional
+        ``project(y, p)`` returns the states, {name: ndarray}, that satisfy the constraints: the
+        equations are compared there alone.
+    free_zero : sequence of str, optional
+        Names of the answer that the question fixes up to a constant, as an energy.
     """
 
     name: str
@@ -37,22 +46,50 @@ class Exercise(NamedTuple):
     answer: Mapping[str, str]
     terms: Mapping[str, Mapping[str, Callable]]
     solution: Callable
+    ranges: Mapping[str, tuple[float, float]] = {}
+    project: Callable | None = None
+    free_zero: Sequence[str] = ()
 
     @property
     def signature(self):
         """The line with which the student begins."""
-        return f"def {self.name}(t, y, {', '.join(self.parameters)}):"
+        return f"def {self.name}({', '.join(['t', 'y', *self.parameters])}):"
 
-    def samples(self):
+    def samples(self, seed=1):
         """Random times, states and parameters by name, each of shape (STATES,)."""
-        rng = np.random.default_rng(1)
-        t = rng.uniform(0.0, 5.0, STATES)
-        y = {name: rng.uniform(0.2, 1.5, STATES) * rng.choice([-1.0, 1.0], STATES)
-             for name in self.state}  # fmt: skip
-        return t, y, {name: rng.uniform(0.5, 2.0, STATES) for name in self.parameters}
+        rng = np.random.default_rng(seed)
+        t, y = rng.uniform(0.0, 5.0, STATES), {}
+        for name in self.state:
+            if name in self.ranges:
+                y[name] = rng.uniform(*self.ranges[name], STATES)
+            else:
+                y[name] = rng.uniform(0.2, 1.5, STATES) * rng.choice([-1.0, 1.0], STATES)
+        p = {
+            name: rng.uniform(*self.ranges.get(name, POSITIVE), STATES) for name in self.parameters
+        }
+        return t, self.allowed(y, p), p
+
+    def allowed(self, y, p):
+        """The states that satisfy the constraints, near others."""
+        return y if self.project is None else self.project(Names(y), Names(p))
 
     def values(self, t, y, p):
-        """The terms of each answer: {answer: {term: ndarray of shape (STATES,)}}."""
+        """The terms of each answer, {answer: {term: ndarray of shape (STATES,)}}.
+
+        An answer of `free_zero` is the change of it from one state to the next.
+        """
+        found = self._values(t, y, p)
+        if self.free_zero:
+            before = self._values(*self.elsewhere(t, y, p))
+            for name in self.free_zero:
+                found[name] = {key: one - before[name][key] for key, one in found[name].items()}
+        return found
+
+    def elsewhere(self, t, y, p):
+        """Other times and states with the same parameters."""
+        return np.roll(t, 1), self.allowed({k: np.roll(one, 1) for k, one in y.items()}, p), p
+
+    def _values(self, t, y, p):
         return {
             name: {about: np.broadcast_to(term(t, Names(y), Names(p)), t.shape).astype(float)
                    for about, term in terms.items()}

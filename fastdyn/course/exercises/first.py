@@ -36,6 +36,7 @@ def tension(t, y, m, g, l):
     return [m * l * omega**2 + m * g * np.cos(theta)]
 
 
+OUTWARDS = {"r": (0.2, 1.5), "v": (0.2, 1.5)}
 RATE = {"its rate": lambda t, y, p: y.v}
 
 FIRST = [
@@ -64,7 +65,7 @@ FIRST = [
                 "the weight": lambda t, y, p: -p.g,
             },
         },
-        suspension,
+        suspension, ranges={"x": (0.2, 1.5)},
     ),
     Exercise(
         "rod", "A block slides along a rod that turns in the horizontal plane at omega, with "
@@ -77,13 +78,13 @@ FIRST = [
                 "friction": lambda t, y, p: -2 * p.mu * p.omega * y.v,
             },
         },
-        rod,
+        rod, ranges=OUTWARDS,
     ),
     Exercise(
-        "normal_force", "The force between that rod and the block.",
+        "normal_force", "The force between that rod and the block, which slides outwards.",
         {"r": "m", "v": "m/s"}, {"m": "kg", "omega": "rad/s"}, {"N": "N"},
         {"N": {"the Coriolis acceleration": lambda t, y, p: 2 * p.m * p.omega * y.v}},
-        normal_force,
+        normal_force, ranges=OUTWARDS,
     ),
     Exercise(
         "pendulum", "A pendulum of length l by its angle from the lowest point.",

@@ -29,9 +29,9 @@ def energy(t, y, GM):
     return [(vx**2 + vy**2) / 2 - GM / np.hypot(x, y)]
 
 
-def building(t, y, m, k, L, d, w, g):
+def building(t, y, m, k, L, d, omega, g):
     y1, y2, v1, v2 = y
-    lower = 2 * k / m * (y1 - d * np.sin(w * t) - L)
+    lower = 2 * k / m * (y1 - d * np.sin(omega * t) - L)
     upper = 2 * k / m * (y2 - y1 - L)
     return [v1, v2, upper - lower - g, -upper - g]
 
@@ -67,6 +67,14 @@ def _reaction(y, p):
     return (p.m * p.g * y.y + p.m * (y.vx**2 + y.vy**2)) / (y.x**2 + y.y**2)
 
 
+def _on_the_circle(y, p):
+    """States on the circle of the length, with velocities along it."""
+    r = np.hypot(y.x, y.y)
+    x, z = y.x / r, y.y / r
+    along = y.vx * z - y.vy * x
+    return {"x": p.l * x, "y": p.l * z, "vx": along * z, "vy": -along * x}
+
+
 FLIGHT = {"x": "m", "z": "m", "vx": "m/s", "vz": "m/s"}
 FLOWN = {"x'": "m/s", "z'": "m/s", "vx'": "m/s²", "vz'": "m/s²"}
 PLANE = {"x": "m", "y": "m", "vx": "m/s", "vy": "m/s"}
@@ -92,7 +100,7 @@ SECOND = [
         satellite,
     ),
     Exercise(
-        "energy", "The energy of that satellite, divided by its mass.",
+        "energy", "The energy of that satellite, divided by its mass; its zero is anywhere.",
         PLANE, {"GM": "m³/s²"}, {"E/m": "J/kg"},
         {
             "E/m": {
@@ -100,20 +108,20 @@ SECOND = [
                 "gravity": lambda t, y, p: -p.GM / np.hypot(y.x, y.y),
             }
         },
-        energy,
+        energy, free_zero=["E/m"],
     ),
     Exercise(
-        "building", "Two floors of mass m on two walls each, of stiffness k and height L; the "
-        "ground moves as d sin(w t).",
+        "building", "Two floors of mass m on two walls each, of stiffness k and height L; "
+        "y1 < y2 are their heights, and the ground moves as d sin(omega t).",
         {"y1": "m", "y2": "m", "v1": "m/s", "v2": "m/s"},
-        {"m": "kg", "k": "N/m", "L": "m", "d": "m", "w": "rad/s", "g": "m/s²"},
+        {"m": "kg", "k": "N/m", "L": "m", "d": "m", "omega": "rad/s", "g": "m/s²"},
         {"y1'": "m/s", "y2'": "m/s", "v1'": "m/s²", "v2'": "m/s²"},
         {
             "y1'": {"the velocity": lambda t, y, p: y.v1},
             "y2'": {"the velocity": lambda t, y, p: y.v2},
             "v1'": {
                 "the lower walls":
-                    lambda t, y, p: -2 * p.k / p.m * (y.y1 - p.d * np.sin(p.w * t) - p.L),
+                    lambda t, y, p: -2 * p.k / p.m * (y.y1 - p.d * np.sin(p.omega * t) - p.L),
                 "the upper walls": lambda t, y, p: 2 * p.k / p.m * (y.y2 - y.y1 - p.L),
                 "the weight": lambda t, y, p: -p.g,
             },
@@ -122,7 +130,7 @@ SECOND = [
                 "the weight": lambda t, y, p: -p.g,
             },
         },
-        building,
+        building, ranges={"y1": (2.1, 3.0), "y2": (3.2, 5.0)},  # above the ground, d sin(omega t)
     ),
     Exercise(
         "pendulum_xy", "A pendulum in x and y, y downwards: the accelerations, and the tension R, "
@@ -141,6 +149,6 @@ SECOND = [
                     lambda t, y, p: p.m * (y.vx**2 + y.vy**2) * p.l / (y.x**2 + y.y**2),
             },
         },
-        pendulum_xy,
+        pendulum_xy, project=_on_the_circle,
     ),
 ]  # fmt: skip

@@ -1,66 +1,98 @@
 """A worksheet that was handed in: which exercises it answers, and where it is wrong."""
 
+import difflib
 import inspect
 import runpy
+import types
 
-from .compare import compare
+from .compare import compared
 from .exercise import Exercise
 from .first import FIRST
+from .origin import borrowed
 from .second import SECOND
 
 EXERCISES = {one.name: one for one in (*FIRST, *SECOND)}
+ALIKE = 0.8  # of the letters of a name that is misspelt
+BORROWED = "It is a reference of fastdyn, or calls one: that is no answer of one's own."
 
 
 def exercises_of(path):
     """
-    The exercises that a lecturer's file makes, by name.
+    The exercises that a lecturer's file makes, by name; those of the course without a file.
 
     Raises
     ------
     ValueError
-        If it makes none.
+        If it makes none, or one whose terms and solution contradict each other.
     """
+    if not path:
+        return EXERCISES
     made = runpy.run_path(path).values()
     found = [one for part in made for one in (part if isinstance(part, list) else [part])]
     by_name = {one.name: one for one in found if isinstance(one, Exercise)}
     if not by_name:
         raise ValueError(f"{path} makes no `Exercise`.")
+    for one in by_name.values():
+        if wrong := _contradiction(one):
+            raise ValueError(f"{path}: the exercise {one.name} contradicts itself. {wrong}")
     return by_name
 
 
-def check(path, exercises=None):
-    """
-    Compare the functions and models of a worksheet with the exercises of their names.
+def _contradiction(exercise):
+    """What is wrong with an exercise that no student can answer; empty for a good one."""
+    if list(exercise.terms) != list(exercise.answer):
+        return (f"It asks for {', '.join(exercise.answer)} and has terms of "
+                f"{', '.join(exercise.terms)}.")  # fmt: skip
+    known = (*exercise.state, *exercise.parameters)
+    if unknown := [name for name in exercise.ranges if name not in known]:
+        return f"It has a range of {', '.join(unknown)}, and neither a state nor a parameter of it."
+    if unknown := [name for name in exercise.free_zero if name not in exercise.answer]:
+        return f"The zero of {', '.join(unknown)} is free, which is not asked for."
+    try:
+        wrong, _ = compared(exercise, exercise.solution)
+    except Exception as error:  # of a term
+        return f"A term raises {type(error).__name__}: {error}."
+    return f"Its terms say of its solution: {' '.join(wrong)}" if wrong else ""
 
-    Parameters
-    ----------
-    path : str
-        A Python file.
-    exercises : dict of str to Exercise, optional
-        Those of the course unless given.
 
-    Returns
-    -------
-    dict of str to list of str
-        For each exercise that is answered, what is wrong.
-
-    Raises
-    ------
-    ValueError
-        If no exercise is answered.
-    """
-    exercises = EXERCISES if exercises is None else exercises
-    made, found = runpy.run_path(path), {}
+def answers(made, exercises):
+    """The functions and models of a worksheet's names, by the exercise that each answers."""
+    found = {}
     for one in made.values():
         if hasattr(one, "derive") and hasattr(one, "bodies") and one.name in exercises:
-            found[one.name] = _of_model(exercises[one.name], one)
-    for name, exercise in exercises.items():
-        if inspect.isfunction(made.get(name)) and name not in found:
-            found[name] = compare(exercise, made[name])
-    if not found:
-        listed = ", ".join(exercises)
-        raise ValueError(f"{path} answers no exercise: it has no function or model {listed}.")
+            found[one.name] = one
+    for name in exercises:
+        if name not in found and callable(made.get(name)):
+            found[name] = made[name]
     return {name: found[name] for name in exercises if name in found}
+
+
+def strays(made, answered, exercises):
+    """Sentences about functions whose names are nearly those of exercises without an answer."""
+    said = []
+    for name, one in made.items():
+        if name in exercises or isinstance(one, types.ModuleType):
+            continue
+        own = (getattr(one, "__module__", "") or "") == made["__name__"]
+        model = hasattr(one, "derive") and hasattr(one, "bodies")
+        if not (model or (own and callable(one))):
+            continue
+        name = getattr(one, "name", name) if model else name
+        near = difflib.get_close_matches(name.lower(), exercises, n=1, cutoff=ALIKE)
+        if near and near[0] not in answered:
+            said.append(f"`{name}` answers no exercise; did you mean {near[0]}?")
+    return said
+
+
+def judged(exercise, answer, own=()):
+    """Sentences about what is wrong with an answer, and notes about what is no error."""
+    if borrowed(answer, own):
+        return [BORROWED], []
+    if inspect.isclass(answer):
+        return ["It is a class; a function is asked for."], []
+    if hasattr(answer, "bodies"):
+        return _of_model(exercise, answer), []
+    return compared(exercise, answer)
 
 
 def _of_model(exercise, model):
@@ -89,4 +121,4 @@ def _of_model(exercise, model):
         rates = dict(zip(states, system.rhs(t, [named[name] for name in states], *p), strict=True))
         return [rates[name] for name in exercise.state]
 
-    return compare(exercise, function)
+    return compared(exercise, function)[0]

@@ -1,0 +1,97 @@
+"""A slider beside a number that can be typed."""
+
+import math
+
+import panel as pn
+import param
+
+from .layout import WIDTH
+
+DIGITS = 10  # of a number that is shown
+
+
+class _Quick(pn.widgets.FloatSlider):
+    _debounce = 5  # milliseconds that Panel waits for further moves, else 50: 20 curves a second
+
+
+class NumberSlider(pn.viewable.Viewer):
+    """
+    A slider that follows 30 times a second, and its number as text.
+
+    Parameters
+    ----------
+    title : str
+    value, start, end, step : float
+        A number beyond the ends that is typed moves the end.
+    say : callable
+        Called with a sentence about a text that is no number, and "" about one that is; the value
+        follows the latter.
+    positive : bool
+        Whether the number must be greater than zero.
+    name : str
+        Of the class of the slider in the page, ``slider-name``.
+    """
+
+    value = param.Number()
+
+    def __init__(self, title, value, start, end, step, say, positive=False, name=""):
+        super().__init__(value=value)
+        self._title, self._say, self._positive = title, say, positive
+        self.text = pn.widgets.TextInput(value=_shown(value), width=85, margin=(0, 5))
+        self.slider = _Quick(
+            value=value, start=start, end=end, step=step, show_value=False, width=WIDTH,
+            css_classes=[f"slider-{name}"],
+        )  # fmt: skip
+        self.text.param.watch(self._typed, "value")
+        self.slider.param.watch(self._moved, "value")
+        self.param.watch(self._follow, "value")
+
+    def __panel__(self):
+        label = pn.widgets.StaticText(value=self._title, width=165, margin=(5, 10))
+        return pn.Column(pn.Row(label, self.text, width=WIDTH + 20), self.slider, width=WIDTH + 20)
+
+    def _typed(self, event):
+        try:
+            value = number(event.new)
+        except ValueError as error:
+            self._say(f"{self._title}: {error}")
+            return
+        if self._positive and value <= 0.0:
+            self._say(f"{self._title} must be greater than zero; got {event.new}.")
+            return
+        self._say("")
+        if _shown(self.value) != _shown(value):
+            self.value = value
+
+    def _moved(self, event):
+        if event.new != self.value:
+            self.value = event.new
+
+    def _follow(self, event):
+        if math.isfinite(event.new):
+            ends = min(self.slider.start, event.new), max(self.slider.end, event.new)
+            self.slider.param.update(start=ends[0], end=ends[1], value=event.new)
+        self.text.value = _shown(event.new)
+
+
+def number(text):
+    """
+    The finite number that a text is.
+
+    Raises
+    ------
+    ValueError
+        With a sentence, for a decimal comma too: nobody knows what 1,500 is.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        advice = f"; with a point it is {text.replace(',', '.')}" if text.count(",") == 1 else ""
+        raise ValueError(f"{text!r} is no number{advice}.") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{text!r} is no finite number.")
+    return value
+
+
+def _shown(value):
+    return f"{value:.{DIGITS}g}"
