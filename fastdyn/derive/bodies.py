@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
+from .checks.given import refuse_negative
 from .friction.contact import Contact
-from .notation import ZERO, Rotation, cross, dot, k, length, rate, rotation, vector
+from .notation import ZERO, Rotation, cross, direction, dot, k, length, rate, rotation, vector
 
 
 class Force(NamedTuple):
@@ -107,8 +108,8 @@ class Body:
                 f"reactions; got {len(reactions)}."
             )
         slip = self.velocity(at) - vector(over, "the velocity of the ground")
-        for n, direction in enumerate(directions):
-            along = vector(direction, "a direction")
+        for n, given in enumerate(directions):
+            along = direction(given, "a direction")
             self.model.constrain(dot(slip, along), self.model.free_name("slip"), "m/s")
             if reactions:
                 self.force(reactions[n] * along, at)
@@ -131,7 +132,7 @@ class Body:
         Parameters
         ----------
         normal : vector
-            Of length one, from what it touches to the body.
+            From what it touches to the body; its length does not count.
         reaction : expression
             The size of the normal force, positive where it pushes. It may become negative: what
             guides the body guides it on both sides.
@@ -141,7 +142,7 @@ class Body:
             A point of the surface: the body is held there, so that a start off the surface is
             taken to it, or refused. Without it the body is held where it starts.
         friction : expression
-            Its coefficient; with it `along`, the direction of length one in which the body slips.
+            Its coefficient; with it `along`, the direction in which the body slips.
             The friction acts against the slip, whichever way this is, and holds a body at rest
             with whatever it takes up to the coefficient times the normal force; events switch
             between the two.
@@ -149,18 +150,20 @@ class Body:
             The coefficient at rest, if it is greater than that of slip.
         """
         over, place = vector(over, "the velocity of the ground"), self._place(at)
+        normal = direction(normal, "the normal")
         if through is None:
             self._holds([normal], at, [reaction], over)
         else:
             through = vector(through, "a point of the surface")
-            gap = dot(place - through, vector(normal, "the normal"))
+            gap = dot(place - through, normal)
             self.model.constrain(gap, self.model.free_name("gap"))
-            self.force(reaction * vector(normal, "the normal"), at)
-        self.model.draw("surface", self.at(at), across=vector(normal, "the normal"))
+            self.force(reaction * normal, at)
+        self.model.draw("surface", self.at(at), across=normal)
         if friction != 0:
             if along is None:
                 raise ValueError("friction needs `along`, the direction in which the body slips.")
-            along, both = vector(along, "the direction of slip"), (friction, static or friction)
+            along, both = direction(along, "the direction of slip"), (friction, static or friction)
+            refuse_negative(f"of {self.name}", friction, static)
             slip = dot(self.velocity(at) - over, along)
             self.model.rubs(Contact.of(self, reaction, both, along, place, slip))
 

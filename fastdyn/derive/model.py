@@ -6,10 +6,11 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from .bodies import Body, Force, Particle, RigidBody, point
+from .checks.given import component_of
 from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact
-from .notation import ZERO, dot, length, rate, vector
+from .notation import ZERO, direction, dot, length, rate, vector
 
 
 class Model(Declarations):
@@ -92,8 +93,8 @@ class Model(Declarations):
         natural : expression
             Length without load.
         along : vector, optional
-            Direction of length one from a to b that the spring keeps; its length is then counted
-            along it, and may become negative.
+            Direction from a to b that the spring keeps; its length is then counted along it, and
+            may become negative.
         """
         self.central(a, b, lambda r: sp.sympify(stiffness) * (r - natural) ** 2 / 2, along)
         self.draw("spring", a, b)
@@ -218,7 +219,7 @@ class Model(Declarations):
         if along is None:
             r = length(d)
             return a, b, r, d / r
-        along = vector(along, "`along`")
+        along = direction(along, "`along`")
         if along.atoms(AppliedUndef):
             raise ValueError(
                 "`along` of a spring is a direction that does not turn with the coordinates; "
@@ -234,11 +235,12 @@ class Model(Declarations):
                 body.forces.append(Force(one.as_immutable(), place, potential))
 
     def _of_state(self, values):
-        known = {s for one in self.coordinate_list for s in (one.name, one.rate)}
+        known = {one.name: one.unit for one in self.coordinate_list}
+        known |= {one.rate: f"{one.unit or 1}/s" for one in self.coordinate_list}
         for name in values:
             if name not in known:
                 raise ValueError(f"`{name}` is no part of the state ({', '.join(known)}).")
-        return {name: sp.sympify(value) for name, value in values.items()}
+        return {name: component_of(name, value, known[name]) for name, value in values.items()}
 
     def _function(self, kind, name, expression, unit="", label="", event=None):
         self.declare(name)

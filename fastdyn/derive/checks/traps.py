@@ -9,13 +9,23 @@ import sympy as sp
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.derive.notation import now
 
+from .reactions import of_wrong_reactions
+from .units import of_other_units
+
 EXACT = 1e-9  # of its largest part, the rest of a condition of integrability
 
 
 def warn_of_traps(derivation):
     """Warn of numbers that nothing uses, and of positions that the start alone decides."""
-    for sentence in [*_unused(derivation.model), *_unplaced(derivation)]:
+    for sentence in _sentences(derivation):
         warnings.warn(sentence, stacklevel=levels_inside())
+
+
+def _sentences(derivation):
+    yield from _unused(derivation.model)
+    yield from of_other_units(derivation)
+    yield from of_wrong_reactions(derivation)
+    yield from _unplaced(derivation)
 
 
 def _unused(model):

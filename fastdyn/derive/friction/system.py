@@ -4,6 +4,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.derive.checks.given import refuse_negative
 from fastdyn.derive.system import DerivedSystem
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.solve.phases import solve_phases
@@ -28,6 +29,11 @@ class RubbingSystem(DerivedSystem):
     def __init_subclass__(cls, **options):
         super().__init_subclass__(**options)
         cls.made = {}
+
+    def __post_init__(self):
+        super().__post_init__()
+        for one in self.derivation.model.contacts:
+            refuse_negative(f"at {one.name} of the {self.name}", *self._coefficients(one))
 
     @of_instance
     def solve(
@@ -80,11 +86,15 @@ class RubbingSystem(DerivedSystem):
 
     def rough(self, contact):
         """Whether a contact has friction, with these parameters."""
+        return any(one != 0 for one in self._coefficients(contact))
+
+    def _coefficients(self, contact):
+        """Coefficients of friction of a contact, with these parameters."""
         numbers = {
             one.symbol: getattr(self, str(one.symbol)) for one in self.derivation.model.numbers
         }
         both = contact.friction, contact.static
-        return any(self.derivation.plain(one).xreplace(numbers) != 0 for one in both)
+        return [self.derivation.plain(one).xreplace(numbers) for one in both]
 
     def mode(self, ways):
         """The `Mode` of some ways, made when it is first needed."""
