@@ -59,11 +59,12 @@ class Driver(NamedTuple):
 
 
 class Constraint(NamedTuple):
-    """An expression of the positions, or of the velocities, that stays zero."""
+    """An expression of the positions, or of the velocities, that stays zero; what rolls by it."""
 
     expression: Any
     name: str
     unit: str
+    rolling: Any = None
 
 
 class Drawn(NamedTuple):

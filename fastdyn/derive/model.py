@@ -5,12 +5,13 @@ from typing import Any
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
-from .bodies import Body, Force, Particle, RigidBody, point
-from .checks.given import component_of
+from .bodies import Body, Force, Particle, point
+from .checks.given import component_of, residual_of
 from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact
 from .notation import ZERO, direction, dot, length, rate, vector
+from .rigid import RigidBody
 
 
 class Model(Declarations):
@@ -48,6 +49,8 @@ class Model(Declarations):
         self.functions: list[Function] = []
         self.contacts: list[Contact] = []
         self.drawn: list[Drawn] = []
+        self.lengths: list[Any] = []  # of springs and others, which have a direction
+        self.pushing: dict[str, str] = {}  # reactions that push, and the bodies that they push
         self.field = ZERO
         self.energies: list[sp.Expr] = []
         self.given: dict[str, Any] = {}
@@ -140,15 +143,15 @@ class Model(Declarations):
         Parameters
         ----------
         expression : expression
-            Of coordinates, or of their rates (``rate(x)``), linear in these.
+            Of coordinates, or of their rates (``rate(x)``), linear in these; ``Eq(a, b)``, too.
         name : str
             Name of the residual.
         unit : str
             Its unit.
         """
-        name = name or self.free_name("constraint")
+        expression, name = residual_of(expression), name or self.free_name("constraint")
         self.declare(name, f"{name}_rate", f"lambda_{name}")
-        self.constraints.append(Constraint(sp.sympify(expression), name, unit))
+        self.constraints.append(Constraint(expression, name, unit))
 
     def rubs(self, contact):
         """Take a contact with friction, see `Body.slides`."""
@@ -218,6 +221,7 @@ class Model(Declarations):
         d = b.position - a.position
         if along is None:
             r = length(d)
+            self.lengths.append(r)
             return a, b, r, d / r
         along = direction(along, "`along`")
         if along.atoms(AppliedUndef):

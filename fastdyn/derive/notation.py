@@ -36,6 +36,22 @@ class OfTime(AppliedUndef):
         return super()._eval_derivative(s)
 
 
+def _refused(name):
+    def refuse(self, *_):
+        raise TypeError(
+            f"{self.func.__name__} is a function of time and no number: in a derivation take "
+            f"{name or 'the functions'} of SymPy, `from sympy import {name or 'sin, cos'}`, not of "
+            "math or NumPy."
+        )
+
+    return refuse
+
+
+for _name in ("sin", "cos", "tan", "exp", "log", "sqrt", "arctan", "arcsin", "arccos"):
+    setattr(OfTime, _name, _refused(_name.replace("arc", "a")))  # what NumPy's functions call
+OfTime.__float__ = _refused("")
+
+
 def of_time(name) -> Any:
     """An unknown real function of time."""
     return UndefinedFunction(name, bases=(OfTime,), real=True)(t)

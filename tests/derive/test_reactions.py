@@ -111,10 +111,10 @@ def test_lengths_of_other_directions_do_not_count():
 
 
 def test_friction_that_drives_is_refused():
-    with pytest.raises(ValueError, match="of block is -0.3; below zero"):
+    with pytest.raises(ValueError, match=r"of block is -0\.3; below zero"):
         slope(lambda N, mu: -0.3)
     system = slope(lambda N, mu: mu).system
-    with pytest.raises(ValueError, match="at N of the slope is -0.3; below zero"):
+    with pytest.raises(ValueError, match=r"at N of the slope is -0\.3; below zero"):
         system(mu=-0.3)
     with pytest.raises(ValueError, match="below zero"):
         page("rod").derive().system(mu=-0.1)

@@ -2,6 +2,7 @@
 
 import math
 import numbers
+from typing import Any
 
 import sympy as sp
 
@@ -58,3 +59,16 @@ def refuse_negative(whose, *coefficients):
                 f"A coefficient of friction {whose} is {float(one):g}; below zero the friction "
                 "would drive the body."
             )
+
+
+def residual_of(constraint):
+    """What is zero: an expression, or the difference of the sides of an equation."""
+    expression: Any = sp.sympify(constraint)
+    if isinstance(expression, sp.Equality):
+        return expression.lhs - expression.rhs
+    if not isinstance(expression, sp.Expr):
+        raise ValueError(
+            f"A constraint is an expression that is zero, or an equation Eq(a, b); got "
+            f"{constraint!r}."
+        )
+    return expression
