@@ -112,6 +112,7 @@ def test_units_that_do_not_agree_are_warned_of(board, wrong):
 def test_numbers_without_units_raise_no_alarm(board):
     board.gravity(-9.81 * j)
     board.box.force((-3 * board.x + 2 * sin(5 * t) + 1) * j - 0.5 * board.box.velocity())
+    board.box.force((board.m * board.g + sin(t)) * j + sin(board.th) * i)  # 1 N
     board.spring(0, board.box, 100, 0.2, along=j)
     k = board.parameters(k=(1.0, "lbf/ft"))
     board.box.force(-k * board.x * j)

@@ -55,9 +55,9 @@ def test_what_is_written_as_in_matlab_and_differs_gets_a_sentence():
         ode45(lambda t, y: -(y ^ 3), [0, 1], [1.0])
     with pytest.raises(TypeError, match=r"a power is y\*\*3"):
         ode45(lambda t, y: [-(y[0] ^ 3)], [0, 1], [1.0])
-    with pytest.raises(ValueError, match="AbsTol must be one number, .* 2 components .*; got 3"):
+    with pytest.raises(ValueError, match=r"AbsTol must be one number, .* 2 components .*; got 3"):
         ode45(decay, [0, 1], [1.0, 2.0], odeset("AbsTol", [1e-3, 1e-4, 1e-5]))
     with pytest.raises(TypeError, match=r"no entry 0: write `t, y = ode45\(...\)`"):
         ode45(decay, [0, 1], [1.0])[0]
     with pytest.raises(ValueError, match=r"for 5 names: .* need the option Events"):
-        t, y, te, ye, ie = ode45(decay, [0, 1], [1.0])
+        _t, _y, _te, _ye, _ie = ode45(decay, [0, 1], [1.0])

@@ -65,7 +65,8 @@ def residual_of(constraint):
     """What is zero: an expression, or the difference of the sides of an equation."""
     expression: Any = sp.sympify(constraint)
     if isinstance(expression, sp.Equality):
-        return expression.lhs - expression.rhs
+        left, right = (side for side in expression.args)
+        return residual_of(left) - residual_of(right)
     if not isinstance(expression, sp.Expr):
         raise ValueError(
             f"A constraint is an expression that is zero, or an equation Eq(a, b); got "

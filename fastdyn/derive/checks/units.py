@@ -37,7 +37,7 @@ def _wrong(expression, unit, known):
         found = _dimension(expression, known)
     except OtherUnitError as error:
         return str(error)
-    if found is None or expected is None or found.agrees(expected):
+    if found is None or expected is None or _is_number(found) or found.agrees(expected):
         return None
     return f"is in {found} where {unit if unit != '1' else 'a number without unit'} is needed"
 
@@ -113,15 +113,20 @@ def _dimension(expression, known):
 
 def _common(terms, parts):
     """The dimension that all terms of a sum have."""
-    first = None
+    first, pure = None, [one for one in parts if one is not None]
     for term, one in zip(terms, parts, strict=True):
-        if one is None:
+        if one is None or _is_number(one):
             continue
         if first is None:
             first = term, one
         elif not first[1].agrees(one):
             raise OtherUnitError(f"adds {term}, in {one}, to {first[0]}, in {first[1]}")
-    return first and first[1]
+    return first[1] if first else pure[0] if len(pure) == len(parts) else None
+
+
+def _is_number(dimension):
+    """Whether something has no unit, as a sine: a number, that may stand for anything."""
+    return dimension.powers == NONE.powers
 
 
 def _product(factors, parts):
