@@ -137,6 +137,10 @@ def _picture(drawing, cell, result):
 
 def _smooth(result):
     """Times, scenes and the trail, at so many points that the trail is round."""
+    t: Any
+    scenes: Any
+    path: Any
+    t = scenes = path = None
     for per_step in PER_STEP:
         t, y = solution.curve(result, per_step)
         scenes = result.system.scenes(t, y)

@@ -1,6 +1,7 @@
 """Facts of a model about its bodies: how they are held, their sizes and shapes."""
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -61,7 +62,7 @@ class Known:
         size = float(np.ptp([one.r for one in states], axis=0).max())
         return [_apart(one, size) for one in held], radii
 
-    def number(self, body):
+    def number(self, body) -> Any:
         """The number of a body; None for the ground."""
         return None if body is None else self.bodies.index(body)
 

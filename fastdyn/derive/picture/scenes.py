@@ -1,6 +1,7 @@
 """The scenes of a derived system: what its model has, drawn in each state of a run."""
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -139,7 +140,9 @@ class Picture(Known):
 
     def _surfaces(self, placed, extent):
         """The lines on which bodies slide, roll or run, along all of the way, by `Placed`."""
-        found = [(lambda _, line=line: line) for line in self._floors(placed, extent)]
+        found: list[Any] = [
+            functools.partial(_still, line) for line in self._floors(placed, extent)
+        ]
         for n, one in enumerate(self.drawn):
             if one.kind != "surface" or not self.view.flat:
                 continue
@@ -183,6 +186,10 @@ class Picture(Known):
         reach = np.abs(ends).max()
         ends = np.array([-reach, reach]) if turns else ends
         return (self.view(placed.points[n][0]) @ normal) * normal + np.outer(ends, along)
+
+
+def _still(line, _):
+    return line
 
 
 def picture(system):
