@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
+from .checks.given import refuse_negative
 from .friction.contact import Contact
-from .notation import ZERO, Rotation, cross, dot, k, length, rate, rotation, vector
+from .notation import ZERO, OfTime, Rotation, cross, direction, dot, length, rate, vector
 
 
 class Force(NamedTuple):
@@ -95,6 +96,8 @@ class Body:
             Velocity of what it rolls on.
         """
         self._holds(directions, at, reactions, over)
+        held = self.model.constraints
+        held[-len(directions) :] = [one._replace(rolling=self) for one in held[-len(directions) :]]
         edge = directions[0] if len(directions) == 1 else None
         self.model.draw("edge", self.at(at), across=edge)
 
@@ -107,8 +110,8 @@ class Body:
                 f"reactions; got {len(reactions)}."
             )
         slip = self.velocity(at) - vector(over, "the velocity of the ground")
-        for n, direction in enumerate(directions):
-            along = vector(direction, "a direction")
+        for n, given in enumerate(directions):
+            along = direction(given, "a direction")
             self.model.constrain(dot(slip, along), self.model.free_name("slip"), "m/s")
             if reactions:
                 self.force(reactions[n] * along, at)
@@ -124,6 +127,7 @@ class Body:
         friction=0,
         static=None,
         along=None,
+        guided=False,
     ):
         """
         Touch something: no velocity along its normal, and friction along the slip.
@@ -131,17 +135,17 @@ class Body:
         Parameters
         ----------
         normal : vector
-            Of length one, from what it touches to the body.
+            From what it touches to the body; its length does not count.
         reaction : expression
-            The size of the normal force, positive where it pushes. It may become negative: what
-            guides the body guides it on both sides.
+            The size of the normal force, positive where it pushes. It may become negative, which
+            is warned of unless the body is `guided` on both sides.
         at, over
             As for `rolls`.
         through : vector, optional
             A point of the surface: the body is held there, so that a start off the surface is
             taken to it, or refused. Without it the body is held where it starts.
         friction : expression
-            Its coefficient; with it `along`, the direction of length one in which the body slips.
+            Its coefficient; with it `along`, the direction in which the body slips.
             The friction acts against the slip, whichever way this is, and holds a body at rest
             with whatever it takes up to the coefficient times the normal force; events switch
             between the two.
@@ -149,18 +153,22 @@ class Body:
             The coefficient at rest, if it is greater than that of slip.
         """
         over, place = vector(over, "the velocity of the ground"), self._place(at)
+        normal = direction(normal, "the normal")
         if through is None:
             self._holds([normal], at, [reaction], over)
         else:
             through = vector(through, "a point of the surface")
-            gap = dot(place - through, vector(normal, "the normal"))
+            gap = dot(place - through, normal)
             self.model.constrain(gap, self.model.free_name("gap"))
-            self.force(reaction * vector(normal, "the normal"), at)
-        self.model.draw("surface", self.at(at), across=vector(normal, "the normal"))
+            self.force(reaction * normal, at)
+        self.model.draw("surface", self.at(at), across=normal)
+        if isinstance(reaction, OfTime) and not guided:
+            self.model.pushing[reaction.func.__name__] = self.name
         if friction != 0:
             if along is None:
                 raise ValueError("friction needs `along`, the direction in which the body slips.")
-            along, both = vector(along, "the direction of slip"), (friction, static or friction)
+            along, both = direction(along, "the direction of slip"), (friction, static or friction)
+            refuse_negative(f"of {self.name}", friction, static)
             slip = dot(self.velocity(at) - over, along)
             self.model.rubs(Contact.of(self, reaction, both, along, place, slip))
 
@@ -181,59 +189,6 @@ class Particle(Body):
                 f"{list(place)}: make it a body."
             )
         return place
-
-
-class RigidBody(Body):
-    """A body that turns; `inertia` about its centre of mass, in its own frame."""
-
-    rigid = True
-
-    def __init__(self, model, name, mass, position, inertia, turned):
-        super().__init__(model, name, mass, position)
-        if not isinstance(turned, Rotation):
-            turned = rotation(turned, k)
-        self.rotation = turned
-        self.omega = turned.angular_velocity().applyfunc(sp.expand)
-        if not isinstance(inertia, tuple | list):
-            inertia = (0, 0, inertia)
-            if any(axis != k for _, axis in turned.turns):
-                raise ValueError(
-                    f"{self.name} turns in space: it has three moments of inertia, about its axes."
-                )
-        if len(inertia) != 3:
-            raise ValueError(f"{self.name} has three principal moments of inertia; got {inertia}.")
-        self.inertia = [sp.sympify(one) for one in inertia]
-        if any(self.inertia):
-            self._turns("a moment of inertia")
-
-    def _turns(self, what):
-        """Refuse what has no effect on a body that does not turn."""
-        if self.omega == ZERO:
-            raise ValueError(
-                f"{self.name} has {what}, but it does not turn: give its angle, "
-                "`body(..., turned=angle)`, or make it a particle."
-            )
-
-    def torque(self, torque):
-        """Draw a torque, a vector in the fixed frame."""
-        self._turns("a torque")
-        self.forces.append(Force(vector(torque, "a torque"), None))
-
-    def to_laws(self):
-        """The rotation to the frame of Euler's law: its own, unless the body is one of rotation."""
-        return self.rotation.inverse() if len({*self.inertia}) == 3 else Rotation()
-
-    def momentum(self) -> Any:
-        a, b, c = self.inertia
-        for axis, alone, pair in ((2, c, (a, b)), (1, b, (a, c)), (0, a, (b, c))):
-            if pair[0] == pair[1]:  # the spin about its axis does not appear
-                e = self.rotation * sp.eye(3).col(axis)
-                return pair[0] * self.omega + (alone - pair[0]) * dot(self.omega, e) * e
-        axes = [self.rotation * sp.eye(3).col(n) for n in range(3)]
-        return sum(
-            (one * dot(self.omega, e) * e for one, e in zip(self.inertia, axes, strict=True)),
-            start=ZERO,
-        )
 
 
 def point(given):

@@ -1,8 +1,6 @@
 """What a model knows by name: coordinates, numbers, reactions, what a driver gives."""
 
 import keyword
-import math
-import numbers
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -10,17 +8,19 @@ import sympy as sp
 
 from fastdyn.systems.base import System
 
+from .checks.given import default_of, refuse_degrees
 from .code import RESERVED
 from .notation import of_time
 
 
 class Coordinate(NamedTuple):
-    """A coordinate: function of time, name of it and of its rate, unit."""
+    """A coordinate: function of time, name of it and of its rate, unit and whether it is said."""
 
     function: Any
     name: str
     rate: str
     unit: str
+    said: bool
 
 
 class Number(NamedTuple):
@@ -35,11 +35,12 @@ class Number(NamedTuple):
 
 
 class Reaction(NamedTuple):
-    """A reaction of unknown size."""
+    """A reaction of unknown size; whether its unit is said."""
 
     function: Any
     name: str
     unit: str
+    said: bool = False
 
 
 class Input(NamedTuple):
@@ -58,11 +59,12 @@ class Driver(NamedTuple):
 
 
 class Constraint(NamedTuple):
-    """An expression of the positions, or of the velocities, that stays zero."""
+    """An expression of the positions, or of the velocities, that stays zero; what rolls by it."""
 
     expression: Any
     name: str
     unit: str
+    rolling: Any = None
 
 
 class Drawn(NamedTuple):
@@ -100,7 +102,7 @@ class Declarations:
         self.inputs: list[Input] = []
         self.drivers: list[Driver] = []
 
-    def coordinates(self, names, units="m", rates=None) -> Any:
+    def coordinates(self, names, units="", rates=None) -> Any:
         """
         Functions of time, one a name.
 
@@ -109,7 +111,7 @@ class Declarations:
         names : str
             Separated by spaces.
         units : str
-            One for all, or one each.
+            One for all, or one each; m unless given.
         rates : str, optional
             Names of their rates in the state, "v" before the name unless given.
 
@@ -119,10 +121,12 @@ class Declarations:
         """
         words = names.split()
         speeds = rates.split() if rates else [f"v{word}" for word in words]
-        for name, unit, speed in zip(words, _each(units, words), _each(speeds, words), strict=True):
+        said, units = bool(units), _each(units or "m", words)
+        for name, unit, speed in zip(words, units, _each(speeds, words), strict=True):
+            refuse_degrees(name, unit)
             self.declare(name, speed, f"{name}_dd", f"d_{name}", f"d_{speed}")
             function = of_time(name)
-            self.coordinate_list.append(Coordinate(function, name, speed, unit))
+            self.coordinate_list.append(Coordinate(function, name, speed, unit, said))
         return _one_or_all([one.function for one in self.coordinate_list[-len(words) :]])
 
     def parameters(self, *, positive=True, **given) -> Any:
@@ -134,7 +138,8 @@ class Declarations:
         positive : bool
             Greater than zero, which shortens formulas and is checked; False for any.
         **given : tuple
-            name=(default, unit) or (default, unit, meaning).
+            name=(default, unit) or (default, unit, meaning); of an angle also
+            name=("45 deg", "rad").
 
         Returns
         -------
@@ -146,12 +151,12 @@ class Declarations:
         """Numbers that set the start and nothing else, as `parameters`."""
         return self._numbers(given, positive, True)
 
-    def reactions(self, names, units="N") -> Any:
-        """Reactions of unknown size, as `coordinates`."""
+    def reactions(self, names, units="") -> Any:
+        """Reactions of unknown size, as `coordinates`; in N unless given."""
         words = names.split()
-        for name, unit in zip(words, _each(units, words), strict=True):
+        for name, unit in zip(words, _each(units or "N", words), strict=True):
             self.declare(name)
-            self.reaction_list.append(Reaction(of_time(name), name, unit))
+            self.reaction_list.append(Reaction(of_time(name), name, unit, bool(units)))
         return _one_or_all([one.function for one in self.reaction_list[-len(words) :]])
 
     def driver(self, gives, default, name="driver") -> Any:
@@ -204,7 +209,8 @@ class Declarations:
             default, unit, meaning = (
                 (*about, "")[:3] if isinstance(about, tuple) else (None, "", "")
             )
-            if not isinstance(default, numbers.Real) or not math.isfinite(default):
+            default = default_of(name, default, unit)
+            if default is None:
                 raise TypeError(
                     f"`{name}` is declared by (default, unit) or (default, unit, meaning), as in "
                     f"{name}=(1.0, 'kg'); got {about!r}."
@@ -217,7 +223,7 @@ class Declarations:
             self.declare(name)
             assumption = {"positive": True} if positive else {"real": True}
             symbol = sp.Symbol(name, **assumption)
-            number = Number(symbol, float(default), unit, meaning or name, positive, initial)
+            number = Number(symbol, default, unit, meaning or name, positive, initial)
             self.numbers.append(number)
         return _one_or_all([one.symbol for one in self.numbers[-len(given) :]])
 

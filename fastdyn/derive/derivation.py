@@ -9,6 +9,7 @@ from . import laws
 from .algebra import linear, shortened, solved
 from .bodies import Force
 from .checks.consistency import Points, determined
+from .checks.runs import refuse_impossible_bodies
 from .checks.traps import warn_of_traps
 from .code import printed
 from .declarations import Constraint, Reaction
@@ -73,6 +74,7 @@ class Derivation:
         senses = [one.sense for one in model.contacts if one.name not in at_rest]
         reactions = [*model.reaction_list, *held]
         self.motion = Motion(model.coordinate_list, model.inputs, reactions, senses)
+        refuse_impossible_bodies(self, {one.symbol: sp.Float(one.default) for one in model.numbers})
         self.bodies = [laws.Moving(self, body) for body in model.bodies]
         self.held = [one for c in model.constraints if (one := self._held(c))]
         self.start = Start(model, self.motion, self.held)  # of what rests later, before it does

@@ -13,6 +13,7 @@ class Moving:
 
     def __init__(self, derivation, body):
         plain, rate, self._v = derivation.plain, derivation.motion.rate, derivation.motion.v
+        self.derivation = derivation
         self.body, self.name, self.mass = body, body.name, plain(body.mass)
         self.r = plain(body.position)
         self.v: Any = shortened(rate(self.r))
@@ -108,7 +109,10 @@ def newton(derivation):
         sum(balance.dot(partial.col(n)) for balance, partial, _ in balances)
         for n in range(len(motion.q))
     ]
-    reacting = [_reacting(R, balances, motion.reactions) for R in motion.reactions]
+    working: Any = sp.Matrix([shortened(sp.expand(one)) for one in moving])
+    idle = [R for R in motion.reactions if not working.has(R)]  # which those equations leave open
+    ordered = [*idle, *(R for R in motion.reactions if R not in idle)]
+    reacting = [_reacting(R, balances, motion.reactions) for R in ordered]
     reacting = [one for one in reacting if one is not None]
     return Laws(written, [*moving, *reacting, *(law.residual for law in written)], motion.reactions)
 

@@ -5,11 +5,13 @@ from typing import Any
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
-from .bodies import Body, Force, Particle, RigidBody, point
+from .bodies import Body, Force, Particle, point
+from .checks.given import component_of, residual_of
 from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact
-from .notation import ZERO, dot, length, rate, vector
+from .notation import ZERO, direction, dot, length, rate, vector
+from .rigid import RigidBody
 
 
 class Model(Declarations):
@@ -47,6 +49,8 @@ class Model(Declarations):
         self.functions: list[Function] = []
         self.contacts: list[Contact] = []
         self.drawn: list[Drawn] = []
+        self.lengths: list[Any] = []  # of springs and others, which have a direction
+        self.pushing: dict[str, str] = {}  # reactions that push, and the bodies that they push
         self.field = ZERO
         self.energies: list[sp.Expr] = []
         self.given: dict[str, Any] = {}
@@ -92,8 +96,8 @@ class Model(Declarations):
         natural : expression
             Length without load.
         along : vector, optional
-            Direction of length one from a to b that the spring keeps; its length is then counted
-            along it, and may become negative.
+            Direction from a to b that the spring keeps; its length is then counted along it, and
+            may become negative.
         """
         self.central(a, b, lambda r: sp.sympify(stiffness) * (r - natural) ** 2 / 2, along)
         self.draw("spring", a, b)
@@ -139,15 +143,15 @@ class Model(Declarations):
         Parameters
         ----------
         expression : expression
-            Of coordinates, or of their rates (``rate(x)``), linear in these.
+            Of coordinates, or of their rates (``rate(x)``), linear in these; ``Eq(a, b)``, too.
         name : str
             Name of the residual.
         unit : str
             Its unit.
         """
-        name = name or self.free_name("constraint")
+        expression, name = residual_of(expression), name or self.free_name("constraint")
         self.declare(name, f"{name}_rate", f"lambda_{name}")
-        self.constraints.append(Constraint(sp.sympify(expression), name, unit))
+        self.constraints.append(Constraint(expression, name, unit))
 
     def rubs(self, contact):
         """Take a contact with friction, see `Body.slides`."""
@@ -217,8 +221,9 @@ class Model(Declarations):
         d = b.position - a.position
         if along is None:
             r = length(d)
+            self.lengths.append(r)
             return a, b, r, d / r
-        along = vector(along, "`along`")
+        along = direction(along, "`along`")
         if along.atoms(AppliedUndef):
             raise ValueError(
                 "`along` of a spring is a direction that does not turn with the coordinates; "
@@ -234,11 +239,12 @@ class Model(Declarations):
                 body.forces.append(Force(one.as_immutable(), place, potential))
 
     def _of_state(self, values):
-        known = {s for one in self.coordinate_list for s in (one.name, one.rate)}
+        known = {one.name: one.unit for one in self.coordinate_list}
+        known |= {one.rate: f"{one.unit or 1}/s" for one in self.coordinate_list}
         for name in values:
             if name not in known:
                 raise ValueError(f"`{name}` is no part of the state ({', '.join(known)}).")
-        return {name: sp.sympify(value) for name, value in values.items()}
+        return {name: component_of(name, value, known[name]) for name, value in values.items()}
 
     def _function(self, kind, name, expression, unit="", label="", event=None):
         self.declare(name)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import sympy as sp
 from sympy.core.function import AppliedUndef, UndefinedFunction
 
@@ -9,6 +10,7 @@ t = sp.Symbol("t")  # what sp.symbols("t") and dynamicsymbols._t are, too
 now = sp.Symbol("t", real=True)  # the time in plain symbols, see `kinematics.Motion`
 ASSUMED = ({}, {"real": True}, {"positive": True}, {"nonnegative": True})
 TIMES = frozenset(sp.Symbol("t", **one) for one in ASSUMED)
+POINTS, ROUNDING = 3, 1e-12  # at which a length is looked at, and what is left of it
 i: Any
 j: Any
 k: Any
@@ -32,6 +34,22 @@ class OfTime(AppliedUndef):
         if is_time(s):
             return sp.Derivative(self, t, evaluate=False)
         return super()._eval_derivative(s)
+
+
+def _refused(name):
+    def refuse(self, *_):
+        raise TypeError(
+            f"{self.func.__name__} is a function of time and no number: in a derivation take "
+            f"{name or 'the functions'} of SymPy, `from sympy import {name or 'sin, cos'}`, not of "
+            "math or NumPy."
+        )
+
+    return refuse
+
+
+for _name in ("sin", "cos", "tan", "exp", "log", "sqrt", "arctan", "arcsin", "arccos"):
+    setattr(OfTime, _name, _refused(_name.replace("arc", "a")))  # what NumPy's functions call
+OfTime.__float__ = _refused("")
 
 
 def of_time(name) -> Any:
@@ -81,6 +99,21 @@ def vector(given, what="a vector") -> Any:
     raise TypeError(f"{what} must be a vector, a sum of multiples of i, j and k; got {given!r}.")
 
 
+def direction(given, what) -> Any:
+    """A vector of length one along a vector; as it is given where its length is one anyway."""
+    along = vector(given, what)
+    if along == ZERO:
+        raise ValueError(f"{what} has no direction: it is 0.")
+    square, random = dot(along, along), np.random.default_rng(0)
+    variables = square.atoms(AppliedUndef, sp.Derivative) | square.free_symbols
+    for _ in range(POINTS):
+        there = {one: sp.Float(random.uniform(0.1, 0.9)) for one in variables}
+        found = sp.N(square.xreplace(there))
+        if not found.is_number or abs(found - 1.0) > ROUNDING:
+            return (along / sp.sqrt(sp.simplify(square))).as_immutable()
+    return along
+
+
 class Rotation:
     """
     Turns about axes that are carried along, one after the other: ``rotation(phi, k) * ...``.
@@ -113,8 +146,8 @@ class Rotation:
 
 
 def rotation(angle, axis=k):
-    """The turn by an angle about a unit vector, counterclockwise about k unless said."""
-    return Rotation((sp.sympify(angle), vector(axis, "the axis of a rotation")))
+    """The turn by an angle about a direction, counterclockwise about k unless said."""
+    return Rotation((sp.sympify(angle), direction(axis, "the axis of a rotation")))
 
 
 def _turned(v, angle, axis):

@@ -159,7 +159,8 @@ class Start:
             parts = " and ".join(f"`{name}` (by {value:.3g})" for name, value in off.items())
             raise ValueError(
                 f"The start of {self.name} violates {parts}, and what it leaves open cannot "
-                "change that: the constraints contradict each other, or what is given does."
+                "change that: the constraints contradict each other, or what is given does; or "
+                "`guess(...)` must say near which state to look, where all is 0 unless given."
             )
         return state.tolist()
 

@@ -16,10 +16,12 @@ from fastdyn.systems.base import (
     parameter,
     quantity,
 )
+from fastdyn.systems.base.declare import of_instance
 from fastdyn.systems.base.driver import driver_of
 
 from .algebra import shortened
 from .checks.consistency import kept, singular
+from .checks.runs import refuse_coincidence, refuse_impossible_bodies, warn_of_pull
 from .writing import Writer
 
 KEPT = 1e-9  # of the largest term of the rate of what is an invariant
@@ -36,6 +38,7 @@ class DerivedSystem(System):
     """
 
     derivation: ClassVar[Any]
+    lengths: ClassVar[Any]
 
     def __post_init__(self):
         super().__post_init__()
@@ -45,6 +48,30 @@ class DerivedSystem(System):
                 f"returns {', '.join(one.gives)}"
             )
             object.__setattr__(self, one.name, driver_of(getattr(self, one.name), about))
+        numbers = self.derivation.model.numbers
+        values = {one.symbol: sp.Float(getattr(self, str(one.symbol))) for one in numbers}
+        refuse_impossible_bodies(self.derivation, values)
+
+    @of_instance
+    def solve(
+        self, t_span: Any = None, y0: Any = None, method: Any = "RK45", project=None, **options: Any
+    ):
+        """As `System.solve`; a start without direction is refused, contacts that pull warned of."""
+        self.refuse_coincidence(t_span, y0)
+        result = super().solve(t_span, y0, method, project, **options)
+
+        def values(names, points):
+            t, y = result.t[points], np.asarray(result.y)[:, points]
+            return {name: self.along(self.quantities[name], t, y) for name in names}
+
+        warn_of_pull(result, values)
+        return result
+
+    def refuse_coincidence(self, t_span, y0):
+        """Refuse a start at which a spring has no direction."""
+        if self.lengths is not None:
+            w = self.initial_state() if y0 is None else y0
+            refuse_coincidence(self, 0.0 if t_span is None else t_span[0], w)
 
     def initial_state(self):
         """State at t = 0, on the constraints; ValueError if what is given violates them."""
@@ -85,6 +112,8 @@ def system_of(derivation, kind=DerivedSystem):
         "states": _states(model),
     }
     space["rhs"] = staticmethod(writer.rhs())
+    lengths = [derivation.plain(one) for one in model.lengths]
+    space["lengths"] = staticmethod(writer.numbers("lengths", lengths)) if lengths else None
     for one in model.numbers:
         declare = initial if one.initial else parameter
         name = str(one.symbol)

@@ -58,9 +58,21 @@ class Solution:
         return self.xe
 
     def __iter__(self):
+        names = _names_on_the_left(sys._getframe(1))
+        if names > 2 and self.ye is None:
+            raise ValueError(
+                f"{self.solver} has two outputs here, t and y, for {names} names: te, ye and ie "
+                "need the option Events, odeset('Events', events)."
+            )
         t, y = self._output(self)
         found = (t, y) if self.ye is None else (t, y, self.xe, self.ye.T, self.ie)
-        return iter(found[: _names_on_the_left(sys._getframe(1)) or None])
+        return iter(found[: names or None])
+
+    def __getitem__(self, index):
+        raise TypeError(
+            f"a solution has no entry {index!r}: write `t, y = {self.solver}(...)`, or take its "
+            "parts by name, `sol.x` and `sol.y`."
+        )
 
     def joined(self, later):
         """This solution and one that begins where it ends, as one."""

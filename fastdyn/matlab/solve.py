@@ -27,6 +27,8 @@ NOT_HERE = {
 }
 COLUMN = "`fun` returned a column"  # what a solve says of one
 
+EXCLUSIVE_OR = ("bitwise_xor", "for ^")  # what a TypeError says of y^3
+
 
 class Solver(NamedTuple):
     """One of MATLAB's solvers: the method that solves in its place, Refine, and what it takes."""
@@ -44,11 +46,22 @@ def solve(solver, fun, tspan, y0, options):
         raise TypeError(f"`odefun` must be a function of (t, y); got {fun!r}.")
     options = options_of(solver, options)
     times, y0 = _times(tspan), _state(y0)
+    if np.size(options.get("AbsTol", 0.0)) not in (1, len(y0)):
+        raise ValueError(
+            f"AbsTol must be one number, or one for each of the {len(y0)} components of y0; got "
+            f"{np.size(options['AbsTol'])}."
+        )
     try:
         return _solved(solver, fun, times, y0, options)
     except ValueError as error:
         if COLUMN not in str(error):
             raise
+    except TypeError as error:
+        if not any(sign in str(error) for sign in EXCLUSIVE_OR):
+            raise
+        raise TypeError(
+            f"{error}: in Python `^` is the exclusive or of whole numbers; a power is y**3."
+        ) from error
     return _solved(solver, _as_a_row(fun), times, y0, options)
 
 

@@ -104,9 +104,13 @@ def test_springs_dampers_carts_and_lines_are_drawn():
     board.gravity(-10 * j)
     board.start(x=0.5, th=1.0)
     scene = scenes(board.derive().system())[0]
-    assert len(scene.bodies) == 1 and len(scene.lines) == 4  # rod, spring, damper, line
+    assert len(scene.bodies) == 1 and len(scene.lines) == 5  # rod, spring, damper, line, floor
     ends = {tuple(np.round([line[0][0], line[0][-1]], 9)) for line in scene.lines}
-    assert (-3.0, 0.5) in ends and (-3.0, 3.0) in ends
+    assert (-3.0, 3.0) in ends  # the rail; spring and damper end at the side of the cart
+    side, foot = round(float(min(scene.bodies[0][0])), 9), min(scene.bodies[0][1])
+    assert (-3.0, side) in ends and side < 0.5
+    assert (0.5, 0.0) in scene.points  # the pivot of the rod
+    assert np.allclose(scene.lines[-1][1], foot)
     with pytest.raises(ValueError, match="two points or more"):
         board.line(i)
 
@@ -141,3 +145,62 @@ def test_an_import_of_derive_brings_neither_scipy_nor_matplotlib():
     script = f"import sys; import fastdyn.derive; print({heavy})"
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert found.stdout.strip() == "set()", found.stderr
+
+
+def test_a_wheel_that_rolls_leaves_the_trail_of_its_rim_on_a_slope():
+    board = Model("wheel", t_end=3.0)
+    x, th = board.coordinates("x th", "m rad")
+    m, g, R = board.parameters(m=(1.0, "kg"), g=(9.81, "m/s²"), R=(0.3, "m"))
+    d, n = (4 * i - 3 * j) / 5, (3 * i + 4 * j) / 5
+    board.body(m, x * d + R * n, m * R**2 / 2, -th).rolls(d, at=x * d)
+    board.gravity(-g * j)
+    system = board.lagrange().system()
+    drawn = scenes(system, 400)
+    trail = np.array([scene.traced for scene in drawn])
+    assert drawn[0].note == ""
+    assert np.diff(trail @ [0.8, -0.6]).min() > -1e-3  # a cycloid: cusps, no loops
+    assert (trail @ [0.6, 0.8]).min() > -1e-9 and (trail @ [0.6, 0.8]).max() < 0.6 + 1e-9
+    slope = np.array(drawn[0].lines[-1])
+    assert np.allclose(np.array([0.6, 0.8]) @ slope, 0.0, atol=1e-9)
+    (path, *_) = system.plot((0, 3)).axes[0].lines
+    assert len(path.get_xdata()) > 800  # eight turns, each round
+
+
+def crank():
+    board = Model("crank")
+    th, ph, x = board.coordinates("th ph x", "rad rad m")
+    m, a, b, g = board.parameters(m=(1.0, "kg"), a=(0.5, "m"), b=(1.5, "m"), g=(9.81, "m/s²"))
+    e, f = cos(th) * i + sin(th) * j, cos(ph) * i + sin(ph) * j
+    board.body(m, a / 2 * e, m * a**2 / 12, th, "crank")
+    board.body(m, a * e + b / 2 * f, m * b**2 / 12, ph, "rod")
+    board.particle(2 * m, x * i, "piston")
+    gap = a * e + b * f - x * i
+    board.constrain(gap[0])
+    board.constrain(gap[1])
+    board.gravity(-g * j)
+    board.start(th=0.5, vth=8.0)
+    board.guess(x=1.9, ph=-0.1)
+    return board.lagrange().system()
+
+
+def test_a_rod_that_is_a_body_is_drawn_once():
+    scene = scenes(crank())[0]
+    assert len(scene.bodies) == 3 and len(scene.lines) == 1  # the floor of the piston
+
+
+def test_earlier_positions_do_not_lie_on_top_of_each_other():
+    from fastdyn.derive.picture.figure import _apart
+
+    run = crank().solve((0.0, 8.0), rtol=1e-8)
+    t = np.linspace(0.0, 8.0, 500)
+    drawn = run.system.scenes(t, run.continuous()(t))
+    chosen = _apart(drawn)
+    assert chosen[-1] == len(drawn) - 1 and len(chosen) >= 4
+    pins = np.array([np.mean(drawn[n].bodies[0], axis=1) for n in chosen])
+    gaps = np.linalg.norm(pins[:, None] - pins[None], axis=2)
+    assert gaps[~np.eye(len(pins), dtype=bool)].min() > 0.05  # the crank's centre, at 0.25 m
+
+
+def test_bodies_in_space_are_filled():
+    figure = derived("heavy_top")().plot((0.0, 0.2))
+    assert len(figure.axes[0].collections) == 1

@@ -89,7 +89,7 @@ def test_numbers_that_nothing_uses_are_warned_of():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert board.lagrange()
-    board.parameters(c=(1.0, "kg/s"))
+    board.parameters(c=(1.0, "kg/m"))
     with pytest.warns(UserWarning, match="`c` of plate is used nowhere"):
         board.lagrange()
     body.drag(board.numbers[-1].symbol)

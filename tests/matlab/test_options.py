@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fastdyn.matlab import odeget, odeset
+from fastdyn.matlab import ode45, odeget, odeset
 from fastdyn.matlab.options import NAMES, full_name
 
 
@@ -45,3 +45,19 @@ def test_later_options_rule_and_empty_ones_reset():
 def test_wrong_options_get_a_sentence(given, error, sentence):
     with pytest.raises(error, match=sentence):
         odeset(*given)
+
+
+def test_what_is_written_as_in_matlab_and_differs_gets_a_sentence():
+    def decay(t, y):
+        return -y
+
+    with pytest.raises(TypeError, match=r"`\^` is the exclusive or .*; a power is y\*\*3"):
+        ode45(lambda t, y: -(y ^ 3), [0, 1], [1.0])
+    with pytest.raises(TypeError, match=r"a power is y\*\*3"):
+        ode45(lambda t, y: [-(y[0] ^ 3)], [0, 1], [1.0])
+    with pytest.raises(ValueError, match=r"AbsTol must be one number, .* 2 components .*; got 3"):
+        ode45(decay, [0, 1], [1.0, 2.0], odeset("AbsTol", [1e-3, 1e-4, 1e-5]))
+    with pytest.raises(TypeError, match=r"no entry 0: write `t, y = ode45\(...\)`"):
+        ode45(decay, [0, 1], [1.0])[0]
+    with pytest.raises(ValueError, match=r"for 5 names: .* need the option Events"):
+        _t, _y, _te, _ye, _ie = ode45(decay, [0, 1], [1.0])

@@ -118,6 +118,12 @@ def determined(derivation):
             f"The equations of {name} contradict each other: {among}. A reaction is missing there, "
             "or a constraint is too many."
         )
+    for one, column in zip(derivation.motion.q, matrix.T, strict=False):
+        if not column.any():
+            raise ValueError(
+                f"Nothing moves with the coordinate `{one}` of {name}: no body with a mass and no "
+                "constraint has it. Leave it out."
+            )
     if ranks[best] < len(unknowns):
         loose = _undetermined(derivation, matrix)
         raise ValueError(

@@ -9,13 +9,23 @@ import sympy as sp
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.derive.notation import now
 
+from .reactions import of_wrong_reactions
+from .units import of_other_units
+
 EXACT = 1e-9  # of its largest part, the rest of a condition of integrability
 
 
 def warn_of_traps(derivation):
     """Warn of numbers that nothing uses, and of positions that the start alone decides."""
-    for sentence in [*_unused(derivation.model), *_unplaced(derivation)]:
+    for sentence in _sentences(derivation):
         warnings.warn(sentence, stacklevel=levels_inside())
+
+
+def _sentences(derivation):
+    yield from _unused(derivation.model)
+    yield from of_other_units(derivation)
+    yield from of_wrong_reactions(derivation)
+    yield from _unplaced(derivation)
 
 
 def _unused(model):
@@ -44,14 +54,28 @@ def _unplaced(derivation):
     motion, model = derivation.motion, derivation.model
     start = dict(zip(derivation.start.names, derivation.start.default, strict=True))
     for one in derivation.held:
-        if one.position is None and _is_rate(derivation, one):
+        rolling = next((c.rolling for c in model.constraints if c.name == one.name), None)
+        if one.position is None and not _turns(one, rolling, derivation):
+            if not _is_rate(derivation, one):
+                continue
             names = [q for q, a in zip(motion.q, one.row, strict=True) if a != 0]
             places = ", ".join(f"{q} = {start[str(q)]:g}" for q in names)
+            advice = "`slides` takes `through=`, a point of the surface; `constrain` the position"
+            if rolling is not None:
+                advice = "`constrain` the place of the wheel across the ground instead"
             yield (
                 f"The constraint `{one.name}` of {model.name} is the rate of a position, which "
-                f"it keeps as it starts, {places}, wherever that is. Give the position: `slides` "
-                "takes `through=`, a point of the surface; `constrain` the position itself."
+                f"it keeps as it starts, {places}, wherever that is. Give the position: {advice}."
             )
+
+
+def _turns(held, rolling, derivation):
+    """Whether a constraint ties the angle of what rolls, which may begin anywhere."""
+    if rolling is None or not rolling.rigid:
+        return False
+    angles = [derivation.plain(angle) for angle, _ in rolling.rotation.turns]
+    turning = set().union(*(one.free_symbols for one in angles))
+    return any(q in turning and a != 0 for q, a in zip(derivation.motion.q, held.row, strict=True))
 
 
 def _is_rate(derivation, held):

@@ -4,6 +4,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.derive.checks.given import refuse_negative
+from fastdyn.derive.checks.runs import warn_of_pull
 from fastdyn.derive.system import DerivedSystem
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.solve.phases import solve_phases
@@ -28,6 +30,11 @@ class RubbingSystem(DerivedSystem):
     def __init_subclass__(cls, **options):
         super().__init_subclass__(**options)
         cls.made = {}
+
+    def __post_init__(self):
+        super().__post_init__()
+        for one in self.derivation.model.contacts:
+            refuse_negative(f"at {one.name} of the {self.name}", *self._coefficients(one))
 
     @of_instance
     def solve(
@@ -57,6 +64,7 @@ class RubbingSystem(DerivedSystem):
         """
         if callable(project):
             raise ValueError(f"`project` of the {self.name} is its own: True or False.")
+        self.refuse_coincidence(t_span, y0)
         options = completed(self, method, options)
         t_span = span(self, t_span)
         w = np.array(start(self, t_span[0], y0, project), float)
@@ -69,6 +77,7 @@ class RubbingSystem(DerivedSystem):
         again = asked(found, t_span, y0, method, project, given)
         result = RubbingResult(_narrowed(found, n), self.as_started(t_span[0], y0), again)
         object.__setattr__(result, "ways", [run.ways[name] for name, *_ in found.phases])
+        warn_of_pull(result, result.at_points)
         return result
 
     @of_instance
@@ -80,11 +89,15 @@ class RubbingSystem(DerivedSystem):
 
     def rough(self, contact):
         """Whether a contact has friction, with these parameters."""
+        return any(one != 0 for one in self._coefficients(contact))
+
+    def _coefficients(self, contact):
+        """Coefficients of friction of a contact, with these parameters."""
         numbers = {
             one.symbol: getattr(self, str(one.symbol)) for one in self.derivation.model.numbers
         }
         both = contact.friction, contact.static
-        return any(self.derivation.plain(one).xreplace(numbers) != 0 for one in both)
+        return [self.derivation.plain(one).xreplace(numbers) for one in both]
 
     def mode(self, ways):
         """The `Mode` of some ways, made when it is first needed."""
@@ -151,13 +164,17 @@ class RubbingResult(SystemResult):
 
     def quantities(self):
         """As of any system, each phase by its own equations."""
-        found = {name: np.empty(len(self.t)) for name in self.system.quantities}
-        first = np.searchsorted([begin for _, begin, _ in self.phases[1:]], self.t, side="left")
+        return self.at_points(self.system.quantities, slice(None))
+
+    def at_points(self, names, points):
+        """Quantities of some names at some points of the run."""
+        t, y = self.t[points], np.asarray(self.y)[:, points]
+        found = {name: np.empty(len(t)) for name in names}
+        first = np.searchsorted([begin for _, begin, _ in self.phases[1:]], t, side="left")
         modes = [self.system.mode(ways) for ways in self.ways]
         for mode in set(modes):
             functions = mode.quantities
             here = np.isin(first, [n for n, one in enumerate(modes) if one is mode])
             for name in found:
-                y = np.asarray(self.y)[:, here]
-                found[name][here] = self.system.along(functions[name], self.t[here], y)
+                found[name][here] = self.system.along(functions[name], t[here], y[:, here])
         return found

@@ -6,7 +6,7 @@ board = Model("heavy_top", "Heavy symmetric top", t_end=5.0)
 phi, theta, psi = board.coordinates("phi theta psi", "rad")
 m, l, g = board.parameters(m=(1.0, "kg"), l=(0.1, "m"), g=(9.81, "m/s²"))
 A, C = board.parameters(
-    A=(0.002, "kg m²", "across, about the centre of mass"), C=(0.005, "kg m²", "about the axis")
+    A=(0.0025, "kg m²", "across, about the centre of mass"), C=(0.005, "kg m²", "about the axis")
 )
 tilt, spin = board.initial(tilt=(0.5, "rad"), spin=(100.0, "rad/s"))
 X, Y, Z = board.reactions("X Y Z")

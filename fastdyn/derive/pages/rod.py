@@ -14,7 +14,7 @@ N = board.reactions("N")
 along = cos(omega * t) * i + sin(omega * t) * j
 across = cross(k, along)
 block = board.particle(m, r * along, "block")
-block.slides(across, N, over=omega * r * across, friction=mu, along=along)
+block.slides(across, N, over=omega * r * across, friction=mu, along=along, guided=True)
 
 board.start(v=V)
 board.quantity("T", mu * N, "N", "friction force T")

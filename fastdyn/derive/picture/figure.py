@@ -10,6 +10,8 @@ from fastdyn.plot.needed import needed
 from fastdyn.plot.scene import frame
 
 GHOSTS = 7  # pictures of the system along its path
+NEAR = 0.15  # of the way of the system: pictures that are nearer lie on top of each other
+PER_STEP, BEND, MOST = (16, 64, 256), 0.2, 20_000  # points in a step, rad between them, points
 PANELS = 4
 
 
@@ -91,16 +93,15 @@ def _change(function, kept):
 
 def _picture(drawing, cell, result):
     """The system at several times, the last one in full."""
-    t, y = solution.curve(result)
-    scenes = result.system.scenes(t, y)
-    last, path = scenes[-1], np.array([scene.traced for scene in scenes], float)
+    t, scenes, path = _smooth(result)
+    last = scenes[-1]
     space = len(last.traced) == 3
     projection: Any = {"projection": "3d"} if space else {}
     axes: Any = drawing.add_subplot(cell, **projection)
     limits = frame(scenes)
     axes.set(**limits)
     axes.plot(*path.T, color=style.COLOURS[5], lw=1.4)
-    for n in np.linspace(0, len(scenes) - 1, GHOSTS).astype(int):
+    for n in _apart(scenes):
         full = n == len(scenes) - 1
         alpha = 1.0 if full else 0.15
         if space and not full:
@@ -112,6 +113,10 @@ def _picture(drawing, cell, result):
             axes.plot(*closed, color="0.3", lw=1.2, alpha=alpha)
             if full and not space:
                 axes.fill(*part, color=style.COLOURS[4])
+            elif full:
+                made = needed("mpl_toolkits.mplot3d.art3d").Poly3DCollection
+                about = {"facecolor": style.COLOURS[4], "alpha": 0.75}
+                axes.add_collection3d(made([np.column_stack(part)], **about), autolim=False)
         for part in scenes[n].points:
             axes.plot(*([x] for x in part), "o", color=style.COLOURS[0], ms=9, alpha=alpha)
     for part in last.fixed:
@@ -128,3 +133,41 @@ def _picture(drawing, cell, result):
     axes.locator_params(nbins=5)
     notes = [f"t = {t[-1]:.4g} s, and before", last.note]
     axes.set_title(", ".join(filter(None, notes)), loc="left", fontsize=12)
+
+
+def _smooth(result):
+    """Times, scenes and the trail, at so many points that the trail is round."""
+    t: Any
+    scenes: Any
+    path: Any
+    t = scenes = path = None
+    for per_step in PER_STEP:
+        t, y = solution.curve(result, per_step)
+        scenes = result.system.scenes(t, y)
+        path = np.array([scene.traced for scene in scenes], float)
+        steps = np.diff(path, axis=0)
+        least = 1e-9 * max(np.ptp(path, axis=0).max(), 1e-300)
+        steps = steps[np.linalg.norm(steps, axis=1) > least]
+        sizes = np.linalg.norm(steps, axis=1)
+        cosines = (steps[1:] * steps[:-1]).sum(axis=1) / (sizes[1:] * sizes[:-1])
+        bends = np.arccos(np.clip(cosines, -1.0, 1.0))
+        if not len(bends) or np.quantile(bends, 0.95) < BEND or len(t) > MOST:
+            break
+    return t, scenes, path
+
+
+def _apart(scenes):
+    """Numbers of scenes in which the system is elsewhere than in the others; the last one last."""
+    tried = np.unique(np.linspace(0, len(scenes) - 1, 12 * GHOSTS).astype(int))
+    places = np.array([
+        np.concatenate([np.nanmean(np.array(part, float).reshape(len(part), -1), axis=1) for part in
+                        (*scenes[n].bodies, *scenes[n].points, scenes[n].traced)])
+        for n in tried
+    ])  # fmt: skip
+    chosen = [len(tried) - 1]
+    off = np.linalg.norm(places - places[-1], axis=1)
+    least = NEAR * off.max()
+    while len(chosen) < GHOSTS and off.max() > least:
+        chosen.append(int(np.argmax(off)))
+        off = np.minimum(off, np.linalg.norm(places - places[chosen[-1]], axis=1))
+    return tried[np.sort(chosen)]

@@ -1,6 +1,7 @@
 """Facts of a model about its bodies: how they are held, their sizes and shapes."""
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,9 @@ class Known:
         self.view = view(states, self.gravity)
         self.joints = joints(self.bodies, states)
         self.held, self.radii = self._attached(states)
+        self.joints = [
+            one for one in self.joints if not (one.rod and self._is_body(one, states[0]))
+        ]
         self.carts = self._carts(states) if self.view.flat else []
         self.size = self._length(states)
         self.shapes = [self._shape(n) for n in range(len(self.bodies))]
@@ -57,6 +61,20 @@ class Known:
                     radii[body] = far[0]
         size = float(np.ptp([one.r for one in states], axis=0).max())
         return [_apart(one, size) for one in held], radii
+
+    def number(self, body) -> Any:
+        """The number of a body; None for the ground."""
+        return None if body is None else self.bodies.index(body)
+
+    def _is_body(self, rod, placed):
+        """Whether a rod lies between two points by which a body is held: that is drawn itself."""
+        ends = placed.of(rod.a, rod.at_a), placed.of(rod.b, rod.at_b)
+        close = 1e-6 * np.linalg.norm(ends[1] - ends[0])
+        for n, held in enumerate(self.held):
+            places = [placed.of(n, p) for p in held] if self.bodies[n].rigid else []
+            if all(any(np.linalg.norm(p - end) <= close for p in places) for end in ends):
+                return True
+        return False
 
     def _carts(self, states):
         """The bodies that move to and fro on a line, on springs or hinges: drawn as squares."""

@@ -1,6 +1,7 @@
 """The scenes of a derived system: what its model has, drawn in each state of a run."""
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,7 @@ class Picture(Known):
         tied = any(one.b is None for one in self.joints)
         tied |= any(p.body is None for one in self.drawn for p in one.points)
         tied |= any(one.kind == "surface" for one in self.drawn)
+        tied |= self.view.flat and any(self.radii)  # an enlarged rim would not roll
         if tied or not self.size > 0.0 or not self.view.flat:
             return 1
         return next((n for n in LARGER if n * self.size >= SMALL * reach), LARGER[-1])
@@ -60,11 +62,13 @@ class Picture(Known):
             if not one.rod and one.b is not None and self.bodies[one.a].rigid:
                 points.append(seen(placed.of(one.a, one.at_a)))
             if one.rod:
+                if one.b in self.carts:
+                    points.append(seen(placed.r[one.b]))
                 ends = placed.of(one.b, one.at_b), placed.of(one.a, one.at_a)
                 lines.append(seen(ends))
         fixed = [self.view(one.at_b) for one in self.joints if one.b is None]
         for n, one in enumerate(self.drawn):
-            lines += self._stroke(one, placed, n, seen, extent, larger)
+            lines += self._stroke(one, placed, n, seen, extent, larger, blocks)
             if one.kind in (*PULLS, "force"):
                 ends = zip(one.points, placed.points[n], strict=True)
                 fixed += [self.view(p) for point, p in ends if point.body is None]
@@ -87,7 +91,7 @@ class Picture(Known):
         particles = [n for n, body in enumerate(self.bodies) if not body.rigid]
         return tips[particles[-1]] if particles else tips[-1]
 
-    def _stroke(self, one, placed, n, seen, extent, larger):
+    def _stroke(self, one, placed, n, seen, extent, larger, blocks):
         points = placed.points[n]
         if one.kind == "line":
             return [seen(points)]
@@ -105,8 +109,14 @@ class Picture(Known):
         width = 0.09 * extent
         stroke, ends = strokes.coil if one.kind == "spring" else strokes.dashpot, (a, b)
         if len(same) > 1:
-            a, b = strokes.beside(a, b, 1.4 * width * (same.index(n) - 0.5 * (len(same) - 1)))
-        return [np.vstack([ends[0], stroke(a, b, width), ends[1]])]
+            a, b = strokes.beside(a, b, 1.2 * width * (same.index(n) - 0.5 * (len(same) - 1)))
+        boxes = [blocks.get(self.number(point.body)) for point in one.points]
+        first, last = ([end] if box is None else [] for end, box in zip(ends, boxes, strict=True))
+        if boxes[0] is not None:
+            a = strokes.outside(a, b, self.view(boxes[0]))
+        if boxes[1] is not None:
+            b = strokes.outside(b, a, self.view(boxes[1]))
+        return [np.vstack([*first, stroke(a, b, width), *last])]
 
     def _blocks(self, placed, extent):
         """The particles that slide on something, as squares on it: corners by body."""
@@ -129,8 +139,10 @@ class Picture(Known):
         return found
 
     def _surfaces(self, placed, extent):
-        """The lines on which particles slide, along all of the way: functions of `Placed`."""
-        found = []
+        """The lines on which bodies slide, roll or run, along all of the way, by `Placed`."""
+        found: list[Any] = [
+            functools.partial(_still, line) for line in self._floors(placed, extent)
+        ]
         for n, one in enumerate(self.drawn):
             if one.kind != "surface" or not self.view.flat:
                 continue
@@ -142,6 +154,31 @@ class Picture(Known):
             found.append(functools.partial(self._surface, n, ends, turns))
         return found
 
+    def _floors(self, placed, extent):
+        """The straight lines on which wheels roll, and carts run whose weight is across them."""
+        if not self.view.flat:
+            return []
+        ways = [
+            (0.0, [each.points[n][0] for each in placed])
+            for n, one in enumerate(self.drawn)
+            if one.kind == "edge" and self.radii[self.number(one.points[0].body)]
+        ]
+        down = self.view(self.gravity)
+        if down.any():
+            down, sunk = down / np.linalg.norm(down), self.gravity / np.linalg.norm(down)
+            for n in self.carts:
+                ways.append((1.0, [each.r[n] + 0.06 * extent * sunk for each in placed]))
+        found = []
+        for weight, way in ((weight, self.view(way)) for weight, way in ways):
+            middle = way.mean(axis=0)
+            _, sizes, axes = np.linalg.svd(way - middle, full_matrices=False)
+            straight = 0.0 < sizes[0] and sizes[-1] < 1e-6 * sizes[0] and len(sizes) == 2
+            if straight and weight * abs(axes[0] @ down) < 1e-6:
+                there = (way - middle) @ axes[0]
+                ends = np.array([there.min() - 0.15 * extent, there.max() + 0.15 * extent])
+                found.append(middle + np.outer(ends, axes[0]))
+        return found
+
     def _surface(self, n, ends, turns, placed):
         """The line of a surface in one state; it goes through the origin if it turns."""
         h, v = self.view(placed.across[n])
@@ -149,6 +186,10 @@ class Picture(Known):
         reach = np.abs(ends).max()
         ends = np.array([-reach, reach]) if turns else ends
         return (self.view(placed.points[n][0]) @ normal) * normal + np.outer(ends, along)
+
+
+def _still(line, _):
+    return line
 
 
 def picture(system):

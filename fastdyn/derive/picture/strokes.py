@@ -25,6 +25,18 @@ def beside(a, b, shift):
     return a + d, b + d
 
 
+def outside(a, b, corners):
+    """Where the line from a, inside a polygon of the plane, to b leaves the polygon; a if not."""
+    shares = [0.0]
+    for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        matrix = np.column_stack([b - a, p - q])
+        if abs(np.linalg.det(matrix)) > 1e-12 * np.abs(matrix).max() ** 2:
+            along, across = np.linalg.solve(matrix, p - a)
+            if 0.0 <= along <= 1.0 and 0.0 <= across <= 1.0:
+                shares.append(along)
+    return a + max(shares) * (b - a)
+
+
 def _laid(a, b, along, side):
     return a + np.outer(along, b - a) + np.outer(side, _sideways(a, b))
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
-from .units import in_unit, is_number, warn_of_degrees
+from .units import is_number, said_in_unit, warn_of_degrees
 
 
 class State(NamedTuple):
@@ -136,7 +136,7 @@ def checked(system, field, value):
     about = f"Parameter `{field.name}` of the {system} ({field.metadata['meaning']}, {unit})"
     if isinstance(value, str) and is_number(value):
         try:
-            value = in_unit(value, unit)
+            value = said_in_unit(f"`{field.name}` of the {system}", value, unit)
         except ValueError as error:
             raise ValueError(f"{about}: {error}") from None
     elif isinstance(value, bool) or not isinstance(value, numbers.Real):

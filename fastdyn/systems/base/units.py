@@ -47,6 +47,20 @@ def in_unit(text, unit):
     return value * known[given]
 
 
+def said_in_unit(about, text, unit):
+    """As `in_unit`, with the warning of an angle that has no unit and is beyond a full turn."""
+    value = in_unit(text, unit)
+    found = NUMBER.fullmatch(text)
+    if found and found[2] is None:
+        warn_of_degrees(about, value, unit)
+    return value
+
+
+def other_unit_of(unit):
+    """The unit in which fastdyn counts what is given in another one: "rad" for "deg"; or None."""
+    return next((own for own, others in FACTORS.items() if unit in others and unit != own), None)
+
+
 def warn_of_degrees(about, value, unit):
     """Warn of an angle beyond a full turn, which somebody means in degrees."""
     if unit == "rad" and abs(value) > TURN:

@@ -1,0 +1,87 @@
+"""Units as powers of kg, m, s and others, and as they are written."""
+
+import re
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+BASE = ("kg", "m", "s", "A", "K", "mol")
+NAMES = {  # factor to SI, then powers of the base
+    "1": (1.0,), "rad": (1.0,), "rev": (1.0,), "kg": (1.0, 1), "m": (1.0, 0, 1),
+    "s": (1.0, 0, 0, 1), "A": (1.0, 0, 0, 0, 1), "K": (1.0, 0, 0, 0, 0, 1),
+    "mol": (1.0, 0, 0, 0, 0, 0, 1), "N": (1.0, 1, 1, -2), "J": (1.0, 1, 2, -2),
+    "W": (1.0, 1, 2, -3), "Pa": (1.0, 1, -1, -2), "Hz": (1.0, 0, 0, -1), "C": (1.0, 0, 0, 1, 1),
+    "V": (1.0, 1, 2, -3, -1), "g": (1e-3, 1), "t": (1e3, 1), "mm": (1e-3, 0, 1),
+    "cm": (1e-2, 0, 1), "km": (1e3, 0, 1), "ms": (1e-3, 0, 0, 1), "min": (60.0, 0, 0, 1),
+    "h": (3600.0, 0, 0, 1), "kN": (1e3, 1, 1, -2), "kJ": (1e3, 1, 2, -2), "kW": (1e3, 1, 2, -3),
+    "MPa": (1e6, 1, -1, -2), "bar": (1e5, 1, -1, -2),
+}  # fmt: skip
+RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+WORD = re.compile(r"([A-Za-z]+|1)(?:\^|\*\*)?(-?\d+)?")
+
+
+class Dimension(NamedTuple):
+    """Powers of `BASE`, and the size of the unit in SI."""
+
+    powers: tuple
+    factor: float = 1.0
+
+    def times(self, other, power: Any = 1):
+        """The product with a power of another one."""
+        pairs = zip(self.powers, other.powers, strict=True)
+        powers = tuple(a + power * b for a, b in pairs)
+        return Dimension(powers, self.factor * other.factor ** float(power))
+
+    def agrees(self, other):
+        """Whether what is in one unit may be added to what is in the other."""
+        return self.powers == other.powers and abs(self.factor / other.factor - 1.0) < 1e-9
+
+    def __str__(self):
+        parts = {True: "", False: ""}
+        for name, power in zip(BASE, self.powers, strict=True):
+            if power:
+                raised = "" if abs(power) == 1 else _raised(abs(power))
+                parts[power > 0] += f" {name}{raised}"
+        above, below = parts[True].strip() or "1", parts[False].strip()
+        below = f"/({below})" if " " in below else f"/{below}" if below else ""
+        size = "" if abs(self.factor - 1.0) < 1e-9 else f"{self.factor:.6g} "
+        return f"{size}{above}{below}"
+
+
+NONE = Dimension((Fraction(0),) * len(BASE))
+
+
+def _raised(power):
+    if power.denominator > 1:
+        return f"^({power})"
+    return str(power).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def dimension_of(unit):
+    """The dimension of a unit as it is written, "kg m²" or "N s/m"; None for what is not known."""
+    text = unit.translate(RAISED).replace("·", " ").strip()
+    text = re.sub(r"(?<![*])\*(?![*])", " ", text)
+    above, *below = text.split("/")
+    found = _product(above)
+    for n, part in enumerate(below):
+        part = part.strip()
+        inside = part[1:-1] if part.startswith("(") and part.endswith(")") else part
+        if inside is part and " " in part:
+            return None  # N/m s may be either
+        divisor = _product(inside)
+        if found is None or divisor is None or (n and inside is not part):
+            return None
+        found = found.times(divisor, -1)
+    return found
+
+
+def _product(text):
+    """The product of the units in a text without a stroke."""
+    total, words = NONE, text.split()
+    for word in words:
+        match = WORD.fullmatch(word)
+        if not match or match[1] not in NAMES:
+            return None
+        factor, *powers = NAMES[match[1]]
+        powers = [*map(Fraction, powers), *[Fraction(0)] * (len(BASE) - len(powers))]
+        total = total.times(Dimension(tuple(powers), factor), Fraction(int(match[2] or 1)))
+    return total if words else None

@@ -1,0 +1,75 @@
+"""Numbers and units as a user gives them: finite, angles in radians, with a unit or without."""
+
+import math
+import numbers
+from typing import Any
+
+import sympy as sp
+
+from fastdyn.systems.base.units import (
+    is_number,
+    other_unit_of,
+    said_in_unit,
+    warn_of_degrees,
+)
+
+
+def refuse_degrees(name, unit):
+    """Refuse a unit of angles that is not the one in which sines and cosines take them."""
+    if own := other_unit_of(unit):
+        raise ValueError(
+            f"`{name}` is declared in {unit}, but angles are in radians here: declare `{name}` in "
+            f"{own}; its values may then be given as '45 {unit}'."
+        )
+
+
+def default_of(name, given, unit):
+    """The default of a number; TypeError or ValueError for what is none."""
+    refuse_degrees(name, unit)
+    if isinstance(given, str) and is_number(given):
+        return said_in_unit(f"The default of `{name}`", given, unit)
+    if isinstance(given, numbers.Real) and math.isfinite(given):
+        warn_of_degrees(f"The default of `{name}`", float(given), unit)
+        return float(given)
+    return None
+
+
+def component_of(name, given, unit):
+    """The start of a component of the state: an expression of numbers."""
+    if isinstance(given, str):
+        if not is_number(given):
+            raise ValueError(
+                f"The start of `{name}` is a number, with its unit if you like ('60 deg'), or an "
+                f"expression of declared numbers; got {given!r}."
+            )
+        return sp.sympify(said_in_unit(f"The start of `{name}`", given, unit))
+    value = sp.sympify(given)
+    if value.is_number:
+        if value.is_finite is False or not value.is_real:
+            raise ValueError(f"The start of `{name}` must be a finite number; got {given!r}.")
+        warn_of_degrees(f"The start of `{name}`", float(value), unit)
+    return value
+
+
+def refuse_negative(whose, *coefficients):
+    """Refuse coefficients of friction that are numbers below zero: such a friction drives."""
+    for one in map(sp.sympify, filter(None, coefficients)):
+        if one.is_number and one < 0:
+            raise ValueError(
+                f"A coefficient of friction {whose} is {float(one):g}; below zero the friction "
+                "would drive the body."
+            )
+
+
+def residual_of(constraint):
+    """What is zero: an expression, or the difference of the sides of an equation."""
+    expression: Any = sp.sympify(constraint)
+    if isinstance(expression, sp.Equality):
+        left, right = (side for side in expression.args)
+        return residual_of(left) - residual_of(right)
+    if not isinstance(expression, sp.Expr):
+        raise ValueError(
+            f"A constraint is an expression that is zero, or an equation Eq(a, b); got "
+            f"{constraint!r}."
+        )
+    return expression

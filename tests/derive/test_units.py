@@ -1,0 +1,140 @@
+"""Units that are declared count: angles in degrees, forces without their mass."""
+
+import math
+import warnings
+
+import pytest
+from sympy import sin
+
+from fastdyn import systems
+from fastdyn.derive import Model, i, j, t
+from fastdyn.derive.checks.dimensions import dimension_of
+from fastdyn.derive.pages import page
+
+
+@pytest.fixture
+def board():
+    board = Model("box")
+    board.x, board.th = board.coordinates("x th", "m rad")
+    board.m, board.g = board.parameters(m=(2.0, "kg"), g=(9.81, "m/s²"))
+    board.box = board.body(board.m, board.x * j, 1, board.th, "box")
+    return board
+
+
+def test_degrees_are_refused_as_the_unit_and_taken_in_values(board):
+    for declare in (
+        lambda: board.initial(a=(60, "deg")),
+        lambda: board.parameters(a=(60, "deg")),
+        lambda: board.coordinates("a", "deg"),
+        lambda: board.parameters(a=(33, "rpm")),
+    ):
+        with pytest.raises(ValueError, match=r"`a` is declared in .* angles are in radians"):
+            declare()
+    a = board.initial(a=("60 deg", "rad"))
+    board.start(th=a, vth="30 rpm", x="2 m")
+    assert board.lagrange().system().initial_state() == pytest.approx(
+        (2.0, math.pi / 3, 0.0, math.pi)
+    )
+
+
+def test_a_start_that_seems_to_be_in_degrees_is_warned_of(board):
+    for text in (60, "60"):
+        with pytest.warns(UserWarning, match="start of `th` is 60 rad, more than a full turn"):
+            board.start(th=text)
+    with pytest.warns(UserWarning, match="default of `a` is 60 rad"):
+        board.initial(a=(60, "rad"))
+    with pytest.warns(UserWarning, match="`angle` of the tower is 45 rad"):
+        systems.tower(angle="45")
+
+
+@pytest.mark.parametrize("wrong", ["60 grad", "V0", "1 cm", float("nan"), float("inf"), 1j])
+def test_a_start_that_is_no_number_is_refused(board, wrong):
+    with pytest.raises(ValueError, match=r"start of `x`|is not in m"):
+        board.start(x=wrong)
+
+
+def no_mass(board):
+    board.box.force(-board.g * j)
+
+
+def mass_twice(board):
+    board.gravity(-board.m * board.g * j)
+
+
+def a_length_for_an_angle(board):
+    board.box.force(board.m * board.g * sin(board.x) * i)
+
+
+def a_force_for_a_torque(board):
+    board.box.force(board.m * board.g * board.x * j)
+
+
+def stiffness_without_length(board):
+    board.spring(0, board.box, board.m * board.g, along=j)
+
+
+def a_sum_of_two_units(board):
+    board.constrain(board.x - board.g * board.m, "sum")
+
+
+def the_speed_for_the_place(board):
+    board.start(x=board.initial(V=(1.0, "m/s")))
+
+
+def centimetres(board):
+    board.box.force(board.m * board.g * board.x / board.parameters(l=(30.0, "cm")) * j)
+
+
+def a_quantity_of_another_unit(board):
+    board.quantity("power", board.m * board.g * board.x, "W")
+
+
+WRONG = {
+    no_mass: "A force on box of box is in m/s² where N is needed",
+    mass_twice: "gravity of box is in kg m/s² where m/s² is needed, an acceleration: fastdyn mult",
+    a_length_for_an_angle: "has sin of x, which is in m",
+    a_force_for_a_torque: "force on box of box is in kg m²/s² where N is needed",
+    stiffness_without_length: "energy of a spring, .* is in .* where J is needed|adds",
+    a_sum_of_two_units: "`sum` of box adds .*, in (kg m/s²|m), to ",
+    the_speed_for_the_place: "start of `x` of box is in m/s where m is needed",
+    centimetres: "A force on box of box is in 100 kg m/s² where N is needed",
+    a_quantity_of_another_unit: "quantity `power` of box is in kg m²/s² where W is needed",
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=lambda one: one.__name__)
+def test_units_that_do_not_agree_are_warned_of(board, wrong):
+    wrong(board)
+    with pytest.warns(UserWarning, match=WRONG[wrong]):
+        board.lagrange()
+
+
+def test_numbers_without_units_raise_no_alarm(board):
+    board.gravity(-9.81 * j)
+    board.box.force((-3 * board.x + 2 * sin(5 * t) + 1) * j - 0.5 * board.box.velocity())
+    board.box.force((board.m * board.g + sin(t)) * j + sin(board.th) * i)  # 1 N
+    board.spring(0, board.box, 100, 0.2, along=j)
+    k = board.parameters(k=(1.0, "lbf/ft"))
+    board.box.force(-k * board.x * j)
+    board.quantity("half", board.m * board.g / 2, "J")  # the number may have a unit
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        board.lagrange()
+
+
+def test_no_page_raises_an_alarm():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for name in ("projectile", "satellite", "suspension", "rod", "heavy_top", "building"):
+            page(name).derive()
+
+
+def test_units_are_read_as_they_are_written():
+    for one, other in (
+        ("N", "kg m/s²"), ("N m", "J"), ("N/m", "kg/s^2"), ("W", "N m s**-1"), ("1/s", "Hz"),
+        ("J/(kg K)", "m² s⁻² K⁻¹"), ("N*m", "N·m"), ("rad/s", "1/s"),
+    ):  # fmt: skip
+        assert dimension_of(one).agrees(dimension_of(other)), (one, other)
+    assert not dimension_of("cm").agrees(dimension_of("m"))
+    for unknown in ("", "smoots", "N/m s", "%"):
+        assert dimension_of(unknown) is None
