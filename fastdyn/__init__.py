@@ -58,8 +58,6 @@ __all__ = [
     "analysis", "at", "compare_drift", "constrained", "energy_drift", "every", "prepare",
     "solve_dae", "solve_ensemble", "solve_ivp", "solve_linear", "solve_phases",
     "solve_second_order", "solve_separable", "systems", "time_transformed",
-    "solve_ensemble", "solve_ivp", "solve_linear", "solve_phases", "solve_second_order",
-    "solve_separable", "systems", "time_transformed",
 ]  # fmt: skip
 
 

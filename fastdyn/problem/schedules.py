@@ -64,7 +64,7 @@ def at(times):
 
 
 def every(period, start=None):
-    """Make a schedule of the times ``start + k * period``, k = 0, 1, 2, ...
+    """Make a schedule of the times ``start + k * period``, k = 0, 1, 2, ..., as `at` of times.
 
     Parameters
     ----------
@@ -77,10 +77,6 @@ def every(period, start=None):
     Raises
     ------
     ValueError, TypeError
-
-    Notes
-    -----
-    See `at`.  The times are products, and carry no accumulated rounding.
     """
     period, start = _number("every", period), None if start is None else _number("start", start)
     if not period > 0.0:
@@ -227,6 +223,16 @@ def divided(events, options, t0, tf) -> tuple[Any, tuple, tuple]:
             plain.append((event, limit, direction))
             acting.append(jump)
     return plain, tuple(acting) if any(acting) else (), tuple(schedules)
+
+
+def checked(events, options, t0, tf):
+    """The result of `divided`; ValueError for a `callback` beside, and for a run without an end."""
+    found, on_event, scheduled = divided(events, options, t0, tf)
+    if (on_event or scheduled) and options.get("callback") is not None:
+        said = "`on_event`" if on_event else "a schedule"
+        raise ValueError(f"{said} and `callback` do not go together: a step has no one end.")
+    functions.endless(tf, found, options.get("max_steps"), scheduled)
+    return found, on_event, scheduled
 
 
 def segments(options, schedules, t0, tf):

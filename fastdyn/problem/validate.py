@@ -15,7 +15,6 @@ from fastdyn.compile.mode import Mode
 from fastdyn.kernels.methods import METHODS
 
 from . import jacobian, lsoda, mass, schedules, step_options
-from .events import endless
 from .option_names import advice_on
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
@@ -214,12 +213,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     """The Problem of a compiled method; the span and `y0` are already checked, and real."""
     span = abs(tf - t0)
     running = _running_options(options)
-    events, on_event, scheduled = schedules.divided(events, options, t0, tf)
-    if (on_event or scheduled) and running[-1] is not None:
-        said = "`on_event`" if on_event else "a schedule"
-        raise ValueError(f"{said} and `callback` do not go together: a step has no one end.")
-    if span == math.inf:
-        endless(tf, events, options.get("max_steps"), scheduled)
+    events, on_event, scheduled = schedules.checked(events, options, t0, tf)
     if method.error_order:
         warn_unused(options, ADAPTIVE | _own_options(method))
         rtol, atol = step_options.tolerances(
