@@ -13,6 +13,7 @@ from fastdyn.compile.callables.diagnostics import CompileWarning
 from fastdyn.kernels.algebra.constrained import constrained
 from fastdyn.kernels.algebra.linear import SingularMatrixError, solve_linear
 from fastdyn.kernels.methods import METHODS
+from fastdyn.problem.schedules import at, every
 from fastdyn.run.dense_output import OdeSolution
 from fastdyn.run.result import OdeResult
 from fastdyn.run.stiffness import StiffnessWarning
@@ -56,7 +57,8 @@ _LAZY = {  # name: module, imported when the name is first asked for
 __all__ = [
     "METHODS", "CompileWarning", "Fold", "OdeResult", "OdeSolution", "Phase", "Shared",
     "SingularMatrixError", "Stepper", "StiffnessWarning", "System", "Trajectories", "__version__",
-    "analysis", "compare_drift", "constrained", "energy_drift", "prepare", "reduce_index",
+    "analysis", "at", "compare_drift", "constrained", "energy_drift", "every", "prepare",
+    "reduce_index",
     "solve_dae", "solve_ensemble", "solve_ivp", "solve_linear", "solve_phases",
     "solve_second_order", "solve_separable", "systems", "time_transformed",
 ]  # fmt: skip

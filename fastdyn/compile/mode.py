@@ -38,6 +38,8 @@ class Mode:
         Whether the function is the residual of a DAE.
     sensitivities : bool
         Whether the function is the user's derivative extended by sensitivities.
+    saltation : bool
+        Whether the function is a change of the state extended by sensitivities.
     acts_at_events : bool
         Whether the function gives the state after an event, and may write to y.
     acts_on_state : bool
@@ -67,6 +69,7 @@ class Mode:
     entries: bool = False
     residual: bool = False
     sensitivities: bool = False
+    saltation: bool = False
     acts_at_events: bool = False
     acts_on_state: bool = False
     long_arrays: bool = False
@@ -89,7 +92,7 @@ class Mode:
     @property
     def compared(self):
         """Whether machine code is compared with the function at states of a solution."""
-        return not (self.constant or self.entries or self.sensitivities)
+        return not (self.constant or self.entries or self.sensitivities or self.saltation)
 
     def given(self, n):
         """(length of the user's y, shape of the user's result, number of zeros behind y).
@@ -139,6 +142,7 @@ CONSTANT = _mode("constant", constant=True)
 COMPLEX_NUMBERS = _mode("complex", complex_numbers=True, long_arrays=True)
 COMPLEX_EVENT = _mode("complex event", complex_numbers=True, one_number=True)
 SENSITIVITIES = _mode("variational", sensitivities=True)
+SALTATION = _mode("saltation", argument="on_event", saltation=True)
 MOMENTS: dict[tuple, Mode] = {
     moments: _mode(" ".join(moments), moments=moments)
     for moments in (("mean",), ("rms",), ("mean", "rms"))

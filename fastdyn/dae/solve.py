@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fastdyn.compile.bind import or_in_python
 
 from .index import HighIndexError
@@ -99,7 +101,7 @@ def solve_dae(
     """
 
     def reduced(method):
-        held = held_components(given, len(y0))
+        held = held_components(given, np.size(y0))
         return solve_reduced(
             F, t_span, y0, yp0, method, t_eval, dense_output, events, args, held, **options
         )  # fmt: skip
@@ -116,7 +118,7 @@ def solve_dae(
     try:
         return or_in_python(solve)
     except HighIndexError as found:
-        if method is not None or len(y0) > LARGEST:
+        if method is not None or np.size(y0) > LARGEST:
             raise
         reason = found
     try:

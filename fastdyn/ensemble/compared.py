@@ -10,6 +10,7 @@ from fastdyn.kernels.state.record import FINISHED, Y
 from fastdyn.run.functions import compared
 from fastdyn.run.solve_problem import run_of
 
+from .times import of_member
 from .workers import functions_of
 
 FEW = 4  # trajectories that are compared
@@ -80,7 +81,7 @@ def _compare_alone(ensemble, results, i, bound):
     """
     p, members = ensemble.problem, ensemble.members
     most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
-    p = p._replace(y0=start, args=members.args(i), compile="shared")
+    p = of_member(p, members, i)._replace(y0=start, args=members.args(i), compile="shared")
     run, ends = run_of(p._replace(max_steps=min(p.max_steps, most))), []
     if any(each.callback for each in run.bounds) or results.status[i] != FINISHED:
         return

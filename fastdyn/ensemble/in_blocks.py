@@ -55,6 +55,11 @@ class _Here(Executor):
 def in_blocks(ensemble, client, store, block, threads, options):
     """Results for all members, and ``solve(bar)``, which fills them; see `solve_ensemble`."""
     e, p = ensemble, ensemble.problem
+    if p.schedules:
+        raise ValueError(
+            "schedules (`at`, `every`) are for ensembles on the threads of this process: without "
+            "`client` and `store`."
+        )
     executor, n_waiting = executor_of(client)
     header = description(e, e.members.first)
     n = e.members.n // reductions.n_copies(e.wanted)

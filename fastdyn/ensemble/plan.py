@@ -14,9 +14,10 @@ from fastdyn.problem import validate
 from fastdyn.problem.complex_states import REFUSED, on_pairs
 from fastdyn.problem.members import Members
 from fastdyn.problem.option_names import refuse_unknown
+from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.problem.second_order_and_pairs import check_second_order
 
-from . import reductions
+from . import reductions, times
 
 SIMD = ("auto", True, False)
 OWN = {"t_eval", "events", "reduce", "threads", "progress", "simd", "client", "store", "block"}
@@ -39,14 +40,14 @@ def sizes(ensemble):
     members, p, wanted = ensemble.members, ensemble.problem, ensemble.wanted
     n_times = 0 if p.t_eval is None else len(p.t_eval)
     return (
-        members.count, members.n, n_times, len(p.events or ()),
+        members.count, members.n, n_times, len(p.events or ()) + len(p.schedules),
         reductions.extrema(wanted), "first_event" not in wanted, len(reductions.folds(wanted)),
     )  # fmt: skip
 
 
 def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options):
     """The arguments of `solve_ensemble` as an Ensemble, its functions compiled."""
-    wanted = reductions.wanted(reduce, events)
+    wanted = reductions.wanted(reduce, listed(events, options))
     ours = validate.method_named(method)
     if ours is None:
         raise ValueError(f"`method={method!r}` is SciPy's; ensembles take fastdyn's own methods.")
@@ -64,6 +65,8 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
         raise ValueError("`y0` has no components.")
     usual = members.y0[members.finite]
     smallest = abs(usual).min(axis=0) if len(usual) else np.ones(members.n)
+    events, members.times = times.common(events, options, t0, tf, members.count)
+    options = {name: value for name, value in options.items() if name not in SHORTHANDS}
     mode, n = COMPLEX_NUMBERS if members.complex else DERIVATIVE, members.n
     if ours.second_order and not members.complex:
         mode, n = ACCELERATION, members.n // 2
@@ -75,7 +78,9 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
         problem = validate.problem(
             fun, t0, tf, smallest, ours, t_eval, False, events, members.first, mode, options
         )
-    if problem.on_event:
+    acts = problem.on_event or any(each.jump is not None for each in problem.schedules)
+    begins_anew = not ours.error_order and (acts or problem.schedules)
+    if acts or begins_anew:
         reductions.check_jumps(wanted)
     if moments := reductions.moments(wanted):
         problem = reductions.extended(problem, moments, members)
@@ -88,8 +93,8 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     vector, reason = None, "`simd` is False"
     if simd is not False:
         try:
-            if problem.on_event and not ours.error_order:
-                raise Uncompilable("constant steps begin anew after each jump of `on_event`")
+            if begins_anew:
+                raise Uncompilable("constant steps begin anew after each jump and scheduled time")
             if members.complex:
                 raise Uncompilable("complex states have no form for vectors")
             vector, reason = _vector_kernel(problem, members, wanted)

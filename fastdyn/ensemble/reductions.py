@@ -8,6 +8,7 @@ import numpy as np
 from fastdyn.compile.mode import MOMENTS as OF_MOMENTS
 from fastdyn.kernels.output.extrema import MAX, MIN, T_MAX, T_MIN
 from fastdyn.problem.events import of_own
+from fastdyn.problem.schedules import in_order
 
 EXTREMA = {"max": MAX, "max_time": T_MAX, "min": MIN, "min_time": T_MIN}
 MOMENTS = ("mean", "rms")
@@ -153,7 +154,11 @@ def value(item, results, trajectories):
     if name == "final":
         return trajectories.y_end
     if name == "first_event":
-        return results.t_first
+        p = trajectories._problem
+        if not p.schedules:
+            return results.t_first
+        n, m = len(p.events), len(p.schedules)
+        return results.t_first[:, in_order(range(n), p.schedules, range(n, n + m))]
     if name in EXTREMA:
         return results.best[:, EXTREMA[name], :n]
     span = (trajectories.t_end - trajectories.t_start)[:, None]

@@ -74,7 +74,8 @@ def solve_ensemble(
         Trajectories in a block.
     **options
         `rtol`, `atol`, `max_step`, `first_step`, `step`, `max_steps`, `breakpoints`, `project`,
-        `on_event`, `on_interrupt`, as in `solve_ivp`.
+        `on_event`, `at`, `every`, `on_interrupt`, as in `solve_ivp`.  Schedules of
+        ``fastdyn.at(rows)`` among the events have times of each trajectory.
 
     Returns
     -------

@@ -17,6 +17,8 @@ from fastdyn.run.outcome import SENTENCES as IN_WORDS
 from fastdyn.run.outcome import SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.solve_problem import run_of
 
+from .times import of_member
+
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's status; -1 for every failure
 
 
@@ -37,7 +39,8 @@ def what_raised(members, problem, i):
 
     Raises GaveUp if only the compiled function raised.
     """
-    p = problem._replace(y0=members.state(i), args=members.args(i), compile="shared")
+    p = of_member(problem, members, i)
+    p = p._replace(y0=members.state(i), args=members.args(i), compile="shared")
     try:
         run_of(p).solve(p.y0)
     except GaveUp:

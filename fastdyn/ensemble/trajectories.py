@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.kernels.methods.method import ON_PAIRS
+from fastdyn.problem.schedules import in_order
 from fastdyn.run.result import OdeResult
 
 from . import reductions
@@ -97,8 +98,10 @@ class Trajectories:
     @property
     def event_names(self):
         """Names of the event functions."""
-        events = [event for event, _, _ in self._problem.events or ()]
-        return [getattr(event, "__name__", f"event {i}") for i, event in enumerate(events)]
+        p = self._problem
+        names = [getattr(e, "__name__", None) for e, _, _ in p.events or ()]
+        names = in_order(names, p.schedules, ["schedule"] * len(p.schedules))
+        return [name or f"event {i}" for i, name in enumerate(names)]
 
     @property
     def status(self):
@@ -198,7 +201,10 @@ class Trajectories:
         t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])
         y = np.concatenate([y for _, _, y in found] or [np.empty((0, n))])
         times, states = [], []
-        for k in range(len(self._problem.events)):
+        p = self._problem
+        n_functions = len(p.events)
+        behind = range(n_functions, n_functions + len(p.schedules))
+        for k in in_order(range(n_functions), p.schedules, behind):
             mine = where[:, 1] == k
             order = np.argsort(where[mine, 0], kind="stable")
             ends = np.searchsorted(where[mine, 0][order], np.arange(1, len(self)))

@@ -12,12 +12,12 @@ from fastdyn.compile.taylor.steps.accuracy import order_of_many
 from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.ensemble import arguments, scheduler
 from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
-from fastdyn.kernels.output.arguments import OUTPUT
+from fastdyn.kernels.output.arguments import OUTPUT, SCHEDULES
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time
-from fastdyn.run.begin import begin, event_table
+from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices.layouts import full_matrices
 from fastdyn.run.output import OUTPUT_RECORD
@@ -33,6 +33,8 @@ from fastdyn.specialise.scalar import (
 )
 from fastdyn.specialise.series import series_kernel
 from fastdyn.specialise.signatures import kernel_of
+
+from .times import of_members
 
 ROOM = 256  # least number of events for which the first piece of `found` has room
 
@@ -66,15 +68,16 @@ class Worker:
         width, n_events = vector.width if vector else 1, len(p.events or ())
         state, work = begin(p)
         places = self._bind(p, members, folds)
+        scheduled = of_members(schedule_table(p, self.bounds[1:]), members)
         at_events = n_events > 0 and vector is not None and vector.watches
         at_folds = len(folds) > 0 and vector is not None and vector.accumulates
         self.record = self._record(p, vector, results, at_events, at_folds, folds)
         task = arguments.Task(
             self._addresses(p, vector), results.queue, self.record, state,
             OUTPUT_RECORD(
-                0, results.extrema, 0, 0, 0, 0, 0, 0, bool(p.on_event), p.method.series, p.t0
+                0, results.extrema, 0, 0, 0, 0, 0, 0, jumps_at_once(p), p.method.series, 1, p.t0
             ),
-            members.words, members.y0,
+            members.words, members.y0, scheduled,
         )  # fmt: skip
         rows = N_FIELDS + n_events * at_events + len(folds) * at_folds
         lanes = self._lanes(p, members, vector, work, rows)
@@ -82,13 +85,15 @@ class Worker:
         block = self.bounds[0].block
         single = arguments.Single(work, block, _table(places), np.empty((2, n)), extended)
         e_room = n_events * p.method.events_at_once * (1 if vector else 8)
+        if p.schedules:  # which act at the start of a trajectory, and behind a step
+            e_room += n_events * p.method.events_at_once + 2 * len(p.schedules)
         room = arguments.Room(
             np.empty(0 if p.t_eval is None else len(p.t_eval)),
             np.empty((1, p.method.n_dense + 1, n)), np.empty((1, 2)),
             np.empty(0) if p.t_eval is None else p.t_eval.astype(float), p.segments,
             np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
         )  # fmt: skip
-        self._room, self._n = max(ROOM, width * e_room) if n_events else 0, n
+        self._room, self._n = max(ROOM, (width + 1) * e_room) if e_room else 0, n
         self._piece = self._new_piece()
         done = arguments.Results(*(getattr(results, name) for name in arguments.Results._fields))
         given = task, lanes, single, room, done, self._piece
@@ -152,6 +157,7 @@ class Worker:
         return arguments.Lanes(
             np.zeros((rows, width)), many, block, _table(places), np.full(width, arguments.IDLE),
             np.zeros(width, STATE), np.zeros(width, OUTPUT), np.repeat(events[None], width, axis=0),
+            np.zeros((width, len(p.schedules)), SCHEDULES),
         )  # fmt: skip
 
     def _folds(self, folds):

@@ -2,10 +2,11 @@
 
 import functools
 import math
+from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.mode import COMPLEX_EVENT, DERIVATIVE, EVENT, JUMP, MATRIX
+from fastdyn.compile.mode import COMPLEX_EVENT, DERIVATIVE, EVENT, JUMP, MATRIX, SALTATION
 
 AS_GIVEN = "__fastdyn_event__"  # marks an event function of the first components of a longer state
 
@@ -31,14 +32,17 @@ def event_list(events):
     return checked
 
 
-def acting(on_event, events):
+def acting(on_event, events) -> tuple[Any, tuple]:
     """Checked events, and for each its function of `on_event` or None; () without `on_event`.
 
     ``terminal = True`` of an event that changes the state does not end the run; a number does.
     """
     if on_event is None:
         return events, ()
-    jumps = (on_event,) if callable(on_event) else tuple(on_event)
+    try:
+        jumps = (on_event,) if callable(on_event) else tuple(on_event)
+    except TypeError:
+        jumps = (on_event,) * len(events or ())  # refused below
     if len(jumps) != len(events or ()):
         raise ValueError(
             f"`on_event` must have a function, or None, for each event: it has {len(jumps)}, and "
@@ -62,9 +66,13 @@ def _unless_true(event, jump):
     return function, limit, direction
 
 
-def endless(tf, events, max_steps):
+def endless(tf, events, max_steps, schedules=()):
     """Refuse an infinite span if neither an event nor `max_steps` ends the run."""
-    if math.isinf(tf) and max_steps is None and not any(e[1] for e in events or ()):
+    if (
+        math.isinf(tf)
+        and max_steps is None
+        and not (any(e[1] for e in events or ()) or any(each.limit for each in schedules))
+    ):
         raise ValueError(
             f"`t_span` ends at {tf} and nothing stops the run before: "
             "give a terminal event or `max_steps`."
@@ -76,7 +84,9 @@ def between_steps(problem):
     p = problem
     event_mode = COMPLEX_EVENT if p.mode.complex_numbers else EVENT
     functions = [(event, event_mode) for event, _, _ in p.events or ()]
-    functions += [(jump, JUMP) for jump in p.on_event if jump is not None]
+    jumps = [*p.on_event, *[each.jump for each in p.schedules]]
+    changes = SALTATION if p.mode.sensitivities else JUMP
+    functions += [(jump, changes) for jump in jumps if jump is not None]
     if p.project is not None:
         functions.append((p.project, DERIVATIVE))
     if p.jac is not None:

@@ -90,6 +90,7 @@ class Members:
     """
 
     def __init__(self, y0, args):
+        self.times: dict = {}  # times of schedules that differ, see ensemble/times.py
         states = _states(y0)
         self.complex = states.dtype.kind == "c"
         states = states.view(float) if self.complex else states

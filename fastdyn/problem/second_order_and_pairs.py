@@ -16,7 +16,7 @@ from fastdyn.compile.callables.compiled import Function
 from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
 from fastdyn.compile.python_callback import derivative, evaluate
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.variational import bind_variational
+from fastdyn.compile.variations.variational import bind_variational
 from fastdyn.kernels.calls import block as words
 from fastdyn.kernels.calls.block import FAULT, WORDS_OF_PAIR
 from fastdyn.kernels.methods import METHODS

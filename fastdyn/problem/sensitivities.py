@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.mode import SENSITIVITIES, Mode
+from fastdyn.compile.mode import JUMP, SENSITIVITIES, Mode
 from fastdyn.compile.python_callback import evaluate
 
 from .events import of_own
 
 START, ARGUMENTS = "y0", "args"
-REFUSED = ("project", "on_event", "callback", "checkpoint")
+REFUSED = ("project", "callback", "checkpoint")
 
 
 class Direction(NamedTuple):
@@ -42,6 +42,40 @@ class Variational(NamedTuple):
     def __call__(self, t, z, *args):
         """Call the function alone, which may raise: Python cannot compute the sensitivities."""
         own = evaluate(lambda t, y: self.fun(t, y, *args), self.mode, t, z[: self.n])
+        return np.concatenate([own, np.zeros(len(z) - self.n)])
+
+
+class Saltation(NamedTuple):
+    """``jump``, extended to the sensitivities; `event` is None for a schedule."""
+
+    fun: Any
+    event: Any
+    jump: Any
+    n: int
+    directions: tuple
+    n_directions: int
+
+    def n_together(self):
+        """The number of results of `together`."""
+        return self.n if self.event is None else 3 * self.n + 1
+
+    def together(self):
+        """One function, for one trace: the new state, f before and behind, the event."""
+        fun, event, jump, n = self.fun, self.event, self.jump, self.n
+
+        def changed(t, w, *args):
+            found = jump(t, np.array(w[:n]), *args)
+            new = list(found) if hasattr(found, "__len__") else [found]
+            if event is None:
+                return new
+            before, behind = fun(t, w[:n], *args), fun(t, np.array(new), *args)
+            return [*new, *before, *behind, event(t, w[:n], *args)]
+
+        return changed
+
+    def __call__(self, t, z, *args):
+        """Call the function alone, which may raise: Python cannot compute the sensitivities."""
+        own = evaluate(lambda t, y: self.jump(t, y, *args), JUMP, t, z[: self.n])
         return np.concatenate([own, np.zeros(len(z) - self.n)])
 
 
@@ -142,6 +176,13 @@ def with_sensitivities(problem, directions):
         atol = share * np.concatenate([own, (least[:, None] / sizes).ravel()])
         rtol = share * (rtol if np.ndim(rtol) == 0 else np.r_[rtol, np.repeat(rtol, m)])
     events = p.events and [(of_own(event, n), *how) for event, *how in p.events]
+
+    def longer(event, jump):
+        return jump and Saltation(p.fun, event, jump, n, equations.directions, m)
+
+    jumps = [longer(e[0], jump) for e, jump in zip(p.events or (), p.on_event, strict=False)]
+    schedules = [each._replace(jump=longer(None, each.jump)) for each in p.schedules]
     return p._replace(
-        fun=equations, mode=SENSITIVITIES, y0=y0, rtol=rtol, atol=atol, events=events, jac=None
+        fun=equations, mode=SENSITIVITIES, y0=y0, rtol=rtol, atol=atol, events=events, jac=None,
+        on_event=tuple(jumps), schedules=tuple(schedules),
     )  # fmt: skip

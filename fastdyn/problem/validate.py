@@ -14,18 +14,17 @@ import numpy as np
 from fastdyn.compile.mode import Mode
 from fastdyn.kernels.methods import METHODS
 
-from . import jacobian, lsoda, mass, step_options
-from .events import acting, endless, event_list
+from . import jacobian, lsoda, mass, schedules, step_options
 from .option_names import advice_on
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
 RUNNING = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint", "callback"}
-COMMON = {"project", "on_event"} | RUNNING
+COMMON = {"project", "on_event", "at", "every"} | RUNNING
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
 FIXED = {"step"} | COMMON
 OF_JACOBIANS = {"jac", "jac_sparsity"}
-OF_ONE_SOLVE = ("sensitivity", "error_estimate", "mass")  # options of solve_ivp alone
+OF_ONE_SOLVE = ("sensitivity", "error_estimate", "mass", "discrete")  # options of solve_ivp alone
 ALL = ADAPTIVE | FIXED | OF_JACOBIANS | lsoda.OPTIONS | {*OF_ONE_SOLVE}  # names of options
 DEFAULTS = (math.inf, False, "raise", "auto", None, None)  # max_steps, progress, ... as in Problem
 COMPILE = ("auto", "shared", "inlined")
@@ -63,6 +62,7 @@ class Problem(NamedTuple):
     mass: Any = None
     h_least: float = 0.0
     band: tuple = lsoda.NO_BAND
+    schedules: tuple = ()
 
 
 def time_span(t_span):
@@ -213,11 +213,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     """The Problem of a compiled method; the span and `y0` are already checked, and real."""
     span = abs(tf - t0)
     running = _running_options(options)
-    events, on_event = acting(options.get("on_event"), event_list(events))
-    if on_event and running[-1] is not None:
-        raise ValueError("`on_event` and `callback` do not go together: a step has no one end.")
-    if span == math.inf:
-        endless(tf, events, options.get("max_steps"))
+    events, on_event, scheduled = schedules.checked(events, options, t0, tf)
     if method.error_order:
         warn_unused(options, ADAPTIVE | _own_options(method))
         rtol, atol = step_options.tolerances(
@@ -244,13 +240,12 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
     if method.like_matlab and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
-    args = extra_arguments(args)
-    of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)
+    of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args := extra_arguments(args))
     return Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, on_event, args, mode, rtol, atol, h_max, h,
-        step_options.segments_of_span(options.get("breakpoints"), t0, tf), project, *running,
+        schedules.segments(options, scheduled, t0, tf), project, *running,
         *jacobian.given(of_jacobian, len(y0)),
         mass.given(options, method, mode, len(y0)),
-        h_least=h_least, band=band,
+        h_least=h_least, band=band, schedules=scheduled,
     )  # fmt: skip

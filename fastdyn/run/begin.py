@@ -6,7 +6,7 @@ import numpy as np
 
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.derivatives.jacobian_block import exact_block
-from fastdyn.kernels.output.arguments import EVENTS
+from fastdyn.kernels.output.arguments import EVENTS, SCHEDULES
 from fastdyn.kernels.state.record import ATOL, RTOL, K, Y
 from fastdyn.problem.step_options import last_time
 from fastdyn.specialise.scalar import all_roots_kernel
@@ -72,6 +72,26 @@ def event_table(problem, others, order=None) -> Any:
     return table
 
 
+def schedule_table(problem, others) -> Any:
+    """SCHEDULES records before the start; `others` as `problem.events.between_steps`."""
+    p = problem
+    table: Any = np.zeros(len(p.schedules), SCHEDULES)
+    before = len(p.events or ()) + sum(jump is not None for jump in p.on_event)
+    blocks = iter([address_of(bound.block) for bound in others[before:]])
+    for row, each in zip(table, p.schedules, strict=True):
+        row["jump"] = 0 if each.jump is None else next(blocks)
+        row["times"] = 0 if each.times is None else address_of(each.times)
+        row["next"], row["end"], row["way"] = each.first, each.end, each.way
+        row["start"], row["period"], row["limit"] = each.start, each.period, each.limit
+        row["t_next"] = each.first_time(p.tf - p.t0)
+    return table
+
+
+def jumps_at_once(problem):
+    """The most points that a step stores beside its end."""
+    return bool(problem.on_event) + any(each.jump is not None for each in problem.schedules)
+
+
 def fill(image, problem, n_extra):
     """Fill the records of the image, the first content of the memory of a solve."""
     p = problem
@@ -79,8 +99,8 @@ def fill(image, problem, n_extra):
     STATE_WORDS.pack_into(image, 0, *first_state(p, n_extra))
     OUTPUT_WORDS.pack_into(
         image, STATE_WORDS.size,
-        every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, bool(p.on_event),
-        p.method.series, p.t0,
+        every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, jumps_at_once(p),
+        p.method.series, 1, p.t0,
     )  # fmt: skip
 
 
@@ -94,8 +114,8 @@ def fill_tolerances(image, plan, problem):
 
 def shape_of(problem, pair, n_points=None):
     """The key of the layout of a problem's memory; `n_points` if each step is stored."""
-    p, n, m = problem, len(problem.y0), len(problem.events or ())
+    p, n, m, k = problem, len(problem.y0), len(problem.events or ()), len(problem.schedules)
     room = output.first_piece(n)
     n_points = (n_points or room) if p.t_eval is None else len(p.t_eval)
     polynomials = output.first_piece(n * (p.method.n_dense + 1)) if p.dense_output else 1
-    return (p.method.name, pair, n, m, n_points, polynomials, room if m else 0)
+    return (p.method.name, pair, n, m, k, n_points, polynomials, room if m + k else 0)

@@ -20,7 +20,7 @@ from fastdyn.specialise.shared_or_inlined import Tier
 from fastdyn.trace.islands.island import Island, islands_of, raise_interrupts
 
 from . import output
-from .begin import event_table, fill, fill_tolerances, jacobian_of, shape_of
+from .begin import event_table, fill, fill_tolerances, jacobian_of, schedule_table, shape_of
 from .functions.python_between import PythonBetween
 from .matrices.layouts import matrices_of
 from .matrices.mass import mass_of
@@ -129,6 +129,8 @@ class LaidOut(PythonBetween):
         if limits and (self._limits != limits or p.method.series):
             self._limits = limits
             self.plan.view(self._image, "events.table")[:] = event_table(p, self._others)
+        if p.schedules:
+            self.plan.view(self._image, "events.schedules")[:] = schedule_table(p, self._others)
         self.watched = p.progress or p.checkpoint is not None or p.callback is not None
         self.cost = math.inf if self.watched else self._seconds
 
@@ -245,7 +247,4 @@ class LaidOut(PythonBetween):
         """A Launch with a new memory, for a kernel that begins solves by itself."""
         self.memory = new_memory(self.plan.size)
         self._words[self._advance] = self.tier.address
-        return Launch(
-            self._launch[0], self._launch[1], address_of(self.memory), 0,
-            self._image, self.plan.places,
-        )  # fmt: skip
+        return Launch(*self._launch[:2], address_of(self.memory), 0, self._image, self.plan.places)

@@ -9,7 +9,7 @@ import numpy as np
 from fastdyn.code_store.call import KERNEL, address_of
 from fastdyn.compile import memory
 from fastdyn.kernels.methods import BY_NAME
-from fastdyn.kernels.output.arguments import EVENTS, OUTPUT, Launch
+from fastdyn.kernels.output.arguments import EVENTS, OUTPUT, SCHEDULES, Launch
 from fastdyn.kernels.state.record import STATE, K
 from fastdyn.specialise.scalar import (
     dense_rows_kernel,
@@ -33,7 +33,7 @@ class Plan:
         True if the equations are a Pair.
     n : int
         Number of components.
-    n_events : int
+    n_events, n_schedules : int
     n_points, n_polynomials, n_occurrences : int
         Room for points, for polynomials, and for events besides those of the last step.
     matrix_rows : int
@@ -59,10 +59,12 @@ class Plan:
     """
 
     def __init__(
-        self, name, pair, n, n_events, n_points, n_polynomials, n_occurrences, matrix_rows
-    ):
-        method, self.n, self.n_events, self.room = BY_NAME[name], n, n_events, n_points
-        self.at_once = n_events * method.events_at_once
+        self, name, pair, n, n_events, n_schedules, n_points, n_polynomials, n_occurrences,
+        matrix_rows,
+    ):  # fmt: skip
+        method, self.n, self.room = BY_NAME[name], n, n_points
+        self.n_events = n_events + n_schedules
+        self.at_once = n_events * method.events_at_once + n_schedules
         n_occurrences += self.at_once
         self._code = whole_solve_kernel()
         self.kernel, self.launch = map(KERNEL, (self._code.address, launch_kernel().address))
@@ -72,6 +74,7 @@ class Plan:
             "solve.state": (STATE, (1,)),
             "output.record": (OUTPUT, (1,)),
             "events.table": (EVENTS, (n_events,)),
+            "events.schedules": (SCHEDULES, (n_schedules,)),
             "solve.work": (FLOAT, (K + method.rows(matrix_rows), n)),
             "scratch": (FLOAT, (2, n)),
             "output.t": (FLOAT, (n_points,)),

@@ -26,6 +26,7 @@ from fastdyn.kernels.state.record import (
     K,
     Y,
 )
+from fastdyn.problem.schedules import in_order
 
 from .dense_output import PiecewisePolynomial
 from .loop import counters
@@ -101,7 +102,8 @@ def _why(s, work, problem, t):
     if not problem.method.series:
         rate = np.abs(work[K + problem.method.fsal_stage]).max()
         slope = f" (largest derivative {rate:.1e})"
-    absolute = np.max(work[ATOL] / work[RTOL])  # above this size, errors are relative
+    sizes = work[ATOL] / work[RTOL]  # above this size, errors are relative
+    absolute = np.max(sizes, where=np.isfinite(sizes), initial=0.0)
     growth = np.abs(work[Y]).max() / max(np.abs(problem.y0).max(), absolute, 1e-300)
     if growth > BLOWN_UP:
         return f"The solution blows up at {t}: it has grown {growth:.1e}-fold."
@@ -177,10 +179,15 @@ class Ended(NamedTuple):
 
     def occurrences(self):
         """The fields t_events and y_events."""
-        if self.problem.events is None:
+        p = self.problem
+        if p.events is None:
             return None, None
         index, t, y = self._found()
-        t, y = occurrences(index, t, y, len(self.problem.events))
+        n = len(p.events)
+        t, y = (
+            in_order(each[:n], p.schedules, each[n:])
+            for each in occurrences(index, t, y, n + len(p.schedules))
+        )
         return t, [self._components(each) if each.size else each for each in y]
 
     def _found(self):

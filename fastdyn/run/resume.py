@@ -20,6 +20,7 @@ def checkpoint_of(problem, bounds):
 
 
 HERE = ["block", "jump", "series", "find"]  # fields of an event that are addresses
+OF_SCHEDULE = ["jump", "times"]
 
 
 def description(problem, functions):
@@ -38,10 +39,18 @@ def description(problem, functions):
         "events": repr((events, [jump is not None for jump in p.on_event])),
         "breakpoints": hashlib.sha256(p.segments.tobytes()).hexdigest(),
         FUNCTIONS: functions,
+        **({"schedules": repr([*map(_of_schedule, p.schedules)])} if p.schedules else {}),
         **({} if p.mass is None else {"mass": p.mass.tolist()}),
         **({} if not (p.differences or p.sparsity) else {"Jacobian": _of_jacobian(p)}),
         **({LSODA: [p.h_least, *p.band]} if p.method.name == LSODA else {}),
     }
+
+
+def _of_schedule(scheduled):
+    """The times and the limit of a schedule, and whether it acts."""
+    times = b"" if scheduled.times is None else scheduled.times.tobytes()
+    rest = scheduled._replace(times=hashlib.sha256(times).hexdigest(), jump=None)
+    return tuple(rest), scheduled.jump is not None
 
 
 def _of_jacobian(problem):
@@ -60,17 +69,18 @@ def to_arrays(status, run):
         "status": np.array(status), "state": run.view("solve.state"),
         "work": run.view("solve.work"), "record": output.record, "t": t, "y": y,
         "polynomials": polynomials, "spans": spans, "events": run.view("events.table"),
-        "e_index": index, "e_t": e_t, "e_y": e_y,
+        "schedules": run.view("events.schedules"), "e_index": index, "e_t": e_t, "e_y": e_y,
     }  # fmt: skip
 
 
 def from_arrays(arrays, run):
     """Copy the arrays of a checkpoint into a run; return the status of the solve."""
     run.view("solve.state")[:], run.view("solve.work")[:] = arrays["state"], arrays["work"]
-    table = run.view("events.table")
-    here = table[HERE].copy()
-    if len(table):
-        table[:] = arrays["events"]
-        table[HERE] = here
+    for name, saved, here in (("table", "events", HERE), ("schedules", "schedules", OF_SCHEDULE)):
+        table = run.view(f"events.{name}")
+        own = table[here].copy()
+        if len(table):
+            table[:] = arrays[saved]
+            table[here] = own
     run.output.put_back(arrays)
     return int(arrays["status"])

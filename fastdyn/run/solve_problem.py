@@ -95,7 +95,7 @@ def load_kernels(problem):
     p, pair = problem, isinstance(problem.fun, Pair)
     plan(*shape_of(p, pair), len(p.y0))
     shared_kernel(p.method.name, pair)
-    (watch_kernel if p.events else watch_plain_kernel)()
+    (watch_kernel if p.events or p.schedules else watch_plain_kernel)()
 
 
 def _may_store(problem):
@@ -118,7 +118,13 @@ def _between_steps(problem):
     Implicit methods evaluate the function at many trial states of a step.
     """
     p = problem
-    asked = p.dense_output or p.events or p.t_eval is not None or p.method.name in IMPLICIT
+    asked = (
+        p.dense_output
+        or p.events
+        or p.schedules
+        or p.t_eval is not None
+        or p.method.name in IMPLICIT
+    )
     return bool(asked) and p.method.name in SHARED_METHODS
 
 

@@ -8,7 +8,7 @@ TIGHTER = 100.0  # ratio of the tolerances of both passes
 LEAST_RTOL = 1e-12  # the least rtol that leaves room for a tighter one
 FIRST_PASS = (
     "t_eval", "dense_output", "events", "sensitivity", "first_step", "max_steps", "progress",
-    "callback", "checkpoint", "on_interrupt",
+    "callback", "checkpoint", "on_interrupt", "at", "every",
 )  # fmt: skip
 
 

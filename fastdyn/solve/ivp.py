@@ -13,6 +13,8 @@ from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.solve_problem import solve_problem
 
 from .automatic import solve_automatically
+from .callbacks import checked_callback, with_observed
+from .discrete import solve_with_discrete
 from .entry import again
 from .error_estimate import with_error_estimate
 from .scipy_methods import begun_again, by_scipy
@@ -38,7 +40,7 @@ def solve_ivp(
     """Solve y' = fun(t, y) from y(t0) = y0, with compiled code.
 
     Steps, results and messages of "RK23", "RK45", "DOP853", "Radau", "BDF" and "LSODA" are those
-    of `scipy.integrate.solve_ivp`.
+    of `scipy.integrate.solve_ivp`, as far as rounding allows.
 
     Parameters
     ----------
@@ -78,7 +80,7 @@ def solve_ivp(
         Times of output, within `t_span`, in the direction of `t_span`; by default the steps.
     dense_output : bool
         Return the interpolant `sol`.
-    events : callable or sequence of callable, optional
+    events : callable or Schedule or sequence of these, optional
         ``event(t, y, *args)``, whose zeros are located.  Attributes `terminal` (bool, or the number
         of occurrences that end the run) and `direction` (sign of the crossings that count).
     vectorized : bool
@@ -117,6 +119,12 @@ def solve_ivp(
         before.  ``terminal = True`` of such an event does not end the run; a number ends the run at
         the last occurrence, which does not change the state.  Events that accumulate at one time
         end the run with status -1.
+    at, every : array_like of float, float, or sequences of these
+        Schedules behind the `events`, ``fastdyn.at(at)`` and ``fastdyn.every(every)``: exact times,
+        at which a step ends and `on_event` acts as at an event.
+    discrete : array_like of float, shape (m,)
+        States that only events and schedules change.  All functions get them behind y,
+        ``fun(t, y, d, *args)``, and those of `on_event` return ``(y, d)``.
     breakpoints : array_like of float
         Times at which `fun` has a kink or a jump (sampled input, a switch): adaptive methods end a
         step there and start anew, and so keep their order.
@@ -177,42 +185,40 @@ def solve_ivp(
     series: tables, splines, rounding, remainders.  Steps end at kinks and jumps.  A step may pass a
     smooth but steep transition, tanh(v / 0.01), undetected: give `max_step`.
 
-    "Radau", "BDF" and "LSODA" take SciPy's accepted steps, as far as rounding allows.
-
-    Sensitivities are the solution of the variational equations S' = df/dy S + df/dp, with exact
-    derivatives of a traced `fun`, in one system with y: n (1 + m) numbers for m directions.  The
-    steps keep the error of y and of each column of S in tolerance; `atol` of a column is the `atol`
-    of y per unit of its direction (per its value, if above 1).  At events, S is the derivative at a
-    fixed time.  If `fun` jumps as the state passes a limit, S would jump, too: ValueError.
+    Sensitivities solve S' = df/dy S + df/dp, with exact derivatives of a traced `fun`, in one
+    system with y: n (1 + m) numbers for m directions.  The steps keep y and each column of S in
+    tolerance; `atol` of a column is that of y per unit of its direction (per its value, if above
+    1).  At events, S is the derivative at a fixed time; events that act change S, too.  If `fun`
+    jumps as the state passes a limit, S would jump, which is not computed: ValueError.
 
     Examples
     --------
     >>> def pendulum(t, y, g, l):
     ...     return [y[1], -g / l * math.sin(y[0])]
     >>> result = solve_ivp(pendulum, (0, 10), [0.5, 0.0], args=(9.81, 1.0), rtol=1e-8, atol=1e-8)
-    >>> at_bottom = lambda t, y, g, l: y[0]
-    >>> result = solve_ivp(pendulum, (0, 10), [0.5, 0.0], args=(9.81, 1.0), events=at_bottom)
     """
     if events is None and not (dense_output or vectorized):
         result = again.solved(fun, t_span, y0, method, t_eval, args, options)
         if result is not None:
             return result
     automatic = isinstance(method, str) and method == "auto"
-    if automatic or options.get("error_estimate", False):
+    discrete = options.pop("discrete", None)
+    if automatic or discrete is not None or options.get("error_estimate", False):
         given = {
             "fun": fun, "t_span": t_span, "y0": y0, "t_eval": t_eval,
             "dense_output": dense_output, "events": events, "vectorized": vectorized,
             "args": args, **options,
         }  # fmt: skip
+        if discrete is not None:
+            return solve_with_discrete(solve_ivp, discrete, {"method": method, **given})
         if automatic:
             return solve_automatically(solve_ivp, given)
         del given["error_estimate"]
         return with_error_estimate(solve_ivp, {"method": method, **given})
     options.pop("error_estimate", None)
     ours = validate.method_named(method)
-    given, y0, callback = y0, validate.initial_state(y0), options.get("callback")
-    if callback is not None and not callable(callback):
-        raise TypeError(f"`callback` must be a function of the solver; got {callback!r}.")
+    given, y0 = y0, validate.initial_state(y0)
+    checked_callback(options)
     t0, tf = validate.time_span(t_span)
     sensitivity = options.pop("sensitivity", None)
     if sensitivity is not None:
@@ -225,7 +231,7 @@ def solve_ivp(
             problem = validate.problem(
                 fun, t0, tf, y0, ours, t_eval, dense_output, events, args,
                 mode_for(ours, fun, t0, y0, args, vectorized),
-                options if callback is None else _observed(options),
+                with_observed(options),
             )  # fmt: skip
         elif not vectorized:
             problem = on_pairs(
@@ -244,9 +250,3 @@ def solve_ivp(
     return by_scipy(
         fun, t_span, given, method, t_eval, dense_output, events, vectorized, args, options
     )
-
-
-def _observed(options):
-    from .stepper import observed  # imports SciPy
-
-    return {**options, "callback": observed(options["callback"])}

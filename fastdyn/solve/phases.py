@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.problem.schedules import SHORTHANDS, refuse_schedules
 from fastdyn.problem.validate import (
     OF_ONE_SOLVE,
     extra_arguments,
@@ -85,8 +86,10 @@ def solve_phases(
     """
     if method_named(method) is None:
         raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
-    if options.get("on_event") is not None:
-        raise ValueError("phases take no `on_event`: `after` of a phase changes the state.")
+    for name in ("on_event", *SHORTHANDS):
+        if options.get(name) is not None:
+            raise ValueError(f"phases take no `{name}`: `after` of a phase changes the state.")
+    refuse_schedules(events, "a schedule belongs to one span, and each phase has its own")
     for name in OF_ONE_SOLVE:
         if options.get(name) is not None and options[name] is not False:
             raise ValueError(f"phases take no `{name}`: it is of one solve_ivp.")

@@ -16,11 +16,12 @@ from fastdyn.compile.traced.met import has_effect
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import between_steps, endless, event_list
 from fastdyn.problem.jacobian import DIFFERENCES
+from fastdyn.problem.schedules import refuse_schedules
 from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
 from fastdyn.run.stiffness import watch_scipys
 
-REFUSED = ("breakpoints", "project", "checkpoint", "on_event")
+REFUSED = ("breakpoints", "project", "checkpoint", "on_event", "at", "every")
 KNOWN = validate.SHARED_METHODS
 OWN_OPTIONS = validate.COMMON | {"step", *REFUSED}
 
@@ -78,6 +79,7 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     for name in REFUSED:
         if options.get(name) is not None and t0 != tf:
             raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
+    refuse_schedules(events, "take a compiled method, a real state and a span that is not empty")
     options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
     if isinstance(options.get("jac"), str) and options["jac"] == DIFFERENCES:
         del options["jac"]

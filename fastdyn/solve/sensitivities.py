@@ -3,7 +3,7 @@
 import numpy as np
 
 from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
-from fastdyn.compile.variational import decides, jump_of
+from fastdyn.compile.variations.variational import decides, jump_of
 from fastdyn.problem.sensitivities import directions_of, with_sensitivities
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import result_of
@@ -11,6 +11,11 @@ from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import run_of
 
 NEEDS = "`sensitivity` needs a function that can be traced and differentiated: {}."
+GRAZES = (
+    "The new state or its sensitivities are nan or inf at t = {:.10g}: `on_event` returned nan or "
+    "inf, or the event function touches zero there without crossing it, and the time of the event "
+    "has no derivative."
+)
 JUMPS = (
     "`fun` jumps at t = {:.10g}, where the state or a parameter passes a limit (`if`, `where`, "
     "`sign`, rounding). The sensitivities jump there, too, which is not computed: make the passage "
@@ -68,7 +73,9 @@ def _parted(whole, n, directions):
         result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans)
     if whole.y_events is not None:
         result.y_events = [y[:, :n] if y.size else y for y in whole.y_events]
-    if result.status == -1:
+    if result.message.startswith("`on_event` returned nan"):
+        result.message = GRAZES.format(result.t[-1] if len(result.t) else float("nan"))
+    elif result.status == -1:
         result.message += (
             f" The components are the {n} of the state, then those of the sensitivities."
         )

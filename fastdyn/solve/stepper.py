@@ -20,6 +20,7 @@ from fastdyn.run.solve_problem import run_of
 NO_OUTPUT = np.empty(0)
 REFUSED = (
     "callback", "checkpoint", "progress", "on_interrupt", "max_steps", "breakpoints", "on_event",
+    "at", "every",
     *validate.OF_ONE_SOLVE,
 )  # fmt: skip
 ENDLESS = 2**62

@@ -8,6 +8,7 @@ from numba import from_dtype, typeof, types
 from fastdyn.kernels.output.arguments import (
     EVENTS,
     OUTPUT,
+    SCHEDULES,
     Begin,
     Events,
     Kernels,
@@ -51,7 +52,7 @@ WATCHING = (
     KERNELS,
     SOLVE,
     Output(OUTPUTS, ROW, TABLE, CUBE, TABLE, ROW, TABLE),
-    Events(EVENT_TABLE, WORDS, ROW, TABLE),
+    Events(EVENT_TABLE, np.empty(0, SCHEDULES), WORDS, ROW, TABLE),
     TABLE,
     0,
 )

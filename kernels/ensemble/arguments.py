@@ -20,7 +20,8 @@ class Task(NamedTuple):
 
     Kernels by address; the next member and the number of them, in a `queue` for all workers; a
     WORKER record; one STATE and one OUTPUT record, as every trajectory begins; parameters, as
-    words, (M, n_values); and initial states, (M or 1, n).
+    words, (M, n_values); initial states, (M or 1, n); and schedules, (M or 1, n_schedules), as they
+    begin.
     """
 
     addresses: Any
@@ -30,6 +31,7 @@ class Task(NamedTuple):
     record: Any
     values: Any
     y0: Any
+    schedules: Any
 
 
 class Lanes(NamedTuple):
@@ -46,6 +48,7 @@ class Lanes(NamedTuple):
     states: Any
     records: Any
     events: Any
+    schedules: Any
 
 
 class Single(NamedTuple):

@@ -15,7 +15,6 @@ from ..calls.block import RAISED_WORD
 from ..calls.calling_convention import invoke
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
-from ..output.arguments import Events, Kernels, Output
 from ..output.dense_output import polynomial
 from ..output.extrema import note_state, note_step
 from ..state.lane_fields import LEFT, LIVE, NOTHING, STATUS
@@ -29,7 +28,6 @@ from ..state.record import (
     STEP_LIMIT,
     Y_OLD,
     K,
-    Solve,
     Y,
 )
 from ..state.rows import copy_row, slot
@@ -38,16 +36,15 @@ from .arguments import (
     ALREADY,
     BLOCKS,
     COUNT,
-    DENSE_ROWS,
     IDLE,
     NEXT,
     OPEN,
     SCALAR,
     START,
-    WATCH,
 )
 from .collect import accumulate, keep_events, stop_at_event
 from .lane_transfer import from_lane, next_stop, raise_bar, set_parameters, to_lane
+from .watched import act_at_start, watch_lane
 
 
 @intrinsic
@@ -60,14 +57,6 @@ def _take(typingctx, queue, i):
         return builder.atomic_rmw("add", pointer, ir.IntType(64)(1), "monotonic")
 
     return types.int64(queue, types.intp), codegen
-
-
-@njit(**INTERNAL)
-def already(state, work, block, n_steps):
-    """In place of a stepping kernel, for a step that has been taken."""
-    s = state[0]
-    s.n_accepted += 1
-    return FINISHED if s.direction * (s.t - s.t_end) >= 0.0 else RUNNING
 
 
 @njit(**INTERNAL)
@@ -91,10 +80,10 @@ def serve(task, lanes, single, room, results, found, folds, n_steps):
             return FULL
         n_live = 0
         for lane in range(width):
-            _fill(task, lanes, single, room, results, folds, lane)
+            _fill(task, lanes, single, room, results, found, folds, lane)
             n_live += lanes.members[lane] != IDLE
         if n_live == 0:
-            return FINISHED
+            return FINISHED if task.queue[NEXT] >= task.queue[COUNT] else FULL
         budget = n_steps
         if w.vector:
             given = task.state, lanes.fields, lanes.work, lanes.block, n_steps
@@ -109,10 +98,12 @@ def serve(task, lanes, single, room, results, found, folds, n_steps):
 
 
 @njit(**INTERNAL)
-def _fill(task, lanes, single, room, results, folds, lane):
+def _fill(task, lanes, single, room, results, found, folds, lane):
     """Give an idle lane the next trajectory that begins, if there is one."""
     w, queue, members = task.worker[0], task.queue, lanes.members
     while members[lane] == IDLE and queue[NEXT] < queue[COUNT]:
+        if w.n_found + len(room.e_t) > len(found.t):
+            break
         member = _take(queue, NEXT)
         if member >= queue[COUNT]:
             break
@@ -120,6 +111,8 @@ def _fill(task, lanes, single, room, results, folds, lane):
         for i in range(len(folds)):
             results.folded[member, i] = folds[i].start
         status = _begin(task, lanes, single, results.best, lane)
+        if status == RUNNING and w.vector and len(lanes.schedules[lane]) > 0:
+            status = act_at_start(task, lanes, single, room, results, found, lane)
         if status != RUNNING:
             _end(task, lanes, single, results, lane, status)
         elif w.vector:
@@ -157,7 +150,7 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
     before, left = s.n_accepted, w.max_steps - s.n_accepted
     if status <= FINISHED:
         steps = budget if budget < left else int(left)
-        status = _watch(task, lanes, single, room, results.y_eval[member], kernel, lane, steps)
+        status = watch_lane(task, lanes, single, room, results.y_eval[member], kernel, lane, steps)
     taken = s.n_accepted - before
     n_events = keep_events(w, o, room, found, results.t_first[member], member)
     if status == FULL:  # of events; they have been taken out
@@ -189,30 +182,14 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
 
 
 @njit(**INTERNAL)
-def _watch(task, lanes, single, room, y_eval, kernel, lane, n_steps):
-    """Steps of one trajectory by the kernel at an address, sampled; the status of `watch`."""
-    w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
-    return invoke(
-        at[WATCH],
-        (
-            Kernels(kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order),
-            Solve(lanes.states[one], single.work, single.block),
-            Output(
-                lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, room.segments
-            ),
-            Events(lanes.events[lane], room.e_index, room.e_t, room.e_y),
-            single.scratch,
-            n_steps,
-        ),
-    )
-
-
-@njit(**INTERNAL)
 def _begin(task, lanes, single, best, lane):
     """Prepare the state and the rows of one trajectory; RUNNING, or why it cannot begin."""
     w, work, states, events = task.worker[0], single.work, lanes.states, lanes.events[lane]
     member = lanes.members[lane]
     states[lane], lanes.records[lane] = task.state[0], task.record[0]
+    for i in range(len(lanes.schedules[lane])):
+        own = task.schedules[member if len(task.schedules) > 1 else 0]
+        lanes.schedules[lane, i] = own[i]
     set_parameters(single.places, task.values, member, 0)
     start, finite = task.y0[member if len(task.y0) > 1 else 0], True
     for j in range(work.shape[1]):

@@ -15,8 +15,9 @@ OUTPUT = np.dtype(
         ("n_events", "i8"),  # occurrences in this piece
         ("i_eval", "i8"),  # next entry of t_eval
         ("i_segment", "i8"),  # present row of segments
-        ("jumps", "i8"),  # whether events change the state: a step may store a second point
+        ("jumps", "i8"),  # points that a step stores behind its end, after changes of the state
         ("ends", "i8"),  # whether a time of t_eval at the end of a step takes the state of that end
+        ("sampled", "i8"),  # whether the present state is stored, and schedules may act on it
         ("t_last", "f8"),  # last time stored
     ]
 )
@@ -90,10 +91,31 @@ EVENTS = np.dtype(
 )
 
 
+# One per schedule.
+SCHEDULES = np.dtype(
+    [
+        ("jump", "i8"),  # address of the block of the function that changes the state, or 0
+        ("times", "i8"),  # address of the times, or 0 for times at equal distances
+        ("next", "i8"),  # index of the next time
+        ("end", "i8"),  # index behind the last time
+        ("way", "i8"),  # from one index to the next, 1 or -1
+        ("start", "f8"),  # time of index 0
+        ("period", "f8"),  # distance of the times
+        ("t_next", "f8"),
+        ("count", "i8"),
+        ("limit", "i8"),  # occurrences that end the run; 0: none do
+    ]
+)
+
+
 class Events(NamedTuple):
-    """The EVENTS records, and room for occurrences: index of the event, time, state."""
+    """The EVENTS and the SCHEDULES records, and room for occurrences: index, time, state.
+
+    The index of a schedule follows those of the event functions.
+    """
 
     table: Any
+    schedules: Any
     index: Any
     t: Any
     y: Any

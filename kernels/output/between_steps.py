@@ -1,4 +1,4 @@
-"""Between the steps: output, dense output, events, jumps, projection, breakpoints.
+"""Between the steps: output, dense output, events, jumps, schedules, projection, breakpoints.
 
 The loop calls the stepping kernel and the interpolant through their addresses, so that one compiled
 loop serves every method, with shared and with inlined kernels.  The loop asks for one step at a
@@ -18,7 +18,8 @@ from .dense_output import interpolate, polynomial
 from .events import ENDLESS, FAILED, find_events
 from .jumps import jump
 from .projection import project_row, project_state
-from .segments import end_of_span, next_segment, time_reached
+from .schedules import act_on_schedule, arrive
+from .segments import end_of_span, ends_segment, next_segment, time_reached
 
 
 @njit(**INTERNAL)
@@ -56,7 +57,17 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
     each = o.every_step != 0 or o.dense != 0
     if events is not None:
         each = each or len(events.table) > 0 or kernels.project != 0
-    while n_steps > 0:
+    while True:
+        if events is not None:
+            if len(events.schedules) > 0 and o.sampled != 0:
+                if _is_full(o, output, events):
+                    return FULL
+                o.sampled = 0
+                status = act_on_schedule(kernels, solve, output, events, scratch)
+                if status != RUNNING:
+                    return status
+        if n_steps <= 0:
+            return RUNNING
         if _is_full(o, output, events):
             return FULL
         s.t_stop = end_of_span(s, output.segments)
@@ -74,7 +85,7 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
         status = _sample(kernels, solve, output, events, scratch, status)
         if status != RUNNING:
             return status
-    return RUNNING
+        o.sampled = 1
 
 
 @njit(**INTERNAL)
@@ -86,6 +97,7 @@ def _is_full(o, output, events):
         n = len(events.table)
         if n > 0 and events.table[0].find != 0:
             n *= MOST_ROOTS
+        n += len(events.schedules)
         full = full or o.n_events + n > len(events.t)
     return full
 
@@ -97,7 +109,7 @@ def _sample(kernels, solve, output, events, scratch, status):
     t_old, h = s.t_old, s.t - s.t_old
     over = status == FINISHED and len(output.segments) > 0
     t = time_reached(s, o, output.segments, over)
-    reached = over or t == s.t  # the state at t is in row Y
+    reached = t == s.t or (over and s.t == s.t_end)  # the state at t is in row Y
     d = output.d[o.n_dense]
     due = _is_due(s, o, output.t_eval, t) and not _ends(o, output.t_eval, t)
     ready = o.dense != 0 or due or not reached
@@ -142,8 +154,13 @@ def _sample(kernels, solve, output, events, scratch, status):
     if events is not None:
         if jumps:
             return jump(kernels, solve, output, events, scratch, d, t, t_old, h)
-        if over and status == FINISHED and o.i_segment < len(output.segments) - 1:
-            return next_segment(kernels, solve, output, events, scratch[0])
+        if over and status == FINISHED:
+            if not ends_segment(s, o, output.segments):
+                if reached:
+                    return RUNNING
+                return arrive(kernels, solve, output, events, scratch, d, t, t_old, h)
+            if o.i_segment < len(output.segments) - 1:
+                return next_segment(kernels, solve, output, events, scratch[0])
     return status
 
 

@@ -10,7 +10,7 @@ from ..state.rows import copy_row, slot
 from .dense_output import polynomial
 from .events import LEAVES, PENDING, PLAIN, SIGN, TOUCHES, evaluate_all, resolution
 from .projection import derive, project_row
-from .segments import next_segment
+from .segments import ends_segment, next_segment
 
 AHEAD = 1e-3  # of the last step: the distance at which a zero event function is asked for its sign
 
@@ -35,15 +35,15 @@ def jump(kernels, solve, output, events, scratch, d, t, t_old, h):
     for i in range(len(y)):
         if not np.isfinite(y[i]):
             return BAD_JUMP
-    _store(output, t, y)
-    status = _begin(kernels, solve, output, events, scratch, t)
+    store_behind(output, t, y)
+    status = begin(kernels, solve, output, events, scratch, t)
     if status != RUNNING:
         return status
-    return _watch_from(kernels, solve, events.table, scratch, h)
+    return watch_from(kernels, solve, events.table, scratch, h)
 
 
 @njit(**INTERNAL)
-def _store(output, t, y):
+def store_behind(output, t, y):
     """Store the state behind the jump, if steps are stored."""
     o = output.record[0]
     if o.every_step != 0:
@@ -54,7 +54,7 @@ def _store(output, t, y):
 
 
 @njit(**INTERNAL)
-def _begin(kernels, solve, output, events, scratch, t):
+def begin(kernels, solve, output, events, scratch, t):
     """Begin a solve at t, in the segment of t."""
     s, o, work, segments = solve.state[0], output.record[0], solve.work, output.segments
     s.t = t
@@ -62,13 +62,14 @@ def _begin(kernels, solve, output, events, scratch, t):
         s.t = segments[o.i_segment, 0]
     if s.direction * (s.t - s.t_end) >= 0.0:
         s.t = s.t_end
-        if o.i_segment >= len(segments) - 1:
-            return FINISHED
-        status = derive(solve, kernels.fsal_stage)
-        if status == RUNNING:
-            status = next_segment(kernels, solve, output, events, scratch[0])
-        if status != RUNNING:
-            return status
+        if ends_segment(s, o, segments):
+            if o.i_segment >= len(segments) - 1:
+                return FINISHED
+            status = derive(solve, kernels.fsal_stage)
+            if status == RUNNING:
+                status = next_segment(kernels, solve, output, events, scratch[0])
+            if status != RUNNING:
+                return status
     for i in range(K, work.shape[0]):
         for j in range(work.shape[1]):
             work[i, j] = 0.0
@@ -79,7 +80,7 @@ def _begin(kernels, solve, output, events, scratch, t):
 
 
 @njit(**INTERNAL)
-def _watch_from(kernels, solve, table, scratch, h):
+def watch_from(kernels, solve, table, scratch, h):
     """Set the values of the events at the start of the new solve; RUNNING or RAISED.
 
     An event that has just occurred, whose function is zero to rounding, takes the next sign of the

@@ -13,10 +13,16 @@ def end_of_span(s, segments):
 
 
 @njit(**INTERNAL)
+def ends_segment(s, o, segments):
+    """True if the steps end with the segment, False if a schedule is due before."""
+    return len(segments) == 0 or s.t_end == segments[o.i_segment, 1]
+
+
+@njit(**INTERNAL)
 def time_reached(s, o, segments, over):
     """The time in the output of the end of a step."""
     if over:
-        return segments[o.i_segment, 2]
+        return segments[o.i_segment, 2] if ends_segment(s, o, segments) else s.t_end
     t_end = end_of_span(s, segments)
     return t_end if s.direction * (s.t - t_end) > 0.0 else s.t
 

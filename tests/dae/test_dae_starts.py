@@ -180,7 +180,7 @@ def test_a_higher_index_is_reduced_unasked():
     found = solve_dae(pendulum, (0, 1), [1.0, 0, 0, 0, 0])
     assert found.index == 3 and found.success
     assert np.hypot(found.y[0], found.y[1]) == pytest.approx(1.0, abs=1e-12)
-    with pytest.raises(ValueError, match="above 1: .*would move from 1.5"):
+    with pytest.raises(ValueError, match=r"above 1: .*would move from 1.5"):
         solve_dae(pendulum, (0, 1), [1.5, 0, 0, 0, 0])
     held = solve_dae(pendulum, (0, 0.1), [0.6, -0.7, 0, 0, 0], given=[0])
     assert held.y[:2, 0] == pytest.approx([0.6, -0.8], abs=1e-12)

@@ -10,6 +10,7 @@ from fastdyn.compile.sparse_jacobian import (
 )
 from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import writes_to_state
+from fastdyn.compile.variations.saltation import bind_saltation
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import bind_equations
 
@@ -44,6 +45,8 @@ def bind_functions(problem, stores=False):
 def _bind(problem, fun, mode, near):
     """Bind a function that is called between steps, or a Jacobian."""
     p, n = problem, len(problem.y0)
+    if mode.saltation:
+        return bind_saltation(fun, p.args, near)
     if not callable(fun):
         return bind_sparse_matrix(fun) if is_sparse(fun) else bind_matrix(fun)
     bound = bind(fun, p.args, mode, n, near)

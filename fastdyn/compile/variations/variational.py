@@ -16,15 +16,15 @@ from fastdyn.trace.graph.jumps import decisions, first_jump
 from fastdyn.trace.graph.refusal import Untraceable, refused_as
 from fastdyn.trace.reads.reads import flat
 
-from .bind import Bound
-from .callables.compiled import Function
-from .callables.diagnostics import Uncompilable
-from .derivatives.jacobian import GROWING
-from .mode import SENSITIVITIES
-from .parameters import n_words, pack_all
-from .traced.code import Traced
-from .traced.make import traced_function
-from .traced.met import why
+from ..bind import Bound
+from ..callables.compiled import Function
+from ..callables.diagnostics import Uncompilable
+from ..derivatives.jacobian import GROWING
+from ..mode import SENSITIVITIES
+from ..parameters import n_words, pack_all
+from ..traced.code import Traced
+from ..traced.make import traced_function
+from ..traced.met import why
 
 DECISIONS = "decisions"  # a key of a Function's notes
 
@@ -103,7 +103,7 @@ def _too_many(reason):
 def _compiled(base, groups):
     traced = base.traced
     graph, stored = traced.trace.graph, traced.stored
-    n, columns = len(stored), list(_columns(traced, groups))
+    n, columns = len(stored), list(columns_of(traced, groups, len(stored)))
     rates = _rates(graph, stored, columns)
     size = n * (1 + len(columns))
     found: Any = Traced(traced.trace._replace(outputs=[*stored, *rates]), SENSITIVITIES, size)
@@ -118,11 +118,11 @@ def _compiled(base, groups):
     )  # fmt: skip
 
 
-def _columns(traced, groups):
-    """Yield each column's direction: a parameter's slot, None for a component of the start."""
+def columns_of(traced, groups, n):
+    """Yield each column's direction: a parameter's slot, None for the n numbers of the start."""
     for group in groups:
         if group is None:
-            yield from [None] * len(traced.stored)
+            yield from [None] * n
         else:
             first, shape = traced.trace.reads.groups[group][1:3]
             yield from range(first, first + (1 if shape is None else int(np.prod(shape))))

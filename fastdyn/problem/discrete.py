@@ -1,0 +1,169 @@
+"""Discrete states: numbers behind the state that only events and schedules change.
+
+They are further components with the derivative 0, which count neither in the error of a step nor in
+the state of the user's functions.
+"""
+
+import inspect
+import math
+
+import numpy as np
+
+from . import validate
+from .lsoda import NAME as LSODA
+from .schedules import Schedule, listed
+
+BESIDE = "behind y, every function gets `discrete`"
+REFUSED = ("lband", "uband")  # the band of the longer Jacobian is another
+
+
+def discrete_states(discrete, y0, events, options):
+    """`discrete` as a new array of m floats, and the events as a list; raises ValueError."""
+    d0, events = validate.initial_state(discrete, "discrete"), listed(events, options)
+    if d0.dtype.kind == "c" or y0.dtype.kind == "c":
+        raise ValueError("`discrete` is for real numbers and real states: split complex ones.")
+    if not d0.size or not y0.size:
+        raise ValueError("`discrete` must have one number at least, and `y0` one component.")
+    if options.get("on_event") is None:
+        raise ValueError(
+            "`discrete` never changes: give `on_event` for an event or a schedule (`at`, `every`), "
+            "or pass constants as `args`."
+        )
+    for name in REFUSED:
+        if options.get(name) is not None:
+            raise ValueError(f"`discrete` and `{name}` do not go together.")
+    return d0, events
+
+
+def extended_state(y0, d0):
+    """The state with the discrete states behind."""
+    return np.concatenate([y0, d0])
+
+
+def extended_events(events, on_event, n, m):
+    """The events and the functions of `on_event`, as functions of the longer state."""
+    longer = [e if isinstance(e, Schedule) else _event(e, n) for e in events or ()]
+    if callable(on_event):
+        return longer, _jump(on_event, n, m)
+    try:
+        jumps = list(on_event)
+    except TypeError:
+        return longer, on_event  # refused with the other mistakes
+    return longer, [_jump(jump, n, m) if callable(jump) else jump for jump in jumps]
+
+
+def extended_options(options, method, n, m):
+    """The options of a solve of the longer state."""
+    options = dict(options)
+    if method is None or method.error_order:
+        largest = ("Taylor", LSODA)  # of their norms of the error; others take the mean square
+        mean = method is None or not (method.like_matlab or method.name in largest)
+        share = math.sqrt(n / (n + m)) if mean else 1.0
+        rtol, atol = (np.asarray(options.get(k, v), float) for k, v in DEFAULTS.items())
+        if rtol.ndim:
+            rtol = np.r_[rtol, np.full(m, rtol.max(initial=0.0))]
+        options["rtol"] = share * rtol if rtol.ndim else float(share * rtol)
+        if atol.shape in ((), (n,)):
+            atol = np.r_[np.broadcast_to(atol, n), np.full(m, math.inf)]
+        options["atol"] = share * atol
+    jac = options.get("jac")
+    if callable(jac):
+        options["jac"] = _jacobian(jac, n, m)
+    for name in ("jac", "jac_sparsity", "mass"):
+        matrix = options.get(name)
+        if matrix is not None and not callable(matrix) and not isinstance(matrix, str):
+            options[name] = _padded(matrix, m, 1.0 if name == "mass" else 0.0)
+    if callable(options.get("project")):
+        options["project"] = _projection(options["project"], n)
+    return options
+
+
+DEFAULTS = {"rtol": 1e-3, "atol": 1e-6}
+
+
+def _padded(matrix, m, diagonal):
+    """A matrix with m more rows and columns, which are a multiple of the identity."""
+    given = np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix)
+    if given.ndim != 2:
+        return matrix  # refused with the other mistakes
+    rows, columns = given.shape
+    longer = np.zeros((rows + m, columns + m), given.dtype if diagonal == 0.0 else float)
+    longer[:rows, :columns] = given
+    longer[rows:, columns:] = diagonal * np.eye(m)
+    return longer
+
+
+def extended_function(fun, n, m):
+    """The derivative of the longer state."""
+
+    def derivative(t, z, *args):
+        found = _listed(fun(t, z[:n], z[n:], *args))
+        if len(found) != n:
+            raise ValueError(f"`fun` returned {len(found)} values for a state of {n}; {BESIDE}.")
+        return [*found, *([0.0] * m)]
+
+    _sign(derivative, fun)
+    return derivative
+
+
+def _listed(found):
+    """A result with one entry a component; a number is a result of one."""
+    return found if hasattr(found, "__len__") else [found]
+
+
+def _sign(longer, fun):
+    """Give a function the name and, but for `discrete`, the parameters of the user's."""
+    longer.__name__ = getattr(fun, "__name__", "fun")
+    try:
+        signature = inspect.signature(fun)
+    except (TypeError, ValueError):
+        return
+    parameters = list(signature.parameters.values())
+    if len(parameters) > 3 and all(p.kind is p.POSITIONAL_OR_KEYWORD for p in parameters[:3]):
+        longer.__signature__ = signature.replace(parameters=[*parameters[:2], *parameters[3:]])
+
+
+def _event(event, n):
+    if not callable(event):
+        return event
+
+    def watched(t, z, *args):
+        return event(t, z[:n], z[n:], *args)
+
+    watched.__name__ = getattr(event, "__name__", "event")
+    for name in ("terminal", "direction"):
+        if hasattr(event, name):
+            setattr(watched, name, getattr(event, name))
+    return watched
+
+
+def _jump(jump, n, m):
+    def jumped(t, z, *args):
+        found = jump(t, z[:n], z[n:], *args)
+        pair = isinstance(found, tuple | list) and len(found) == 2
+        y, d = map(_listed, found) if pair else ((), ())
+        if len(y) != n or len(d) != m:
+            raise ValueError(
+                f"with `discrete`, `on_event` must return (y, d), {n} and {m} numbers; got "
+                f"{type(found).__name__} "
+                + (f"of {len(y)} and {len(d)}." if pair else "that is no such pair.")
+            )
+        return [*y, *d]
+
+    jumped.__name__ = getattr(jump, "__name__", "on_event")
+    return jumped
+
+
+def _projection(project, n):
+    def projected(t, z, *args):
+        return [*_listed(project(t, z[:n], z[n:], *args)), *z[n:]]
+
+    return projected
+
+
+def _jacobian(jac, n, m):
+    def matrix(t, z, *args):
+        found = jac(t, z[:n], z[n:], *args)
+        return _padded(found, m, 0.0)
+
+    return matrix

@@ -1,0 +1,251 @@
+"""Schedules: times known beforehand, in the place of an event function."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import events as functions
+from .step_options import NO_SEGMENTS, segments_of_span
+
+SHORTHANDS = ("at", "every")
+
+
+class Schedule:
+    """Times at which a step ends; `at` and `every` make schedules.
+
+    Attributes
+    ----------
+    times : ndarray or None
+        The times, in rising order; None for times at equal distances.
+    period, start : float or None
+        The distance of the times, and the first of them; without `start`, that of the run.
+    terminal : bool or int
+        As of an event function.
+    """
+
+    terminal: bool | int = False
+
+    def __init__(self, times=None, period=None, start=None):
+        self.times, self.period, self.start = times, period, start
+
+    def __repr__(self):
+        if self.times is not None:
+            return f"at({np.array2string(np.asarray(self.times), threshold=6)})"
+        start = "" if self.start is None else f", start={self.start}"
+        return f"every({self.period}{start})"
+
+
+def at(times):
+    """Make a schedule of given times, to stand among the `events` of a solve.
+
+    Parameters
+    ----------
+    times : array_like, shape (k,)
+        Times in rising order, within the span.  For ensembles also shape (M, k), or a list of M
+        sequences: times of each trajectory.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For times that are not finite, not in order, or repeated.
+
+    Notes
+    -----
+    A step ends at each time, which is exact, and the function of `on_event` acts there.  A time at
+    the start of the span acts at the start; a time at the end is left to the run that goes on.
+    """
+    rows, several = _rows(times)
+    for row in rows:
+        _check_times(row, times)
+    return Schedule(times=rows if several else rows[0])
+
+
+def every(period, start=None):
+    """Make a schedule of the times ``start + k * period``, k = 0, 1, 2, ..., as `at` of times.
+
+    Parameters
+    ----------
+    period : float
+        Above zero.
+    start : float, optional
+        The first of the times, by default the start of the run, in whose direction the times then
+        follow.  It may lie before the start of the run: parts of a span have the same times.
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
+    period, start = _number("every", period), None if start is None else _number("start", start)
+    if not period > 0.0:
+        raise ValueError(f"`every` must be a time above zero; got {period}.")
+    return Schedule(period=period, start=start)
+
+
+def _number(name, value):
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"`{name}` must be a number; got {value!r}.") from None
+    if not math.isfinite(number):
+        raise ValueError(f"`{name}` must be a finite number; got {number}.")
+    return number
+
+
+def _rows(times):
+    """The times as a list of arrays, and whether each trajectory has an array of its own."""
+    try:
+        several = len(times) > 0 and np.ndim(times[0]) == 1
+        rows = [np.array(row, dtype=float) for row in (times if several else [times])]
+    except (TypeError, ValueError, KeyError):
+        raise TypeError(f"`at` must be times in rising order; got {times!r}.") from None
+    if any(row.ndim != 1 for row in rows):
+        raise ValueError("`at` must be a 1-D sequence of times, or one for each trajectory.")
+    return rows, several
+
+
+def _check_times(row, given):
+    if not np.isfinite(row).all():
+        raise ValueError(f"the times of `at` must be finite; got {given!r}.")
+    wrong = np.flatnonzero(np.diff(row) <= 0.0)
+    if wrong.size:
+        early, late = row[wrong[0] : wrong[0] + 2]
+        how = "is there twice" if early == late else f"comes before {late}"
+        raise ValueError(f"the times of `at` must be in rising order, each once; {early} {how}.")
+
+
+class Scheduled(NamedTuple):
+    """A schedule in a span, at `place` among the events.
+
+    Its times have the indices from `first` on, in steps of `way`, 1 or -1, up to but not including
+    `end`: indices of `times`, or numbers k of ``start + k * period``.
+    """
+
+    place: int
+    times: Any
+    first: int
+    end: int
+    way: int
+    start: float
+    period: float
+    limit: int
+    jump: Any
+
+    def first_time(self, direction):
+        """The first time of the run; infinite, with the sign of the direction, without one."""
+        if self.first == self.end:
+            return math.copysign(math.inf, direction)
+        if self.times is not None:
+            return float(self.times[self.first])
+        return self.start + self.first * self.period
+
+
+ENDLESS = 2**62  # index behind all times at equal distances
+
+
+def in_span(schedule, t0, tf):
+    """(times, first, end, way, start, period) of a Scheduled."""
+    low, high, backwards = min(t0, tf), max(t0, tf), tf < t0
+    if schedule.times is not None:
+        times = check_span(schedule.times, t0, tf)
+        n = len(times)
+        return times, *((n - 1, -1, -1) if backwards else (0, n, 1)), 0.0, 0.0
+    start, period = schedule.start, schedule.period
+    far = max(abs(t) for t in (t0, tf) if math.isfinite(t))
+    if period < 4.0 * math.ulp(far):
+        raise ValueError(f"`every={period}` is no more than the spacing of times near t = {far}.")
+    if start is None:
+        return None, 0, ENDLESS, 1, t0, -period if backwards else period
+    if start > high:
+        raise ValueError(f"`every` starts at {start}, behind the span from {low} to {high}.")
+    k = max(0, round((t0 - start) / period))
+    if backwards:
+        k += start + (k + 1) * period <= t0
+        return None, k - (start + k * period > t0), -1, -1, start, period
+    k -= k > 0 and start + (k - 1) * period >= t0
+    return None, k + (start + k * period < t0), ENDLESS, 1, start, period
+
+
+def check_span(times, t0, tf):
+    """The times; ValueError if one lies outside the span."""
+    low, high = min(t0, tf), max(t0, tf)
+    if isinstance(times, list):
+        raise ValueError("`at` has times of several trajectories: these are for solve_ensemble.")
+    outside = times[(times < low) | (times > high)]
+    if outside.size:
+        where = "before the start" if outside[0] < low else "behind the end"
+        raise ValueError(
+            f"`at` has the time {outside[0]}, {where} of the span from {low} to {high}."
+        )
+    return times
+
+
+def listed(events, options):
+    """The events as a list, the schedules of the shorthands behind; None without any."""
+    times, periods = [options.get(name) for name in SHORTHANDS]
+    if isinstance(events, Schedule) or callable(events):
+        events = [events]
+    if times is None and periods is None:
+        return events if events is None else list(events)
+    found = list(events or ())
+    if times is not None:
+        several = isinstance(times, list | tuple) and len(times) and np.ndim(times[0]) > 0
+        found += [at(each) for each in times] if several else [at(times)]
+    if periods is not None:
+        found += [every(each) for each in ([periods] if np.ndim(periods) == 0 else periods)]
+    return found
+
+
+def refuse_schedules(events, advice):
+    """Raise ValueError if a schedule stands among the events."""
+    for event in listed(events, {}) or ():
+        if isinstance(event, Schedule):
+            raise ValueError(f"{event!r} cannot stand among the events here; {advice}.")
+
+
+def divided(events, options, t0, tf) -> tuple[Any, tuple, tuple]:
+    """(event functions, their functions of `on_event`, Scheduled ones), all checked.
+
+    The event functions are as of `events.event_list`; None without any event.
+    """
+    found = listed(events, options)
+    checked, jumps = functions.acting(options.get("on_event"), functions.event_list(found))
+    if found is None or not any(isinstance(each, Schedule) for each in found):
+        return checked, jumps, ()
+    jumps = jumps or (None,) * len(found)
+    plain, acting, schedules = [], [], []
+    for place, ((event, limit, direction), jump) in enumerate(zip(checked, jumps, strict=True)):
+        if isinstance(event, Schedule):
+            schedules.append(Scheduled(place, *in_span(event, t0, tf), limit, jump))
+        else:
+            plain.append((event, limit, direction))
+            acting.append(jump)
+    return plain, tuple(acting) if any(acting) else (), tuple(schedules)
+
+
+def checked(events, options, t0, tf):
+    """The result of `divided`; ValueError for a `callback` beside, and for a run without an end."""
+    found, on_event, scheduled = divided(events, options, t0, tf)
+    if (on_event or scheduled) and options.get("callback") is not None:
+        said = "`on_event`" if on_event else "a schedule"
+        raise ValueError(f"{said} and `callback` do not go together: a step has no one end.")
+    functions.endless(tf, found, options.get("max_steps"), scheduled)
+    return found, on_event, scheduled
+
+
+def segments(options, schedules, t0, tf):
+    """The segments of the span; a span with schedules has one at least."""
+    breakpoints = options.get("breakpoints")
+    if breakpoints is None and not schedules:
+        return NO_SEGMENTS
+    return segments_of_span(() if breakpoints is None else breakpoints, t0, tf)
+
+
+def in_order(of_functions, schedules, of_schedules):
+    """What belongs to the events in the order of the list, from both kinds apart."""
+    found = list(of_functions)
+    for schedule, each in zip(schedules, of_schedules, strict=True):
+        found.insert(schedule.place, each)
+    return found

@@ -1,0 +1,45 @@
+"""`watch` for the trajectory of a lane, whose steps a stepping kernel or a vector kernel takes."""
+
+from ..calls.calling_convention import invoke
+from ..jit_options import INTERNAL, njit
+from ..output.arguments import Events, Kernels, Output
+from ..state.record import FINISHED, RUNNING, Solve
+from .arguments import ALREADY, DENSE_ROWS, START, WATCH
+from .collect import keep_events
+
+
+@njit(**INTERNAL)
+def already(state, work, block, n_steps):
+    """In place of a stepping kernel, for a step that has been taken."""
+    s = state[0]
+    s.n_accepted += 1
+    return FINISHED if s.direction * (s.t - s.t_end) >= 0.0 else RUNNING
+
+
+@njit(**INTERNAL)
+def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
+    """Steps of one trajectory by the kernel at an address, sampled; the status of `watch`."""
+    w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
+    return invoke(
+        at[WATCH],
+        (
+            Kernels(kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order),
+            Solve(lanes.states[one], single.work, single.block),
+            Output(
+                lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, room.segments
+            ),
+            Events(lanes.events[lane], lanes.schedules[lane], room.e_index, room.e_t, room.e_y),
+            single.scratch,
+            n_steps,
+        ),
+    )
+
+
+@njit(**INTERNAL)
+def act_at_start(task, lanes, single, room, results, found, lane):
+    """Let schedules act at the start of a trajectory, before a vector kernel steps; a status."""
+    w, o, member = task.worker[0], lanes.records[lane], lanes.members[lane]
+    kernel, y_eval = task.addresses[ALREADY], results.y_eval[member]
+    status = watch_lane(task, lanes, single, room, y_eval, kernel, lane, 0)
+    keep_events(w, o, room, found, results.t_first[member], member)
+    return status

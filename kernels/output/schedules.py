@@ -1,0 +1,98 @@
+"""Schedules: times known beforehand, at which a step ends and a function may change the state."""
+
+import numpy as np
+
+from ..calls.user_function import evaluate, numbers_at
+from ..jit_options import INTERNAL, njit
+from ..state.record import BAD_JUMP, EVENT, RAISED, RUNNING, Y
+from ..state.rows import copy_row, slot
+from .dense_output import polynomial
+from .jumps import begin, store_behind, watch_from
+from .projection import project_row
+
+
+@njit(**INTERNAL)
+def aim(s, o, segments, schedules):
+    """Let the steps end at the next time of a schedule, or at the end of the segment."""
+    end = segments[o.i_segment, 1]
+    for i in range(len(schedules)):
+        if s.direction * (schedules[i].t_next - end) < 0.0:
+            end = schedules[i].t_next
+    s.t_end = end
+
+
+@njit(**INTERNAL)
+def _move_on(e, direction):
+    """Let a schedule look at its next time."""
+    e.next += e.way
+    if e.next == e.end:
+        e.t_next = direction * np.inf
+    elif e.times != 0:
+        e.t_next = numbers_at(e.times)[e.next]
+    else:
+        e.t_next = e.start + e.next * e.period
+
+
+@njit(**INTERNAL)
+def arrive(kernels, solve, output, events, scratch, d, t, t_old, h):
+    """Let the state be that of a schedule's time, which a constant step has passed."""
+    y = slot(None, solve.work, Y)
+    polynomial(d, (t - t_old) / h, y)
+    if not project_row(kernels.project, t, y, scratch[0]):
+        return RAISED
+    return _begin_behind(kernels, solve, output, events, scratch, t, h)
+
+
+@njit(**INTERNAL)
+def _begin_behind(kernels, solve, output, events, scratch, t, h):
+    """Begin a new solve at a schedule's time t; a status."""
+    for i in range(len(events.table)):
+        e = events.table[i]
+        if e.t_jump != t:  # what the event did in the last step is no matter
+            e.active = 0
+    status = begin(kernels, solve, output, events, scratch, t)
+    if status != RUNNING:
+        return status
+    return watch_from(kernels, solve, events.table, scratch, h)
+
+
+@njit(**INTERNAL)
+def act_on_schedule(kernels, solve, output, events, scratch):
+    """Let the schedules act whose time is reached, in their order; RUNNING, EVENT or a failure."""
+    s, o, schedules = solve.state[0], output.record[0], events.schedules
+    y, acted, t = slot(None, solve.work, Y), False, s.t
+    for i in range(len(schedules)):
+        e = schedules[i]
+        if s.direction * (e.t_next - s.t) > 0.0:
+            continue
+        t = e.t_next
+        _sample_before(s, o, output, t, y)
+        events.index[o.n_events], events.t[o.n_events] = len(events.table) + i, t
+        copy_row(y, events.y[o.n_events])
+        o.n_events += 1
+        e.count += 1
+        _move_on(e, s.direction)
+        if e.limit > 0 and e.count >= e.limit:
+            return EVENT
+        if e.jump != 0:
+            acted = True
+            copy_row(y, scratch[0])
+            if not evaluate(e.jump, t, scratch[0], y):
+                return RAISED
+            for j in range(len(y)):
+                if not np.isfinite(y[j]):
+                    return BAD_JUMP
+    aim(s, o, output.segments, schedules)
+    if not acted:
+        return RUNNING
+    store_behind(output, t, y)
+    return _begin_behind(kernels, solve, output, events, scratch, t, s.t - s.t_old)
+
+
+@njit(**INTERNAL)
+def _sample_before(s, o, output, t, y):
+    """Store the state before an action at the start of the span, if that time is asked for."""
+    while o.i_eval < len(output.t_eval) and s.direction * (output.t_eval[o.i_eval] - t) <= 0.0:
+        output.t[o.i_eval] = output.t_eval[o.i_eval]
+        copy_row(y, output.y[o.i_eval])
+        o.i_eval += 1
