@@ -16,8 +16,12 @@ from fastdyn.compile.traced.met import why
 from fastdyn.ensemble.labels import argument_labels, component_labels
 from fastdyn.problem.members import Shared
 from fastdyn.problem.validate import extra_arguments, initial_state
+from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.trace.reads.reads import flat
 
+SUMS = ("add", "sub")  # what rounds most: their terms may cancel
 AROUND = 0.1  # share of a component's size by which states of a comparison are moved
 
 
@@ -132,6 +136,19 @@ class Derivatives(NamedTuple):
         matrix = np.zeros((self.n, self.n))
         matrix[self.code.rows, self.code.columns] = out[: len(self.code.rows)]
         return matrix
+
+    def summands(self, t, y):
+        """The largest number that is added or subtracted inside each rate, shape (n,)."""
+        traced = self.bound.function.traced
+        outputs = traced.stored[: self.n]
+        nodes = [[a for node in live([o]) if node.op in SUMS for a in node.args] for o in outputs]
+        values = flat([value for _, value in self.bound.values])
+        watch = [a for each in nodes for a in each]
+        found = evaluate(traced.trace.graph, [], np.array([float(t)]), y[:, None], values, watch)
+        sizes = np.abs(np.asarray(found[1], float).reshape(-1))
+        sizes[~np.isfinite(sizes)] = 0.0
+        ends = np.cumsum([len(each) for each in nodes])
+        return np.array([part.max(initial=0.0) for part in np.split(sizes, ends[:-1])])
 
 
 def equations_of(fun: Any, args: Any = ()):

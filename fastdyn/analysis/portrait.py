@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from .equations import Equations, NotConvergedError, box_of, count, equations_of
-from .equilibria import Equilibria, equilibria
 from .orbit import PeriodicOrbit, periodic_orbit
+from .rest.equilibria import Equilibria, equilibria
 from .trajectories import cut, follower, joined, spread
 
 FINE = 121  # points a side of the field
