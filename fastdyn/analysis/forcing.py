@@ -10,9 +10,11 @@ from .rest.kinds import ZERO
 
 LINEAR = 1e-12  # relative change of the Jacobian of linear equations
 LOOKS = 5  # times and states at which it is looked at
-SAMPLES = 256  # of the forcing over a period
+SAMPLES = (256, 1024, 4096)  # of the forcing over a period, until its harmonics have faded
+SMOOTH = 1e-6  # relative change of the amplitude by more samples
 RESONANT = 1e-12  # of a frequency: eigenvalues as near are at resonance without damping
 UNSTABLE = "the equations have motions that grow"
+ROUGH = "The forcing has jumps or kinks: amplitudes are not exact, but to some 1e-3."
 UNDAMPED = "resonance without damping"
 LEAST = 1e-13  # harmonic of the forcing, relative to the largest
 
@@ -26,7 +28,7 @@ def is_linear(equations, y, omega):
 
 
 def exact(equations, y, omega):
-    """((amplitude, harmonic) of linear equations, shape (n,) each; or None, and why).
+    """((amplitude, harmonic) of linear equations, shape (n,) each, or None; what is to be told).
 
     A motion that grows leaves each steady state, and a resonance without damping has none.
     """
@@ -34,14 +36,24 @@ def exact(equations, y, omega):
     values = np.linalg.eigvals(matrix)
     if values.real.max() > ZERO * np.abs(values).max():
         return None, UNSTABLE
-    times = np.arange(SAMPLES) / SAMPLES * period
-    forcing = np.array([equations.rates(t, y) for t in times]).T - (matrix @ y)[:, None]
-    parts = np.fft.rfft(forcing) / SAMPLES
-    steady = np.zeros(parts.shape, complex)
-    for k in np.flatnonzero(np.abs(parts).max(axis=0) > LEAST * np.abs(parts).max()):
-        if k:
+    last, change = None, np.inf
+    for n_samples in SAMPLES:
+        times = np.arange(n_samples) / n_samples * period
+        forcing = np.array([equations.rates(t, y) for t in times]).T - (matrix @ y)[:, None]
+        parts = np.fft.rfft(forcing) / n_samples
+        kept = np.abs(parts).max(axis=0) > LEAST * np.abs(parts).max()
+        kept[0] = False
+        steady = np.zeros(parts.shape, complex)
+        for k in np.flatnonzero(kept):
             if np.abs(1j * k * omega - values).min() <= RESONANT * k * omega:
                 return None, UNDAMPED
-            steady[:, k] = np.linalg.solve(1j * k * omega * np.eye(len(y)) - matrix, parts[:, k])
-    curve = np.fft.irfft(steady * SAMPLES, axis=1)
-    return (half_ranges(np.hstack([curve, curve[:, :1]])), 2.0 * steady[:, 1]), ""
+            system = 1j * k * omega * np.eye(len(y)) - matrix
+            steady[:, k] = np.linalg.solve(system, parts[:, k])
+        curve = np.fft.irfft(steady * n_samples, axis=1)
+        found = half_ranges(np.hstack([curve, curve[:, :1]])), 2.0 * steady[:, 1]
+        if not kept[n_samples // 4 :].any():
+            return found, ""
+        if last is not None:
+            change = np.abs(found[0] - last).max() / max(found[0].max(), 1e-300)
+        last = found[0]
+    return found, "" if change < SMOOTH else ROUGH

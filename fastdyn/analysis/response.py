@@ -179,6 +179,8 @@ def frequency_response(
         found = [exact(equations.replaced(j, omega), y, omega) for omega in omegas]
         sweeps = {"exact": _joined([steady for steady, _ in found], turn, len(y))}
         message = _missing([reason for steady, reason in found if steady is None])
+        rough = {reason for steady, reason in found if steady is not None and reason}
+        message = " ".join([message, *rough]).strip()
     else:
         options, sweeps, missing = options_of(method, options), {}, []
         for name in ("up", "down") if sweep == "both" else (sweep,):

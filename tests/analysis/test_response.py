@@ -71,6 +71,21 @@ def test_a_response_that_has_not_the_period_is_no_number():
     assert np.isnan(found.amplitude).all() and "1 steady states were not found" in found.message
 
 
+def test_forcing_that_jumps():
+    """A square wave has a time, though no derivative; its harmonics do not fade."""
+
+    def square(t, y, omega, soft):
+        wave = math.sin(omega * t)
+        return [y[1], -y[0] - 0.3 * y[1] + (wave * abs(wave) if soft else 1 if wave > 0 else -1)]
+
+    w = np.array([0.5, 1.0, 1.5])
+    for soft, first in ((0, 4 / math.pi), (1, 8 / (3 * math.pi))):
+        found = frequency_response(square, w, args=(1.0, soft), y0=[0, 0], reference="sin")
+        exact = first / (1 - w**2 + 0.3j * w)
+        assert np.allclose(found.sweeps["exact"].harmonic[0], exact, rtol=1e-3 * (1 - soft) + 1e-7)
+        assert ("jumps or kinks" in found.message) is not bool(soft)
+
+
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("damping, known, said", [
     (0.1, [1, 1, 1], ""),
