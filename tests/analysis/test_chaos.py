@@ -171,6 +171,21 @@ def test_the_exponents_of_forced_equations():
     assert 0.08 < found.values[0] < 0.16
 
 
+@pytest.mark.parametrize("t_end", [100, 500, 3000])
+@pytest.mark.parametrize(
+    "fun, y0",
+    [
+        (lambda t, y: [y[1], -np.sin(y[0])], [1.0, 0]),
+        (lambda t, y: [y[1], -y[0] - y[0] ** 3], [2.0, 0]),
+        (henon_heiles, start(0.3, 0.0)),
+    ],
+)
+def test_regular_motion_has_no_exponent(fun, y0, t_end):
+    """Neighbours part in proportion to the time: the exponents approach 0 as log(t) / t."""
+    found = lyapunov(fun, y0, t_end=t_end)
+    assert not found.chaotic and (np.abs(found.values) < 2.5 * found.errors).all()
+
+
 def test_kinks_are_followed():
     """A spring that is stiff on one side: no damping, and all exponents are zero."""
     found = lyapunov(lambda t, y: [y[1], -4 * y[0] if y[0] > 0 else -y[0]], [1.0, 0], t_end=100)
