@@ -53,6 +53,15 @@ class Portrait:
     equilibria: Equilibria | None
     message: str
 
+    def __str__(self):
+        counts = (
+            (len(self.trajectories), "trajectories"), (len(self.separatrices), "separatrices"),
+        )  # fmt: skip
+        drawn = ", ".join(f"{n} {what}" for n, what in counts if n)
+        head = f"Phase portrait of {drawn}. {self.message}".strip()
+        found = [self.equilibria] if self.equilibria is not None else []
+        return "\n".join(map(str, [head, *self.cycles, *found]))
+
     def plot(self, nullclines=True, **options) -> Any:
         """Draw field, trajectories, separatrices, equilibria, and the nullclines."""
         from fastdyn.plot.analysis.phase_plane import figure
