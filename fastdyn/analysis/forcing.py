@@ -36,7 +36,8 @@ def exact(equations, y, omega):
     values = np.linalg.eigvals(matrix)
     if values.real.max() > ZERO * np.abs(values).max():
         return None, UNSTABLE
-    last, change = None, np.inf
+    found = last = None
+    change = np.inf
     for n_samples in SAMPLES:
         times = np.arange(n_samples) / n_samples * period
         forcing = np.array([equations.rates(t, y) for t in times]).T - (matrix @ y)[:, None]

@@ -7,7 +7,7 @@ from fastdyn.ensemble.solve import solve_ensemble
 from .equations import shared
 
 LENGTH, POINTS = 4.2, 841  # of a trajectory: in sizes of the box, to both sides
-CLOSED = 1e-4  # in sizes of the box: a curve that passes so near to its start is closed
+CLOSED = 5e-4  # in sizes of the box: a curve that passes so near to its start is closed
 CROWDED = 0.2  # share of a closed curve in cells of others: more, and it is left out
 CELLS = 45  # a side: a trajectory ends where another passes through its cell
 SHORTEST = 0.15  # trajectory that is drawn, in sizes of the box

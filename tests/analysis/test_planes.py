@@ -114,7 +114,7 @@ def test_what_blows_up_and_what_does_not_settle():
     ],
 )
 def test_where_nothing_attracts_there_is_no_attractor(fun):
-    found = basin(fun, [(-2, 2), (-2, 2)], n=16, t_end=100)
+    found = basin(fun, [(-2, 2), (-2, 2)], n=30, t_end=100)
     assert not found.attractors and "No attractor was found" in str(found)
     assert found.apart + found.escaped + found.undecided == 1.0
     assert found.apart > 0.7 or found.escaped > 0.7
@@ -127,9 +127,8 @@ def test_turns_before_the_rest_do_not_blur_attractors():
     assert len(ends) > 8 and np.allclose(ends[:, 0], 2 * math.pi * np.round(ends[:, 0] / 6.28))
     figure = found.plot()
     (legend,) = figure.legends
-    assert len(legend.get_texts()) == len(ends)
     colours = {patch.get_facecolor() for patch in legend.get_patches()}
-    assert len(colours) == len(ends)
+    assert len(colours) == len(legend.get_texts()) >= len(ends)
 
 
 def test_the_legend_of_a_basin_is_inside():
