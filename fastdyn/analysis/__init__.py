@@ -7,12 +7,12 @@ Every function takes a plain function ``fun(t, y, *args)`` or a system of `fastd
 from .basins import Basin, basin
 from .branch import Branch, continuation
 from .equations import NotConvergedError
-from .equilibria import Equilibria, equilibria
 from .exponents import Exponents, lyapunov
-from .linear import Linearisation, Mode, linearise
 from .orbit import PeriodicOrbit, periodic_orbit
 from .portrait import Portrait, phase_portrait
 from .response import Response, frequency_response
+from .rest.equilibria import Equilibria, equilibria
+from .rest.linear import Linearisation, Mode, linearise
 from .section import Section, poincare
 
 __all__ = [

@@ -7,16 +7,14 @@ import numpy as np
 
 from fastdyn.ensemble.solve import solve_ensemble
 
+from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
 from .equations import Equations, box_of, count, equations_of, positive, shared
 
-UNDECIDED, ESCAPED = -1, -2  # labels
+ESCAPED = -2  # label
 NEAR = 0.05  # of the range of all ends: two ends as near belong to one attractor
 LEAST = 0.1  # of the box, the least range
 FEWEST = 5e-4  # share of the grid that an attractor has at least
-MOST = 20  # attractors
 WINDOW = 0.1  # of t_end
-SHRINKS = 0.9  # factor by which the ranges of decaying motions shrink from look to look, at most
-ROUNDED = 1e-3  # of the largest number of an attractor: numbers below are named 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,14 +28,17 @@ class Basin:
         The two components of the starts that differ.
     labels : ndarray of int, shape (l, k)
         Number of the attractor; -1 where the motion has not settled on any, -2 where the solve
-        failed, mostly because it blows up.
+        failed or the motion grows beyond all bounds, -3 where it keeps beside its neighbours
+        without coming to them, as without damping: nothing attracts it.
     attractors : list of (ndarray, ndarray)
         Smallest and largest value of each component on each attractor, shape (n,); both are the
         state of an equilibrium.
     shares : ndarray
         Share of the grid that belongs to each attractor.
-    undecided, escaped : float
-        Shares of the labels -1 and -2.
+    near : float
+        Distance of what belongs to one attractor.
+    undecided, escaped, apart : float
+        Shares of the labels -1, -2 and -3.
     """
 
     equations: Equations
@@ -46,6 +47,7 @@ class Basin:
     y: np.ndarray
     labels: np.ndarray
     attractors: list
+    near: float
 
     @property
     def shares(self):
@@ -60,15 +62,30 @@ class Basin:
         return float((self.labels == ESCAPED).mean())
 
     @property
+    def apart(self):
+        return float((self.labels == APART).mean())
+
+    @property
     def names(self):
         """The attractors in words."""
-        return [described(low, high) for low, high in self.attractors]
+        return [described(low, high, self.near) for low, high in self.attractors]
+
+    @property
+    def others(self):
+        """Share and words of each label of no attractor."""
+        return [
+            (self.undecided, "not settled"),
+            (self.apart, "nothing attracts: neighbours stay apart"),
+            (self.escaped, "failed or beyond all bounds"),
+        ]
 
     def __str__(self):
-        lines = [f"Basins of {len(self.attractors)} attractors from {self.labels.size} starts"]
+        many = {0: "No attractor was found", 1: "Basin of one attractor"}
+        head = many.get(len(self.attractors), f"Basins of {len(self.attractors)} attractors")
+        lines = [f"{head} from {self.labels.size} starts"]
         for share, name in zip(self.shares, self.names, strict=True):
             lines.append(f"  {share:6.1%}  {name}")
-        for share, what in ((self.undecided, "not settled"), (self.escaped, "failed")):
+        for share, what in self.others:
             if share:
                 lines.append(f"  {share:6.1%}  {what}")
         return "\n".join(lines)
@@ -143,17 +160,18 @@ def basin(
     t_end = positive(t_end, "t_end")
     window = WINDOW * t_end if window is None else positive(window, "window")
     options = {"method": "DOP853", "rtol": 1e-6, "atol": 1e-8, **options}
-    first, second, fine = _ranges(equations, starts, t_end, window, options)
+    first, second, ends, fine = _ranges(equations, starts, t_end, window, options)
+    fine &= ~grown(first, second, np.abs(np.concatenate([region.ravel(), state])).max())
     labels = np.full(len(starts), UNDECIDED)
     labels[~fine] = ESCAPED
-    low, high = np.split(second[fine], 2, axis=1)
-    spread = (high.max(axis=0) - low.min(axis=0)).max() if fine.any() else 0.0
-    spread = max(spread, LEAST * np.ptp(region, axis=1).max())
-    near = NEAR * spread if near is None else positive(near, "near")
-    settled = fine.copy()
-    settled[fine] = (np.abs(first[fine] - second[fine]) <= near).all(axis=1)
+    size = np.ptp(region, axis=1).max()
+    still = fine & ~drifting(first, second, LEAST * size)
+    low, high = np.split(second[still], 2, axis=1)
+    spread = (high.max(axis=0) - low.min(axis=0)).max() if still.any() else 0.0
+    near = NEAR * max(spread, LEAST * size) if near is None else positive(near, "near")
+    settled = still & (np.abs(first - second) <= near).all(axis=1)
     if attractors is None:
-        centres = _clusters(second[settled], near, max(2.0, FEWEST * len(starts)))
+        centres = clusters(second[settled], near, max(2.0, FEWEST * len(starts)))
     else:
         given = np.atleast_2d(np.asarray(attractors, float))
         if given.shape[1] != len(state) or not np.isfinite(given).all():
@@ -163,14 +181,21 @@ def basin(
         distances = np.abs(second[settled][:, None] - centres).max(axis=2)
         nearest = distances.argmin(axis=1)
         labels[settled] = np.where(distances.min(axis=1) <= near, nearest, UNDECIDED)
-    before, after = (_widths(each, labels, len(centres)) for each in (first, second))
-    found = []
-    for centre, wide, narrow in zip(centres, before, after, strict=True):
-        low, high = np.split(centre, 2)
-        if narrow < SHRINKS * wide and narrow <= near:  # it still approaches an equilibrium
-            low = high = 0.5 * (low + high)
-        found.append((low, high))
-    return Basin(equations, (i, j), x, y, labels.reshape(len(y), len(x)), found)
+    if attractors is None and len(centres):
+        began = t_end + 2.0 * window
+
+        def later(states):
+            return _ranges(equations, states, t_end, window, options, began)[1]
+
+        kinds = np.array(attraction(first, second, ends, labels, centres, near, later))
+        if (kinds == APART).any():
+            labels[settled & (labels == UNDECIDED)] = APART
+        real = kinds >= 0
+        numbers = np.where(real, np.cumsum(real) - 1, kinds)
+        labels[labels >= 0] = numbers[labels[labels >= 0]]
+        centres = centres[real]
+    found = fitted(first, second, labels, centres, near)
+    return Basin(equations, (i, j), x, y, labels.reshape(len(y), len(x)), found, near)
 
 
 def _rest(equations, at):
@@ -191,11 +216,10 @@ def _pair(components, n):
     return found
 
 
-def _ranges(equations, starts, t_end, window, options):
-    """Ranges (lowest, highest) of each component in two windows, and which solves succeeded."""
-    e, begin, ranges, fine = equations, 0.0, [], np.ones(len(starts), bool)
-    for length in (t_end, window, window):
-        reduce = None if begin == 0.0 else ["min", "max"]
+def _ranges(equations, starts, t_end, window, options, begin=0.0):
+    """Ranges (lowest, highest) of each component in two windows, the ends, and what succeeded."""
+    e, ranges, fine = equations, [], np.ones(len(starts), bool)
+    for length, reduce in ((t_end, None), (window, ["min", "max"]), (window, ["min", "max"])):
         run = solve_ensemble(
             e.fun, (begin, begin + length), starts, shared(e.args), reduce=reduce, **options
         )
@@ -203,40 +227,4 @@ def _ranges(equations, starts, t_end, window, options):
         starts, begin = np.where(fine[:, None], run.y_end, 0.0), begin + length
         if reduce:
             ranges.append(np.hstack([run.reduced["min"], run.reduced["max"]]))
-    return *ranges, fine
-
-
-def _widths(ranges, labels, count):
-    """The largest width of the ranges of each attractor's members, by the median."""
-    low, high = np.split(ranges, 2, axis=1)
-    wide = (high - low).max(axis=1)
-    return [
-        float(np.median(wide[labels == k])) if (labels == k).any() else 0.0 for k in range(count)
-    ]
-
-
-def _clusters(ends, near, fewest):
-    """Centres of clusters of ends, the largest first; small ones are none."""
-    left, centres = ends, []
-    while len(left) >= fewest and len(centres) < MOST:
-        _, index, sizes = np.unique(
-            np.round(left / near), axis=0, return_inverse=True, return_counts=True
-        )
-        seed = np.median(left[index.reshape(-1) == sizes.argmax()], axis=0)
-        own = (np.abs(left - seed) <= near).all(axis=1)
-        if own.sum() < fewest:
-            break
-        centres.append(np.median(left[own], axis=0))
-        left = left[~(np.abs(left - centres[-1]) <= near).all(axis=1) & ~own]
-    return np.array(sorted(centres, key=lambda c: tuple(np.round(c / near))))
-
-
-def described(low, high):
-    """An attractor in words."""
-    least = ROUNDED * max(1e-300, np.abs([low, high]).max())
-    a, b = (["0" if abs(v) < least else f"{v:.3g}" for v in part] for part in (low, high))
-    if (high - low <= least).all():
-        return "equilibrium at " + ", ".join(b)
-    return "motion between " + ", ".join(
-        f"{one} and {other}" for one, other in zip(a, b, strict=True)
-    )
+    return *ranges, starts, fine

@@ -13,11 +13,15 @@ from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import why
-from fastdyn.ensemble.labels import argument_labels, component_labels
+from fastdyn.ensemble.labels import argument_labels, argument_names, component_labels
 from fastdyn.problem.members import Shared
 from fastdyn.problem.validate import extra_arguments, initial_state
+from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.trace.reads.reads import flat
 
+SUMS = ("add", "sub")  # what rounds most: their terms may cancel
 AROUND = 0.1  # share of a component's size by which states of a comparison are moved
 
 
@@ -43,8 +47,19 @@ class Equations(NamedTuple):
             return labels.index(name)
         if not isinstance(name, str | bool) and name in range(len(labels)):
             return int(name)
-        known = ", ".join(map(repr, labels)) or "none"
-        raise ValueError(f"There is no parameter {name!r}; the parameters are {known}.")
+        raise ValueError(f"There is no parameter {name!r}; {self._known(labels)}")
+
+    def _known(self, labels):
+        """What parameters there are, in words; arguments without a value are named."""
+        bare = self.system is None and not self.args
+        written = [label.name for label in argument_names(self.fun)] if bare else []
+        if written:
+            names = ", ".join(map(repr, written))
+            return (
+                f"`fun` has {names} after t and y, but `args` is empty: give the values by `args`, "
+                "and one of these names as the parameter."
+            )
+        return f"the parameters are {', '.join(map(repr, labels)) or 'none'}."
 
     def parameter_label(self, j):
         """Name and unit of a parameter."""
@@ -121,8 +136,9 @@ class Derivatives(NamedTuple):
 
     @property
     def autonomous(self):
-        """Whether f does not depend on t."""
-        return self.code.autonomous
+        """Whether f does not depend on t; forcing that jumps has no derivative, but a time."""
+        outputs = self.bound.function.traced.stored[: self.n]
+        return self.code.autonomous and not any(node.op == "t" for node in live(outputs))
 
     def at(self, t, y):
         """df/dy, shape (n, n)."""
@@ -132,6 +148,19 @@ class Derivatives(NamedTuple):
         matrix = np.zeros((self.n, self.n))
         matrix[self.code.rows, self.code.columns] = out[: len(self.code.rows)]
         return matrix
+
+    def summands(self, t, y):
+        """The largest number that is added or subtracted inside each rate, shape (n,)."""
+        traced = self.bound.function.traced
+        outputs = traced.stored[: self.n]
+        nodes = [[a for node in live([o]) if node.op in SUMS for a in node.args] for o in outputs]
+        values = flat([value for _, value in self.bound.values])
+        watch = [a for each in nodes for a in each]
+        found = evaluate(traced.trace.graph, [], np.array([float(t)]), y[:, None], values, watch)
+        sizes = np.abs(np.asarray(found[1], float).reshape(-1))
+        sizes[~np.isfinite(sizes)] = 0.0
+        ends = np.cumsum([len(each) for each in nodes])
+        return np.array([part.max(initial=0.0) for part in np.split(sizes, ends[:-1])])
 
 
 def equations_of(fun: Any, args: Any = ()):

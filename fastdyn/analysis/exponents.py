@@ -24,6 +24,7 @@ GROWTH = 4.0  # exponent of the fastest growth or decay within an interval
 LOOKS = 40  # states at which the Jacobian is looked at, for the interval
 FEWEST, MOST_INTERVALS = 200, 20_000_000
 BATCHES = 20  # whose means give the error
+PARTED = 5.0  # logarithm of the growth of a distance that regular motion does not reach
 SHOWN = 1000  # points of the running estimates
 
 
@@ -37,7 +38,10 @@ class Exponents:
     values : ndarray, shape (n,)
         Exponents, per unit of time, in decreasing order.
     errors : ndarray, shape (n,)
-        Their standard errors, from the scatter of means over twentieths of the time.
+        `scatter`, and the distance from the mean over the second half: exponents of regular motion
+        fall to 0 as log(t) / t, which the scatter alone does not show.
+    scatter : ndarray, shape (n,)
+        Standard errors from the scatter of means over twentieths of the time.
     t : ndarray, shape (n_points,)
         Times since the transient.
     running : ndarray, shape (n, n_points)
@@ -51,6 +55,7 @@ class Exponents:
     equations: Equations
     values: np.ndarray
     errors: np.ndarray
+    scatter: np.ndarray
     t: np.ndarray
     running: np.ndarray
     interval: float
@@ -69,8 +74,15 @@ class Exponents:
 
     @property
     def chaotic(self):
-        """Whether the largest exponent is above zero by more than three of its errors."""
-        return bool(self.values[0] > 3.0 * self.errors[0])
+        """Whether neighbours part exponentially.
+
+        The largest exponent is above zero by more than three standard errors, and neighbours part
+        in the second half of the time, too, by a factor of e^5; in regular motion by about 2.
+        """
+        half = int(np.searchsorted(self.t, 0.5 * self.t[-1]))
+        parting = self.running[0] * self.t
+        late = parting[-1] - parting[half]
+        return bool(self.values[0] > 3.0 * self.scatter[0] and late > PARTED)
 
     def __str__(self):
         pairs = zip(self.values, self.errors, strict=True)
@@ -203,7 +215,10 @@ def _result(equations, logs, interval, y):
     times = interval * (shown + 1.0)
     values = sums[-1] / (interval * len(logs))
     means = np.array([part.mean(axis=0) for part in np.array_split(logs, BATCHES)]) / interval
-    errors = means.std(axis=0, ddof=1) / math.sqrt(BATCHES)
+    scatter = means.std(axis=0, ddof=1) / math.sqrt(BATCHES)
+    errors = scatter + np.abs(values - means[BATCHES // 2 :].mean(axis=0))
     order = np.argsort(-values)
     running = (sums[shown] / times[:, None]).T
-    return Exponents(equations, values[order], errors[order], times, running[order], interval, y)
+    return Exponents(
+        equations, values[order], errors[order], scatter[order], times, running[order], interval, y
+    )

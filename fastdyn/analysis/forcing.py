@@ -1,60 +1,60 @@
-"""Equations that are forced periodically: their period, and the response of linear ones."""
+"""The response of linear equations that are forced periodically."""
 
 import math
 
 import numpy as np
 
 from .orbit import half_ranges
+from .period import looks
+from .rest.kinds import ZERO
 
 LINEAR = 1e-12  # relative change of the Jacobian of linear equations
 LOOKS = 5  # times and states at which it is looked at
-SAMPLES = 256  # of the forcing over a period
+SAMPLES = (256, 1024, 4096)  # of the forcing over a period, until its harmonics have faded
+SMOOTH = 1e-6  # relative change of the amplitude by more samples
+RESONANT = 1e-12  # of a frequency: eigenvalues as near are at resonance without damping
+UNSTABLE = "the equations have motions that grow"
+ROUGH = "The forcing has jumps or kinks: amplitudes are not exact, but to some 1e-3."
+UNDAMPED = "resonance without damping"
 LEAST = 1e-13  # harmonic of the forcing, relative to the largest
-
-
-def _looks(y, period):
-    """Times and states at which equations are looked at."""
-    rng = np.random.default_rng(0)
-    size = np.maximum(np.abs(y), 0.1)
-    return [
-        (period * rng.random(), y + 0.3 * size * rng.standard_normal(len(y))) for _ in range(LOOKS)
-    ]
-
-
-def check_period(equations, y, period):
-    """Refuse equations that do not depend on the time, or are not periodic."""
-    if equations.differentiated(0.0, y).autonomous:
-        raise ValueError("`fun` does not depend on the time: nothing forces it.")
-    for t, state in _looks(y, period):
-        now, later = equations.rates(t, state), equations.rates(t + period, state)
-        if np.abs(now - later).max() > 1e-8 * max(np.abs(now).max(), np.abs(later).max()):
-            raise ValueError(
-                f"`fun` does not have the period {period:.6g}, 2 pi / frequency: is `parameter` "
-                "the angular frequency of the forcing?"
-            )
 
 
 def is_linear(equations, y, omega):
     """Whether the Jacobian is the same at all states and times that are looked at."""
     derivatives, period = equations.differentiated(0.0, y), 2.0 * math.pi / omega
-    first, *others = [derivatives.at(t, state) for t, state in _looks(y, period)]
+    first, *others = [derivatives.at(t, state) for t, state in looks(0.0, y, period)[:LOOKS]]
     size = np.abs(first).max()
     return all(np.abs(each - first).max() <= LINEAR * size for each in others)
 
 
 def exact(equations, y, omega):
-    """(amplitude, harmonic) of linear equations, shape (n,) each."""
+    """((amplitude, harmonic) of linear equations, shape (n,) each, or None; what is to be told).
+
+    A motion that grows leaves each steady state, and a resonance without damping has none.
+    """
     matrix, period = equations.differentiated(0.0, y).at(0.0, y), 2.0 * math.pi / omega
-    times = np.arange(SAMPLES) / SAMPLES * period
-    forcing = np.array([equations.rates(t, y) for t in times]).T - (matrix @ y)[:, None]
-    parts = np.fft.rfft(forcing) / SAMPLES
-    steady = np.zeros(parts.shape, complex)
-    for k in np.flatnonzero(np.abs(parts).max(axis=0) > LEAST * np.abs(parts).max()):
-        if k:
+    values = np.linalg.eigvals(matrix)
+    if values.real.max() > ZERO * np.abs(values).max():
+        return None, UNSTABLE
+    found = last = None
+    change = np.inf
+    for n_samples in SAMPLES:
+        times = np.arange(n_samples) / n_samples * period
+        forcing = np.array([equations.rates(t, y) for t in times]).T - (matrix @ y)[:, None]
+        parts = np.fft.rfft(forcing) / n_samples
+        kept = np.abs(parts).max(axis=0) > LEAST * np.abs(parts).max()
+        kept[0] = False
+        steady = np.zeros(parts.shape, complex)
+        for k in np.flatnonzero(kept):
+            if np.abs(1j * k * omega - values).min() <= RESONANT * k * omega:
+                return None, UNDAMPED
             system = 1j * k * omega * np.eye(len(y)) - matrix
-            try:
-                steady[:, k] = np.linalg.solve(system, parts[:, k])
-            except np.linalg.LinAlgError:  # resonance without damping
-                steady[:, k] = np.inf
-    curve = np.fft.irfft(steady * SAMPLES, axis=1)
-    return half_ranges(np.hstack([curve, curve[:, :1]])), 2.0 * steady[:, 1]
+            steady[:, k] = np.linalg.solve(system, parts[:, k])
+        curve = np.fft.irfft(steady * n_samples, axis=1)
+        found = half_ranges(np.hstack([curve, curve[:, :1]])), 2.0 * steady[:, 1]
+        if not kept[n_samples // 4 :].any():
+            return found, ""
+        if last is not None:
+            change = np.abs(found[0] - last).max() / max(found[0].max(), 1e-300)
+        last = found[0]
+    return found, "" if change < SMOOTH else ROUGH

@@ -8,8 +8,10 @@ import numpy as np
 
 from .equations import Equations, NotConvergedError, equations_of, positive, state_of
 from .flow import METHOD, Flow, options_of
+from .period import check_period
 from .shooting import return_time, shoot
 
+ADVICE = "Give the period of the equations, or a multiple of that."
 ON_CIRCLE = 1e-4  # distance from 1 of a multiplier's size that is not told from 1
 PARTS = (2, 3, 5, 7)  # of a period, which may be periods themselves
 POINTS = 401  # of the curve of an orbit
@@ -116,8 +118,8 @@ def periodic_orbit(
     NotConvergedError
         If the search does not arrive at an orbit, or arrives at an equilibrium.
     ValueError
-        For a function that cannot be traced or differentiated, and without a period for equations
-        that depend on the time.
+        For a function that cannot be traced or differentiated, and for equations that depend on
+        the time without a period, or with one that they do not have.
 
     Notes
     -----
@@ -141,6 +143,8 @@ def periodic_orbit(
             "`period` is missing: `fun` depends on the time, and the period of that is needed."
         )
     period = None if period is None else positive(period, "period")
+    if forced:
+        check_period(equations, t0, y0, period, ADVICE)
     if transient:
         wait = positive(transient, "transient")
         if forced and period is not None:

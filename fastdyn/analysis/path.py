@@ -6,7 +6,10 @@ import numpy as np
 
 from .equations import NotConvergedError
 from .orbit import PeriodicOrbit, orbit_at
+from .period import check_period
 
+ADVICE = "That is at {} = {:g}: give `period` as a function of the parameter."
+CHECKED = (0.0, 0.4, 0.8)  # shares of the way at which the period is compared
 NEAR = 1e3  # residual of a corrected point, in units of the tolerance of the solves
 PASSES, LOST = 8, 10.0  # passes of Newton's method, and a step of it that leads nowhere
 REFINED = 30  # halvings around a special point
@@ -59,6 +62,10 @@ class Path(NamedTuple):
                 f"`period` gives {period(start):.10g} at {start:g}, but the orbit has the period "
                 f"{orbit.period:.10g}."
             )
+        if orbit.forced:
+            for value in (start + share * (end - start) for share in CHECKED):
+                e = orbit.equations.replaced(j, value)
+                check_period(e, orbit.t0, orbit.y0, period(value), ADVICE.format(parameter, value))
         size = max(1e-3, float(np.ptp(orbit.y, axis=1).max()))
         scale = np.full(len(orbit.y0), size)
         if not orbit.forced:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from .equations import Equations, NotConvergedError, box_of, count, equations_of
-from .equilibria import Equilibria, equilibria
 from .orbit import PeriodicOrbit, periodic_orbit
+from .rest.equilibria import Equilibria, equilibria
 from .trajectories import cut, follower, joined, spread
 
 FINE = 121  # points a side of the field
@@ -52,6 +52,15 @@ class Portrait:
     cycles: list[PeriodicOrbit]
     equilibria: Equilibria | None
     message: str
+
+    def __str__(self):
+        counts = (
+            (len(self.trajectories), "trajectories"), (len(self.separatrices), "separatrices"),
+        )  # fmt: skip
+        drawn = ", ".join(f"{n} {what}" for n, what in counts if n)
+        head = f"Phase portrait of {drawn}. {self.message}".strip()
+        found = [self.equilibria] if self.equilibria is not None else []
+        return "\n".join(map(str, [head, *self.cycles, *found]))
 
     def plot(self, nullclines=True, **options) -> Any:
         """Draw field, trajectories, separatrices, equilibria, and the nullclines."""

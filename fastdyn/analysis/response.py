@@ -1,5 +1,6 @@
 """Frequency response: the steady state over the frequency, swept up and down."""
 
+import collections
 import dataclasses
 import math
 from typing import Any, NamedTuple
@@ -8,10 +9,12 @@ import numpy as np
 
 from .equations import Equations, NotConvergedError, count, equations_of, state_of
 from .flow import METHOD, Flow, options_of
-from .forcing import check_period, exact, is_linear
+from .forcing import exact, is_linear
 from .orbit import POINTS, found_orbit
+from .period import check_period
 
 AGAIN = 5  # times as long a transient, where the first is too short
+ADVICE = "The period is 2 pi / frequency: is `parameter` the angular frequency of the forcing?"
 REFERENCES = {"cos": 0.0, "sin": 0.5 * math.pi}
 
 
@@ -76,7 +79,8 @@ class Response:
         changes = {
             name: np.abs(np.diff(sweep.amplitude[component])) for name, sweep in self.sweeps.items()
         }
-        most = 0.1 * np.nanmax([np.nanmax(s.amplitude[component]) for s in self.sweeps.values()])
+        known = [s.amplitude[component] for s in self.sweeps.values()]
+        most = 0.1 * np.nan_to_num(known).max()
         found = {}
         for name, change in changes.items():
             other = next(iter(changes[k] for k in changes if k != name), np.zeros_like(change))
@@ -134,7 +138,8 @@ def frequency_response(
     Returns
     -------
     Response
-        NaN where no stable steady state of the period of the forcing was found: `message` tells.
+        NaN where no stable steady state of the period of the forcing was found, of unstable linear
+        equations everywhere: `message` tells.
 
     Raises
     ------
@@ -165,13 +170,19 @@ def frequency_response(
         raise ValueError(f"`reference` must be cos or sin; got {reference!r}.")
     transient = count(transient, "transient", 0)
     for omega in (omegas[0], omegas[-1]):
-        check_period(equations.replaced(j, omega), y, 2.0 * math.pi / omega)
+        here = equations.replaced(j, omega)
+        if here.differentiated(0.0, y).autonomous:
+            raise ValueError("`fun` does not depend on the time: nothing forces it.")
+        check_period(here, 0.0, y, 2.0 * math.pi / omega, ADVICE)
     turn = np.exp(1j * REFERENCES[reference])
     if all(is_linear(equations.replaced(j, omega), y, omega) for omega in (omegas[0], omegas[-1])):
         found = [exact(equations.replaced(j, omega), y, omega) for omega in omegas]
-        sweeps, message = {"exact": _joined(found, turn)}, ""
+        sweeps = {"exact": _joined([steady for steady, _ in found], turn, len(y))}
+        message = _missing([reason for steady, reason in found if steady is None])
+        rough = {reason for steady, reason in found if steady is not None and reason}
+        message = " ".join([message, *rough]).strip()
     else:
-        options, sweeps, missing = options_of(method, options), {}, 0
+        options, sweeps, missing = options_of(method, options), {}, []
         for name in ("up", "down") if sweep == "both" else (sweep,):
             order = slice(None) if name == "up" else slice(None, None, -1)
             found, state = [], y
@@ -179,9 +190,9 @@ def frequency_response(
                 flow = Flow(equations.replaced(j, omega), options)
                 steady, state = _steady(flow, state, 2.0 * math.pi / omega, transient)
                 found.append(steady)
-            sweeps[name] = _joined(found[order], turn)
-            missing += int(np.isnan(sweeps[name].amplitude[0]).sum())
-        message = f"{missing} steady states were not found." if missing else ""
+            sweeps[name] = _joined(found[order], turn, len(y))
+            missing += [f"sweep {name}" for steady in found if steady is None]
+        message = _missing(missing)
     return Response(equations, omegas, "exact" in sweeps, reference, sweeps, message)
 
 
@@ -210,9 +221,17 @@ def _steady(flow, state, period, transient):
     return None, state
 
 
-def _joined(found, turn):
-    """The Sweep from what was found at each frequency."""
-    n = next((len(one[0]) for one in found if one is not None), 1)
+def _missing(reasons):
+    """How many steady states were not found, and why."""
+    counts = collections.Counter(reasons)
+    if not counts:
+        return ""
+    told = "; ".join(f"{number}: {reason}" for reason, number in counts.items())
+    return f"{counts.total()} steady states were not found ({told})."
+
+
+def _joined(found, turn, n):
+    """The Sweep of n components from what was found at each frequency."""
     nothing = np.full(n, np.nan)
     both = [one or (nothing, nothing) for one in found]
     return Sweep(np.array([a for a, _ in both]).T, np.array([h for _, h in both]).T * turn)

@@ -1,7 +1,6 @@
 """Poincaré sections: by a function of the state, or once in each period of the equations."""
 
 import dataclasses
-import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,10 @@ from fastdyn.solve.ivp import solve_ivp
 
 from .equations import Equations, count, equations_of, positive, state_of
 from .flow import METHOD, options_of
+from .period import check_period
+from .shooting import longest
 
+ADVICE = "Give the period of the equations, or a multiple; `solve_ivp` samples at any times."
 STEPS = 2000  # between two crossings on the average, before a run is given up
 
 
@@ -105,12 +107,13 @@ def poincare(
     Returns
     -------
     Section
-        With fewer points if a run failed or stopped crossing: see `complete` and `message`.
+        With fewer points, or none, if a run failed or stopped crossing: see `complete` and
+        `message`.
 
     Raises
     ------
     ValueError
-        If there is no point at all.
+        For a period that the equations do not have, and arguments that make no sense.
 
     Notes
     -----
@@ -137,12 +140,14 @@ def poincare(
         event = _event(equations, section, direction, wanted)
         most = {"max_steps": STEPS * max(wanted, 100)}
         given = {**options, "events": event, "t_eval": [], **(most if max_steps is None else {})}
-        end = math.inf
+        ends = [wanted * longest(equations, 0.0, start) for start in starts]
     else:
-        times = positive(period, "period") * np.arange(wanted)
-        given, end = {"t_eval": times[n_skipped:], **options}, times[-1]
+        period = positive(period, "period")
+        check_period(equations, 0.0, starts[0], period, ADVICE)
+        times = period * np.arange(wanted)
+        given, ends = {"t_eval": times[n_skipped:], **options}, [times[-1]] * len(starts)
     parts, message = [], ""
-    for i, start in enumerate(starts):
+    for i, (start, end) in enumerate(zip(starts, ends, strict=True)):
         run = solve_ivp(equations.fun, (0.0, end), start, args=equations.args, **given)
         if period is None:
             t, y = run.t_events[0], run.y_events[0].reshape(-1, len(start))
@@ -150,12 +155,23 @@ def poincare(
             t, y = np.asarray(run.t, float), np.asarray(run.y).reshape(len(start), -1).T
         found = len(t) if period is None else len(t) + n_skipped
         if found < wanted and not message:
-            message = f"Start {i} has {found} points of {wanted}: {run.message}"
+            reason = run.message if period is not None else _ended(run, given["max_steps"], end)
+            message = f"Start {i} has {found} points of {wanted}: {reason}"
         skipped = n_skipped if period is None else 0
         parts.append((t[skipped:], y[skipped:]))
-    if not any(len(t) for t, _ in parts):
-        raise ValueError(f"There is no point of the section. {message}")
     return _section(equations, starts, parts, message)
+
+
+def _ended(run, max_steps, end):
+    """Why a run has fewer crossings than were asked for."""
+    if run.success:
+        return f"the solution does not cross the section again until t = {end:.3g}."
+    if run.n_accepted >= max_steps:
+        return (
+            f"the solution does not cross the section again in the {max_steps} steps (`max_steps`) "
+            "that were taken."
+        )
+    return run.message
 
 
 def _event(equations, section, direction, terminal):

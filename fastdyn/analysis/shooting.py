@@ -1,7 +1,5 @@
 """Shooting: the search for a state that a period takes back to itself."""
 
-import math
-
 import numpy as np
 from scipy.optimize import root
 
@@ -13,6 +11,7 @@ ROUNDINGS = 100.0  # residual of an orbit, in units of the tolerance of the solv
 SHORTEST = 0.02  # period of an orbit, as a share of the guess: at 0 all states are periodic
 FAR = 1e6  # residual where a solve fails
 SEARCH = {"xtol": 1e-14, "ftol": 1e-14, "factor": 0.1}  # a first step of a tenth of the state
+MANY = 1e9  # passages of a state
 RETURN = 20_000  # steps in which a solution comes back
 
 
@@ -87,22 +86,32 @@ def _size(*states):
     return max(1e-3, *(np.abs(state).max() for state in states))
 
 
+def longest(equations, t0, y0):
+    """A time after which nothing is awaited any more: many times that of a passage of the state.
+
+    It is finite, as the steps of motions that only drift away grow and grow.
+    """
+    speed = np.abs(equations.rates(t0, y0)).max()
+    return MANY * max(1.0, min(_size(y0) / speed, MANY)) if speed > 0.0 else MANY
+
+
 def return_time(flow, y0, t0):
     """The time after which the solution crosses the plane across its direction at y0 again."""
     e = flow.equations
     direction = e.rates(t0, y0)
-    speed = np.linalg.norm(direction)
-    if not speed > 0.0:
+    if not np.linalg.norm(direction) > 0.0:
         raise NotConvergedError("The search begins at an equilibrium: start beside it.")
+    span = longest(e, t0, y0)
     result = solve_ivp(
-        e.fun, (t0, math.inf), y0, args=e.args, events=Plane(y0, direction), t_eval=[],
+        e.fun, (t0, t0 + span), y0, args=e.args, events=Plane(y0, direction), t_eval=[],
         **{**flow.options, "max_steps": RETURN},
     )  # fmt: skip
     times = result.t_events[0][result.t_events[0] > t0]
     if not len(times):
         raise NotConvergedError(
             "`period` is missing, and the solution does not return to where it begins within "
-            f"{RETURN} steps: give a guess of the period, or a `transient` towards the orbit."
+            f"{RETURN} steps, or a time of {span:.3g}: give a guess of the "
+            "period, or a `transient` towards the orbit."
         )
     distances = np.linalg.norm(result.y_events[0][-len(times) :] - y0, axis=1)
     return float(times[np.argmin(distances)] - t0)

@@ -6,7 +6,9 @@ from fastdyn.ensemble.solve import solve_ensemble
 
 from .equations import shared
 
-LENGTH, POINTS = 3.0, 601  # of a trajectory: in sizes of the box, to both sides
+LENGTH, POINTS = 4.2, 841  # of a trajectory: in sizes of the box, to both sides
+CLOSED = 5e-4  # in sizes of the box: a curve that passes so near to its start is closed
+CROWDED = 0.2  # share of a closed curve in cells of others: more, and it is left out
 CELLS = 45  # a side: a trajectory ends where another passes through its cell
 SHORTEST = 0.15  # trajectory that is drawn, in sizes of the box
 
@@ -52,6 +54,26 @@ def cut(pair, region):
     return parts
 
 
+def closed(curve, region):
+    """A curve up to its return to where it begins, as a whole; None if it does not return."""
+    size = np.ptp(region, axis=1)[:, None]
+    away = np.hypot(*((curve - curve[:, :1]) / size))
+    far = away > 10.0 * LENGTH / POINTS
+    if not far.any():
+        return None
+    at = int(np.argmax(far))
+    if not (~far[at:]).any():
+        return None
+    at += int(np.argmax(~far[at:]))
+    at += int(np.argmin(away[at : at + 20]))
+    one, other = curve[:, max(at - 1, 0)], curve[:, min(at + 1, curve.shape[1] - 1)]
+    way, off = (other - one) / size[:, 0], (curve[:, 0] - one) / size[:, 0]
+    aside = abs(way[0] * off[1] - way[1] * off[0]) / max(np.hypot(*way), 1e-300)
+    whole = np.concatenate([curve[:, :at], curve[:, :1]], axis=1)
+    inside = ((whole >= region[:, :1]) & (whole <= region[:, 1:])).all()
+    return whole if aside < CLOSED and inside else None
+
+
 def joined(before, after):
     """The curve through a state from its parts."""
     return np.concatenate([before[:, :0:-1], after], axis=1)
@@ -71,11 +93,16 @@ def spread(states, follow, region, drawn):
     for state, pair in zip(states, follow(states), strict=True):
         if taken[cells(state[:, None])].any():
             continue
-        parts = []
-        for part in cut(pair, region):
-            met = np.flatnonzero(taken[cells(part)])
-            parts.append(part[:, : met[0]] if len(met) else part)
-        curve = joined(*parts)
+        curve = closed(pair[1], region)
+        if curve is not None:
+            if (taken[cells(curve)] != 0).mean() > CROWDED:
+                continue
+        else:
+            parts = []
+            for part in cut(pair, region):
+                met = np.flatnonzero(taken[cells(part)])
+                parts.append(part[:, : met[0]] if len(met) else part)
+            curve = joined(*parts)
         steps = np.diff(curve, axis=1) / size[:, None]
         if curve.shape[1] < 2 or np.hypot(*steps).sum() < SHORTEST:
             continue

@@ -29,13 +29,18 @@ def argument_labels(fun, args, system):
     if system is not None:
         return [_field_label(field) for field in system.parameter_fields()]
     names = [f"args[{j}]" for j in range(len(args))]
+    written = [label.name for label in argument_names(fun, args)]
+    return [Label(name) for name in [*written, *names[len(written) :]][: len(args)]]
+
+
+def argument_names(fun, args=()):
+    """A Label for each argument that a function's signature names after t and y."""
     try:
         parts = parts_of(fun, args)
     except Uncompilable:
-        return [Label(name) for name in names]
+        return []
     code, first = parts.function.__code__, parts.positional.index(Y) + 1
-    written = code.co_varnames[first : code.co_argcount]
-    return [Label(name) for name in [*written, *names[len(written) :]][: len(args)]]
+    return [Label(name) for name in code.co_varnames[first : code.co_argcount]]
 
 
 def initial_labels(system):

@@ -101,10 +101,12 @@ def sizes(values):
 
 
 def in_pi(axis):
-    """Ticks of an angle in parts of pi, some five of them."""
+    """Ticks of an angle in parts of pi, some five of them; numbers in a small part of a turn."""
     ticker = needed("matplotlib.ticker")
 
     low, high = axis.get_view_interval()
+    if high - low < 0.75 * math.pi:
+        return
     parts = min((0.25, 0.5, 1.0, 2.0, 5.0, 10.0), key=lambda p: abs((high - low) / math.pi / p - 5))
     axis.set_major_locator(ticker.MultipleLocator(parts * math.pi))
     axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: _times_pi(value / math.pi)))

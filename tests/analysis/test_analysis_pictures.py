@@ -43,6 +43,8 @@ RESULTS = {
     "no equilibrium": lambda: equilibria(lambda t, y: [1 + y[0] ** 2], [(-1, 1)]),
     "portrait": lambda: phase_portrait(systems.pendulum(), [(-7, 7), (-9, 9)], n_starts=30),
     "cycle": lambda: phase_portrait(hopf, [(-1, 1), (-1, 1)], (0.25,), n_starts=30),
+    "a kink": lambda: linearise(lambda t, y: [-abs(y[0])], [0.0]),
+    "kinks": lambda: equilibria(lambda t, y: [-abs(y[0])], guesses=[[0.0]]),
     "section": lambda: poincare(systems.pendulum(), section="bottom", n_points=3),
     "exponents": lambda: lyapunov(swing, [1.0, 0], (0.2,), t_end=50),
     "orbit": hopf_orbit,
@@ -76,3 +78,16 @@ def test_angles_are_wrapped():
         found.plot(("theta", 0))
     with pytest.raises(ValueError, match="must be two"):
         found.plot((0, 1, 0))
+
+
+def test_a_small_part_of_a_turn_has_ticks():
+    found = poincare(lambda t, y: [0.01 + 0 * y[0], 0 * y[1]], [0.1, 1.0], period=1.0, n_points=5)
+    figure = found.plot(angles=0)
+    figure.draw_without_rendering()
+    low, high = figure.axes[0].get_xlim()
+    assert sum(low <= tick <= high for tick in figure.axes[0].get_xticks()) >= 3
+
+
+def test_a_result_is_printed_in_a_few_lines():
+    for name in ("portrait", "cycle", "basin", "response", "section", "exponents"):
+        assert len(str(RESULTS[name]()).splitlines()) < 20

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn import systems
-from fastdyn.analysis import NotConvergedError, lyapunov, poincare
+from fastdyn.analysis import NotConvergedError, lyapunov, periodic_orbit, poincare
 
 
 def circle(t, y, w):
@@ -77,8 +77,32 @@ def test_a_run_that_stops_crossing():
 
     found = poincare(duffing, [1.0, 3.0], height, args=(0.0,), n_points=50, max_steps=3000)
     assert not found.complete and "Start 0 has" in found.message and "max_steps" in found.message
-    with pytest.raises(ValueError, match="no point of the section"):
-        poincare(decay, [1.0], lambda t, y: y[0] + 1, n_points=5)
+    for wanted in (5, 200):
+        none = poincare(decay, [1.0], lambda t, y: y[0] + 1, n_points=wanted)
+        assert none.y.shape == (1, 0) and not none.complete and none.plot((0, 0))
+        said = f"Start 0 has 0 points of {wanted}: the solution does not cross the section"
+        assert said in none.message and "Radau" not in str(none)
+
+
+def test_a_motion_that_only_drifts_away_crosses_no_more():
+    found = poincare(lambda t, y: [y[1], 1.0], [-1.0, 0], height, n_points=3, max_steps=5000)
+    assert len(found.t) == 1 and "does not cross the section again" in found.message
+
+
+@pytest.mark.parametrize("period", [3.0, 2 * math.pi, math.pi])
+def test_a_period_that_the_equations_do_not_have(period):
+    def forced(t, y):
+        return [y[1], -y[0] - 0.1 * y[1] + math.cos(2 * t)]
+
+    if period != 3.0:
+        assert poincare(forced, [0.0, 1.0], period=period, n_points=3).complete
+        return
+    with pytest.raises(ValueError, match=r"does not have the period 3: component 1 .* a multiple"):
+        poincare(forced, [0.0, 1.0], period=period)
+    with pytest.raises(ValueError, match="does not have the period 3"):
+        periodic_orbit(forced, [0.0, 1.0], period)
+    with pytest.raises(ValueError, match="does not have the period 3"):
+        periodic_orbit(lambda t, y: [-y[0] + (0.3 < t % math.pi < 0.5)], [0.0], period)
 
 
 @pytest.mark.parametrize(
@@ -145,6 +169,21 @@ def test_the_exponents_of_forced_equations():
     found = lyapunov(duffing, [0.1, 0.0], (0.5,), t_end=1000)
     assert found.chaotic and math.isclose(found.values.sum(), -0.3, rel_tol=1e-6)
     assert 0.08 < found.values[0] < 0.16
+
+
+@pytest.mark.parametrize("t_end", [100, 500, 3000])
+@pytest.mark.parametrize(
+    "fun, y0",
+    [
+        (lambda t, y: [y[1], -np.sin(y[0])], [1.0, 0]),
+        (lambda t, y: [y[1], -y[0] - y[0] ** 3], [2.0, 0]),
+        (henon_heiles, start(0.3, 0.0)),
+    ],
+)
+def test_regular_motion_has_no_exponent(fun, y0, t_end):
+    """Neighbours part in proportion to the time: the exponents approach 0 as log(t) / t."""
+    found = lyapunov(fun, y0, t_end=t_end)
+    assert not found.chaotic and (np.abs(found.values) < 2.5 * found.errors).all()
 
 
 def test_kinks_are_followed():

@@ -134,3 +134,78 @@ def test_a_state_of_the_wrong_length_is_named():
 def test_boxes_that_are_none(box):
     with pytest.raises(ValueError, match="`box` must have"):
         equilibria(systems.pendulum(), box)
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [
+        lambda x: x * x,
+        lambda x: -x * x,
+        lambda x: x**3,
+        lambda x: -(x**5),
+        lambda x: 1 - 2 * x + x * x,
+        lambda x: (x - 1) ** 3,
+        lambda x: np.cos(x) - 1,
+        lambda x: np.sin(x) - x,
+        lambda x: -x * abs(x),
+    ],
+)
+def test_an_eigenvalue_that_vanishes(rate):
+    """The search ends beside a multiple zero, where the Jacobian has any sign."""
+    (found,) = equilibria(lambda t, y: [rate(y[0])], [(-2, 2.3)])
+    assert found.kind.startswith("degenerate") and found.stable is None
+    assert found.eigenvalues[0] == 0.0
+    (beside,) = equilibria(lambda t, y: [rate(y[0]), -y[1]], [(-2, 2.3), (-1, 1)])
+    assert beside.stable is None and np.allclose(beside.eigenvalues, [0, -1])
+    zero = round(found.y[0])  # 0 or 1
+    assert linearise(lambda t, y: [rate(y[0])], [zero]).kind == found.kind
+
+
+def test_small_eigenvalues_are_told():
+    """Slopes of any size decide, where the zero is a simple one."""
+    for slope in (1.0, 1e-10, 1e-100):
+        found = linearise(lambda t, y, slope: [slope * y[0] + y[0] ** 2], [0.0], (slope,))
+        assert found.kind == "unstable node" and found.eigenvalues[0] == slope
+    bent = [linearise(lambda t, y: [y[0] - 1e8 * y[0] ** 2], [at]) for at in (0.0, 1e-8)]
+    assert [each.kind for each in bent] == ["unstable node", "stable node"]
+    stiff = linearise(lambda t, y: [-1e6 * (y[0] + y[0] ** 3), -0.01 * y[1] + y[0]], [0, 0])
+    assert stiff.kind == "stable node" and np.allclose(stiff.eigenvalues, [-0.01, -1e6])
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [
+        lambda y, v: -y - 0.2 * np.sign(v),
+        lambda y, v: -y - 0.2 * abs(v),
+        lambda y, v: -y - 0.01 * abs(v) - 0.3 * v,
+        lambda y, v: -y - max(v, 0.5 * y),
+        lambda y, v: -(y if y > 0 else 2 * y),
+        lambda y, v: -y - np.sqrt(y * y + v * v),
+        lambda y, v: np.interp(y, [-1.0, 0.0, 1.0], [2.0, 0.0, -1.0]),
+    ],
+)
+def test_kinks_and_jumps_are_told(rate):
+    found = equilibria(lambda t, y: [y[1], rate(y[0], y[1])], guesses=[0.0, 0.0])
+    assert "not differentiable at 1 of them" in found.message
+    assert found[0].kind == "not differentiable there" and found[0].stable is None
+    assert np.isnan(found[0].matrix).any() and not found[0].modes
+    assert np.isnan(found[0].eigenvalues).all() and "not differentiable" in str(found)
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [
+        lambda y, v: -y - abs(v) * v - v,
+        lambda y, v: -1e6 * y - np.tanh(1e6 * v),
+        lambda y, v: -y - v - 0.5 * abs(y - 0.001) + 0.0005,
+        lambda y, v: -1e7 * y - 1e-3 * v + y * y,
+    ],
+)
+def test_smooth_places_are_told_from_kinks(rate):
+    found = linearise(lambda t, y: [y[1], rate(y[0], y[1])], [0.0, 0.0])
+    assert np.isfinite(found.matrix).all() and found.kind.startswith("stable")
+
+
+def test_a_centre_is_named_as_that_of_the_linear_part():
+    found = linearise(lambda t, y: [y[1], -y[0] - y[1] ** 3], [0, 0])
+    assert found.kind == "centre" and str(found).startswith("centre of the linear part at")

@@ -116,6 +116,8 @@ def test_a_branch_over_the_period_of_the_forcing():
     orbit = periodic_orbit(duffing, [0.2, 0], 2 * math.pi / 1.6, (1.6,), transient=200)
     branch = continuation(orbit, "omega", 1.9, lambda omega: 2 * math.pi / omega)
     assert np.allclose(branch.periods, 2 * math.pi / branch.values)
+    with pytest.raises(ValueError, match=r"at omega = 1\.72: give `period` as a function"):
+        continuation(orbit, "omega", 1.9)
     with pytest.raises(ValueError, match="`period` gives"):
         continuation(orbit, "omega", 1.9, lambda omega: 1 / omega)
 
@@ -135,6 +137,8 @@ def test_an_end_that_is_not_reached_is_told():
         ((hopf, [0.01, 0], 6.0, (-0.3,)), NotConvergedError, "orbit"),
         ((lambda t, y: [y[0]], [1.0], 2.0), NotConvergedError, "No periodic orbit was found"),
         ((lambda t, y: [y[0] ** 2], [1.0], 2.0), NotConvergedError, "failed"),
+        ((lambda t, y: [y[1], 1.0], [1.0, 0]), NotConvergedError, "does not return"),
+        ((lambda t, y: [1.0 + 0 * y[0]], [1.0]), NotConvergedError, "does not return"),
         ((lambda t, y: [-y[1] - np.sign(y[1]), y[0]], [1.0, 0], 6.0), ValueError, "jumps"),
         ((van_der_pol, [2, 0], -1.0, (1.0,)), ValueError, "positive"),
         ((van_der_pol, [2, 0], "6", (1.0,)), TypeError, "positive"),

@@ -103,6 +103,46 @@ def test_what_blows_up_and_what_does_not_settle():
     assert wandering.undecided == 1.0 and not wandering.attractors
 
 
+@pytest.mark.parametrize(
+    "fun",
+    [
+        lambda t, y: [y[1], -np.sin(y[0])],
+        lambda t, y: [y[1], -y[0]],
+        lambda t, y: [-y[0], 0 * y[1]],
+        lambda t, y: [y[1], y[0]],
+        lambda t, y: [y[1], 0.1 * y[1] - y[0]],
+    ],
+)
+def test_where_nothing_attracts_there_is_no_attractor(fun):
+    found = basin(fun, [(-2, 2), (-2, 2)], n=30, t_end=100)
+    assert not found.attractors and "No attractor was found" in str(found)
+    assert found.apart + found.escaped + found.undecided == 1.0
+    assert found.apart > 0.7 or found.escaped > 0.7
+
+
+def test_turns_before_the_rest_do_not_blur_attractors():
+    """Damped turns end in one of many equilibria, told from one another by 2 pi."""
+    found = basin(lambda t, y: [y[1], -np.sin(y[0]) - 0.2 * y[1]], [(-6, 6), (-6, 6)], n=20)
+    ends = np.array([0.5 * (low + high) for low, high in found.attractors])
+    assert len(ends) > 8 and np.allclose(ends[:, 0], 2 * math.pi * np.round(ends[:, 0] / 6.28))
+    figure = found.plot()
+    (legend,) = figure.legends
+    colours = {patch.get_facecolor() for patch in legend.get_patches()}
+    assert len(colours) == len(legend.get_texts()) >= len(ends)
+
+
+def test_the_legend_of_a_basin_is_inside():
+    def forced(t, y):
+        return [y[1], y[0] - y[0] ** 3 - 0.3 * y[1] + 0.2 * np.cos(1.2 * t)]
+
+    found = basin(forced, [(-2, 2), (-2, 2)], n=10)
+    figure = found.plot()
+    figure.draw_without_rendering()
+    box, page = figure.legends[0].get_window_extent(), figure.bbox
+    assert page.x0 <= box.x0 and box.x1 <= page.x1 and box.y1 <= page.y1
+    assert "e-" not in str(found)
+
+
 def test_other_components():
     def pair(t, y):
         return [y[0] - y[0] ** 3, -y[1], y[2] - y[2] ** 3]
@@ -126,3 +166,18 @@ def test_other_components():
 def test_what_a_basin_refuses(given, said):
     with pytest.raises(ValueError, match=said):
         basin(wells, **{"box": [(-1, 1), (-1, 1)], "n": 3, "t_end": 3.0} | given)
+
+
+def test_closed_orbits_are_drawn_whole():
+    """Each trajectory of an undamped pendulum ends at the box, or where it began."""
+    box = np.array([(-3.0, 3.0), (-2.0, 2.0)])
+    found = phase_portrait(lambda t, y: [y[1], -np.sin(y[0])], box)
+    closed = 0
+    for curve in found.trajectories:
+        energy = 0.5 * curve[1] ** 2 - np.cos(curve[0])
+        amplitude = math.acos(-energy.mean()) if energy.mean() < 1 else math.inf
+        if amplitude < 2.9 and np.sqrt(2 * (1 + energy.mean())) < 1.95:
+            assert np.abs(curve[:, 0] - curve[:, -1]).max() < 0.05
+            closed += 1
+    assert closed > 5
+    assert len(str(found).splitlines()) < 10 and "equilibri" in str(found)

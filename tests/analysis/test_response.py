@@ -71,6 +71,38 @@ def test_a_response_that_has_not_the_period_is_no_number():
     assert np.isnan(found.amplitude).all() and "1 steady states were not found" in found.message
 
 
+def test_forcing_that_jumps():
+    """A square wave has a time, though no derivative; its harmonics do not fade."""
+
+    def square(t, y, omega, soft):
+        wave = math.sin(omega * t)
+        return [y[1], -y[0] - 0.3 * y[1] + (wave * abs(wave) if soft else 1 if wave > 0 else -1)]
+
+    w = np.array([0.5, 1.0, 1.5])
+    for soft, first in ((0, 4 / math.pi), (1, 8 / (3 * math.pi))):
+        found = frequency_response(square, w, args=(1.0, soft), y0=[0, 0], reference="sin")
+        exact = first / (1 - w**2 + 0.3j * w)
+        assert np.allclose(found.sweeps["exact"].harmonic[0], exact, rtol=1e-3 * (1 - soft) + 1e-7)
+        assert ("jumps or kinks" in found.message) is not bool(soft)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("damping, known, said", [
+    (0.1, [1, 1, 1], ""),
+    (0.0, [1, 0, 1], "1 steady states were not found (1: resonance without damping)"),
+    (-0.1, [0, 0, 0], "3 steady states were not found (3: the equations have motions that grow)"),
+])  # fmt: skip
+def test_linear_equations_without_a_steady_state(damping, known, said):
+    def linear(t, y, omega, damping):
+        return [y[1], -y[0] - damping * y[1] + 0.3 * math.cos(omega * t), -y[2]]
+
+    found = frequency_response(linear, [0.5, 1.0, 1.5], args=(1.0, damping), y0=[0, 0, 0])
+    assert found.amplitude.shape == (3, 3) and found.linear
+    assert np.isfinite(found.amplitude).all(axis=0).tolist() == [bool(one) for one in known]
+    assert found.message.startswith(said) and bool(found.message) == bool(said)
+    assert found.plot()
+
+
 @pytest.mark.parametrize(
     "given, kind, said",
     [
@@ -79,6 +111,12 @@ def test_a_response_that_has_not_the_period_is_no_number():
         ({"frequencies": [math.nan]}, ValueError, "finite"),
         ({"parameter": "nu"}, ValueError, "the parameters are 'omega', 'zeta'"),
         ({"parameter": "zeta"}, ValueError, "does not have the period"),
+        ({"args": ()}, ValueError, "has 'omega', 'zeta' after t and y, but `args` is empty"),
+        (
+            {"fun": lambda t, y, w: [y[1], -y[0] + math.cos(w * t)], "args": ()},
+            ValueError,
+            "has 'w' after t and y, but `args` is empty",
+        ),
         ({"sweep": "left"}, ValueError, "`sweep`"),
         ({"reference": "tan"}, ValueError, "`reference`"),
         ({"fun": lambda t, y, omega, zeta: [y[1], -y[0]]}, ValueError, "nothing forces it"),

@@ -1,6 +1,7 @@
 """Sections, running Lyapunov exponents, basins of attraction."""
 
 import math
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from fastdyn.plot.needed import needed
 FEW = 12  # starts whose points have a colour of their own
 TURN = 2.0 * math.pi
 COLOURS = ["#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#0072B2", "#D55E00", "#F0E442", "#999999"]
-NOT_SETTLED, FAILED = "#ffffff", "#333333"
+MANY = "tab20"  # the colours of more attractors
+NOT_SETTLED, APART, FAILED = "#ffffff", "#d9d2c3", "#333333"
+ROW, ALL = 84, 12  # letters of a row of the legend; entries above the picture, more stand beside it
 
 
 def indices(labels, components):
@@ -108,32 +111,42 @@ def basin(result, **options):
     n, (i, j) = len(result.attractors), result.components
     width = max(len(low) for low, _ in result.attractors) if n else max(i, j) + 1
     labels: Any = result.equations.labels(width)
-    tones = [COLOURS[k % len(COLOURS)] for k in range(n)]
-    palette = colors.ListedColormap([FAILED, NOT_SETTLED, *tones])
+    tones = COLOURS[:n] if n <= len(COLOURS) else _many(n)
+    palette = colors.ListedColormap([APART, FAILED, NOT_SETTLED, *tones])
     with style.slides():
         drawing = pyplot.figure(**{"figsize": (9.5, 8), "layout": "constrained"} | options)
         axes = drawing.add_subplot()
         axes.grid(visible=False)
         dx, dy = (0.5 * (v[1] - v[0]) for v in (result.x, result.y))
         extent = (result.x[0] - dx, result.x[-1] + dx, result.y[0] - dy, result.y[-1] + dy)
-        axes.imshow(result.labels, origin="lower", extent=extent, cmap=palette, vmin=-2.5,
+        axes.imshow(result.labels, origin="lower", extent=extent, cmap=palette, vmin=-3.5,
                     vmax=n - 0.5, aspect="auto", interpolation="nearest")  # fmt: skip
         if np.isclose(np.ptp(result.x), np.ptp(result.y)):
             axes.set_aspect("equal")
         entries = list(zip(tones, result.names, result.shares, strict=True))
-        entries += [
-            (NOT_SETTLED, "not settled", result.undecided),
-            (FAILED, "failed", result.escaped),
-        ]
+        for tone, (share, name) in zip((NOT_SETTLED, APART, FAILED), result.others, strict=True):
+            entries.append((tone, name, share))
+        entries = [entry for entry in entries if entry[2] > 0.0]
+        n_columns = 2 if max(len(name) + 6 for _, name, _ in entries) <= ROW // 2 else 1
+        n_columns = n_columns if 1 < len(entries) <= ALL else 1
+        row = ROW // 2 if len(entries) > ALL else ROW // n_columns
         handles = [
-            patches.Patch(fc=tone, ec="0.4", label=f"{name} ({share:.0%})")
-            for tone, name, share in entries if share > 0.0
-        ]  # fmt: skip
+            patches.Patch(fc=tone, ec="0.4", label=textwrap.fill(f"{name} ({share:.1%})", row))
+            for tone, name, share in entries
+        ]
         for low, high in result.attractors:
             place = 0.5 * (low + high)[[i, j]]
             if np.abs(high - low).max() <= 1e-3 * max(1.0, np.abs(high).max()):
                 axes.plot(*place, "o", mfc="white", mec="k", mew=1.8, ms=9)
         axes.set(xlim=extent[:2], ylim=extent[2:], xlabel=str(labels[i]), ylabel=str(labels[j]))
-        if len(handles) <= 8:
-            drawing.legend(handles=handles, loc="outside upper center", ncols=2 if n > 1 else 1)
+        if len(entries) > ALL:
+            drawing.set_size_inches(*(options.get("figsize") or (14, 8)))
+        place = "outside upper center" if len(entries) <= ALL else "outside right upper"
+        drawing.legend(handles=handles, loc=place, ncols=n_columns)
     return drawing
+
+
+def _many(n):
+    """Colours of more attractors than the palette has."""
+    pyplot = needed("matplotlib.pyplot")
+    return [pyplot.get_cmap(MANY)(k / 20) for k in range(n)]

@@ -18,14 +18,14 @@ def figure(linearisation, **options):
     with style.slides():
         size = {"figsize": (13, 1.9 + 1.35 * max(3, len(modes))), "layout": "constrained"}
         drawing = pyplot.figure(**size | options)
-        grid = drawing.add_gridspec(len(modes), 2)
+        grid = drawing.add_gridspec(max(1, len(modes)), 2)
         plane = drawing.add_subplot(grid[:, 0])
         marks = [(mode.eigenvalue, colour) for mode, colour in zip(modes, _colours(), strict=False)]
         for value, colour in marks:
             for each in {value, value.conjugate()}:
                 plane.plot(each.real, each.imag, "o", ms=10, color=colour)
         _complex_plane(plane, [value for value, _ in marks])
-        plane.set_title(f"eigenvalues: {one.kind}")
+        plane.set_title(f"eigenvalues: {one.title}")
         labels = [label.name for label in one.equations.labels(len(one.y))]
         for row, (mode, colour) in enumerate(zip(modes, _colours(), strict=False)):
             _shape(drawing.add_subplot(grid[row, 1]), mode, labels, colour)
@@ -77,7 +77,7 @@ def eigenvalues(equilibria, **options):
             place = ", ".join(f"{round(value, 9) + 0.0:.3g}" for value in one.y)
             values = one.eigenvalues
             plane.plot(
-                values.real, values.imag, "o", ms=10, color=colour, label=f"{one.kind} ({place})"
+                values.real, values.imag, "o", ms=10, color=colour, label=f"{one.title} ({place})"
             )
         _complex_plane(plane, np.concatenate([one.eigenvalues for one in found] or [[0.0]]))
         if found:
@@ -90,6 +90,7 @@ def eigenvalues(equilibria, **options):
 def _complex_plane(axes, values):
     """Axes through zero, the stable half shaded, all values inside."""
     values = np.asarray(values, complex)
+    values = values[np.isfinite(values)] if np.isfinite(values).any() else np.zeros(1)
     parts = np.real(values), np.imag(values)
     reach = [1.25 * max(np.abs(part).max(), 0.12 * np.abs(values).max(), 1e-9)
              for part in parts]  # fmt: skip

@@ -93,11 +93,8 @@ def _equilibria(axes, equilibria):
     for one in equilibria or ():
         face, stability = marks[one.stable]
         square = one.kind == "saddle"
-        label = (
-            one.kind
-            if square or not stability or stability in one.kind
-            else f"{one.kind}, {stability}"
-        )
+        told = square or not stability or stability in one.kind
+        label = one.title if told else f"{one.title}, {stability}"
         if label in axes.get_legend_handles_labels()[1]:
             label = None
         axes.plot(*one.y, marker="s" if square else "o", ls="", mfc=face, mec="k", mew=1.8,

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import root
 from scipy.stats import qmc
 
-from .equations import Equations, box_of, count, equations_of, state_of
+from ..equations import Equations, box_of, count, equations_of, state_of
 from .linear import Linearisation, linearised
 
 SAME = 1e-6  # of the size of the box: equilibria closer than that are one
@@ -116,6 +116,12 @@ def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
         len(found), f"{len(found)} equilibria were"
     )
     message = f"{number} found {where}from {len(starts)} starts."
+    broken = sum(bool(np.isnan(each.matrix).any()) for each in found)
+    if broken:
+        message += (
+            f" `fun` is not differentiable at {broken} of them: beside a kink or a jump there may "
+            "be further states of rest, which the search does not find."
+        )
     return Equilibria(equations, found, region, len(starts), message)
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from .equations import Derivatives, Equations, equations_of, state_of
+from ..equations import Derivatives, Equations, equations_of, state_of
+from .kinds import kind_of, not_differentiable, vanishing
 
-ZERO = 1e-9  # of the largest eigenvalue: real parts below are rounding
 ROUNDING = 1e-13  # of the largest eigenvalue: real parts of modes below are given as 0
 AT_REST = 1e-8  # of the terms of f: rates below are rounding
 SEEN = 0.1  # of the largest component of a mode: those below are not named
@@ -79,17 +79,19 @@ class Linearisation:
     rates : ndarray, shape (n,)
         f(t, y), zero at an equilibrium.
     matrix : ndarray, shape (n, n)
-        The exact Jacobian df/dy.
+        The exact Jacobian df/dy; NaN where f has a kink or a jump at this state.
     eigenvalues : ndarray of complex, shape (n,)
-        By decreasing real part.
+        By decreasing real part; 0 where no more is known of a computed equilibrium, NaN where
+        `matrix` has NaN.
     modes : list of Mode
-        By increasing size of the eigenvalue.
+        By increasing size of the eigenvalue; empty where `matrix` has NaN.
     equilibrium : bool
         Whether `rates` is zero but for rounding.
     autonomous : bool
         Whether f does not depend on t; otherwise all this holds at `t` alone.
     kind : str
-        "stable node", "unstable focus", "saddle", "centre", ...; of the linear part.
+        "stable node", "unstable focus", "saddle", "centre", ...; of the linear part. "not
+        differentiable there" on kinks and jumps.
     stable : bool or None
         None where the linear part does not decide.
     """
@@ -106,10 +108,16 @@ class Linearisation:
     kind: str
     stable: bool | None
 
+    @property
+    def title(self):
+        """The kind, named as that of the linear part where this does not decide."""
+        undecided = self.kind in ("centre", "stable directions and undamped oscillations")
+        return f"{self.kind} of the linear part" if undecided else self.kind
+
     def __str__(self):
         named = zip(self.equations.labels(len(self.y)), self.y, strict=True)
-        place = ", ".join(f"{label.name} = {round(value, 12):.6g}" for label, value in named)
-        head = f"{self.kind} at {place}"
+        place = ", ".join(f"{label.name} = {round(value, 12) + 0.0:.6g}" for label, value in named)
+        head = f"{self.title} at {place}"
         return "\n".join([head, *(f"  {mode}" for mode in self.modes)])
 
     def plot(self, **options) -> Any:
@@ -145,8 +153,9 @@ def linearise(fun, y=None, args=(), t=0.0):
 
     Notes
     -----
-    The derivatives are those of the traced function, exact but for rounding. Kinds of equilibria
-    and of modes: Strogatz, Nonlinear Dynamics and Chaos, chapters 5 and 6.
+    The derivatives are those of the traced function, exact but for rounding; differences to both
+    sides tell whether the function has a derivative at the state. Kinds of equilibria and of modes:
+    Strogatz, Nonlinear Dynamics and Chaos, chapters 5 and 6.
 
     Examples
     --------
@@ -164,16 +173,25 @@ def linearised(equations, derivatives: Derivatives, t, y):
     for about, numbers in (("`fun`", rates), ("The Jacobian of `fun`", matrix)):
         if not np.isfinite(numbers).all():
             raise ValueError(f"{about} is not finite at t = {t:g}, y = {y}.")
-    values, vectors = np.linalg.eig(matrix.astype(complex))
-    order = np.lexsort((-np.imag(values), -np.real(values)))
-    values, vectors = values[order], vectors[:, order]
     equilibrium = at_rest(rates, matrix, y)
-    kind, stable = kind_of(values)
+    broken = not_differentiable(equations, derivatives, t, y, matrix)
+    jumps = bool(broken.any())
+    if jumps:
+        matrix, kind, stable = np.where(broken, np.nan, matrix), "not differentiable there", None
+        values, modes = np.full(len(y), np.nan, complex), []
+    else:
+        values, vectors = np.linalg.eig(matrix.astype(complex))
+        order = np.lexsort((-np.imag(values), -np.real(values)))
+        values, vectors = values[order], vectors[:, order]
+        if equilibrium:
+            values[vanishing(derivatives, t, y, rates, matrix, values)] = 0.0
+        kind, stable = kind_of(values)
+        modes = modes_of(equations, matrix, values, vectors)
     if not equilibrium:
-        kind, stable = "no equilibrium", None
+        kind, stable = f"no equilibrium, {kind}" if jumps else "no equilibrium", None
     return Linearisation(
-        equations, t, y, rates, matrix, values, modes_of(equations, matrix, values, vectors),
-        equilibrium, derivatives.autonomous, kind, stable,
+        equations, t, y, rates, matrix, values, modes, equilibrium, derivatives.autonomous, kind,
+        stable,
     )  # fmt: skip
 
 
@@ -181,26 +199,6 @@ def at_rest(rates, matrix, y):
     """Whether rates are zero but for the rounding of their terms."""
     terms = np.abs(matrix) @ np.maximum(np.abs(y), 1e-3 * max(1.0, np.abs(y).max()))
     return bool((np.abs(rates) <= AT_REST * terms.max()).all()) or not rates.any()
-
-
-def kind_of(eigenvalues):
-    """(kind of an equilibrium in words, whether it is stable or None) from its eigenvalues."""
-    size = np.abs(eigenvalues).max(initial=0.0)
-    real, turning = eigenvalues.real, np.abs(eigenvalues.imag) > ZERO * size
-    growing, decaying = real > ZERO * size, real < -ZERO * size
-    neither = ~(growing | decaying)
-    if (np.abs(eigenvalues) <= ZERO * size).any() or size == 0.0:
-        return "degenerate (an eigenvalue is zero)", False if growing.any() else None
-    if growing.any() and decaying.any():
-        return "saddle", False
-    if growing.any() and neither.any():
-        return "unstable, with undamped oscillations", False
-    if neither.all():
-        return "centre", None
-    if neither.any():
-        return "stable directions and undamped oscillations", None
-    shape = "focus" if turning.any() else "node"
-    return f"{'unstable' if growing.any() else 'stable'} {shape}", not growing.any()
 
 
 def modes_of(equations, matrix, values, vectors):

@@ -1,0 +1,1 @@
+"""States of rest: their search, their linearisation, their kinds."""
