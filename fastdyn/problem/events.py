@@ -72,11 +72,13 @@ def endless(tf, events, max_steps):
 
 
 def between_steps(problem):
-    """(function, mode) of the events, the functions of `on_event`, the projection, the Jacobian."""
+    """(function, mode) of the events, of `on_event`, the domain, the projection, the Jacobian."""
     p = problem
     event_mode = COMPLEX_EVENT if p.mode.complex_numbers else EVENT
     functions = [(event, event_mode) for event, _, _ in p.events or ()]
     functions += [(jump, JUMP) for jump in p.on_event if jump is not None]
+    if p.inside is not None:
+        functions.append((p.inside, EVENT))
     if p.project is not None:
         functions.append((p.project, DERIVATIVE))
     if p.jac is not None:

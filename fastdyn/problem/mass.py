@@ -4,6 +4,8 @@ import numpy as np
 
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 
+from . import domains
+
 METHOD = "Rodas5P"  # the method that takes a mass matrix
 OTHERWISE = f"take method='{METHOD}', or solve for y' in `fun` where the matrix is regular"
 
@@ -25,7 +27,8 @@ def refuse(options, method, y0):
 
 
 def refuse_sensitivity(options):
-    """Raise ValueError if `mass` and `sensitivity` are both given."""
+    """Raise ValueError if `sensitivity` is given with `mass`, `domain` or `nonnegative`."""
+    domains.refuse_sensitivity(options)
     if options.get("mass") is not None:
         raise ValueError(
             "`sensitivity` and `mass` do not go together: solve for y' in `fun` where the matrix "

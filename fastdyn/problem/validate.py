@@ -6,7 +6,6 @@ A NaN in a tolerance, a time or t_eval, with which SciPy never ends, raises Valu
 
 import inspect
 import math
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,14 +13,14 @@ import numpy as np
 from fastdyn.compile.mode import Mode
 from fastdyn.kernels.methods import METHODS
 
-from . import jacobian, lsoda, mass, step_options
+from . import domains, jacobian, lsoda, mass, step_options
 from .events import acting, endless, event_list
-from .option_names import advice_on
+from .option_names import warn_unused
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
 RUNNING = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint", "callback"}
-COMMON = {"project", "on_event"} | RUNNING
+COMMON = {"project", "on_event", *domains.NAMES} | RUNNING
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
 FIXED = {"step"} | COMMON
 OF_JACOBIANS = {"jac", "jac_sparsity"}
@@ -32,7 +31,10 @@ COMPILE = ("auto", "shared", "inlined")
 
 
 class Problem(NamedTuple):
-    """A checked initial value problem.  Times are floats, `y0` float64 of shape (n,)."""
+    """A checked initial value problem.  Times are floats, `y0` float64 of shape (n,).
+
+    `inside` is the sign of `domain`, 1.0 inside; `nonnegative` is n bools.  Of both, `fun` knows.
+    """
 
     fun: Any
     t0: float
@@ -63,6 +65,9 @@ class Problem(NamedTuple):
     mass: Any = None
     h_least: float = 0.0
     band: tuple = lsoda.NO_BAND
+    domain: Any = None
+    inside: Any = None
+    nonnegative: Any = None
 
 
 def time_span(t_span):
@@ -200,15 +205,6 @@ def _own_options(method):
     return OF_JACOBIANS if method.n_matrices else set()
 
 
-def warn_unused(options, used):
-    """Warn, as SciPy does, of options that the method does not use."""
-    if not used.issuperset(options):
-        unused = sorted(options.keys() - used)
-        said = ", ".join(f"`{name}`" for name in unused)
-        said = f"The following arguments have no effect for a chosen solver: {said}."
-        warnings.warn(said + advice_on(unused, ALL), stacklevel=4)
-
-
 def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, options):
     """The Problem of a compiled method; the span and `y0` are already checked, and real."""
     span = abs(tf - t0)
@@ -219,7 +215,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     if span == math.inf:
         endless(tf, events, options.get("max_steps"))
     if method.error_order:
-        warn_unused(options, ADAPTIVE | _own_options(method))
+        warn_unused(options, ADAPTIVE | _own_options(method), ALL)
         rtol, atol = step_options.tolerances(
             options.get("rtol", 1e-3), options.get("atol", 1e-6), y0,
             step_options.EPS if method.series else 100 * step_options.EPS,
@@ -230,7 +226,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         elif options.get("max_steps") is None and not any(limit for _, limit, _ in events or ()):
             step_options.never_ends(h_max, t0, tf)
     else:
-        warn_unused(options, FIXED)
+        warn_unused(options, FIXED, ALL)
         rtol, atol, h_max = 0.0, 0.0, math.inf
         h = step_options.fixed_step(options, t0, tf, method.name)
     project = options.get("project")
@@ -246,7 +242,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
     args = extra_arguments(args)
     of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)
-    return Problem(
+    found = Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, on_event, args, mode, rtol, atol, h_max, h,
         step_options.segments_of_span(options.get("breakpoints"), t0, tf), project, *running,
@@ -254,3 +250,4 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         mass.given(options, method, mode, len(y0)),
         h_least=h_least, band=band,
     )  # fmt: skip
+    return domains.kept_inside(found, options) if domains.asked(options) else found

@@ -10,6 +10,7 @@ from fastdyn.kernels.state.record import (
     ATOL,
     BAD_JACOBIAN,
     BAD_JUMP,
+    BORDER,
     EVENT,
     FAILED_AGAIN,
     FINISHED,
@@ -26,8 +27,9 @@ from fastdyn.kernels.state.record import (
     K,
     Y,
 )
+from fastdyn.problem.domains import warn_of_cut
 
-from .dense_output import PiecewisePolynomial
+from .dense_output import PiecewisePolynomial, floors_of
 from .loop import counters
 from .output import OCCURRENCES, Output, occurrences
 from .result import OdeResult
@@ -36,7 +38,9 @@ SUCCESS = "The solver successfully reached the end of the integration interval."
 TERMINATED = "A termination event occurred."
 OF_LSODA = "Unexpected istate in LSODA."
 TOO_SMALL = "Required step size is less than spacing between numbers."
+LEFT = -3  # the status of a run that ends at the border of `domain`
 SENTENCES = {
+    BORDER: "The solution leaves `domain` at {t}: the run ends there, at the border.",
     ZENO: "An event occurs infinitely often at {t}: either ever faster up to there (Zeno), or "
     "because `on_event` leaves the state where it occurs again at once. End the run before, by "
     "the number `terminal` of the event, or go on with equations that hold in this state.",
@@ -79,7 +83,7 @@ def outcome(status, state, work, problem):
         where = "the start" if s["n_accepted"] == 0 else "the state that `on_event` returned"
         return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]})."
     if status in SENTENCES:
-        return -1, SENTENCES[status].format(t=t)
+        return LEFT if status == BORDER else -1, SENTENCES[status].format(t=t)
     implicit = problem.method.n_matrices > 0
     return -1, (
         f"`max_steps={problem.max_steps:g}` was reached at {t}, "
@@ -173,13 +177,16 @@ class Ended(NamedTuple):
             return None
         end = self.t()[-1] if self.problem.t_eval is None else spans[-1].sum()
         polynomials = self._components(polynomials)
-        return PiecewisePolynomial(np.append(spans[:, 0], end), polynomials, spans)
+        floors = floors_of(self.problem.nonnegative, len(spans))
+        return PiecewisePolynomial(np.append(spans[:, 0], end), polynomials, spans, floors)
 
     def occurrences(self):
         """The fields t_events and y_events."""
         if self.problem.events is None:
             return None, None
         index, t, y = self._found()
+        if self.problem.nonnegative is not None:
+            y = np.where(self.problem.nonnegative & (y < 0.0), 0.0, y)
         t, y = occurrences(index, t, y, len(self.problem.events))
         return t, [self._components(each) if each.size else each for each in y]
 
@@ -220,5 +227,7 @@ def result_of(problem, status, run):
     else:
         state, work = run.view("solve.state"), run.view("solve.work")
         code, message = outcome(status, state, work, problem)
+    if problem.nonnegative is not None:
+        warn_of_cut(run.view("solve.state")["cut"][0])
     given = problem, run.plan, run.memory, run.grown, code, message
     return OdeResult.of_parts(PARTS, _new(Ended, given))

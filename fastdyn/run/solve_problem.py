@@ -10,6 +10,7 @@ from fastdyn.compile.rebind import rebind
 from fastdyn.compile.sparse_jacobian import (
     WiderPattern,
 )
+from fastdyn.problem.domains import check_start
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
     Pair,
@@ -63,6 +64,8 @@ def run_of(problem, to_the_end=False):
         check_jacobian(p, bound, others[-1])
     if _between_steps(p):
         leave_writers_to_scipy(p, bound, others)
+    if p.domain is not None or p.nonnegative is not None:
+        check_start(p)
     if p.mass is not None:
         p = with_mass(p, bound)
     asked = p.mode.second_order and bound.function is None  # by `check_second_order`, twice
@@ -104,7 +107,9 @@ def _may_store(problem):
     Nothing else of the solve may use these; and the last call of SciPy's method is at the end.
     """
     p = problem
-    between = p.events or p.callback or p.project or p.jac is not None or p.mass is not None
+    between = (
+        p.inside or p.events or p.callback or p.project or p.jac is not None or p.mass is not None
+    )
     if between or p.checkpoint is not None or p.on_interrupt != "raise" or len(p.segments):
         return False
     inside = p.dense_output or p.t_eval is not None
@@ -162,6 +167,7 @@ def _place(problem, functions):
     if (
         p.mode is not DERIVATIVE
         or p.project is not None
+        or p.inside is not None
         or p.checkpoint is not None
         or p.callback is not None
         or p.jac is not None

@@ -12,7 +12,7 @@ from fastdyn.kernels.calls.velocity_force import (
     part_inlined,
     velocity_by_pointer,
 )
-from fastdyn.kernels.ensemble.scheduler import already
+from fastdyn.kernels.ensemble.collect import already
 from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.splitting import cubic_of_pair

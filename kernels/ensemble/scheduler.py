@@ -63,14 +63,6 @@ def _take(typingctx, queue, i):
 
 
 @njit(**INTERNAL)
-def already(state, work, block, n_steps):
-    """In place of a stepping kernel, for a step that has been taken."""
-    s = state[0]
-    s.n_accepted += 1
-    return FINISHED if s.direction * (s.t - s.t_end) >= 0.0 else RUNNING
-
-
-@njit(**INTERNAL)
 def serve(task, lanes, single, room, results, found, folds, n_steps):
     """Take about `n_steps` steps in each lane.
 
@@ -192,10 +184,11 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
 def _watch(task, lanes, single, room, y_eval, kernel, lane, n_steps):
     """Steps of one trajectory by the kernel at an address, sampled; the status of `watch`."""
     w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
+    own = kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order
     return invoke(
         at[WATCH],
         (
-            Kernels(kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order),
+            Kernels(*own, w.inside, w.keeps, w.past, w.n_past),
             Solve(lanes.states[one], single.work, single.block),
             Output(
                 lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, room.segments

@@ -224,5 +224,5 @@ def step(rhs, state, work, block, h_min):
 BDF = implicit(
     "BDF", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=1,
     n_rows=N_ROWS, n_matrices=2, dense_rows=dense_rows, dense_order=5,
-    on_pairs=True, projects=False, cost=8,
+    on_pairs=True, projects=False, cost=8, past=D, n_past=MAX_ORDER + 3,
 )  # fmt: skip
