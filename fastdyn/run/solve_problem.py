@@ -54,6 +54,8 @@ def run_of(problem, to_the_end=False):
     """
     p = problem
     n = len(p.y0)
+    if p.domain is not None or p.nonnegative is not None:
+        check_start(p)
     bound, others = bind_functions(p, to_the_end and _may_store(p))
     p = of_python_between(p, bound, others)
     verify(bound, lambda: probe_equations(p), n)
@@ -64,8 +66,6 @@ def run_of(problem, to_the_end=False):
         check_jacobian(p, bound, others[-1])
     if _between_steps(p):
         leave_writers_to_scipy(p, bound, others)
-    if p.domain is not None or p.nonnegative is not None:
-        check_start(p)
     if p.mass is not None:
         p = with_mass(p, bound)
     asked = p.mode.second_order and bound.function is None  # by `check_second_order`, twice

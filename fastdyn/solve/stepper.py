@@ -158,7 +158,9 @@ class Stepper(OdeSolver):
                 status = run.step()
                 run.check(status)
                 run.compared.after(run)
-                break
+                taken = counters(run.memory)[0] > counters(before)[0]
+                if status != RUNNING or taken:  # else the step was taken back, at a border
+                    break
             except GaveUp as reason:  # compiled, it raises; in Python, it may go on
                 leave_to_python(reason.bound, reason)
                 self._run = _run_of_steps(run.problem)

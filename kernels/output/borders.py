@@ -167,6 +167,8 @@ def at_border(kernels, solve, scratch, status):
     """The status of a run that ends; BORDER for one whose steps failed because of the border."""
     if kernels.inside == 0 or status < STEP_TOO_SMALL or status == RAISED:
         return status
+    if status == BAD_JACOBIAN and kernels.keeps & CHECKS and _clings(kernels, solve, scratch):
+        return BORDER  # nearer than the differences reach
     s, work, y = solve.state[0], solve.work, slot(None, solve.work, Y)
     rate = slot(None, work, STAGE)
     by_pointer(s.t, y, solve.block, rate)
