@@ -3,11 +3,12 @@
 import numpy as np
 
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
+from fastdyn.kernels.methods import COMPLEX
 
 from . import domains
 
-METHOD = "Rodas5P"  # the method that takes a mass matrix
-OTHERWISE = f"take method='{METHOD}', or solve for y' in `fun` where the matrix is regular"
+METHODS = "'Rodas5P', 'Radau' or 'BDF'"  # that take a mass matrix
+OTHERWISE = f"take method={METHODS}, or solve for y' in `fun` where the matrix is regular"
 
 
 def refuse(options, method, y0):
@@ -15,12 +16,14 @@ def refuse(options, method, y0):
 
     `method` is the Facts of a compiled method, or None for a method of SciPy's.
     """
-    if method is not None and method.takes_mass and y0.dtype.kind == "c":
+    takes_mass = method is not None and method.takes_mass
+    given = options.get("mass") is not None
+    if takes_mass and y0.dtype.kind == "c" and (given or not COMPLEX.get(method.name)):
         raise ValueError(
-            f"{method.name} takes no complex `y0`: take BDF, or real and imaginary parts as "
-            "components."
+            f"{method.name} takes no complex `y0`{' with `mass`' if given else ''}: take "
+            f"{'' if given else 'BDF, or '}real and imaginary parts as components."
         )
-    if options.get("mass") is None or (method is not None and method.takes_mass):
+    if not given or takes_mass:
         return
     name = "this method" if method is None else method.name
     raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")

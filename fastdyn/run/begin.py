@@ -50,7 +50,7 @@ def jacobian_of(problem, bound, others):
     if given is not None and not given.mode.entries:
         return given.block
     if p.method.n_matrices and not p.differences:
-        block = exact_block(bound.function, len(p.y0), p.method.takes_mass)
+        block = exact_block(bound.function, len(p.y0), p.method.by_time)
     return given.block if block is None and given is not None else block
 
 

@@ -20,7 +20,7 @@ from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
 from fastdyn.run.stiffness import watch_scipys
 
-REFUSED = ("breakpoints", "project", "checkpoint", "on_event", "domain", "nonnegative")
+REFUSED = ("breakpoints", "project", "checkpoint", "on_event", "domain", "nonnegative", "mass")
 KNOWN = validate.SHARED_METHODS
 OWN_OPTIONS = validate.COMMON | {"step", *REFUSED}
 

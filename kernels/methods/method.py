@@ -49,7 +49,9 @@ class Facts(NamedTuple):
     batched : bool
         Whether a loop of the method evaluates all stages at once, on vectors.
     takes_mass : bool
-        Whether the method solves M y' = f, with the time derivative of f.
+        Whether the method solves M y' = f.
+    by_time : bool
+        Whether the method needs the derivative of f by the time.
     past, n_past : int
         The first row and the number of rows in which a method keeps more than its last step.
     before_events : int
@@ -83,6 +85,7 @@ class Facts(NamedTuple):
     series: bool = False
     batched: bool = False
     takes_mass: bool = False
+    by_time: bool = False
     past: int = 0
     n_past: int = 0
     before_events: int = SLOPE
