@@ -241,13 +241,14 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     if method.like_matlab and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
     args = extra_arguments(args)
+    fun, matrix = mass.given(fun, t0, y0, args, options, method, mode)
     of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)
     found = Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, on_event, args, mode, rtol, atol, h_max, h,
         step_options.segments_of_span(options.get("breakpoints"), t0, tf), project, *running,
         *jacobian.given(of_jacobian, len(y0)),
-        mass.given(options, method, mode, len(y0)),
+        matrix,
         h_least=h_least, band=band,
     )  # fmt: skip
     return domains.kept_inside(found, options) if domains.asked(options) else found
