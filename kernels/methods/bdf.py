@@ -18,7 +18,7 @@ from ..output.arguments import JACOBIAN
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import copy_row
 from ..stepping import first_step
-from ..stepping.differences import evaluate_row
+from ..stepping.differences import evaluate_row, first_factors, keep_factors
 from ..stepping.implicit import (
     MAX_FACTOR,
     MIN_FACTOR,
@@ -60,7 +60,9 @@ def _renew_jacobian(rhs, s, t, work, block, y):
     if takes_slope(block) and not evaluate_row(rhs, t, work, y, CHANGE, block):
         return RAISED
     status = evaluate_jacobian(rhs, s, t, work, y, CHANGE, block, FACTOR, J)
-    s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
+    if block[MASS] != 0:
+        keep_factors(work, FACTOR)
+        s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
     return status
 
 
@@ -199,6 +201,8 @@ def begin(rhs, state, work, block):
             work[D + j, i] = 0.0
     s.h_old = s.h
     clear_matrix(work, block, J)
+    if block[MASS] != 0:
+        first_factors(work, FACTOR)
     return _renew_jacobian(rhs, s, s.t, work, block, Y)
 
 

@@ -17,7 +17,7 @@ from ..output.arguments import JACOBIAN
 from ..output.dense_output import F as DENSE
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
 from ..state.rows import copy_row
-from ..stepping.differences import evaluate_row
+from ..stepping.differences import evaluate_row, first_factors
 from ..stepping.implicit import (
     MAX_FACTOR,
     MIN_FACTOR,
@@ -31,6 +31,7 @@ from .implicit import implicit
 from .radau_stages import (
     CORRECTION,
     ERROR,
+    FACTOR,
     MAX_ITERATIONS,
     N_ROWS,
     ROOT,
@@ -133,6 +134,8 @@ def begin(rhs, state, work, block):
     s = state[0]
     s.order, s.n_equal, s.h_old = 5, 0, 0.0
     clear_matrix(work, block, J)
+    if block[MASS] != 0:
+        first_factors(work, FACTOR)
     return renew_jacobian(rhs, s, work, block)
 
 

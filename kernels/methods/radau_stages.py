@@ -13,7 +13,7 @@ from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
 from ..calls.block import MASS, RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
-from ..stepping.differences import evaluate_row
+from ..stepping.differences import evaluate_row, keep_factors
 from ..stepping.implicit import n_components, scaled_squares
 from ..stepping.jacobian import evaluate_jacobian, is_constant
 
@@ -179,7 +179,9 @@ def renew_jacobian(rhs, s, work, block):
     s.current, s.factorised = 1, 0
     s.n_jacobians += not is_constant(block)
     status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
-    s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
+    if block[MASS] != 0:
+        keep_factors(work, FACTOR)
+        s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
     return status
 
 
