@@ -18,17 +18,17 @@ def refuse(options, method, y0):
 
     `method` is the Facts of a compiled method, or None for a method of SciPy's.
     """
-    takes_mass = method is not None and method.takes_mass
     given = options.get("mass") is not None
-    if takes_mass and y0.dtype.kind == "c" and (given or not COMPLEX.get(method.name)):
-        raise ValueError(
-            f"{method.name} takes no complex `y0`{' with `mass`' if given else ''}: take "
-            f"{'' if given else 'BDF, or '}real and imaginary parts as components."
-        )
-    if not given or takes_mass:
+    if method is not None and method.takes_mass:
+        if y0.dtype.kind == "c" and (given or method.name not in COMPLEX):
+            raise ValueError(
+                f"{method.name} takes no complex `y0`{' with `mass`' if given else ''}: take "
+                f"{'' if given else 'BDF, or '}real and imaginary parts as components."
+            )
         return
-    name = "this method" if method is None else method.name
-    raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
+    if given:
+        name = "this method" if method is None else method.name
+        raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
 
 
 def refuse_sensitivity(options):
