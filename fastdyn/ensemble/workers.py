@@ -15,7 +15,7 @@ from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
 from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
-from fastdyn.problem.domains import keeps
+from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time
 from fastdyn.run.begin import begin, event_table

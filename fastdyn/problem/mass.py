@@ -7,7 +7,7 @@ import numpy as np
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.kernels.methods import COMPLEX
 
-from . import domains
+from .domains import options as domains
 
 METHODS = "'Rodas5P', 'Radau' or 'BDF'"  # that take a mass matrix
 OTHERWISE = f"take method={METHODS}, or solve for y' in `fun` where the matrix is regular"

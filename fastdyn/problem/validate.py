@@ -13,7 +13,8 @@ import numpy as np
 from fastdyn.compile.mode import Mode
 from fastdyn.kernels.methods import METHODS
 
-from . import domains, jacobian, lsoda, mass, step_options
+from . import jacobian, lsoda, mass, step_options
+from .domains import options as domains
 from .events import acting, endless, event_list
 from .option_names import warn_unused
 

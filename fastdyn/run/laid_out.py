@@ -13,7 +13,7 @@ from fastdyn.compile.python_callback import interruptible
 from fastdyn.kernels.calls.block import FAILED
 from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
-from fastdyn.problem.domains import keeps
+from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel, watch_plain_kernel
 from fastdyn.specialise.shared_or_inlined import Tier

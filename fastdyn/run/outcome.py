@@ -27,7 +27,7 @@ from fastdyn.kernels.state.record import (
     K,
     Y,
 )
-from fastdyn.problem.domains import warn_of_cut
+from fastdyn.problem.domains.options import warn_of_cut
 
 from .dense_output import PiecewisePolynomial, floors_of
 from .loop import counters

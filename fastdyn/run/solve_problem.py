@@ -10,7 +10,7 @@ from fastdyn.compile.rebind import rebind
 from fastdyn.compile.sparse_jacobian import (
     WiderPattern,
 )
-from fastdyn.problem.domains import check_start
+from fastdyn.problem.domains.options import check_start
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
     Pair,

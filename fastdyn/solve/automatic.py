@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fastdyn.problem import domains
+from fastdyn.problem.domains import options as domains
 from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 

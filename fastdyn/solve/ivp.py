@@ -124,8 +124,7 @@ def solve_ivp(
         energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` are
         projected, too; states of `sol` are not.
     domain, nonnegative
-        Where `fun` is defined, ``domain(t, y, *args)``: the run ends at the border, with status -3.
-        Components that must not be negative: True or indices.
+        ``domain(t, y, *args)`` is True where `fun` is defined; components that are not negative.
     max_steps : int
         Stop with status -1 after so many accepted steps.
     progress : bool

@@ -6,17 +6,24 @@ for what is negative, and the derivative of what is not positive is not negative
 the end of a step: `kernels/output/borders.py`.
 """
 
-import functools
-import math
 import warnings
-from typing import Any
 
 import numpy as np
 
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
-from fastdyn.compile.python_callback import derivative
 from fastdyn.kernels.output.arguments import CHECKS, CLIPS
+
+from .functions import (
+    clipped,
+    inside_only,
+    jacobian_inside,
+    jacobian_of_kept,
+    kept,
+    of_clipped,
+    of_states,
+    sign,
+)  # fmt: skip
 
 MOST_CUT = 100.0
 NAMES = frozenset(("domain", "nonnegative"))
@@ -75,19 +82,19 @@ def kept_inside(problem, options):
         raise TypeError(f"`domain` must be a function of (t, y); got {domain!r}.")
     if listed is not None:
         _check_nonnegative(p, listed)
-    fun, jac = _of_states(p.fun) if p.mode is COLUMN else p.fun, p.jac
+    fun, jac = of_states(p.fun) if p.mode is COLUMN else p.fun, p.jac
     if domain is not None:
-        fun, inside = _inside_only(fun, domain, n), _sign(domain)
-        jac = _jacobian_inside(jac, domain, p) if callable(jac) else jac
-        p = p._replace(domain=domain, inside=inside)
+        fun = inside_only(fun, domain, n)
+        jac = jacobian_inside(jac, domain, p) if callable(jac) else jac
+        p = p._replace(domain=domain, inside=sign(domain))
     if listed is not None:
-        jac = None if jac is None else _jacobian_of_kept(jac, fun, listed)
-        fun, clipped = _kept(fun, listed), _clipped(listed)
+        jac = None if jac is None else jacobian_of_kept(jac, fun, listed)
+        fun = kept(fun, listed)
         p = p._replace(
-            nonnegative=listed, project=clipped,
-            inside=None if p.inside is None else _of_clipped(p.inside, listed),
-            events=p.events and [(_of_clipped(e, listed), *rest) for e, *rest in p.events],
-            on_event=tuple([j and _of_clipped(j, listed) for j in p.on_event]),
+            nonnegative=listed, project=clipped(listed),
+            inside=None if p.inside is None else of_clipped(p.inside, listed),
+            events=p.events and [(of_clipped(e, listed), *rest) for e, *rest in p.events],
+            on_event=tuple([j and of_clipped(j, listed) for j in p.on_event]),
         )  # fmt: skip
     return p._replace(fun=fun, jac=jac, mode=DERIVATIVE)
 
@@ -180,103 +187,3 @@ def _check_nonnegative(problem, listed):
             "`nonnegative` needs a positive `atol` for its components: a relative tolerance alone "
             "lets no step arrive at 0."
         )
-
-
-def _of_states(fun):
-    """A function for states of shape (n, k) as one for states of shape (n,)."""
-
-    @functools.wraps(fun)
-    def of_state(t, y, *args):
-        return np.asarray(fun(t, y[:, None], *args))[:, 0]
-
-    return of_state
-
-
-def _inside_only(fun, domain, n):
-    """`fun` inside of the domain, and nan outside; `fun` cannot write to the state."""
-
-    @functools.wraps(fun)
-    def inside_only(t, y, *args):
-        if domain(t, y, *args) > 0:
-            return fun(t, y.copy(), *args)
-        return np.full(n, math.nan)
-
-    return inside_only
-
-
-def _sign(domain):
-    """The function for the kernels, 1.0 inside and -1.0 outside."""
-
-    @functools.wraps(domain)
-    def sign(t, y, *args):
-        return 1.0 if domain(t, y, *args) > 0 else -1.0
-
-    return sign
-
-
-def _clip(y, listed):
-    return np.where(listed & (y < 0.0), 0.0, y)
-
-
-def _clipped(listed):
-    """The function that returns what is negative to 0."""
-
-    def clipped(t, y, *args):
-        return _clip(y, listed)
-
-    return clipped
-
-
-def _of_clipped(fun, listed):
-    """An event, a domain, or a function of `on_event` for a state that is not negative."""
-
-    @functools.wraps(fun)
-    def of_clipped(t, y, *args):
-        return fun(t, _clip(y, listed), *args)
-
-    return of_clipped
-
-
-def _kept(fun, listed):
-    """The equations that go on beyond zero; a wrong shape is left to be found."""
-    shape = listed.shape
-
-    @functools.wraps(fun)
-    def kept(t, y, *args):
-        rates = np.asarray(fun(t, _clip(y, listed), *args))
-        if rates.shape != shape:
-            return rates
-        return np.where(listed & (y <= 0.0) & (rates < 0.0), 0.0, rates)
-
-    return kept
-
-
-def _jacobian_inside(jac, domain, problem):
-    """`jac` inside of the domain; outside, where no step ends, `jac` at the start."""
-    t0, y0 = problem.t0, problem.y0
-
-    @functools.wraps(jac)
-    def jacobian(t, y, *args):
-        if domain(t, y, *args) > 0:
-            return jac(t, y, *args)
-        return jac(t0, y0.copy(), *args)
-
-    return jacobian
-
-
-def _jacobian_of_kept(jac: Any, fun, listed):
-    """The Jacobian of `_kept` from that of `fun`, a function or a matrix."""
-    n, of_state = len(listed), jac if callable(jac) else lambda t, y, *args: jac
-
-    def jacobian(t, y, *args):
-        clipped = _clip(y, listed)
-        rates = derivative(fun(t, clipped, *args), n)
-        rows = np.where(listed & (y <= 0.0) & (rates < 0.0), 0.0, 1.0)
-        columns = np.where(listed & (y < 0.0), 0.0, 1.0)
-        found = of_state(t, clipped, *args)
-        if hasattr(found, "tocsc"):
-            sparse: Any = found
-            return sparse.multiply(rows[:, None]).multiply(columns).tocsc()
-        return rows[:, None] * np.asarray(found) * columns
-
-    return jacobian
