@@ -81,7 +81,8 @@ def outcome(status, state, work, problem):
     bad = np.flatnonzero(~np.isfinite(work[K + problem.method.fsal_stage]))
     if status == NON_FINITE and s["t"] == s["t_old"] and bad.size:
         where = "the start" if s["n_accepted"] == 0 else "the state that `on_event` returned"
-        return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]})."
+        outside = "" if problem.domain is None else ", or the state lies outside of `domain`"
+        return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]}){outside}."
     if status in SENTENCES:
         return LEFT if status == BORDER else -1, SENTENCES[status].format(t=t)
     implicit = problem.method.n_matrices > 0
@@ -99,6 +100,8 @@ def _why(s, work, problem, t):
         return f"At {t}, `max_step={problem.h_max:g}` is no step."
     if problem.h_least > 0.0 and s["h"] <= 1.1 * problem.h_least:
         return f"At {t}, `min_step={problem.h_least:g}` is too long for the tolerance."
+    if problem.nonnegative is not None and (work[Y][problem.nonnegative] < 0.0).any():
+        return f"At {t}, a component that must not be negative is, from `y0` or from `on_event`."
     if not np.isfinite(s["error"]):
         return f"`fun` returns nan or inf just after {t}."
     slope = ""
