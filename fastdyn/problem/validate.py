@@ -32,10 +32,7 @@ COMPILE = ("auto", "shared", "inlined")
 
 
 class Problem(NamedTuple):
-    """A checked initial value problem.  Times are floats, `y0` float64 of shape (n,).
-
-    `inside` is the sign of `domain`, 1.0 inside; `nonnegative` is n bools.  Of both, `fun` knows.
-    """
+    """A checked initial value problem.  Times are floats, `y0` float64 of shape (n,)."""
 
     fun: Any
     t0: float
@@ -67,8 +64,8 @@ class Problem(NamedTuple):
     h_least: float = 0.0
     band: tuple = lsoda.NO_BAND
     domain: Any = None
-    inside: Any = None
-    nonnegative: Any = None
+    inside: Any = None  # the sign of `domain`, 1.0 inside
+    nonnegative: Any = None  # n bools
 
 
 def time_span(t_span):
