@@ -129,8 +129,8 @@ def extended(problem, how, members):
             f"{problem.method.name} integrates accelerations alone and cannot take means along; "
             "RK4, Gauss8 and the adaptive methods do."
         )
-    if problem.project is not None:
-        raise ValueError("means cannot be taken along a motion that is projected.")
+    if problem.project is not None or problem.inside is not None:
+        raise ValueError("means cannot be taken along a motion that is projected or kept inside.")
     n, times = members.n, how.n_copies
     members.lengthen(times)
     largest = problem.method.like_matlab  # with the largest component as norm

@@ -6,6 +6,7 @@ from fastdyn.compile.callables.diagnostics import GaveUp
 from fastdyn.kernels.state.record import (
     BAD_JUMP,
     BAD_STATE,
+    BORDER,
     EVENT,
     FINISHED,
     INTERRUPTED,
@@ -13,13 +14,14 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
+from fastdyn.run.outcome import LEFT, SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
-from fastdyn.run.outcome import SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.solve_problem import run_of
 
 from .times import of_member
 
-CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's status; -1 for every failure
+# SciPy's status; -1 for every other failure
+CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2, BORDER: LEFT}
 
 
 SENTENCES = {status: text.format(t="t = {t:.10g}") for status, text in IN_WORDS.items()} | {

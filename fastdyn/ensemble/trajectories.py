@@ -26,7 +26,8 @@ class Trajectories:
     y_end, t_end : ndarray, shape (M, n), (M,)
         Last states, and their times.
     status : ndarray of int, shape (M,)
-        0: the end was reached; 1: a terminal event; -1: failure; -2: interrupted.
+        0: the end was reached; 1: a terminal event; -1: failure; -2: interrupted; -3: the border
+        of `domain`.
     success : ndarray of bool, shape (M,)
     nfev, n_accepted, n_rejected : ndarray of int, shape (M,)
     t_events, y_events : list of lists of ndarray, or None

@@ -15,6 +15,7 @@ from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
 from fastdyn.kernels.output.arguments import OUTPUT, SCHEDULES
 from fastdyn.kernels.state.lane_fields import N_FIELDS
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
+from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time
 from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table
@@ -136,12 +137,17 @@ class Worker:
         record["fsal_stage"], record["max_steps"] = p.method.fsal_stage, p.max_steps
         record["t_final"] = last_time(p.tf)
         record["extrema"], record["keep_found"] = results.extrema, results.keep_found
+        record["keeps"], record["past"] = keeps(p), p.method.past
+        record["n_past"] = p.method.n_past
+        last = -1 - len(folds) - (p.jac is not None)
         if p.project is not None:
-            at = -1 - len(folds) - (p.jac is not None)
-            record["project"] = self.bounds[at].block.ctypes.data
+            record["project"] = self.bounds[last].block.ctypes.data
+            last -= 1
+        if p.inside is not None:
+            record["inside"] = self.bounds[last].block.ctypes.data
         record["watches"], record["accumulates"] = at_events, at_folds
         alone = (p.events and not at_events) or (folds and not at_folds)
-        record["each"] = p.project is not None or bool(alone)
+        record["each"] = p.project is not None or keeps(p) != 0 or bool(alone)
         return record
 
     def _lanes(self, p, members, vector, work, rows):

@@ -21,8 +21,6 @@ from .output_function import OutputFunction
 from .solution import AtTimes, Call, Refined, Solution
 
 NOT_HERE = {
-    "NonNegative": "leave it out and look whether y goes below zero, or write `solve_ivp(..., "
-    "project=...)` with a function that takes it back",
     "NormControl": "the error is controlled in each component",
 }
 COLUMN = "`fun` returned a column"  # what a solve says of one
@@ -127,6 +125,10 @@ def _run(solver, fun, t_span, y0, functions, observer, options, mass) -> Any:
         chosen["callback"] = observed(observer.step, observer.function)
     if mass is not None:
         chosen["mass"] = mass
+    if "NonNegative" in options:
+        if "Mass" in options:
+            raise ValueError("NonNegative and Mass do not go together, as in MATLAB.")
+        chosen["nonnegative"] = options["NonNegative"]
     if solver.implicit:
         wanted = {"jac": "Jacobian", "jac_sparsity": "JPattern"}
         chosen |= {ours: options[name] for ours, name in wanted.items() if name in options}

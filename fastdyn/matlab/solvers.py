@@ -52,7 +52,7 @@ def ode45(odefun, tspan, y0, options=None) -> Solution:
     Raises
     ------
     ValueError, TypeError
-        For wrong arguments, and for the options NonNegative and NormControl.
+        For wrong arguments, and for the option NormControl.
 
     Warns
     -----

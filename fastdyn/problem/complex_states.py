@@ -8,7 +8,7 @@ from fastdyn.kernels.methods import COMPLEX
 
 from . import validate
 
-REFUSED = ("breakpoints", "project", "checkpoint", "callback", "on_event")
+REFUSED = ("breakpoints", "project", "checkpoint", "callback", "on_event", "domain", "nonnegative")
 
 
 def on_pairs(fun, t0, tf, y0, method, *, t_eval, dense_output, events, args, options):

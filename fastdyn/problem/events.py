@@ -80,13 +80,15 @@ def endless(tf, events, max_steps, schedules=()):
 
 
 def between_steps(problem):
-    """(function, mode) of the events, the functions of `on_event`, the projection, the Jacobian."""
+    """(function, mode) of the events, of `on_event`, the domain, the projection, the Jacobian."""
     p = problem
     event_mode = COMPLEX_EVENT if p.mode.complex_numbers else EVENT
     functions = [(event, event_mode) for event, _, _ in p.events or ()]
     jumps = [*p.on_event, *[each.jump for each in p.schedules]]
     changes = SALTATION if p.mode.sensitivities else JUMP
     functions += [(jump, changes) for jump in jumps if jump is not None]
+    if p.inside is not None:
+        functions.append((p.inside, EVENT))
     if p.project is not None:
         functions.append((p.project, DERIVATIVE))
     if p.jac is not None:

@@ -1,11 +1,16 @@
 """The option `mass`, checked."""
 
+import functools
+
 import numpy as np
 
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
+from fastdyn.kernels.methods import COMPLEX
 
-METHOD = "Rodas5P"  # the method that takes a mass matrix
-OTHERWISE = f"take method='{METHOD}', or solve for y' in `fun` where the matrix is regular"
+from .domains import options as domains
+
+METHODS = "'Rodas5P', 'Radau' or 'BDF'"  # that take a mass matrix
+OTHERWISE = f"take method={METHODS}, or solve for y' in `fun` where the matrix is regular"
 
 
 def refuse(options, method, y0):
@@ -13,19 +18,22 @@ def refuse(options, method, y0):
 
     `method` is the Facts of a compiled method, or None for a method of SciPy's.
     """
-    if method is not None and method.takes_mass and y0.dtype.kind == "c":
-        raise ValueError(
-            f"{method.name} takes no complex `y0`: take BDF, or real and imaginary parts as "
-            "components."
-        )
-    if options.get("mass") is None or (method is not None and method.takes_mass):
+    given = options.get("mass") is not None
+    if method is not None and method.takes_mass:
+        if y0.dtype.kind == "c" and (given or method.name not in COMPLEX):
+            raise ValueError(
+                f"{method.name} takes no complex `y0`{' with `mass`' if given else ''}: take "
+                f"{'' if given else 'BDF, or '}real and imaginary parts as components."
+            )
         return
-    name = "this method" if method is None else method.name
-    raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
+    if given:
+        name = "this method" if method is None else method.name
+        raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
 
 
 def refuse_sensitivity(options):
-    """Raise ValueError if `mass` and `sensitivity` are both given."""
+    """Raise ValueError if `sensitivity` is given with `mass`, `domain` or `nonnegative`."""
+    domains.refuse_sensitivity(options)
     if options.get("mass") is not None:
         raise ValueError(
             "`sensitivity` and `mass` do not go together: solve for y' in `fun` where the matrix "
@@ -33,27 +41,23 @@ def refuse_sensitivity(options):
         )
 
 
-def given(options, method, mode, n):
-    """`mass` as an array of (n, n) floats, or None.
+def given(fun, t0, y0, args, options, method, mode):
+    """The equations, and `mass` as an array of (n, n) floats or None.
+
+    A function `mass`, whose matrix is regular, is divided by in the equations.
 
     Raises
     ------
     ValueError
     """
-    found = options.get("mass") if method.takes_mass else None
+    found, n = options.get("mass") if method.takes_mass else None, len(y0)
     if found is None:
-        return None
+        return fun, None
     if mode not in (DERIVATIVE, COLUMN):
         raise ValueError("`mass` is for equations y' = fun(t, y), not for second order or pairs.")
     if callable(found):
-        raise ValueError("`mass` must be a matrix that stays the same; a function is not taken.")
-    matrix = np.array(found.toarray() if hasattr(found, "toarray") else found)
-    if matrix.dtype.kind not in "fiub" or matrix.shape != (n, n) or not np.isfinite(matrix).all():
-        raise ValueError(
-            f"`mass` must be a matrix of {n} rows and columns of finite numbers; got an array of "
-            f"{matrix.dtype} of shape {matrix.shape}."
-        )
-    matrix = matrix.astype(float)
+        return _divided(fun, found, _matrix(found(t0, y0.copy(), *args), n), options, mode), None
+    matrix = _matrix(found, n)
     if is_singular(matrix):
         for name in ("on_event", "project"):
             if options.get(name) is not None:
@@ -61,7 +65,39 @@ def given(options, method, mode, n):
                     f"`{name}` does not go with a singular `mass`: the state behind it need not "
                     "fulfil the algebraic equations. Solve from one event to the next."
                 )
-    return matrix
+    return fun, matrix
+
+
+def _divided(fun, mass, first, options, mode):
+    """The function M \\ f of a regular matrix M(t, y), which is `first` at the start."""
+    if is_singular(first):
+        raise ValueError(
+            "`mass` is singular at the start: only a matrix that stays the same may be, not a "
+            "function of (t, y)."
+        )
+    if mode is COLUMN or options.get("jac") is not None:
+        other = "vectorized" if mode is COLUMN else "jac"
+        raise ValueError(
+            f"`{other}` and a function `mass` do not go together: the equations are M(t, y) \\ f, "
+            "whose Jacobian contains the derivatives of M."
+        )
+
+    @functools.wraps(fun)
+    def divided(t, y, *args):
+        return np.linalg.solve(np.array(mass(t, y, *args)), np.array(fun(t, y, *args)))
+
+    return divided
+
+
+def _matrix(found, n):
+    """A matrix as an array of (n, n) floats."""
+    matrix = np.array(found.toarray() if hasattr(found, "toarray") else found)
+    if matrix.dtype.kind not in "fiub" or matrix.shape != (n, n) or not np.isfinite(matrix).all():
+        raise ValueError(
+            f"`mass` must be a matrix of {n} rows and columns of finite numbers; got an array of "
+            f"{matrix.dtype} of shape {matrix.shape}."
+        )
+    return matrix.astype(float)
 
 
 def is_singular(matrix):

@@ -1,6 +1,7 @@
 """Unknown names of options: refused, or warned of, with the name that may be meant."""
 
 import difflib
+import warnings
 
 ALIKE = 0.6  # least similarity of a name that may be meant
 OTHER_WORDS = {  # names in other packages
@@ -25,6 +26,15 @@ def advice_on(names, known):
     """Questions for several names, to append to a sentence."""
     found = [(name, advice(name, known)) for name in names if name not in known]
     return "".join(f" `{name}`: {said}" for name, said in found if said)
+
+
+def warn_unused(options, used, known):
+    """Warn, as SciPy does, of options that the method does not use."""
+    if not used.issuperset(options):
+        unused = sorted(options.keys() - used)
+        said = ", ".join(f"`{name}`" for name in unused)
+        said = f"The following arguments have no effect for a chosen solver: {said}."
+        warnings.warn(said + advice_on(unused, known), stacklevel=4)
 
 
 def _plain(name):

@@ -6,7 +6,6 @@ A NaN in a tolerance, a time or t_eval, with which SciPy never ends, raises Valu
 
 import inspect
 import math
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,12 +14,13 @@ from fastdyn.compile.mode import Mode
 from fastdyn.kernels.methods import METHODS
 
 from . import jacobian, lsoda, mass, schedules, step_options
-from .option_names import advice_on
+from .domains import options as domains
+from .option_names import warn_unused
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
 RUNNING = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint", "callback"}
-COMMON = {"project", "on_event", "at", "every"} | RUNNING
+COMMON = {"project", "on_event", "at", "every", *domains.NAMES} | RUNNING
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
 FIXED = {"step"} | COMMON
 OF_JACOBIANS = {"jac", "jac_sparsity"}
@@ -63,6 +63,9 @@ class Problem(NamedTuple):
     h_least: float = 0.0
     band: tuple = lsoda.NO_BAND
     schedules: tuple = ()
+    domain: Any = None
+    inside: Any = None  # the sign of `domain`, 1.0 inside
+    nonnegative: Any = None  # n bools
 
 
 def time_span(t_span):
@@ -200,22 +203,13 @@ def _own_options(method):
     return OF_JACOBIANS if method.n_matrices else set()
 
 
-def warn_unused(options, used):
-    """Warn, as SciPy does, of options that the method does not use."""
-    if not used.issuperset(options):
-        unused = sorted(options.keys() - used)
-        said = ", ".join(f"`{name}`" for name in unused)
-        said = f"The following arguments have no effect for a chosen solver: {said}."
-        warnings.warn(said + advice_on(unused, ALL), stacklevel=4)
-
-
 def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, options):
     """The Problem of a compiled method; the span and `y0` are already checked, and real."""
     span = abs(tf - t0)
     running = _running_options(options)
     events, on_event, scheduled = schedules.checked(events, options, t0, tf)
     if method.error_order:
-        warn_unused(options, ADAPTIVE | _own_options(method))
+        warn_unused(options, ADAPTIVE | _own_options(method), ALL)
         rtol, atol = step_options.tolerances(
             options.get("rtol", 1e-3), options.get("atol", 1e-6), y0,
             step_options.EPS if method.series else 100 * step_options.EPS,
@@ -226,7 +220,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         elif options.get("max_steps") is None and not any(limit for _, limit, _ in events or ()):
             step_options.never_ends(h_max, t0, tf)
     else:
-        warn_unused(options, FIXED)
+        warn_unused(options, FIXED, ALL)
         rtol, atol, h_max = 0.0, 0.0, math.inf
         h = step_options.fixed_step(options, t0, tf, method.name)
     project = options.get("project")
@@ -240,12 +234,15 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
     if method.like_matlab and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
-    of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args := extra_arguments(args))
-    return Problem(
+    args = extra_arguments(args)
+    fun, matrix = mass.given(fun, t0, y0, args, options, method, mode)
+    of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)
+    found = Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, on_event, args, mode, rtol, atol, h_max, h,
         schedules.segments(options, scheduled, t0, tf), project, *running,
         *jacobian.given(of_jacobian, len(y0)),
-        mass.given(options, method, mode, len(y0)),
+        matrix,
         h_least=h_least, band=band, schedules=scheduled,
     )  # fmt: skip
+    return domains.kept_inside(found, options) if domains.asked(options) else found

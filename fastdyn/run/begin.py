@@ -17,6 +17,7 @@ from .output import OUTPUT_WORDS, STATE_RECORD, STATE_WORDS
 
 NONE_YET = (0.0, *[0] * 9)  # counts and flags of implicit methods
 NONE_OF_LSODA = (0.0,) * 8 + (0,) * 7
+NOTHING_CUT = (0.0,)
 
 
 def first_state(problem, n_extra=0):
@@ -26,7 +27,7 @@ def first_state(problem, n_extra=0):
     t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, last_time(p.tf))
     return (
         t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra, *NONE_YET,
-        p.h_least, *p.band, *NONE_OF_LSODA,
+        p.h_least, *p.band, *NONE_OF_LSODA, *NOTHING_CUT,
     )  # fmt: skip
 
 
@@ -49,7 +50,7 @@ def jacobian_of(problem, bound, others):
     if given is not None and not given.mode.entries:
         return given.block
     if p.method.n_matrices and not p.differences:
-        block = exact_block(bound.function, len(p.y0), p.method.takes_mass)
+        block = exact_block(bound.function, len(p.y0), p.method.by_time)
     return given.block if block is None and given is not None else block
 
 

@@ -65,6 +65,13 @@ class OdeSolution:
         return y
 
 
+def floors_of(nonnegative, n_segments):
+    """The floors of a PiecewisePolynomial, 0 where `nonnegative`, n bools or None, is True."""
+    if nonnegative is None:
+        return None
+    return np.broadcast_to(np.where(nonnegative, 0.0, -np.inf), (n_segments, len(nonnegative)))
+
+
 class PiecewisePolynomial(OdeSolution):
     """The continuous solution of our own methods, evaluated for all times at once.
 
@@ -75,10 +82,12 @@ class PiecewisePolynomial(OdeSolution):
         See `kernels.output.dense_output`.
     spans : ndarray, shape (n_segments, 2)
         Start and length of the step that each polynomial belongs to.
+    floors : ndarray, shape (n_segments, n), optional
+        The least value of each component, -inf for those without.
     """
 
-    def __init__(self, ts, polynomials, spans):
-        self.polynomials, self.spans = polynomials, spans
+    def __init__(self, ts, polynomials, spans, floors=None):
+        self.polynomials, self.spans, self.floors = polynomials, spans, floors
         self._lay_out(ts, False)
 
     def _values(self, times, segments):
@@ -88,15 +97,18 @@ class PiecewisePolynomial(OdeSolution):
         total = np.zeros_like(d[:, 0])
         for j in range(d.shape[1] - 1, 0, -1):
             total = (d[:, j] + total) * (x if (j - 1) % 2 == 0 else 1 - x)
-        return (d[:, 0] + total).T
+        y = d[:, 0] + total
+        return (y if self.floors is None else np.maximum(y, self.floors[segments])).T
 
     @cached_property
     def interpolants(self):  # pyright: ignore[reportIncompatibleVariableOverride]
         """One solution a segment, with the attributes `t_old` and `t` of SciPy's interpolants."""
         parts = []
         for i in range(self.n_segments):
+            one = slice(i, i + 1)
+            floors = None if self.floors is None else self.floors[one]
             part: Any = PiecewisePolynomial(
-                self.ts[i : i + 2], self.polynomials[i : i + 1], self.spans[i : i + 1]
+                self.ts[i : i + 2], self.polynomials[one], self.spans[one], floors
             )
             part.t_old, part.t = self.ts[i : i + 2]
             parts.append(part)

@@ -9,11 +9,11 @@ import numpy as np
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.compile import budget
-from fastdyn.compile.callables.diagnostics import GaveUp
-from fastdyn.compile.python_callback import evaluate, interruptible
-from fastdyn.kernels.calls.block import FAILED, FAULT, RAISED_WORD, TIME
+from fastdyn.compile.python_callback import interruptible
+from fastdyn.kernels.calls.block import FAILED
 from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
+from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel, watch_plain_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
@@ -21,27 +21,13 @@ from fastdyn.trace.islands.island import Island, islands_of, raise_interrupts
 
 from . import output
 from .begin import event_table, fill, fill_tolerances, jacobian_of, schedule_table, shape_of
+from .functions.bound import raise_kept
 from .functions.python_between import PythonBetween
 from .matrices.layouts import matrices_of
 from .matrices.mass import mass_of
 from .memory import MEMORY, Y0, lay, plan
 
 MOST_PIECES = 16  # of output that a solve gets at once, if an earlier solve needed as many
-
-
-def raise_kept(bounds):
-    """Raise the exception of a user's function: the kept one, or by a call of the function.
-
-    Raises GaveUp if the Python function raises nothing.
-    """
-    for bound in bounds:
-        if bound.block[RAISED_WORD]:
-            if bound.callback is not None and bound.callback.exception is not None:
-                raise bound.callback.exception
-            t = float(bound.block[TIME : TIME + 1].view(float)[0])
-            y = bound.block[bound.block[FAULT] :].view(float)
-            evaluate(bound.python, bound.mode, t, y.copy())
-            raise GaveUp(bound, t)
 
 
 def new_memory(size):
@@ -80,6 +66,9 @@ class LaidOut(PythonBetween):
         self._matrices = matrices_of(problem, bound, jacobian_of(problem, bound, others))
         self._mass = mass_of(problem, bound)
         self._projection = others[last - 1] if problem.project is not None else None
+        last -= problem.project is not None
+        self._keeps = keeps(problem)
+        self._inside = others[last - 1] if problem.inside is not None else None
         self.memory: Any = None
         self.grown: Any = None
         self._asked = self._tolerances = self._limits = None
@@ -108,6 +97,9 @@ class LaidOut(PythonBetween):
         self._lay("solve.block", self._own.block)
         if self._projection is not None:
             self._words[plan.at["kernels.project"]] = address_of(self._projection.block)
+        if self._inside is not None:
+            self._words[plan.at["kernels.inside"]] = address_of(self._inside.block)
+        self._words[plan.at["kernels.keeps"]] = self._keeps
         self._launch = plan.launch_words(self._words, self._image)
         self._launch_at = ctypes.c_void_p(self._launch.buffer_info()[0])
 
@@ -149,10 +141,11 @@ class LaidOut(PythonBetween):
     def _lay_times(self):
         """Give the kernel the times of the output and the segments of the span.
 
-        A solve without events, projection and breakpoints takes the plain kernel.
+        A solve without events, projection, domain and breakpoints takes the plain kernel.
         """
         segments = self.problem.segments
-        whole = self.problem.events or self._projection is not None or len(segments)
+        between = self._projection is not None or self._inside is not None
+        whole = self.problem.events or between or len(segments)
         watch = watch_kernel() if whole else watch_plain_kernel()
         self._words[self.plan.at["begin.watch"]] = watch.address
         if self._t_eval is not None:
@@ -237,7 +230,7 @@ class LaidOut(PythonBetween):
         plan, p = self.plan, self.problem
         d = np.empty(plan.arrays["output.d"][3][1:])
         dense_rows = self._words[plan.at["kernels.dense_rows"]]
-        kernels = Kernels(0, dense_rows, p.method.fsal_stage, 0, 0, 0.0)
+        kernels = Kernels(0, dense_rows, p.method.fsal_stage, 0, 0, 0.0, 0, 0, 0, 0)
         solve = self.view("solve.state"), self.view("solve.work"), self._own.block
         self.check(Call(interpolant_kernel(), *kernels, *solve, d)())
         (s,) = solve[0]

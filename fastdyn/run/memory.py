@@ -98,6 +98,8 @@ class Plan:
             self.words[self.at[argument]] = kernel.address
         self.words[self.at["kernels.fsal_stage"]] = method.fsal_stage
         self.words[self.at["begin.before_events"]] = method.before_events
+        self.words[self.at["kernels.past"]] = method.past
+        self.words[self.at["kernels.n_past"]] = method.n_past
         (order,) = struct.unpack("q", struct.pack("d", method.error_order))
         self.words[self.at["kernels.order"]] = order
 

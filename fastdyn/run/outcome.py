@@ -10,6 +10,7 @@ from fastdyn.kernels.state.record import (
     ATOL,
     BAD_JACOBIAN,
     BAD_JUMP,
+    BORDER,
     EVENT,
     FAILED_AGAIN,
     FINISHED,
@@ -26,9 +27,10 @@ from fastdyn.kernels.state.record import (
     K,
     Y,
 )
+from fastdyn.problem.domains.options import warn_of_cut
 from fastdyn.problem.schedules import in_order
 
-from .dense_output import PiecewisePolynomial
+from .dense_output import PiecewisePolynomial, floors_of
 from .loop import counters
 from .output import OCCURRENCES, Output, occurrences
 from .result import OdeResult
@@ -37,7 +39,9 @@ SUCCESS = "The solver successfully reached the end of the integration interval."
 TERMINATED = "A termination event occurred."
 OF_LSODA = "Unexpected istate in LSODA."
 TOO_SMALL = "Required step size is less than spacing between numbers."
+LEFT = -3  # the status of a run that ends at the border of `domain`
 SENTENCES = {
+    BORDER: "The solution leaves `domain` at {t}: the run ends there, at the border.",
     ZENO: "An event occurs infinitely often at {t}: either ever faster up to there (Zeno), or "
     "because `on_event` leaves the state where it occurs again at once. End the run before, by "
     "the number `terminal` of the event, or go on with equations that hold in this state.",
@@ -78,9 +82,10 @@ def outcome(status, state, work, problem):
     bad = np.flatnonzero(~np.isfinite(work[K + problem.method.fsal_stage]))
     if status == NON_FINITE and s["t"] == s["t_old"] and bad.size:
         where = "the start" if s["n_accepted"] == 0 else "the state that `on_event` returned"
-        return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]})."
+        outside = "" if problem.domain is None else ", or the state lies outside of `domain`"
+        return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]}){outside}."
     if status in SENTENCES:
-        return -1, SENTENCES[status].format(t=t)
+        return LEFT if status == BORDER else -1, SENTENCES[status].format(t=t)
     implicit = problem.method.n_matrices > 0
     return -1, (
         f"`max_steps={problem.max_steps:g}` was reached at {t}, "
@@ -96,6 +101,8 @@ def _why(s, work, problem, t):
         return f"At {t}, `max_step={problem.h_max:g}` is no step."
     if problem.h_least > 0.0 and s["h"] <= 1.1 * problem.h_least:
         return f"At {t}, `min_step={problem.h_least:g}` is too long for the tolerance."
+    if problem.nonnegative is not None and (work[Y][problem.nonnegative] < 0.0).any():
+        return f"At {t}, a component that must not be negative is, from `y0` or from `on_event`."
     if not np.isfinite(s["error"]):
         return f"`fun` returns nan or inf just after {t}."
     slope = ""
@@ -175,7 +182,8 @@ class Ended(NamedTuple):
             return None
         end = self.t()[-1] if self.problem.t_eval is None else spans[-1].sum()
         polynomials = self._components(polynomials)
-        return PiecewisePolynomial(np.append(spans[:, 0], end), polynomials, spans)
+        floors = floors_of(self.problem.nonnegative, len(spans))
+        return PiecewisePolynomial(np.append(spans[:, 0], end), polynomials, spans, floors)
 
     def occurrences(self):
         """The fields t_events and y_events."""
@@ -184,6 +192,8 @@ class Ended(NamedTuple):
             return None, None
         index, t, y = self._found()
         n = len(p.events)
+        if p.nonnegative is not None:
+            y = np.where(p.nonnegative & (y < 0.0), 0.0, y)
         t, y = (
             in_order(each[:n], p.schedules, each[n:])
             for each in occurrences(index, t, y, n + len(p.schedules))
@@ -227,5 +237,7 @@ def result_of(problem, status, run):
     else:
         state, work = run.view("solve.state"), run.view("solve.work")
         code, message = outcome(status, state, work, problem)
+    if problem.nonnegative is not None:
+        warn_of_cut(run.view("solve.state")["cut"][0])
     given = problem, run.plan, run.memory, run.grown, code, message
     return OdeResult.of_parts(PARTS, _new(Ended, given))

@@ -10,6 +10,7 @@ from fastdyn.compile.rebind import rebind
 from fastdyn.compile.sparse_jacobian import (
     WiderPattern,
 )
+from fastdyn.problem.domains.options import check_start
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
     Pair,
@@ -53,6 +54,8 @@ def run_of(problem, to_the_end=False):
     """
     p = problem
     n = len(p.y0)
+    if p.domain is not None or p.nonnegative is not None:
+        check_start(p)
     bound, others = bind_functions(p, to_the_end and _may_store(p))
     p = of_python_between(p, bound, others)
     verify(bound, lambda: probe_equations(p), n)
@@ -104,7 +107,9 @@ def _may_store(problem):
     Nothing else of the solve may use these; and the last call of SciPy's method is at the end.
     """
     p = problem
-    between = p.events or p.callback or p.project or p.jac is not None or p.mass is not None
+    between = (
+        p.inside or p.events or p.callback or p.project or p.jac is not None or p.mass is not None
+    )
     if between or p.checkpoint is not None or p.on_interrupt != "raise" or len(p.segments):
         return False
     inside = p.dense_output or p.t_eval is not None
@@ -168,6 +173,7 @@ def _place(problem, functions):
     if (
         p.mode is not DERIVATIVE
         or p.project is not None
+        or p.inside is not None
         or p.checkpoint is not None
         or p.callback is not None
         or p.jac is not None

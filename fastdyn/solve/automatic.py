@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fastdyn.problem.domains import options as domains
 from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
@@ -45,6 +46,9 @@ def _explicit(solve, given, complex_state):
     name = "Vern7" if rtol > TIGHT else "Vern9"
     if complex_state:
         return _named(solve(method=name, **given), name, "The state is complex.")
+    if domains.asked(given):
+        reason = "A series does not end at the border of a domain."
+        return _named(solve(method=name, **given), name, reason)
     try:
         result = solve(method="Taylor", **given)
     except NoSeries as refusal:

@@ -106,9 +106,9 @@ def solve_ivp(
         which a function `jac` returns them.
     min_step : float
         For "LSODA", as in SciPy: the shortest step.
-    mass : array_like, shape (n, n)
-        For "Rodas5P": the matrix M of M y' = fun(t, y).  If M is singular, some equations are
-        algebraic: a DAE of index 1, whose algebraic equations `y0` must satisfy.
+    mass : array_like, shape (n, n), or callable
+        For "Rodas5P", "Radau", "BDF": M of M y' = fun(t, y).  A singular M, a DAE of index 1, stays
+        the same, and `y0` satisfies the algebraic equations; ``mass(t, y, *args)`` is regular.
     step : float
         Size of constant steps.  Steps are never shortened: if the span is not a whole number of
         steps, the last step overshoots and the end is interpolated.
@@ -126,14 +126,15 @@ def solve_ivp(
         States that only events and schedules change.  All functions get them behind y,
         ``fun(t, y, d, *args)``, and those of `on_event` return ``(y, d)``.
     breakpoints : array_like of float
-        Times at which `fun` has a kink or a jump (sampled input, a switch): adaptive methods end a
-        step there and start anew, and so keep their order.
+        Times at which `fun` has a kink or a jump: adaptive methods end a step there.
     project : callable
         ``project(t, y, *args)`` returns the state at the end of each step to its constraints or its
         energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` are
         projected, too; states of `sol` are not.
+    domain, nonnegative
+        ``domain(t, y, *args)`` is True where `fun` is defined; components that are not negative.
     max_steps : int
-        Stop with status -1 after this number of accepted steps.
+        Stop with status -1 after so many accepted steps.
     progress : bool
         Show a progress bar.
     on_interrupt : {"raise", "return"}
@@ -145,19 +146,18 @@ def solve_ivp(
         StopIteration.
     checkpoint : str or path
         A file, written every few seconds, whole or not at all.  After a crash or Ctrl-C, the same
-        call goes on from the file, bit for bit.  A folder that cannot be written is an OSError
-        before the run; a disk that becomes full later gives a warning.
+        call goes on from the file, bit for bit.  Folders that cannot be written are an OSError.
     sensitivity : str or sequence of str
         Integrate derivatives of the solution, too, with respect to the initial state ("y0"), to
         arguments of `fun` by name (or "args[0]", ...), numbers or arrays of floats, or to all
         arguments ("args").  See Notes.
     error_estimate : bool
         Estimate the global error of `y` by a second pass at a tolerance 100 times tighter, or at
-        half the step, which takes 1.4 to 2.5 times the evaluations of the first.
+        half the step, in 1.4 to 2.5 times the evaluations of the first.
     compile : {"auto", "shared", "inlined"}
         "shared": a kernel for all functions, which calls `fun` through a pointer; "inlined": a
-        kernel that contains `fun`, compiled before the solve; "auto": inlined once a thread has
-        made that kernel, after 50 ms in the shared one.  Both kernels give the same bits.
+        kernel that contains `fun`, compiled before the solve; "auto": inlined after 50 ms, once a
+        thread has made that kernel.  Both give the same bits.
 
     Returns
     -------

@@ -8,19 +8,25 @@ import numpy as np
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.output.arguments import Many
-from fastdyn.kernels.state.record import EVENT, FINISHED, INTERRUPTED, RAISED, RUNNING
+from fastdyn.kernels.state.record import BORDER, EVENT, FINISHED, INTERRUPTED, RAISED, RUNNING
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import given_state, probe_equations
+from fastdyn.run.functions.bound import raise_kept
 from fastdyn.run.functions.compared import compare_at
-from fastdyn.run.laid_out import raise_kept
 from fastdyn.run.loop import Run, next_chunk
+from fastdyn.run.outcome import LEFT
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import verify
 from fastdyn.specialise.scalar import many_kernel
 
 FIRST_STEPS = 64
 UNLIMITED = 2**62
-STATUS = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2}  # SciPy's status; -1 for every failure
+STATUS = {
+    FINISHED: 0,
+    EVENT: 1,
+    INTERRUPTED: -2,
+    BORDER: LEFT,
+}  # SciPy's status; -1 for every failure
 
 
 class Ends:

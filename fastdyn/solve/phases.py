@@ -198,4 +198,14 @@ def _joined_solution(pieces):
         ts,
         np.concatenate([piece.polynomials for piece in pieces]),
         np.concatenate([piece.spans for piece in pieces]),
+        _joined_floors(pieces),
     )
+
+
+def _joined_floors(pieces):
+    """The least values in all pieces; None if no piece has any."""
+    if all(piece.floors is None for piece in pieces):
+        return None
+    none = (np.full((piece.n_segments, piece.polynomials.shape[2]), -np.inf) for piece in pieces)
+    given = zip((piece.floors for piece in pieces), none, strict=True)
+    return np.concatenate([other if floors is None else floors for floors, other in given])

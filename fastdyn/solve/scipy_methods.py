@@ -21,7 +21,10 @@ from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
 from fastdyn.run.stiffness import watch_scipys
 
-REFUSED = ("breakpoints", "project", "checkpoint", "on_event", "at", "every")
+REFUSED = (
+    "breakpoints", "project", "checkpoint", "on_event", "at", "every", "domain", "nonnegative",
+    "mass",
+)  # fmt: skip
 KNOWN = validate.SHARED_METHODS
 OWN_OPTIONS = validate.COMMON | {"step", *REFUSED}
 

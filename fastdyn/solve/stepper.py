@@ -11,7 +11,7 @@ from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
 from fastdyn.problem import validate
 from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
-from fastdyn.run.dense_output import PiecewisePolynomial
+from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.compared import Compared
 from fastdyn.run.loop import announce, counters
 from fastdyn.run.outcome import n_factorised, outcome
@@ -159,7 +159,9 @@ class Stepper(OdeSolver):
                 status = run.step()
                 run.check(status)
                 run.compared.after(run)
-                break
+                taken = counters(run.memory)[0] > counters(before)[0]
+                if status != RUNNING or taken:  # else the step was taken back, at a border
+                    break
             except GaveUp as reason:  # compiled, it raises; in Python, it may go on
                 leave_to_python(reason.bound, reason)
                 self._run = _run_of_steps(run.problem)
@@ -173,7 +175,8 @@ class Stepper(OdeSolver):
     def _polynomial(self):
         d, start, end = self._run.interpolant()
         span = np.array([[start, end - start]])
-        return PiecewisePolynomial(np.array([start, end]), d[None], span)
+        floors = floors_of(self._run.problem.nonnegative, 1)
+        return PiecewisePolynomial(np.array([start, end]), d[None], span, floors)
 
     def _dense_output_impl(self):
         if self._sol is None:

@@ -40,7 +40,7 @@ STATES, EVENT_TABLE = np.empty(0, STATE), np.empty(0, EVENTS)
 OUTPUTS = np.empty(0, OUTPUT)
 STUDIED = np.empty(0, INVARIANT)
 SOLVE = Solve(STATES, TABLE, WORDS)
-KERNELS = Kernels(0, 0, 0, 0, 0, 0.0)
+KERNELS = Kernels(0, 0, 0, 0, 0, 0.0, 0, 0, 0, 0)
 
 ADVANCE = kernel_of(*SOLVE, 0)
 ADVANCE_VECTORS = kernel_of(STATES, TABLE, TABLE, WORDS, 0)

@@ -137,7 +137,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         raise Uncompilable("a fold can raise, which nothing notices in vectors")
     derived = None
     if METHODS[name].n_matrices:
-        derived = forms[0].jacobian(METHODS[name].takes_mass)
+        derived = forms[0].jacobian(METHODS[name].by_time)
         _check_elimination(derived[0], n)
     keys = [form.key for form in forms]
     key = f"lanes {name} {n} {width()} {extrema} {len(events)} {keys}"

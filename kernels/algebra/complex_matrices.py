@@ -1,16 +1,30 @@
-"""The complex matrices a J + (b + i c) I of an implicit method; see `matrices.py`.
+"""The complex matrices a J + (b + i c) M of an implicit method; see `matrices.py`.
 
 Each takes the rows of two.  Our own elimination keeps real and imaginary parts apart, LAPACK's one
 after the other.
 """
 
-from ..calls.block import BAND, BASE, COMPLEX, FULL, KIND, LD, MATRICES, NARROW, OUTSIDE, OWN, ROWS
+from ..calls.block import (
+    BAND,
+    BASE,
+    COMPLEX,
+    FULL,
+    KIND,
+    LD,
+    MASS,
+    MATRICES,
+    NARROW,
+    OUTSIDE,
+    OWN,
+    ROWS,
+)  # fmt: skip
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..state.rows import after, numbers_from
 from . import lapack
 from .factorise_complex import factorise_complex, solve_complex
 from .lapack import call_routine
+from .mass import add_mass, add_mass_to_pairs
 from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum, written
 
 
@@ -32,7 +46,7 @@ def _eliminate(s, work, block, first, to, pivots, numbers, ld, base):
         column = after(im, j * ld)
         for i in range(max(0, j - s.lower - s.upper), min(n, j + 1 + s.lower)):
             column[i] = 0.0
-        column[j] = c
+    add_mass(block[MASS], c, im, ld, n)
     factorise_complex(re, im, ld, work[pivots], n, s.lower, s.upper)
 
 
@@ -48,15 +62,13 @@ def _put_pairs(s, work, block, kind, first, to, a, b, c):
             place = 2 * (base + j * ld + i)
             pairs[place] = a * jacobian[j * ld + i]
             pairs[place + 1] = 0.0
-        place = 2 * (base + j * ld + j)
-        pairs[place] += b
-        pairs[place + 1] = c
+    add_mass_to_pairs(block[MASS], b, c, pairs, base, ld, n)
     return pairs
 
 
 @njit(**INTERNAL)
 def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
-    """Factorise a J + (b + i c) I, of the J that lies at `first`, at `to`."""
+    """Factorise a J + (b + i c) M, of the J that lies at `first`, at `to`."""
     n = work.shape[1]
     s.n_factorised += 1
     if block[MATRICES] == 0:

@@ -35,6 +35,25 @@ def add_mass(mass, factor, a, ld, n):
 
 
 @njit(**INTERNAL)
+def add_mass_to_pairs(mass, b, c, pairs, base, ld, n):
+    """Add (b + i c) M to a matrix of complex numbers, pairs of numbers behind `base` of them."""
+    if mass == 0:
+        for j in range(n):
+            place = 2 * (base + j * ld + j)
+            pairs[place] += b
+            pairs[place + 1] = c
+        return
+    words = words_at(mass)
+    count = words[N]
+    numbers = numbers_at(mass + 8 * (PLACES + count))
+    for e in range(count):
+        j, i = divmod(words[PLACES + e], n)
+        place = 2 * (base + j * ld + i)
+        pairs[place] += b * numbers[e]
+        pairs[place + 1] += c * numbers[e]
+
+
+@njit(**INTERNAL)
 def add_product(mass, row, out):
     """out += M row."""
     n = len(row)

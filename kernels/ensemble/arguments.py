@@ -108,6 +108,10 @@ WORKER = np.dtype(
         ("order", "f8"),  # of the error estimate, and the stage at the end of a step: for the start
         ("fsal_stage", "i8"),
         ("project", "i8"),  # address of a block, or 0
+        ("inside", "i8"),  # the same; see `output.arguments.Kernels`, and for the next three
+        ("keeps", "i8"),
+        ("past", "i8"),
+        ("n_past", "i8"),
         ("max_steps", "f8"),
         ("t_final", "f8"),
         ("each", "i8"),  # whether lanes return to the scheduler after every step

@@ -20,10 +20,11 @@ def already(state, work, block, n_steps):
 def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
     """Steps of one trajectory by the kernel at an address, sampled; the status of `watch`."""
     w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
+    own = kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order
     return invoke(
         at[WATCH],
         (
-            Kernels(kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order),
+            Kernels(*own, w.inside, w.keeps, w.past, w.n_past),
             Solve(lanes.states[one], single.work, single.block),
             Output(
                 lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, room.segments

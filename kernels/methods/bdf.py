@@ -10,14 +10,15 @@ the next step begins, so that the polynomial of the last step is that of its own
 
 import numpy as np
 
+from ..algebra.mass import add_product, widened
 from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
-from ..calls.block import RAISED_WORD
+from ..calls.block import MASS, RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.arguments import JACOBIAN
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import copy_row
 from ..stepping import first_step
-from ..stepping.differences import evaluate_row
+from ..stepping.differences import evaluate_row, first_factors, keep_factors
 from ..stepping.implicit import (
     MAX_FACTOR,
     MIN_FACTOR,
@@ -58,7 +59,25 @@ def _renew_jacobian(rhs, s, t, work, block, y):
     s.n_jacobians += not is_constant(block)
     if takes_slope(block) and not evaluate_row(rhs, t, work, y, CHANGE, block):
         return RAISED
-    return evaluate_jacobian(rhs, s, t, work, y, CHANGE, block, FACTOR, J)
+    status = evaluate_jacobian(rhs, s, t, work, y, CHANGE, block, FACTOR, J)
+    if block[MASS] != 0:
+        keep_factors(work, FACTOR)
+        s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
+    return status
+
+
+@njit(**INLINED)
+def _residual(work, block, c):
+    """c f - M (psi + rise), in the row of f."""
+    n = work.shape[1]
+    if block[MASS] != 0:
+        for i in range(n):
+            work[CHANGE, i] *= c
+            work[FACTOR + 1, i] = -work[PSI, i] - work[RISE, i]
+        add_product(block[MASS], work[FACTOR + 1], work[CHANGE])
+        return
+    for i in range(n):
+        work[CHANGE, i] = c * work[CHANGE, i] - work[PSI, i] - work[RISE, i]
 
 
 @njit(**INTERNAL)
@@ -79,8 +98,7 @@ def _iterate(rhs, s, t, work, block, c, tolerance):
         for i in range(n):
             if not np.isfinite(work[CHANGE, i]):
                 return False, k + 1
-        for i in range(n):
-            work[CHANGE, i] = c * work[CHANGE, i] - work[PSI, i] - work[RISE, i]
+        _residual(work, block, c)
         solve_sum(s, work, block, J, J + matrix_rows(block, n), PIVOTS, CHANGE, FACTOR + 1)
         size = np.sqrt(scaled_squares(s, work, CHANGE, PREDICTED) / n_components(s, work))
         rate = size / before if k > 0 else 0.0
@@ -177,11 +195,14 @@ def begin(rhs, state, work, block):
     s.order, s.n_equal = 1, 0
     for i in range(work.shape[1]):
         work[D, i] = work[Y, i]
-        work[D + 1, i] = work[SLOPE, i] * s.h * s.direction
+        # f is not the slope of M y' = f
+        work[D + 1, i] = 0.0 if block[MASS] != 0 else work[SLOPE, i] * s.h * s.direction
         for j in range(2, MAX_ORDER + 3):
             work[D + j, i] = 0.0
     s.h_old = s.h
     clear_matrix(work, block, J)
+    if block[MASS] != 0:
+        first_factors(work, FACTOR)
     return _renew_jacobian(rhs, s, s.t, work, block, Y)
 
 
@@ -224,5 +245,5 @@ def step(rhs, state, work, block, h_min):
 BDF = implicit(
     "BDF", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=1,
     n_rows=N_ROWS, n_matrices=2, dense_rows=dense_rows, dense_order=5,
-    on_pairs=True, projects=False, cost=8,
+    on_pairs=True, takes_mass=True, projects=False, cost=8, past=D, n_past=MAX_ORDER + 3,
 )  # fmt: skip

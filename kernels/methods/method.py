@@ -49,7 +49,11 @@ class Facts(NamedTuple):
     batched : bool
         Whether a loop of the method evaluates all stages at once, on vectors.
     takes_mass : bool
-        Whether the method solves M y' = f, with the time derivative of f.
+        Whether the method solves M y' = f.
+    by_time : bool
+        Whether the method needs the derivative of f by the time.
+    past, n_past : int
+        The first row and the number of rows in which a method keeps more than its last step.
     before_events : int
         What a solve computes before the events are asked first, as SciPy's solver of that name
         does: SLOPE, JACOBIAN or NOTHING of `output.arguments`.
@@ -81,6 +85,9 @@ class Facts(NamedTuple):
     series: bool = False
     batched: bool = False
     takes_mass: bool = False
+    by_time: bool = False
+    past: int = 0
+    n_past: int = 0
     before_events: int = SLOPE
     stable_to: float = 0.0
     loop: str = ""

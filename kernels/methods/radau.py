@@ -10,12 +10,14 @@ which `radau_stages.py` names.
 
 import numpy as np
 
-from ..calls.block import RAISED_WORD
+from ..algebra.mass import add_product
+from ..calls.block import MASS, RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.arguments import JACOBIAN
 from ..output.dense_output import F as DENSE
 from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
-from ..stepping.differences import evaluate_row
+from ..state.rows import copy_row
+from ..stepping.differences import evaluate_row, first_factors
 from ..stepping.implicit import (
     MAX_FACTOR,
     MIN_FACTOR,
@@ -29,6 +31,7 @@ from .implicit import implicit
 from .radau_stages import (
     CORRECTION,
     ERROR,
+    FACTOR,
     MAX_ITERATIONS,
     N_ROWS,
     ROOT,
@@ -68,6 +71,12 @@ def _estimate(rhs, s, work, block, h, rejected):
     for i in range(n):
         rise = work[Z, i] * E[0] + work[Z + 1, i] * E[1] + work[Z + 2, i] * E[2]
         work[CORRECTION, i] = rise / h
+    if block[MASS] != 0:
+        copy_row(work[CORRECTION], work[STAGE])
+        for i in range(n):
+            work[CORRECTION, i] = 0.0
+        add_product(block[MASS], work[STAGE], work[CORRECTION])
+    for i in range(n):
         work[ERROR, i] = work[SLOPE, i] + work[CORRECTION, i]
     error = _error(s, work, block)
     if rejected and error > 1.0:
@@ -125,6 +134,8 @@ def begin(rhs, state, work, block):
     s = state[0]
     s.order, s.n_equal, s.h_old = 5, 0, 0.0
     clear_matrix(work, block, J)
+    if block[MASS] != 0:
+        first_factors(work, FACTOR)
     return renew_jacobian(rhs, s, work, block)
 
 
@@ -181,5 +192,5 @@ def dense_rows(rhs, t, h, work, block, d):
 RADAU = implicit(
     "Radau", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=3,
     n_rows=N_ROWS, n_matrices=4, complex_matrices=True, dense_rows=dense_rows, dense_order=3,
-    on_pairs=True, cost=20,
+    on_pairs=True, takes_mass=True, cost=20,
 )  # fmt: skip

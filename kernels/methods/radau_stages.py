@@ -8,11 +8,12 @@ Differential-Algebraic Problems", second edition, section IV.8.
 import numpy as np
 
 from ..algebra.complex_matrices import factorise_complex_sum, solve_complex_sum
+from ..algebra.mass import add_product, widened
 from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
-from ..calls.block import RAISED_WORD
+from ..calls.block import MASS, RAISED_WORD
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
-from ..stepping.differences import evaluate_row
+from ..stepping.differences import evaluate_row, keep_factors
 from ..stepping.implicit import n_components, scaled_squares
 from ..stepping.jacobian import evaluate_jacobian, is_constant
 
@@ -85,16 +86,30 @@ def solve_real(s, work, block, row):
 
 
 @njit(**INTERNAL)
+def _subtract_products(work, block, real, alpha, beta):
+    """From the rows D, subtract M times multiples of W."""
+    for r in range(3):
+        for i in range(work.shape[1]):
+            a, u, v = work[W, i], work[W + 1, i], work[W + 2, i]
+            times = real * a if r == 0 else alpha * u - beta * v if r == 1 else alpha * v + beta * u
+            work[STAGE, i] = -times
+        add_product(block[MASS], work[STAGE], work[D + r])
+
+
+@njit(**INTERNAL)
 def _newton_change(s, work, block, h):
     """Derivatives of the stages in the rows D become the change of W."""
     n = work.shape[1]
     real, alpha, beta = REAL / h, ALPHA / h, BETA / h
     _transform(INVERSE, work, D, D)
-    for i in range(n):
-        u, v = work[W + 1, i], work[W + 2, i]
-        work[D, i] -= real * work[W, i]
-        work[D + 1, i] -= alpha * u - beta * v
-        work[D + 2, i] -= alpha * v + beta * u
+    if block[MASS] != 0:
+        _subtract_products(work, block, real, alpha, beta)
+    else:
+        for i in range(n):
+            u, v = work[W + 1, i], work[W + 2, i]
+            work[D, i] -= real * work[W, i]
+            work[D + 1, i] -= alpha * u - beta * v
+            work[D + 2, i] -= alpha * v + beta * u
     solve_real(s, work, block, D)
     given = PIVOTS + 1, D + 1, ERROR
     solve_complex_sum(s, work, block, J, _complex_at(work, block), *given)
@@ -163,7 +178,11 @@ def renew_jacobian(rhs, s, work, block):
     """The Jacobian at the present state; RUNNING, RAISED or BAD_JACOBIAN."""
     s.current, s.factorised = 1, 0
     s.n_jacobians += not is_constant(block)
-    return evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
+    status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
+    if block[MASS] != 0:
+        keep_factors(work, FACTOR)
+        s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
+    return status
 
 
 @njit(**INTERNAL)

@@ -8,9 +8,9 @@ import numpy as np
 from ..algebra.mass import widened
 from ..calls.block import JACOBIAN, MASS, N_ENTRIES
 from ..calls.user_function import words_at
-from ..jit_options import INLINED, INTERNAL, njit
-from ..state.record import ATOL, RAISED, RUNNING, K, Y
-from ..stepping.differences import FIRST_FACTOR, evaluate_row
+from ..jit_options import INTERNAL, njit
+from ..state.record import RAISED, RUNNING, K, Y
+from ..stepping.differences import evaluate_row, first_factors, keep_factors
 from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant, is_exact
 from ..vector.scalar_or_vector import spacing
 
@@ -48,44 +48,19 @@ def _time_difference(rhs, s, work, block):
     return True
 
 
-@njit(**INLINED)
-def _first_factors(work):
-    """Scale the first differences of states that begin at 0 by the largest state."""
-    largest = 0.0
-    for j in range(work.shape[1]):
-        largest = max(largest, abs(work[Y, j]))
-    for j in range(work.shape[1]):
-        scale = max(work[ATOL, j], abs(work[Y, j]))
-        work[FACTOR, j] = FIRST_FACTOR
-        if scale > 0.0:
-            work[FACTOR, j] *= max(1.0, 1e-3 * largest / scale)
-
-
-@njit(**INLINED)
-def _keep_factors(work):
-    """Let no step of differences be shorter than the first.
-
-    SciPy shortens a step whose difference is large beside the derivative.  The derivative of an
-    algebraic equation is zero, and any derivative is small near an equilibrium: with ever shorter
-    steps, the difference becomes rounding.
-    """
-    for j in range(work.shape[1]):
-        work[FACTOR, j] = max(work[FACTOR, j], FIRST_FACTOR)
-
-
 @njit(**INTERNAL)
 def derive(rhs, s, work, block):
     """The Jacobian and the time derivative at the present state; RUNNING or a failure."""
     n, given = work.shape[1], block[JACOBIAN]
     if s.order == 0:
         clear_matrix(work, block, J)
-        _first_factors(work)
+        first_factors(work, FACTOR)
     if s.order == 0 or not is_constant(block):
         s.n_jacobians += not is_constant(block)
         status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
         if status != RUNNING:
             return status
-        _keep_factors(work)
+        keep_factors(work, FACTOR)
         s.lower, s.upper = widened(block[MASS], s.lower, s.upper)
     s.order = 5
     finite = False

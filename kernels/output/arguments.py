@@ -31,6 +31,10 @@ class Kernels(NamedTuple):
     `fsal_stage` is the stage that is the derivative at the end of a step; `project` is the block of
     the function that returns a new state to its constraints, or 0; `start` begins a solve, and
     continues a solve after a jump, with the `order` of the error estimate.
+
+    `inside` is the block of the function that is positive in the domain of the equations, or 0;
+    `keeps` says what each step is checked for, CLIPS and CHECKS; `past` and `n_past` are the first
+    row and the number of rows of a method that looks back at more than one step, else 0.
     """
 
     advance: Any
@@ -39,6 +43,13 @@ class Kernels(NamedTuple):
     project: Any
     start: Any
     order: Any
+    inside: Any
+    keeps: Any
+    past: Any
+    n_past: Any
+
+
+CLIPS, CHECKS = 1, 2  # in `keeps`: `project` returns what is negative to 0; the domain is checked
 
 
 class Output(NamedTuple):

@@ -11,9 +11,31 @@ breakpoints.  For these solves `events` is None, and the compiler omits the code
 
 from ..calls.calling_convention import invoke
 from ..jit_options import INTERNAL, njit
-from ..state.record import EVENT, FINISHED, FULL, RAISED, RUNNING, STEP_TOO_SMALL, Y_OLD, ZENO, Y
+from ..state.record import (
+    BORDER,
+    EVENT,
+    FINISHED,
+    FULL,
+    RAISED,
+    RUNNING,
+    STEP_TOO_SMALL,
+    Y_OLD,
+    ZENO,
+    Y,
+)
 from ..state.rows import copy_row
 from .arguments import MOST_ROOTS
+from .borders import (
+    CHANGED,
+    ENDS,
+    RAISES,
+    TAKEN_BACK,
+    TOO_SHORT,
+    at_border,
+    goes_on,
+    keep_inside,
+    settle,
+)
 from .dense_output import interpolate, polynomial
 from .events import ENDLESS, FAILED, find_events
 from .jumps import jump
@@ -56,7 +78,8 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
     s, o = solve.state[0], output.record[0]
     each = o.every_step != 0 or o.dense != 0
     if events is not None:
-        each = each or len(events.table) > 0 or kernels.project != 0
+        each = each or len(events.table) > 0 or kernels.project != 0 or kernels.keeps != 0
+    kept = 0
     while True:
         if events is not None:
             if len(events.schedules) > 0 and o.sampled != 0:
@@ -78,11 +101,29 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
         status = invoke(kernels.advance, (solve.state, solve.work, solve.block, budget))
         n_steps -= s.n_accepted - before
         if status >= STEP_TOO_SMALL or s.n_accepted == before:
-            return status
+            if events is None or kernels.inside == 0:
+                return status
+            if not goes_on(kernels, solve, scratch, status):
+                return at_border(kernels, solve, scratch, status)
+            n_steps -= 1
+            continue
         if events is not None:
-            if kernels.project != 0 and not project_state(kernels, solve, scratch[0]):
+            if kernels.keeps != 0:
+                kept = keep_inside(kernels, solve, scratch)
+                if kept == TAKEN_BACK:
+                    continue
+                if kept == TOO_SHORT:
+                    return at_border(kernels, solve, scratch, STEP_TOO_SMALL)
+                if kept == RAISES:
+                    return RAISED
+            elif kernels.project != 0 and not project_state(kernels, solve, scratch[0]):
                 return RAISED
         status = _sample(kernels, solve, output, events, scratch, status)
+        if events is not None:
+            if kept == CHANGED and status <= FINISHED and not settle(kernels, solve, scratch):
+                return RAISED
+            if kept == ENDS and status == RUNNING:
+                return BORDER
         if status != RUNNING:
             return status
         o.sampled = 1

@@ -56,6 +56,8 @@ STATE = np.dtype(
         ("wait_family", "i8"),
         ("age", "i8"),  # steps that the factors have served
         ("n_standing", "i8"),  # trials in turn that are too short to change the time
+        # Of components that must not be negative:
+        ("cut", "f8"),  # what was added to return them to 0, in units of atol
     ]
 )
 
@@ -87,6 +89,7 @@ BAD_JACOBIAN = 11  # it is not finite
 SINGULAR = 12  # the matrix of a linearly implicit step, however short
 FAILED_AGAIN = 13  # a step of LSODA, ten times or at its shortest
 NO_TOLERANCE = 14  # atol and a component of the state are zero
+BORDER = 15  # the solution leaves the domain of the equations
 
 # What the loops above the steps add.
 STEP_LIMIT, INTERRUPTED, STOPPED = 100, 101, 102

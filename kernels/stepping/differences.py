@@ -11,7 +11,7 @@ import numpy as np
 from ..calls.block import FIRST, GROUPS, N_ENTRIES, RAISED_WORD
 from ..calls.user_function import words_at
 from ..jit_options import INLINED, INTERNAL, njit
-from ..state.record import ATOL, STAGE
+from ..state.record import ATOL, STAGE, Y
 from ..state.rows import copy_row, slot
 
 EPS = float(np.finfo(float).eps)
@@ -165,3 +165,28 @@ def _largest_entry(work, f, found, words, j):
         if moved > change or size == 0.0:
             change, size = moved, max(abs(work[found, i]), abs(work[f, i]))
     return change, size
+
+
+@njit(**INLINED)
+def first_factors(work, factor):
+    """Scale the first differences of states that begin at 0 by the largest state."""
+    largest = 0.0
+    for j in range(work.shape[1]):
+        largest = max(largest, abs(work[Y, j]))
+    for j in range(work.shape[1]):
+        scale = max(work[ATOL, j], abs(work[Y, j]))
+        work[factor, j] = FIRST_FACTOR
+        if scale > 0.0:
+            work[factor, j] *= max(1.0, 1e-3 * largest / scale)
+
+
+@njit(**INLINED)
+def keep_factors(work, factor):
+    """Let no step of differences be shorter than the first.
+
+    SciPy shortens a step whose difference is large beside the derivative.  The derivative of an
+    algebraic equation is zero, and any derivative is small near an equilibrium: with ever shorter
+    steps, the difference becomes rounding.
+    """
+    for j in range(work.shape[1]):
+        work[factor, j] = max(work[factor, j], FIRST_FACTOR)

@@ -21,6 +21,7 @@ from ..vector.scalar_or_vector import power, select, spacing
 SAFETY = 0.9
 MIN_FACTOR = 0.2
 MAX_FACTOR = 10.0
+ROUNDED = 1.125
 
 
 class Norm(NamedTuple):
@@ -128,7 +129,8 @@ def matlab(least):
     def shrink(h, error, exponent, rejections, h_min):
         factor = 0.8 * power(error, exponent)
         shorter = h * select(rejections > 0, 0.5, select(factor > least, factor, least))
-        return select(h <= h_min, 0.0, select(shorter > h_min, shorter, h_min))
+        shortest = h <= ROUNDED * h_min  # a step of h_min, whose end was rounded
+        return select(shortest, 0.0, select(shorter > h_min, shorter, h_min))
 
     return Controller(_matlab_smallest, _matlab_aim, _matlab_grow, shrink)
 

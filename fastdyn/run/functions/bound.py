@@ -1,7 +1,8 @@
 """The functions of a problem, bound: its equations, and those that are called between steps."""
 
 from fastdyn.compile.bind import bind, bind_matrix
-from fastdyn.compile.callables.diagnostics import WritesToState
+from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
+from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sparse_jacobian import (
     bind_sparse_function,
     bind_sparse_matrix,
@@ -11,6 +12,7 @@ from fastdyn.compile.sparse_jacobian import (
 from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import writes_to_state
 from fastdyn.compile.variations.saltation import bind_saltation
+from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import bind_equations
 
@@ -55,3 +57,18 @@ def _bind(problem, fun, mode, near):
         if is_sparse(found):
             return bind_sparse_function(fun, p.args, n, p.sparsity or pattern_of(found, n))
     return bound
+
+
+def raise_kept(bounds):
+    """Raise the exception of a user's function: the kept one, or by a call of the function.
+
+    Raises GaveUp if the Python function raises nothing.
+    """
+    for bound in bounds:
+        if bound.block[RAISED_WORD]:
+            if bound.callback is not None and bound.callback.exception is not None:
+                raise bound.callback.exception
+            t = float(bound.block[TIME : TIME + 1].view(float)[0])
+            y = bound.block[bound.block[FAULT] :].view(float)
+            evaluate(bound.python, bound.mode, t, y.copy())
+            raise GaveUp(bound, t)

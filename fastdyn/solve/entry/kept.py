@@ -148,6 +148,6 @@ def is_plain(problem):
     times = p.t_eval is None or (p.t_eval.dtype == float and len(p.t_eval))
     return bool(
         times and p.events is None and not p.dense_output and p.on_interrupt == "raise"
-        and p.project is None and p.jac is None and p.callback is None and p.checkpoint is None
-        and not p.progress and not p.mode.complex_numbers
+        and p.project is None and p.inside is None and p.jac is None and p.callback is None
+        and p.checkpoint is None and not p.progress and not p.mode.complex_numbers
     )  # fmt: skip

@@ -1,0 +1,189 @@
+"""The options `domain` and `nonnegative`, checked, and the functions that keep a solve inside.
+
+Outside of the domain the equations are nan, which every adaptive method answers with a shorter
+step; `fun` is not called there.  With `nonnegative`, the equations go on beyond zero: `fun` sees 0
+for what is negative, and the derivative of what is not positive is not negative.  What becomes of
+the end of a step: `kernels/output/borders.py`.
+"""
+
+import warnings
+
+import numpy as np
+
+from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.mode import COLUMN, DERIVATIVE
+from fastdyn.kernels.output.arguments import CHECKS, CLIPS
+
+from .functions import (
+    clipped,
+    inside_only,
+    jacobian_inside,
+    jacobian_of_kept,
+    kept,
+    of_clipped,
+    of_states,
+    sign,
+)  # fmt: skip
+
+MOST_CUT = 100.0
+NAMES = frozenset(("domain", "nonnegative"))
+ADAPTIVE = "RK23, RK45, DOP853, Tsit5, Vern7, Vern9, ode45, ode23, Radau, BDF, LSODA and Rodas5P"
+
+
+def asked(options):
+    """Whether an option of this file is given."""
+    return not NAMES.isdisjoint(options) and any(_is_given(options.get(name)) for name in NAMES)
+
+
+def _is_given(value):
+    return value is not None and value is not False
+
+
+def refuse_sensitivity(options):
+    """Raise ValueError if derivatives of the solution are asked for, too."""
+    for name in sorted(NAMES):
+        if _is_given(options.get(name)):
+            raise ValueError(
+                f"`sensitivity` and `{name}` do not go together: the solution has no derivative "
+                "where it meets the border."
+            )
+
+
+def keeps(problem):
+    """What the kernels check the end of each step for."""
+    p = problem
+    checked = p.inside is not None and p.method.n_matrices > 0  # others have a stage there
+    return CLIPS * (p.nonnegative is not None) + CHECKS * checked
+
+
+def kept_inside(problem, options):
+    """A Problem whose equations end, or rest, at the border of their domain.
+
+    Parameters
+    ----------
+    problem : validate.Problem
+        Without regard to the options of this file.
+    options : dict
+
+    Returns
+    -------
+    validate.Problem
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
+    p, n = problem, len(problem.y0)
+    domain, listed = options.get("domain"), _listed(options.get("nonnegative"), n)
+    for name, given in (("domain", domain), ("nonnegative", listed)):
+        if given is not None:
+            _check(p, name)
+    if domain is not None and not callable(domain):
+        raise TypeError(f"`domain` must be a function of (t, y); got {domain!r}.")
+    if listed is not None:
+        _check_nonnegative(p, listed)
+    fun, jac = of_states(p.fun) if p.mode is COLUMN else p.fun, p.jac
+    if domain is not None:
+        fun = inside_only(fun, domain, n)
+        jac = jacobian_inside(jac, domain, p) if callable(jac) else jac
+        p = p._replace(domain=domain, inside=sign(domain))
+    if listed is not None:
+        jac = None if jac is None else jacobian_of_kept(jac, fun, listed)
+        fun = kept(fun, listed)
+        p = p._replace(
+            nonnegative=listed, project=clipped(listed),
+            inside=None if p.inside is None else of_clipped(p.inside, listed),
+            events=p.events and [(of_clipped(e, listed), *rest) for e, *rest in p.events],
+            on_event=tuple([j and of_clipped(j, listed) for j in p.on_event]),
+        )  # fmt: skip
+    return p._replace(fun=fun, jac=jac, mode=DERIVATIVE)
+
+
+def check_start(problem):
+    """Raise ValueError if a solve does not begin inside."""
+    p = problem
+    if p.nonnegative is not None and (p.y0[p.nonnegative] < 0.0).any():
+        (bad,) = np.nonzero(p.nonnegative & (p.y0 < 0.0))
+        raise ValueError(
+            f"`nonnegative` lists component {bad[0]}, which `y0` begins at {p.y0[bad[0]]:g}."
+        )
+    if p.domain is None:
+        return
+    found = p.domain(p.t0, p.y0.copy(), *p.args)
+    if np.ndim(found) or not isinstance(found, bool | int | float | np.bool_ | np.number):
+        raise TypeError(
+            "`domain` must return True or False, or a number that is positive inside; it returned "
+            f"{found!r}."
+        )
+    if not found > 0:
+        raise ValueError(
+            f"`y0` lies outside of `domain`, which returned {found} at t = {p.t0:.10g}: the "
+            "solution has to begin inside."
+        )
+
+
+def warn_of_cut(cut):
+    """Warn if what was added to return components to 0 is much, in units of `atol`."""
+    if cut > MOST_CUT:
+        warnings.warn(
+            f"`nonnegative` has returned components to 0 so often that {cut:.3g} times their "
+            "`atol` was added to them: give a smaller `atol`, or a method for stiff problems.",
+            stacklevel=levels_inside(),
+        )
+
+
+def _listed(given, n):
+    """The components of `nonnegative`, n bools; None if there are none."""
+    if not _is_given(given):
+        return None
+    if given is True:
+        return np.full(n, True)
+    array = np.asarray(given)
+    if array.dtype == bool and array.shape == (n,):
+        return array.copy() if array.any() else None
+    if array.size == 0:
+        return None
+    if array.dtype.kind not in "iu" or array.ndim > 1:
+        raise TypeError(
+            f"`nonnegative` must be True, indices of components, or {n} bools; got {given!r}."
+        )
+    array = np.atleast_1d(array)
+    if array.min() < 0 or array.max() >= n or len(np.unique(array)) < len(array):
+        raise ValueError(
+            f"`nonnegative` must list each component once, from 0 to {n - 1}; got {given!r}."
+        )
+    listed = np.full(n, False)
+    listed[array] = True
+    return listed
+
+
+def _check(problem, name):
+    """Raise ValueError if the method or the form of the equations cannot take an option."""
+    p = problem
+    if p.method.series or not p.method.error_order:
+        said = (
+            "a series does not end at a border" if p.method.series
+            else "its steps are constant, and cannot be shortened at a border"
+        )  # fmt: skip
+        raise ValueError(f"{p.method.name} does not take `{name}`, since {said}; {ADAPTIVE} do.")
+    if p.mode not in (DERIVATIVE, COLUMN):
+        raise ValueError(f"`{name}` is for equations y' = fun(t, y) of real numbers.")
+
+
+def _check_nonnegative(problem, listed):
+    p = problem
+    if p.project is not None:
+        raise ValueError(
+            "`nonnegative` and `project` do not go together: let `project` return a state without "
+            "negative components, too."
+        )
+    if p.mass is not None:
+        raise ValueError(
+            "`nonnegative` and `mass` do not go together: `fun` is not the derivative then; "
+            "`domain` may be given."
+        )
+    if (np.broadcast_to(p.atol, listed.shape)[listed] <= 0.0).any():
+        raise ValueError(
+            "`nonnegative` needs a positive `atol` for its components: a relative tolerance alone "
+            "lets no step arrive at 0."
+        )

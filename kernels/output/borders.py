@@ -1,0 +1,188 @@
+"""The border of the domain of the equations: no step ends beyond, and a run may end there.
+
+A stage beyond the border has no derivative (NaN), which rejects the step in every adaptive method.
+What is checked here is the end of a step, which an implicit method may accept without a derivative.
+
+Components that must not be negative follow L. F. Shampine, S. Thompson, J. A. Kierzenka and G. D.
+Byrne, "Non-negative solutions of ODEs", Appl. Math. Comput. 170 (2005): a step to a value below
+-atol is rejected; a value that is less negative becomes 0, and the derivative is found anew.
+"""
+
+import numpy as np
+
+from ..calls.calling_convention import invoke
+from ..calls.user_function import by_pointer, evaluate
+from ..jit_options import INTERNAL, njit
+from ..state.record import (
+    ATOL,
+    BAD_JACOBIAN,
+    BORDER,
+    RAISED,
+    RTOL,
+    RUNNING,
+    STAGE,
+    STEP_TOO_SMALL,
+    Y_OLD,
+    K,
+    Y,
+)
+from ..state.rows import copy_row, slot
+from ..vector.scalar_or_vector import spacing
+from .arguments import CHECKS, CLIPS
+from .projection import derive
+
+KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES, ENDS = range(6)  # what becomes of a step
+STUCK, NEAR = 50, 1e-3  # see `_clings`
+SHORTEST = 10.0  # steps, in units of the spacing of times
+LOOKS = 9  # distances from the end of a run, each four times longer, at which the border is sought
+
+
+@njit(**INTERNAL)
+def keep_inside(kernels, solve, scratch):
+    """Check the end of a step; what becomes of the step."""
+    s, work = solve.state[0], solve.work
+    y, found = work[Y], KEPT
+    if kernels.keeps & CLIPS:
+        if not evaluate(kernels.project, s.t, slot(None, work, Y), scratch[0]):
+            return RAISES
+        for i in range(len(y)):
+            if scratch[0, i] - y[i] > work[ATOL, i]:
+                return _take_back(kernels, solve)
+        for i in range(len(y)):
+            if scratch[0, i] != y[i]:
+                s.cut += (scratch[0, i] - y[i]) / work[ATOL, i]
+                y[i], found = scratch[0, i], CHANGED
+    if kernels.keeps & CHECKS:
+        if not evaluate(kernels.inside, s.t, slot(None, work, Y), scratch[0]):
+            return RAISES
+        if not scratch[0, 0] > 0.0:
+            return _take_back(kernels, solve)
+        if s.n_rejected > s.n_accepted + STUCK and _clings(kernels, solve, scratch):
+            return ENDS
+    return found
+
+
+@njit(**INTERNAL)
+def _clings(kernels, solve, scratch):
+    """True if a small share of the tolerance leads from the end of a step over the border.
+
+    The equations of an implicit step may have a solution inside where that of the run leaves, as
+    y_1 = y_0 - h sqrt(y_1) has: the run would crawl along the border, each step rejected at first.
+    """
+    s, work, steepest = solve.state[0], solve.work, 0.0
+    rate = work[K + kernels.fsal_stage]
+    for i in range(len(rate)):
+        tolerance = work[ATOL, i] + work[RTOL, i] * abs(work[Y, i])
+        steepest = max(steepest, abs(rate[i]) / tolerance)
+    if not steepest > 0.0:
+        return False
+    h = s.direction * NEAR / steepest
+    for i in range(len(rate)):
+        scratch[1, i] = work[Y, i] + h * rate[i]
+    inside = evaluate(kernels.inside, s.t + h, scratch[1], scratch[0])
+    return inside and not scratch[0, 0] > 0.0
+
+
+@njit(**INTERNAL)
+def _take_back(kernels, solve):
+    """Reject the last step; a method begins anew with half of the step at most."""
+    s, work = solve.state[0], solve.work
+    h = 0.5 * abs(s.t - s.t_old)
+    copy_row(work[Y_OLD], work[Y])
+    s.t = s.t_old
+    s.n_accepted -= 1
+    s.n_rejected += 1
+    if h < SHORTEST * spacing(s.t, s.direction):
+        return TOO_SHORT
+    status = _begin_anew(kernels, solve, h)
+    return TAKEN_BACK if status == RUNNING else RAISES if status == RAISED else TOO_SHORT
+
+
+@njit(**INTERNAL)
+def _begin_anew(kernels, solve, h):
+    """Let a method begin at the present state, with a step of size h at most; the status.
+
+    A method that looks back at more than one step chooses its step as at the start of a solve:
+    LSODA begins with formulas for problems that are not stiff.
+    """
+    s, work = solve.state[0], solve.work
+    for i in range(K, work.shape[0]):
+        for j in range(work.shape[1]):
+            work[i, j] = 0.0
+    s.order = s.n_equal = 0
+    s.h_old, s.t_old = 0.0, s.t
+    if kernels.n_past == 0:
+        s.h = h
+        return derive(solve, kernels.fsal_stage)
+    s.h = 0.0
+    start = (solve.state, work, solve.block, kernels.order, kernels.fsal_stage)
+    status = invoke(kernels.start, start)
+    s.h = min(s.h, h) if s.h > 0.0 else h
+    return status
+
+
+@njit(**INTERNAL)
+def goes_on(kernels, solve, scratch, status):
+    """True if a method begins anew with a shorter step, its Jacobian being nan at the border.
+
+    Differences are nan where they reach over the border, and so is a matrix found behind it.
+    """
+    s = solve.state[0]
+    if status != BAD_JACOBIAN or kernels.keeps & CHECKS == 0:
+        return False
+    if not evaluate(kernels.inside, s.t, slot(None, solve.work, Y), scratch[0]):
+        return False
+    if not scratch[0, 0] > 0.0:  # the step has been taken, though not counted
+        s.n_accepted += 1
+        return _take_back(kernels, solve) == TAKEN_BACK
+    s.n_rejected += 1
+    h = 0.5 * min(s.h, s.h_max)
+    if h < SHORTEST * spacing(s.t, s.direction):
+        return False
+    return _begin_anew(kernels, solve, h) == RUNNING
+
+
+@njit(**INTERNAL)
+def settle(kernels, solve, scratch):
+    """After a step whose end was changed: its derivative, and the past of what is 0.
+
+    False if the function raised.
+    """
+    s, work, first = solve.state[0], solve.work, kernels.past
+    if s.t == s.t_old:  # behind a jump
+        return True
+    if kernels.n_past > 0:
+        scratch[0, :] = -1.0
+        if not evaluate(kernels.project, s.t, scratch[0], scratch[1]):
+            return False
+        for i in range(work.shape[1]):
+            if scratch[1, i] == 0.0 and work[Y, i] == 0.0:  # it must not be negative
+                for r in range(first, first + kernels.n_past):
+                    work[r, i] = 0.0
+    return derive(solve, kernels.fsal_stage) != RAISED
+
+
+@njit(**INTERNAL)
+def at_border(kernels, solve, scratch, status):
+    """The status of a run that ends; BORDER for one whose steps failed because of the border."""
+    if kernels.inside == 0 or status < STEP_TOO_SMALL or status == RAISED:
+        return status
+    if status == BAD_JACOBIAN and kernels.keeps & CHECKS and _clings(kernels, solve, scratch):
+        return BORDER  # nearer than the differences reach
+    s, work, y = solve.state[0], solve.work, slot(None, solve.work, Y)
+    rate = slot(None, work, STAGE)
+    by_pointer(s.t, y, solve.block, rate)
+    s.n_extra += 1
+    for i in range(len(y)):
+        if not np.isfinite(rate[i]):
+            return status
+    h = SHORTEST * spacing(s.t, s.direction)
+    for _ in range(LOOKS):
+        for i in range(len(y)):
+            scratch[1, i] = y[i] + s.direction * h * rate[i]
+        if not evaluate(kernels.inside, s.t + s.direction * h, scratch[1], scratch[0]):
+            return RAISED
+        if not scratch[0, 0] > 0.0:
+            return BORDER
+        h *= 4.0
+    return status
