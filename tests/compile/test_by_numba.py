@@ -142,7 +142,11 @@ def test_other_modes_stay_in_python():
     def matrix(t, y):
         return -halved(y[0]) * np.eye(2)
 
-    assert [mode.name for mode in MODES.values() if mode.by_numba] == ["derivative", "event"]
+    assert [mode.name for mode in MODES.values() if mode.by_numba] == [
+        "derivative",
+        "residual",
+        "event",
+    ]
     for mode in (MATRIX, JUMP):
         bound = bind(matrix, (), mode, 2, Near(0.0, 1.0, START))
         assert bound.function is None and bound.callback is not None

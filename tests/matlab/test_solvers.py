@@ -120,7 +120,7 @@ def test_two_names_take_two_outputs_and_five_take_five():
     assert np.array_equal(te, sol.te) and np.array_equal(ye.T, sol.ye) and len(ie) == 2
     t2, *rest = sol
     assert np.array_equal(t2, t) and len(rest) == 4 and len(list(sol)) == 5
-    with pytest.raises(ValueError, match="not enough values"):
+    with pytest.raises(ValueError, match="for 5 names"):
         t, y, te, ye, ie = ode45(swing, [0, 5], [1, 0])
 
 

@@ -7,8 +7,8 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.compile import variational
 from fastdyn.compile.derivatives import jacobian as jacobians
+from fastdyn.compile.variations import variational
 from fastdyn.trace.graph import derivatives
 from fastdyn.trace.graph.expressions import Graph
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_ivp
-from fastdyn.compile import variational
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.make import Near
+from fastdyn.compile.variations import variational
 from fastdyn.problem.sensitivities import Variational, with_sensitivities
 from fastdyn.systems import SYSTEMS
 

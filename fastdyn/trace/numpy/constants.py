@@ -1,6 +1,5 @@
 """Arrays of constants that a symbol may index."""
 
-import sys
 import warnings
 from typing import Any
 
@@ -19,7 +18,6 @@ CUT = (
     "a number is stored in an array of whole numbers, which cuts its fraction off, as in SciPy: "
     "make the array of floats, `np.zeros(2)` or `np.array([0.0, 0.0])`."
 )
-WARNED: dict = {}  # places of which the warning is shown, each once for all runs of a trace
 KINDS = {np.dtype(float): NUMPY, np.dtype(np.int64): INT, np.dtype(bool): bool}
 
 
@@ -52,8 +50,7 @@ class Constants(np.ndarray):
         if not self.flags.writeable:
             refuse("it changes an array", final=True)
         if self.dtype.kind in "iu" and isinstance(value, Symbol) and value.kind != INT:
-            code, line = sys._getframe(1).f_code, sys._getframe(1).f_lineno
-            warnings.warn_explicit(CUT, UserWarning, code.co_filename, line, registry=WARNED)
+            warnings.warn(CUT, UserWarning, stacklevel=2)
         super().__setitem__(key, value)
 
     def __getitem__(self, key) -> Any:
