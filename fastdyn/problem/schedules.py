@@ -235,9 +235,9 @@ def checked(events, options, t0, tf):
     return found, on_event, scheduled
 
 
-def segments(options, schedules, t0, tf):
-    """The segments of the span; a span with schedules has one at least."""
-    breakpoints = options.get("breakpoints")
+def segments(options, schedules, t0, tf, constant_steps):
+    """The segments, one at least with schedules; constant steps have no `breakpoints`."""
+    breakpoints = None if constant_steps else options.get("breakpoints")
     if breakpoints is None and not schedules:
         return NO_SEGMENTS
     return segments_of_span(() if breakpoints is None else breakpoints, t0, tf)

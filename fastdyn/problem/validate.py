@@ -240,7 +240,7 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     found = Problem(
         fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
         events, on_event, args, mode, rtol, atol, h_max, h,
-        schedules.segments(options, scheduled, t0, tf), project, *running,
+        schedules.segments(options, scheduled, t0, tf, not method.error_order), project, *running,
         *jacobian.given(of_jacobian, len(y0)),
         matrix,
         h_least=h_least, band=band, schedules=scheduled,

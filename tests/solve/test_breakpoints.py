@@ -183,3 +183,13 @@ def test_a_jump_at_the_end_of_the_span_is_seen_from_inside(span):
 def test_an_event_in_a_last_step_that_overshoots_is_where_it_is():
     run = solve_ivp(one, (0, 1), [0.0], "RK4", step=0.3, events=lambda t, y: y[0] - 0.95)
     assert run.t_events[0] == pytest.approx([0.95], abs=1e-12)
+
+
+@pytest.mark.parametrize("method", ["RK4", "Gauss8", "VelocityVerlet"])
+def test_constant_steps_have_no_breakpoints(method):
+    """The option is named in a warning, and changes nothing."""
+    given = (lambda t, y: [y[1], np.cos(t)], (0.0, 2.0), [0.0, 1.0], method)
+    plain = solve_ivp(*given, step=0.3)
+    with pytest.warns(UserWarning, match="no effect .*`breakpoints`"):
+        result = solve_ivp(*given, step=0.3, breakpoints=[0.5, 1.0])
+    assert np.array_equal(result.t, plain.t) and np.array_equal(result.y, plain.y)
