@@ -109,17 +109,17 @@ def _free(given, rates):
     return np.concatenate(halves[given])
 
 
-def _tolerance(p):
+def _tolerance(p, both):
     """What the numbers of [y, y'] may be off by: y' by what changes y that much in the span."""
     span, n = abs(p.tf - p.t0), len(p.y0) // 2
     unit = np.concatenate([np.ones(n), np.full(n, 1.0 / span if span > 0.0 else 1.0)])
-    return p.atol * unit + p.rtol * np.abs(p.y0)
+    return p.atol * unit + p.rtol * np.abs(both)
 
 
 def _check(equations, p, jacobian):
     """Raise ValueError if F is not 0 at the start to within the tolerance of its unknowns."""
     off = np.abs(equations.residual(p.y0))
-    allowed = abs(jacobian) @ _tolerance(p)
+    allowed = abs(jacobian) @ _tolerance(p, p.y0)
     wrong = np.flatnonzero(~(off <= allowed))
     if wrong.size:
         worst = wrong[np.argmax(off[wrong])]
@@ -133,7 +133,7 @@ def _check(equations, p, jacobian):
 
 def _newton(equations, p, both, free, given):
     """Change the free numbers until F = 0; ValueError if that fails."""
-    both, n, tolerance = both.copy(), equations.n, _tolerance(p)
+    both, n, tolerance = both.copy(), equations.n, _tolerance(p, both)
     held = f"given={given!r}" if isinstance(given, str) else "`given`"
     f = equations.residual(both)
     for _ in range(ITERATIONS):
@@ -148,9 +148,11 @@ def _newton(equations, p, both, free, given):
         found = _line_search(equations, both, free, change, size)
         if found is not None:
             both, f = found
+            tolerance = np.maximum(tolerance, _tolerance(p, both))  # not that of a guess alone
         moved = np.abs(change) <= CLOSE * np.abs(both[free]) + np.finfo(float).tiny
-        if found is None or moved.all() or not f.any():
-            if not np.all(np.abs(change) <= NEAR * tolerance[free]) and f.any():
+        near_enough = np.all(np.abs(change) <= NEAR * tolerance[free])
+        if found is None or (moved.all() and near_enough) or not f.any():
+            if not near_enough and f.any():
                 break
             near = np.concatenate([NEAR * tolerance[:n], ROUNDING * np.abs(both[n:])])
             if np.any(np.abs(f) > abs(jacobian) @ near + np.finfo(float).tiny):
