@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from . import validate
+from .domains.options import listed_components
 from .lsoda import NAME as LSODA
 from .schedules import Schedule, listed
 
@@ -66,15 +67,20 @@ def extended_options(options, method, n, m):
         if atol.shape in ((), (n,)):
             atol = np.r_[np.broadcast_to(atol, n), np.full(m, math.inf)]
         options["atol"] = share * atol
-    jac = options.get("jac")
-    if callable(jac):
-        options["jac"] = _jacobian(jac, n, m)
+    for name, diagonal in (("jac", 0.0), ("mass", 1.0)):
+        if callable(options.get(name)):
+            options[name] = _matrices(options[name], n, m, diagonal)
     for name in ("jac", "jac_sparsity", "mass"):
         matrix = options.get(name)
         if matrix is not None and not callable(matrix) and not isinstance(matrix, str):
             options[name] = _padded(matrix, m, 1.0 if name == "mass" else 0.0)
     if callable(options.get("project")):
         options["project"] = _projection(options["project"], n)
+    if callable(options.get("domain")):
+        options["domain"] = _of_parts(options["domain"], n)
+    nonnegative = listed_components(options.get("nonnegative"), n)
+    if nonnegative is not None:
+        options["nonnegative"] = np.r_[nonnegative, np.full(m, False)]
     return options
 
 
@@ -127,14 +133,21 @@ def _event(event, n):
     if not callable(event):
         return event
 
-    def watched(t, z, *args):
-        return event(t, z[:n], z[n:], *args)
-
+    watched = _of_parts(event, n)
     watched.__name__ = getattr(event, "__name__", "event")
     for name in ("terminal", "direction"):
         if hasattr(event, name):
             setattr(watched, name, getattr(event, name))
     return watched
+
+
+def _of_parts(function, n):
+    """A function of (t, y, d, *args) as one of the longer state."""
+
+    def of_parts(t, z, *args):
+        return function(t, z[:n], z[n:], *args)
+
+    return of_parts
 
 
 def _jump(jump, n, m):
@@ -161,9 +174,8 @@ def _projection(project, n):
     return projected
 
 
-def _jacobian(jac, n, m):
+def _matrices(given, n, m, diagonal):
     def matrix(t, z, *args):
-        found = jac(t, z[:n], z[n:], *args)
-        return _padded(found, m, 0.0)
+        return _padded(given(t, z[:n], z[n:], *args), m, diagonal)
 
     return matrix

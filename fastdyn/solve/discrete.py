@@ -50,5 +50,6 @@ def _parted(whole, n):
         result.sensitivity = found
     if whole.sol is not None:
         sol = whole.sol
-        result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans)
+        floors = None if sol.floors is None else sol.floors[:, :n]
+        result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans, floors)
     return result

@@ -28,11 +28,14 @@ def evaluate_row(rhs, t, work, given, found, block):
 
 @njit(**INTERNAL)
 def _increment(work, y, f, factor, j, times):
-    """The displacement of component j, a multiple of its factor; the factor grows if this is 0."""
+    """The displacement of component j, a multiple of its factor; the factor grows if this is 0.
+
+    A component without a bound of its error, as a discrete state, has an infinite `atol`.
+    """
     here = work[y, j]
     scale = max(work[ATOL, j], abs(here))
-    if scale == 0.0:
-        scale = 1.0
+    if scale == 0.0 or scale == np.inf:
+        scale = max(1.0, abs(here))
     if not work[f, j] >= 0.0:
         scale = -scale
     if work[factor, j] == 0.0:
@@ -67,6 +70,12 @@ def column_difference(rhs, t, work, y, f, block, factor, column, j):
     if not evaluate_row(rhs, t, work, STAGE, found, block):
         return False
     change, size = _largest_change(work[found], work[f])
+    if not np.isfinite(change):  # beyond a border: the difference is found on the other side
+        h = -h
+        work[STAGE, j] = work[y, j] + h
+        if not evaluate_row(rhs, t, work, STAGE, found, block):
+            return False
+        change, size = _largest_change(work[found], work[f])
     for i in range(len(column)):
         column[i] = work[found, i] - work[f, i]
     if change < REJECT * size:

@@ -173,6 +173,7 @@ SENTENCES = [
     ({"method": "VelocityVerlet", "step": 0.1}, ValueError, "takes no `discrete`"),
     ({"vectorized": True}, ValueError, "vectorized"),
     ({"method": "LSODA", "lband": 1}, ValueError, "lband"),
+    ({"nonnegative": [2]}, ValueError, "from 0 to 1"),
 ]
 
 
@@ -184,3 +185,50 @@ def test_hostile_discrete_states_are_answered_by_sentences(given, error, words):
     }  # fmt: skip
     with pytest.raises(error, match=words):
         solve_ivp(**{**usual, **given})
+
+
+STIFF = ["Radau", "BDF", "Rodas5P", "LSODA"]
+
+
+def drained(t, y, d):
+    return [-d[0] * math.sqrt(y[0])]
+
+
+def drained_in_python(t, y, d):
+    float(repr(float(t)))  # no code is compiled from this
+    return drained(t, y, d)
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+@pytest.mark.parametrize("fun", [drained, drained_in_python])
+@pytest.mark.parametrize("method", ["RK45", *STIFF])
+def test_only_the_state_is_kept_inside(method, fun):
+    """A pump that turns round: the discrete state is negative, the level is not."""
+    given = {"discrete": [1.0], "at": [0.2], "rtol": 1e-9, "atol": 1e-11}
+    turned = {"on_event": lambda t, y, d: (y, [-0.5]), **given}
+    for listed in (True, [0], [True]):
+        run = solve_ivp(fun, (0.0, 5.0), [1.0], method, nonnegative=listed, **turned)
+        assert run.discrete[0, -1] == -0.5
+        assert run.y[0, -1] == pytest.approx((0.9 + 0.25 * 4.8) ** 2, abs=1e-7)
+    run = solve_ivp(
+        fun, (0.0, 5.0), [1.0], method, nonnegative=True, dense_output=True,
+        on_event=lambda t, y, d: (y, d), **given,
+    )  # fmt: skip
+    assert run.sol(np.linspace(0.0, 5.0, 2001)).min() >= 0.0
+    run = solve_ivp(
+        fun, (0.0, 5.0), [1.0], method, domain=lambda t, y, d: y[0] - 0.3 * d[0],
+        on_event=lambda t, y, d: (y, [0.5]), **given,
+    )  # fmt: skip
+    assert run.status == -3 and run.y[0, -1] == pytest.approx(0.15, abs=1e-7)
+    assert run.t[-1] == pytest.approx(0.2 + 4.0 * (0.9 - math.sqrt(0.15)), abs=1e-7)
+
+
+@pytest.mark.parametrize("method", ["Radau", "BDF", "Rodas5P"])
+def test_a_mass_of_functions_gets_discrete_states(method):
+    """(1 + d) y' = -y, and d = 1 from t = 1 on."""
+    run = solve_ivp(
+        lambda t, y, d: [-y[0]], (0.0, 2.0), [1.0], method, at=[1.0], discrete=[0.0],
+        mass=lambda t, y, d: [[1.0 + d[0]]], on_event=lambda t, y, d: (y, [1.0]),
+        rtol=1e-9, atol=1e-11,
+    )  # fmt: skip
+    assert run.y[0, -1] == pytest.approx(math.exp(-1.5), abs=1e-6)

@@ -74,7 +74,7 @@ def kept_inside(problem, options):
     ValueError, TypeError
     """
     p, n = problem, len(problem.y0)
-    domain, listed = options.get("domain"), _listed(options.get("nonnegative"), n)
+    domain, listed = options.get("domain"), listed_components(options.get("nonnegative"), n)
     for name, given in (("domain", domain), ("nonnegative", listed)):
         if given is not None:
             _check(p, name)
@@ -132,7 +132,7 @@ def warn_of_cut(cut):
         )
 
 
-def _listed(given, n):
+def listed_components(given, n):
     """The components of `nonnegative`, n bools; None if there are none."""
     if not _is_given(given):
         return None
