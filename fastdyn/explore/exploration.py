@@ -2,7 +2,6 @@
 
 import dataclasses
 import time
-import warnings
 from typing import Any
 
 import numpy as np
@@ -154,11 +153,10 @@ class Exploration:
         return options
 
     def _solved(self, system, way):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a start beside the constraints: it is drawn
-            return system.solve(
-                (0.0, self.t_end), **self.arguments(way), dense_output=True, max_steps=MOST_STEPS
-            )
+        # Warnings go to the terminal: pages solve in threads, where filters cannot be changed.
+        return system.solve(
+            (0.0, self.t_end), **self.arguments(way), dense_output=True, max_steps=MOST_STEPS
+        )
 
     def _shown(self, system, way):
         chosen = tuple(id(self.values[name]) for name in self.choices)
