@@ -232,5 +232,6 @@ def test_a_process_may_end_or_fork_while_the_kernel_is_made(end, pause, tmp_path
 
 def test_linking_needs_no_numba():
     text = BEGINNING + "solve(compile='inlined')\nsys.exit('numba' in sys.modules)\n"
-    found = subprocess.run([sys.executable, "-c", text], timeout=120, check=False)
+    for _ in range(2):  # the first may find no kernel to link to, and make that
+        found = subprocess.run([sys.executable, "-c", text], timeout=120, check=False)
     assert found.returncode == 0
