@@ -158,7 +158,7 @@ def test_new_numbers_are_seen():
 
 def test_what_is_not_traced_goes_to_scipy():
     def fun(t, z):
-        return [1j * z[0] * np.linalg.eigvals(np.diag(z + 1)).size]
+        return [1j * z[0] * (len(str(z[0])) > 0)]
 
     with pytest.warns(fastdyn.CompileWarning, match="complex"):
         found = fastdyn.solve_ivp(fun, (0, 1), [1 + 0j])
