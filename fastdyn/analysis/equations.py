@@ -50,7 +50,7 @@ class Equations(NamedTuple):
         raise ValueError(f"There is no parameter {name!r}; {self._known(labels)}")
 
     def _known(self, labels):
-        """What parameters there are, in words; arguments without a value are named."""
+        """The parameters there are, in words; arguments without a value are named."""
         bare = self.system is None and not self.args
         written = [label.name for label in argument_names(self.fun)] if bare else []
         if written:

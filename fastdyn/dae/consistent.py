@@ -110,7 +110,7 @@ def _free(given, rates):
 
 
 def _tolerance(p, both):
-    """What the numbers of [y, y'] may be off by: y' by what changes y that much in the span."""
+    """The tolerance of the numbers of [y, y']; of y' the change that moves y by its tolerance."""
     span, n = abs(p.tf - p.t0), len(p.y0) // 2
     unit = np.concatenate([np.ones(n), np.full(n, 1.0 / span if span > 0.0 else 1.0)])
     return p.atol * unit + p.rtol * np.abs(both)

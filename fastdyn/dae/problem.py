@@ -85,12 +85,13 @@ def held_components(given, n):
     """The components of `y0` that `given` holds in an index reduction; None without an array."""
     if given is None or (isinstance(given, str) and given in GIVEN[:2]):
         return None
-    if isinstance(given, str) or _held(given, n)[n:].any():
+    held = np.ones(2 * n, bool) if isinstance(given, str) else _held(given, n)
+    if held[n:].any():
         raise ValueError(
             f"`given={given!r}` holds derivatives: at an index above 1 components of `y0` alone "
             "are held."
         )
-    return np.flatnonzero(_held(given, n)[:n]).tolist()
+    return np.flatnonzero(held[:n]).tolist()
 
 
 def _real(values, name):

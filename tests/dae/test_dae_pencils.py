@@ -31,14 +31,20 @@ def pencil(rng, n, rank, index):
     return left @ E @ right, left @ A @ right
 
 
+def drawn(seed, index):
+    """E and A of that index, and the frequencies of the solution."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1 + index, 8))
+    E, A = pencil(rng, n, int(rng.integers(1, n + 1 - index)), index)
+    return E, A, rng.uniform(0.3, 2.0, n)
+
+
 @pytest.mark.parametrize("F", [equations, in_python])
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_pencils_of_index_1_are_solved(F, seed):
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(2, 8))
-    E, A = pencil(rng, n, int(rng.integers(1, n)), 1)
-    w = rng.uniform(0.3, 2.0, n)
+    E, A, w = drawn(seed, 1)
+    n = len(w)
     for yp0 in (w, None):
         run = solve_dae(F, (0, 2), np.zeros(n), yp0, args=(E, A, w), rtol=1e-7, atol=1e-9)
         assert run.success and np.abs(run.y - np.sin(w[:, None] * run.t)).max() <= 3e-6
@@ -49,9 +55,7 @@ def test_pencils_of_index_1_are_solved(F, seed):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_pencils_of_index_2_are_refused(F, seed):
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(3, 8))
-    E, A = pencil(rng, n, int(rng.integers(1, n - 1)), 2)
-    w = rng.uniform(0.3, 2.0, n)
+    E, A, w = drawn(seed, 2)
+    n = len(w)
     with pytest.raises(ValueError, match="index of the equations is above 1"):
         solve_dae(F, (0, 2), np.zeros(n), w, args=(E, A, w))

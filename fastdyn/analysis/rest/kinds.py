@@ -1,4 +1,4 @@
-"""What the eigenvalues at a state tell, and whether they tell anything.
+"""The kind of a state by its eigenvalues, and whether the eigenvalues decide the kind.
 
 The Jacobian at a computed equilibrium is that at a state beside the equilibrium. Where an
 eigenvalue vanishes, the search ends at a state whose Jacobian is small and of any sign. And the

@@ -108,7 +108,7 @@ def _arguments(function):
 
 
 def _numbers(value, names):
-    """What was returned as one float for each name; a row or a column is taken, too."""
+    """A returned value as one float for each name; a row or a column is taken, too."""
     wanted = f"{_of(len(names))} asked for: {', '.join(names)}."
     if value is None:
         raise Refused(f"It returns None: is a `return` missing? {wanted}")

@@ -140,7 +140,7 @@ def _of_units(exercise, name, values, terms, p):
 
 
 def _about(name, group, terms):
-    """What a sentence about terms of a component begins with, and its verbs."""
+    """The beginning of a sentence about terms of a component, and its verbs."""
     if len(group) == len(terms):
         return f"`{name}` as a whole", ("is", "has", "it has")
     if len(group) == 1:

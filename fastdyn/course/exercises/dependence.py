@@ -1,4 +1,4 @@
-"""What the difference of two functions depends on, found by changing one number at a time."""
+"""The numbers on which the difference of two functions depends, changed one at a time."""
 
 from .call import Refused
 

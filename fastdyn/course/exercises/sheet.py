@@ -39,7 +39,7 @@ def exercises_of(path):
 
 
 def _contradiction(exercise):
-    """What is wrong with an exercise that no student can answer; empty for a good one."""
+    """The faults of an exercise that no student can answer; empty for a good one."""
     if list(exercise.terms) != list(exercise.answer):
         return (f"It asks for {', '.join(exercise.answer)} and has terms of "
                 f"{', '.join(exercise.terms)}.")  # fmt: skip
