@@ -1,13 +1,22 @@
 """Objects and functions of SciPy: followed, and never stale."""
 
+import warnings
+
 import numpy as np
 import pytest
 import scipy.signal
 import scipy.sparse
 import scipy.special
 from scipy.integrate import solve_ivp as reference
-from scipy.interpolate import Akima1DInterpolator, CubicSpline, interp1d, make_interp_spline
+from scipy.interpolate import (
+    Akima1DInterpolator,
+    CubicSpline,
+    RectBivariateSpline,
+    interp1d,
+    make_interp_spline,
+)
 from scipy.spatial.transform import Rotation
+from scipy.stats import gaussian_kde, norm
 
 import fastdyn
 
@@ -63,6 +72,17 @@ def test_a_quaternion_of_no_length():
         fastdyn.solve_ivp(fun, (0.0, 1.0), START)
 
 
+@pytest.mark.filterwarnings("error::fastdyn.CompileWarning")
+def test_a_quaternion_of_nan():
+    """Code and function are compared at nan, too: SciPy 1.17 raises there, SciPy 1.15 does not."""
+
+    def fun(t, y):
+        turned = Rotation.from_quat(y[:4] / np.linalg.norm(y[:4]))
+        return np.append(turned.as_quat(), y[:3]) - y
+
+    fastdyn.solve_ivp(fun, (0.0, 1.0), [0.0, 0.0, 0.0, 1.0, 0.1, 0.2, 2.0])
+
+
 OBJECTS = {
     "cubic": (lambda: CubicSpline(TIMES, WAVE), lambda s: s.c),
     "akima": (lambda: Akima1DInterpolator(TIMES, WAVE), lambda s: s.c),
@@ -102,3 +122,71 @@ def test_a_sparse_matrix_is_read_anew():
     agrees(fun)
     matrix.data *= 3.0
     agrees(fun)
+
+
+@pytest.mark.filterwarnings("error::fastdyn.CompileWarning")
+def test_a_linear_system_is_read_anew():
+    system = scipy.signal.TransferFunction([1.0], [1.0, 2.0, 3.0, 1.0, 0.5]).to_ss()
+
+    def fun(t, y):
+        return (system.A @ y.reshape(-1, 1) + system.B * np.sin(t)).ravel()
+
+    agrees(fun)
+    system.A = 2.0 * system.A
+    agrees(fun)
+    system.A *= 0.3
+    agrees(fun)
+
+
+def lower(array):
+    array[(0,) * array.ndim] -= 0.01
+
+
+WRITES = {
+    "system": (
+        lambda: scipy.signal.StateSpace(-np.eye(4), np.ones((4, 1)), np.eye(4), np.zeros((4, 1))),
+        lambda s: lower(s.A),
+        lambda s, y: s.A @ y,
+    ),
+    "spline": (
+        lambda: CubicSpline(TIMES, WAVE),
+        lambda s: lower(s.c),
+        lambda s, y: y * s.c[0, 0],
+    ),
+    "surface": (
+        lambda: RectBivariateSpline(TIMES, TIMES, np.outer(WAVE, TIMES)),
+        lambda s: lower(s.tck[2]),
+        lambda s, y: s.ev(y, 0.5),
+    ),
+    "samples": (
+        lambda: gaussian_kde([1.0, 2.0, 3.0]),
+        lambda s: lower(s.dataset),
+        lambda s, y: s.pdf(y),
+    ),
+    "keywords": (
+        lambda: norm(loc=1.0, scale=2.0),
+        lambda s: s.kwds.update(loc=s.kwds["loc"] - 0.01),
+        lambda s, y: s.pdf(y),
+    ),
+    "attribute": (
+        lambda: gaussian_kde([1.0, 2.0, 3.0]),
+        lambda s: setattr(s, "factor", s.factor - 0.01),
+        lambda s, y: s.factor * y,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRITES)
+def test_an_object_that_a_function_changes(name):
+    """The function is called as often as by SciPy: a call more would change the object further."""
+    make, write, value = WRITES[name]
+
+    def fun(t, y, made):
+        write(made)
+        return value(made, y)
+
+    def solved(solver):
+        with warnings.catch_warnings(action="ignore"):
+            return solver(fun, (0.0, 1.0), START, args=(make(),)).y
+
+    np.testing.assert_allclose(solved(fastdyn.solve_ivp), solved(reference), rtol=1e-9)

@@ -13,6 +13,7 @@ from ..symbols.lazy import complete
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Unwritten, graph_of, is_symbolic, refuse
 from .interpolator_forms import RAISE, Checked, Form
+from .parts import handed_out
 from .piecewise import Line, Polynomials, Steps
 
 METHODS = {"derivative", "antiderivative", "integrate", "solve", "roots", "integral", "derivatives"}
@@ -62,12 +63,7 @@ class Interpolator(Unwritten):
 
     def __getattr__(self, name):
         if name in (numbers_in(self._original) or ()):
-            part = raised(getattr(self._original, name))
-            if isinstance(part, Array):
-                self._watched.append(("an array", part, list(part.flat)))
-            elif isinstance(part, np.ndarray):
-                part.flags.writeable = False  # a view
-            return part
+            return handed_out(getattr(self._original, name), self._watched)
         if name not in METHODS:
             refuse(f"it uses `{name}` of an interpolator")
 

@@ -141,7 +141,7 @@ def copy_of(value, watched):
     if hasattr(value, "tocsr") and hasattr(value, "nnz"):
         return Sparse(value)
     if others.is_known(value) and (numbers_in(value) is None):
-        return others.Object(value)
+        return others.Object(value, watched)
     if content_of(value) is None:
         refuse(f"it uses an object of type {type(value).__name__}", final=True)
     return Interpolator(value, watched)

@@ -1,25 +1,26 @@
-"""Further objects of SciPy: matrix factors, distributions, interpolators of several variables.
+"""Further objects of SciPy: factors, distributions, linear systems, interpolators in space.
 
 Compiled code calls the methods of these objects as islands.
 """
 
 import copy
 import types
+from typing import Any
 
 import numpy as np
 
 from ..islands.calls import apart
 from ..numpy.plain_arrays import lowered, raised
 from ..symbols.lazy import complete
-from ..symbols.symbolic import is_symbolic, refuse
+from ..symbols.symbolic import Unwritten, is_symbolic, refuse
+from .parts import NUMBERS, handed_out
 
 PURE = frozenset(
     "__call__ solve ev integral pdf logpdf cdf logcdf sf logsf ppf isf pmf logpmf mean var std "
     "median moment evaluate matvec".split()
 )
 OF_SPLINES = frozenset("derivative antiderivative partial_derivative".split())
-PACKAGES = "scipy.interpolate", "scipy.stats", "scipy.sparse.linalg"
-NUMBERS = bool | int | float | complex | str | np.ndarray | np.generic | None
+PACKAGES = "scipy.interpolate", "scipy.stats", "scipy.sparse.linalg", "scipy.signal"
 
 
 def is_known(value):
@@ -49,7 +50,7 @@ def _is_distribution(value):
 def _holds_numbers(part):
     if isinstance(part, tuple):
         return all(map(_holds_numbers, part))
-    return isinstance(part, NUMBERS) or type(part) is dict
+    return isinstance(part, NUMBERS | np.ndarray) or type(part) is dict
 
 
 def kept(part):
@@ -57,11 +58,14 @@ def kept(part):
     return copy.copy(part) if type(part) is dict else part
 
 
-class Object:
-    """The stand-in of an object of SciPy."""
+class Object(Unwritten):
+    """The stand-in of an object of SciPy; `watched` collects the arrays that a run may change."""
 
-    def __init__(self, original):
-        self._original = original
+    _original: Any
+    _watched: Any
+
+    def __init__(self, original, watched):
+        vars(self).update(_original=original, _watched=watched)
 
     def __call__(self, *args, **kwargs):
         return self._called("__call__", args, kwargs)
@@ -71,10 +75,11 @@ class Object:
             raise AttributeError(name)
         if name in PURE | OF_SPLINES:
             return lambda *args, **kwargs: self._called(name, args, kwargs)
-        part = getattr(self._original, name)
-        if name not in content_of(self._original):
+        part, content = getattr(self._original, name), content_of(self._original)
+        returns_its_own = f"_{name}" in content and part is getattr(self._original, f"_{name}")
+        if name not in content and not returns_its_own:
             refuse(f"it uses `{name}` of an object of type {type(self._original).__name__}")
-        return raised(np.copy(part) if isinstance(part, np.ndarray) else part)
+        return handed_out(part, self._watched)
 
     def _called(self, name, args, kwargs):
         args, kwargs = complete(args), {k: complete(v) for k, v in kwargs.items()}
@@ -87,4 +92,4 @@ class Object:
             return apart(method, args, kwargs, name, (self._original, name))
         named = {k: lowered(v) for k, v in kwargs.items()}
         found = method(*map(lowered, args), **named)
-        return Object(found) if name in OF_SPLINES else raised(found)
+        return Object(found, self._watched) if name in OF_SPLINES else raised(found)

@@ -1,5 +1,6 @@
 """`scipy.spatial.transform.Rotation` for values that depend on the state: a single rotation."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,18 @@ def _of_no_length():
     raise ValueError("Found zero norm quaternions in `quat`.")
 
 
+@functools.cache
+def _nan_has_no_length():
+    """Whether the installed SciPy refuses a quaternion of nan: SciPy 1.17 does, 1.15 does not."""
+    from scipy.spatial import transform  # late: a solve without rotations does not import it
+
+    try:
+        transform.Rotation.from_quat([np.nan] * 4)
+    except ValueError:
+        return True
+    return False
+
+
 class Rotation:
     """A rotation as a quaternion with the scalar last."""
 
@@ -48,7 +61,13 @@ class Rotation:
             q = Array.of([*q[1:], q[0]])
         size = np.sqrt((q * q).sum())
         if (g := graph_of(size)) is not None:
-            g.raises_if(g.compare(size.node, g.const(0.0), "eq"), _of_no_length)
+            zero = g.const(0.0)
+            none = (
+                g.negation(g.compare(zero, size.node, "lt"))
+                if _nan_has_no_length()
+                else g.compare(size.node, zero, "eq")
+            )
+            g.raises_if(none, _of_no_length)
         return Rotation(q / size)
 
     @staticmethod

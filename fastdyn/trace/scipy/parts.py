@@ -1,0 +1,27 @@
+"""The attributes that stand-ins of SciPy's objects hand out: copies, watched for writes."""
+
+import numpy as np
+
+from ..numpy.constants import Constants
+from ..numpy.plain_arrays import raised
+from ..symbols.arrays import Array
+from ..symbols.symbolic import refuse
+
+NUMBERS = bool | int | float | complex | str | np.generic | None
+
+
+def handed_out(part, watched):
+    """A copy of an attribute; a write to the copy is found in `watched` after the run."""
+    if type(part) is tuple:
+        return tuple(handed_out(each, watched) for each in part)
+    if not isinstance(part, np.ndarray):
+        if isinstance(part, NUMBERS):
+            return part
+        refuse(f"it uses a {type(part).__name__} of an object", final=True)
+    copy = raised(np.copy(part))
+    if isinstance(copy, Array):
+        watched.append(("an array", copy, list(copy.flat)))
+        return copy
+    copy = np.copy(part).view(Constants)
+    watched.append(copy.watch())
+    return copy
