@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+import scipy.optimize
 import scipy.signal
 import scipy.sparse
 import scipy.special
@@ -190,3 +191,12 @@ def test_an_object_that_a_function_changes(name):
             return solver(fun, (0.0, 1.0), START, args=(make(),)).y
 
     np.testing.assert_allclose(solved(fastdyn.solve_ivp), solved(reference), rtol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_a_solver_inside_writes_nothing_to_stderr(capfd):
+    def fun(t, y):
+        return [-scipy.optimize.fsolve(lambda z, v=v: z + np.tanh(z) - v, 0.0)[0] for v in y]
+
+    fastdyn.solve_ivp(fun, (0.0, 0.1), START)
+    assert not capfd.readouterr().err

@@ -53,6 +53,8 @@ def stand_in_of(value):
     if not isinstance(value, types.FunctionType) and type(value).__module__ != "uarray":
         return None
     package = ".".join(module.split(".")[:2])
+    if package == "scipy.optimize":
+        return _of_constants(value)
     if module.startswith("scipy.spatial.distance") and name in DISTANCES:
         return _beside(value, DISTANCES[name])
     if module.startswith("scipy.linalg") and name in ALGEBRA:
@@ -65,6 +67,20 @@ def stand_in_of(value):
     if written_out is None and package in LIBRARIES and name not in WITH_EFFECTS:
         written_out = lambda *args, **kwargs: apart(value, args, kwargs)  # noqa: E731
     return written_out and _beside(value, written_out)
+
+
+def _of_constants(solver):
+    """A solver of scipy.optimize that refuses symbols: its code in C reports them on stderr."""
+
+    def function(*args, **kwargs):
+        given = [*args, *kwargs.values()]
+        for f in [f for f in given if isinstance(f, types.FunctionType)]:
+            given += [*(f.__defaults__ or ()), *(c.cell_contents for c in f.__closure__ or ())]
+        if is_symbolic(given):
+            refuse(f"{solver.__name__} of a function that depends on the state")
+        return solver(*args, **kwargs)
+
+    return function
 
 
 def _beside(plain, of_symbols):
