@@ -6,10 +6,13 @@ then Python decides.  Else both give the same, of the same sign.
 
 import itertools
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+import fastdyn
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.paths.runs import trace
 
@@ -59,3 +62,16 @@ def test_delicate_numbers(name):
         if not raised:
             np.testing.assert_allclose(value, expected, rtol=ULPS * np.finfo(float).eps)
             assert expected != 0 or np.signbit(value) == np.signbit(expected), values
+
+
+@pytest.mark.filterwarnings("error::fastdyn.CompileWarning")
+def test_fractions_from_outside():
+    given = {"k": Fraction(1, 3)}
+
+    def fun(t, y):
+        return [(given["k"] * Fraction(2, 7) + 1) * y[0] ** given["k"] - float(given["k"])]
+
+    for k in Fraction(1, 3), Fraction(5, 4), 0.4:
+        given["k"] = k
+        mine, theirs = (solve(fun, (0.0, 1.0), [1.0]) for solve in (fastdyn.solve_ivp, solve_ivp))
+        np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-12)

@@ -9,6 +9,7 @@ import enum
 import logging
 import operator
 import types
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -34,11 +35,10 @@ from .shared_copies import long_list
 from .unwritten import UNWRITTEN
 
 ATOMS = (
-    type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis), np.bool_,
-    np.dtype, np.complexfloating, np.integer, np.floating, operator.itemgetter, operator.attrgetter,
+    type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis), Fraction,
+    np.bool_, np.dtype, np.complexfloating, np.integer, np.floating, operator.itemgetter,
+    operator.attrgetter,
 )  # fmt: skip
-
-
 OF_C = types.WrapperDescriptorType | types.MethodDescriptorType | types.MethodWrapperType
 
 
@@ -89,7 +89,7 @@ class Outside:
             The value's row in `Reads`; None if the value's origin is unknown.
         """
         kind = type(value)
-        builtin = kind.__module__ in ("builtins", "numpy", "numpy.dtypes", "operator")
+        builtin = kind.__module__ in ("builtins", "numpy", "numpy.dtypes", "operator", "fractions")
         if kind is int or kind is float or kind is np.float64:
             return self._number(value, row)
         if builtin and isinstance(value, complex | np.complexfloating):
