@@ -4,7 +4,7 @@ import functools
 import math
 from typing import Any
 
-from fastdyn.compile import behind
+from fastdyn.compile import background
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.trace.graph.refusal import NotYet
 
@@ -73,7 +73,7 @@ class Tier:
                 self._kernel, self.address, self.open = kernel, kernel.address, False
                 return
         if spent.job is None and spent.seconds > spent.after:
-            spent.job = behind.idle_job(functools.partial(_make, spent, *self._of))
+            spent.job = background.idle_job(functools.partial(_make, spent, *self._of))
 
 
 class Spent:
@@ -84,7 +84,7 @@ class Spent:
     seconds : float
     after : float
         The seconds after which the inlined kernel is made.
-    job : behind.Job or None
+    job : background.Job or None
         The making of the inlined kernel.
     """
 
@@ -108,7 +108,7 @@ def _make(spent, name, function, n):
     before, spent.after = spent.after, math.inf
     try:
         if before >= FOR_NUMBA:
-            behind.watch_numba()
+            background.watch_numba()
         elif kernel_without_function(name, n) is None:
             spent.after = FOR_NUMBA
             return

@@ -9,7 +9,7 @@ import os
 from typing import Any
 
 from fastdyn import code_store
-from fastdyn.compile import behind
+from fastdyn.compile import background
 
 from . import objects
 
@@ -37,7 +37,7 @@ def is_here(wait=0.0):
     s = _State
     if s.code is None and not s.refused:
         if s.job is None or (s.job.wait(wait) and s.code is None and not s.refused):
-            s.job = behind.Job(_make)
+            s.job = background.Job(_make)
         s.job.wait(wait)
     return s.code is not None
 
