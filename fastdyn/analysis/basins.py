@@ -1,7 +1,7 @@
 """Basins of attraction: a grid of starts, solved as an ensemble, by where it comes to."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +9,9 @@ from fastdyn.ensemble.solve import solve_ensemble
 
 from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
 from .equations import Equations, box_of, count, equations_of, positive, shared
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ESCAPED = -2  # label
 NEAR = 0.05  # of the range of all ends: two ends as near belong to one attractor
@@ -90,8 +93,18 @@ class Basin:
                 lines.append(f"  {share:6.1%}  {what}")
         return "\n".join(lines)
 
-    def plot(self, **options) -> Any:
-        """The plane of the starts, a colour for each attractor."""
+    def plot(self, **options) -> "Figure":
+        """Draw the plane of the starts, with a colour for each attractor.
+
+        Parameters
+        ----------
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.chaos import basin
 
         return basin(self, **options)

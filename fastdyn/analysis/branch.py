@@ -1,13 +1,16 @@
 """Branches of periodic orbits over a parameter: continuation by pseudo-arclength."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .equations import NotConvergedError, count, positive
 from .orbit import PeriodicOrbit
 from .path import Path, Special
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FAST = 3  # passes of Newton's method after which the step becomes longer
 LONGER, SHORTER, SHORTEST = 1.6, 0.5, 1e-6  # factors of the step; its least share of the first
@@ -59,8 +62,20 @@ class Branch:
         head = f"Branch of {len(self.orbits)} orbits over {self.parameter}. {self.message}"
         return "\n".join([head, *(f"  {s.kind} at {s.value:.8g}" for s in self.special)])
 
-    def plot(self, component=0, **options) -> Any:
-        """Amplitude of a component and period over the parameter, with the special points."""
+    def plot(self, component=0, **options) -> "Figure":
+        """Draw the amplitude of a component, and the period, over the parameter.
+
+        Parameters
+        ----------
+        component : int or name
+            The component of the state.
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.orbits import branch
 
         return branch(self, component, **options)

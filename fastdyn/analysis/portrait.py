@@ -1,7 +1,7 @@
 """Phase portraits: field, trajectories, equilibria, separatrices of two equations."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +9,9 @@ from .equations import Equations, NotConvergedError, box_of, count, equations_of
 from .orbit import PeriodicOrbit, periodic_orbit
 from .rest.equilibria import Equilibria, equilibria
 from .trajectories import cut, follower, joined, spread
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FINE = 121  # points a side of the field
 LATER = 0.7318  # time after which the field is looked at again
@@ -62,8 +65,20 @@ class Portrait:
         found = [self.equilibria] if self.equilibria is not None else []
         return "\n".join(map(str, [head, *self.cycles, *found]))
 
-    def plot(self, nullclines=True, **options) -> Any:
-        """Draw field, trajectories, separatrices, equilibria, and the nullclines."""
+    def plot(self, nullclines=True, **options) -> "Figure":
+        """Draw field, trajectories, separatrices, equilibria and nullclines.
+
+        Parameters
+        ----------
+        nullclines : bool
+            Whether to draw the nullclines.
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.phase_plane import figure
 
         return figure(self, nullclines, **options)

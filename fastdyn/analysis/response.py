@@ -3,7 +3,7 @@
 import collections
 import dataclasses
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from .flow import METHOD, Flow, options_of
 from .forcing import exact, is_linear
 from .orbit import POINTS, found_orbit
 from .period import check_period
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 AGAIN = 5  # times as long a transient, where the first is too short
 ADVICE = "The period is 2 pi / frequency: is `parameter` the angular frequency of the forcing?"
@@ -92,7 +95,7 @@ class Response:
         how = "linear equations, exact" if self.linear else f"sweeps {', '.join(self.sweeps)}"
         return f"Response at {len(self.frequencies)} frequencies, {how}. {self.message}".strip()
 
-    def plot(self, components=None, **options) -> Any:
+    def plot(self, components=None, **options) -> "Figure":
         """Amplitude and phase over the frequency.
 
         Parameters
@@ -101,6 +104,10 @@ class Response:
             By default the first half of the state, positions mostly.
         **options
             Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
         """
         from fastdyn.plot.analysis.orbits import response
 

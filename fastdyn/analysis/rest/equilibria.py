@@ -1,7 +1,7 @@
 """Equilibria: Newton's method with exact Jacobians, from many starts."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import root
@@ -9,6 +9,9 @@ from scipy.stats import qmc
 
 from ..equations import Equations, box_of, count, equations_of, state_of
 from .linear import Linearisation, linearised
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SAME = 1e-6  # of the size of the box: equilibria closer than that are one
 EDGE = 1e-9  # of the size of the box: an equilibrium may lie so far outside
@@ -48,8 +51,18 @@ class Equilibria:
     def __str__(self):
         return "\n".join([self.message, *(str(each) for each in self.found)])
 
-    def plot(self, **options) -> Any:
-        """The eigenvalues of all equilibria in the complex plane."""
+    def plot(self, **options) -> "Figure":
+        """Draw the eigenvalues of all equilibria in the complex plane.
+
+        Parameters
+        ----------
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.linear import eigenvalues
 
         return eigenvalues(self, **options)
