@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Missing(KeyError, AttributeError):
-    """A field that the result has not, as a key or as an attribute."""
+    """Raised for a missing field of a result, read as a key or as an attribute."""
 
 
 class OdeResult(dict):

@@ -11,8 +11,9 @@ from fastdyn.trace.graph.refusal import NotYet
 from .scalar import inlined_kernel, inlines, kernel_without_function, links, shared_kernel
 from .series import series_kernel
 
-# Seconds in the shared kernel, after which the inlined one is made.  LLVM takes at least twice
-# FOR_LLVM, and some twice FOR_A_NUMBER for each number of each stage; Numba takes seconds.
+# Seconds in the shared kernel, after which the inlined kernel is made: at most half of the time of
+# the compilation.  LLVM takes at least 2 FOR_LLVM, and some 2 FOR_A_NUMBER for each number of each
+# stage; Numba takes seconds.
 FOR_LLVM, FOR_A_NUMBER = 0.05, 0.0012
 FOR_NUMBA = 1.0
 
@@ -24,8 +25,8 @@ class Tier:
     ----------
     problem : problem.validate.Problem
         With `compile` "auto", "shared" or "inlined".  "auto" takes the inlined kernel if that
-        kernel exists already.  Otherwise the background thread makes the inlined kernel once this
-        function has spent some time in the shared one, over all its solves.
+        kernel exists already.  Otherwise the background thread makes the inlined kernel after this
+        function has spent some time in the shared kernel, summed over all solves.
     bound : compile.bind.Bound
         The equations.
     may_inline : bool
@@ -63,7 +64,7 @@ class Tier:
             self._spent.seconds += seconds
 
     def promote(self):
-        """Between two chunks, take the inlined kernel if it is there, or let it be made."""
+        """Between two chunks, change to the inlined kernel, or let the thread make the kernel."""
         if not self.open:
             return
         spent = self._spent
