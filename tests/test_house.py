@@ -55,7 +55,7 @@ def test_folders_can_be_taken_in():
 def test_files_that_comments_and_the_guide_name_exist():
     named = re.compile(r"\b[a-z]\w*(?:/\w+)*/\w+\.(?:py|md)\b")
     there = [
-        path.relative_to(ROOT) for path in (*FILES, *ROOT.glob("*.md"), *ROOT.glob("docs/*.md"))
+        path.relative_to(ROOT) for path in (*FILES, *ROOT.glob("*.md"), *ROOT.glob("[bd]*/**/*.md"))
     ]
     ends = {"/".join(path.parts[i:]) for path in there for i in range(len(path.parts))}
     texts = [path for path in FILES if "tests" not in path.parts]
