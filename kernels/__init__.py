@@ -1,1 +1,1 @@
-"""Compiled kernels: methods, the loops around them, and what these are made of."""
+"""Compiled kernels: methods, the loops over steps, and the parts of methods and loops."""

@@ -5,24 +5,24 @@ import contextlib
 import numba
 from numba import config
 
-# Of every kernel.  Numba's entry points for Python and C are left out: the one way in is by words,
-# see calls/calling_convention.py.
+# Options of every kernel.  Kernels have no entry points of Numba for Python and C, because they are
+# called by words only: see calls/calling_convention.py.
 INTERNAL = {
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
     "error_model": "numpy",
     "nogil": True,
-    "forceinline": False,  # else Numba takes that of whoever calls it first
+    "forceinline": False,  # without this line, Numba takes the option of the first caller
 }
 
-# Of kernels that take functions: a function left as a run-time argument would be a pointer into
+# Options of kernels that take functions.  A function passed at run time would be a pointer into
 # this process, and the code could not be kept on disk.
 INLINED = {**INTERNAL, "forceinline": True}
 
 
 @contextlib.contextmanager
 def jit_enabled():
-    """While it holds, decorators compile although NUMBA_DISABLE_JIT is set."""
+    """A context in which decorators compile although NUMBA_DISABLE_JIT is set."""
     before, config.DISABLE_JIT = config.DISABLE_JIT, 0
     try:
         yield

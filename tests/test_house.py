@@ -3,6 +3,7 @@
 import ast
 import collections
 import pathlib
+import re
 import tomllib
 
 import pytest
@@ -49,6 +50,19 @@ def test_folders_can_be_taken_in():
         if path.parts[len(ROOT.parts)] in ("fastdyn", "kernels") and path.name != "__init__.py"
     )
     assert {folder for folder, n in counts.items() if n > FILES_A_FOLDER} <= REGISTRIES
+
+
+def test_files_that_comments_and_the_guide_name_exist():
+    named = re.compile(r"\b[a-z]\w*(?:/\w+)*/\w+\.(?:py|md)\b")
+    there = [
+        path.relative_to(ROOT) for path in (*FILES, *ROOT.glob("*.md"), *ROOT.glob("[bd]*/**/*.md"))
+    ]
+    ends = {"/".join(path.parts[i:]) for path in there for i in range(len(path.parts))}
+    texts = [path for path in FILES if "tests" not in path.parts]
+    for text in (*texts, ROOT / "docs" / "developing.md"):
+        names = named.findall(text.read_text())
+        missing = {name for name in names if not {name, name.removeprefix("fastdyn/")} & ends}
+        assert missing <= {"kernels/methods/NAME.py"}, text
 
 
 def test_a_wheel_contains_every_folder():

@@ -152,7 +152,7 @@ def _row(case):
 
 def _figures(case):
     import fastdyn
-    from fastdyn.compile import behind
+    from fastdyn.compile import background
 
     from ..corpus import agreement
 
@@ -164,7 +164,7 @@ def _figures(case):
     first, at_ours = time.perf_counter() - begun, left()
     theirs = agreement.run(scipy.integrate.solve_ivp, case).result
     more = None if case.left is None else (at_ours - at) - (left() - at_ours)
-    behind.finish()  # what the first solve did not wait for
+    background.finish()  # what the first solve did not wait for
     said = [*said, *agreement.run(fastdyn.solve_ivp, case).said]
     verdict = None if case.random else agreement.compare(case, ours, theirs)
     solvers = {"scipy": scipy.integrate.solve_ivp, "fastdyn": fastdyn.solve_ivp}

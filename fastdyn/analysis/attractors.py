@@ -9,20 +9,20 @@ UNDECIDED, APART = -1, -3  # labels
 MOST = 20  # clusters
 SHRINKS = 0.9  # factor by which the ranges of decaying motions shrink from look to look, at most
 FAR, GROWS = 10.0, 1.5  # size of a motion in sizes of the starts, and its growth between the looks
-NAMED = 0.02  # of the distance of what belongs together: numbers below are named 0
-TIGHT = 0.05  # of this distance: ends that are no farther apart have come together
-MOVED, COME = 0.1, 0.6  # share of this distance by which a state is moved, and what is left of it
-TRIED, MANY = 8, 8  # components of motions that go on; motions whose scatter tells something
+NAMED = 0.02  # share of `near`, below which a number is printed as 0
+TIGHT = 0.05  # share of `near`, below which ends have converged
+MOVED, COME = 0.1, 0.6  # displacement of a test state over `near`; its share left after a return
+TRIED, MANY = 8, 8  # most components of motions that go on; fewest motions whose scatter is used
 
 
 def grown(first, second, size):
-    """Which motions grow beyond all bounds; `size` is that of the starts."""
+    """Whether each motion grows beyond all bounds; `size` is the size of the starts."""
     before, after = np.abs(first).max(axis=1), np.abs(second).max(axis=1)
     return (after > FAR * size) & (after > GROWS * before)
 
 
 def drifting(first, second, least):
-    """Which motions move on: a range moves by `least` and by half its width, all of it one way."""
+    """Whether each motion drifts: a range moves in one direction, by `least` and half its width."""
     low, high = np.split(second - first, 2, axis=1)
     wide = np.diff(np.stack(np.split(second, 2, axis=1)), axis=0)[0]
     on = np.minimum(np.abs(low), np.abs(high)) > np.maximum(least, 0.5 * wide)
@@ -30,7 +30,7 @@ def drifting(first, second, least):
 
 
 def clusters(ends, near, fewest):
-    """Centres of clusters of ends, sorted; small ones are none."""
+    """The sorted centres of clusters of ends; clusters of less than `fewest` ends are dropped."""
     left, centres = ends, []
     while len(left) >= fewest and len(centres) < MOST:
         _, index, sizes = np.unique(
@@ -46,12 +46,13 @@ def clusters(ends, near, fewest):
 
 
 def attraction(first, second, ends, labels, centres, near, later):
-    """For each cluster 0 if it is an attractor, APART or UNDECIDED if not.
+    """A label for each cluster: 0 for an attractor, otherwise APART or UNDECIDED.
 
-    Motions of a few of its owners go on, from their ends and from states moved a little along each
-    component. On an attractor most moved ones come back. Motions of a family, such as the orbits of
-    an undamped pendulum, stay apart; those of a chaotic attractor need not come back, but mix:
-    ranges of one motion differ from look to look as those of two motions do.
+    A few motions of a cluster are continued, from their ends and from states that are displaced a
+    little along each component. On an attractor, most displaced motions return. Motions of a
+    family, such as the orbits of an undamped pendulum, stay apart. Motions of a chaotic attractor
+    need not return, but mix: the ranges of one motion in two windows differ as much as the ranges
+    of two motions.
     """
     n = ends.shape[1]
     moves = MOVED * near * np.vstack([np.zeros(n), np.eye(n), -np.eye(n)])
@@ -71,10 +72,10 @@ def attraction(first, second, ends, labels, centres, near, later):
 
 
 def _mix(first, second, near):
-    """Whether ranges scatter, and differ as much from look to look as from motion to motion."""
+    """Whether ranges scatter, and differ between windows as much as between motions."""
     scatter = np.linalg.norm(second - np.median(second, axis=0), axis=1)
     moved = second - first
-    moved = np.linalg.norm(moved - moved.mean(axis=0), axis=1)  # not a common decay
+    moved = np.linalg.norm(moved - moved.mean(axis=0), axis=1)  # without a common decay
     scatter, moved = (np.sqrt(np.mean(each**2)) for each in (scatter, moved))
     return len(first) >= MANY and moved > scatter > TIGHT * near
 
@@ -85,14 +86,14 @@ def fitted(first, second, labels, centres, near):
     for k, centre in enumerate(centres):
         low, high = np.split(centre, 2)
         wide, narrow = (_width(each[labels == k]) for each in (first, second))
-        if narrow < SHRINKS * wide and narrow <= near:  # it still approaches an equilibrium
+        if narrow < SHRINKS * wide and narrow <= near:  # the motions still decay
             low = high = 0.5 * (low + high)
         found.append((low, high))
     return found
 
 
 def _width(ranges):
-    """The largest width of ranges, by the median of their owners."""
+    """The largest width over the components, from the median over the motions."""
     low, high = np.split(ranges, 2, axis=1)
     return float(np.median((high - low).max(axis=1))) if len(ranges) else 0.0
 

@@ -1,7 +1,7 @@
-"""Basins of attraction: a grid of starts, solved as an ensemble, by where it comes to."""
+"""Basins of attraction: an ensemble of starts on a grid, classified by attractor."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,11 +10,14 @@ from fastdyn.ensemble.solve import solve_ensemble
 from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
 from .equations import Equations, box_of, count, equations_of, positive, shared
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 ESCAPED = -2  # label
-NEAR = 0.05  # of the range of all ends: two ends as near belong to one attractor
-LEAST = 0.1  # of the box, the least range
-FEWEST = 5e-4  # share of the grid that an attractor has at least
-WINDOW = 0.1  # of t_end
+NEAR = 0.05  # share of the range of all ends: nearer ends belong to one attractor
+LEAST = 0.1  # least range, as a share of the box
+FEWEST = 5e-4  # least share of the grid for an attractor
+WINDOW = 0.1  # length of a window, as a share of t_end
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,18 +28,18 @@ class Basin:
     Attributes
     ----------
     x, y : ndarray, shape (k,), (l,)
-        The two components of the starts that differ.
+        The values of the two components on the grid.
     labels : ndarray of int, shape (l, k)
-        Number of the attractor; -1 where the motion has not settled on any, -2 where the solve
-        failed or the motion grows beyond all bounds, -3 where it keeps beside its neighbours
-        without coming to them, as without damping: nothing attracts it.
+        Number of the attractor. -1: the motion has not settled on an attractor. -2: the solve
+        failed, or the motion grows beyond all bounds. -3: no attractor, as without damping: the
+        motion keeps its distance from neighbouring motions.
     attractors : list of (ndarray, ndarray)
         Smallest and largest value of each component on each attractor, shape (n,); both are the
         state of an equilibrium.
     shares : ndarray
         Share of the grid that belongs to each attractor.
     near : float
-        Distance of what belongs to one attractor.
+        The largest distance of ends that belong to one attractor.
     undecided, escaped, apart : float
         Shares of the labels -1, -2 and -3.
     """
@@ -72,7 +75,7 @@ class Basin:
 
     @property
     def others(self):
-        """Share and words of each label of no attractor."""
+        """(share, words) of the labels -1, -2 and -3."""
         return [
             (self.undecided, "not settled"),
             (self.apart, "nothing attracts: neighbours stay apart"),
@@ -90,8 +93,18 @@ class Basin:
                 lines.append(f"  {share:6.1%}  {what}")
         return "\n".join(lines)
 
-    def plot(self, **options) -> Any:
-        """The plane of the starts, a colour for each attractor."""
+    def plot(self, **options) -> "Figure":
+        """Draw the plane of the starts, with a colour for each attractor.
+
+        Parameters
+        ----------
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.chaos import basin
 
         return basin(self, **options)
@@ -101,41 +114,41 @@ def basin(
     fun, box, args=(), at=None, components=(0, 1), n=200, t_end=100.0, window=None,
     attractors=None, near=None, **options,
 ):  # fmt: skip
-    """Tell for a grid of starts to which attractor their motions come.
+    """Find the attractor that the motion from each start of a grid approaches.
 
     Parameters
     ----------
     fun : callable or System
         ``fun(t, y, *args)``, or a system.
     box : array_like, shape (2, 2)
-        A pair (low, high) for each of the two components that differ.
+        A pair (low, high) for each of the two components of the grid.
     args : tuple
         Arguments of a function.
     at : array_like, shape (n,), optional
-        The start, whose two components are replaced; of a system, its initial state by default;
-        zeros in two dimensions.
+        The values of the other components; by default the initial state of a system, or zeros in
+        two dimensions.
     components : pair of int
-        The two components.
+        The two components of the grid.
     n : int or pair of int
-        Points of the grid along each of them.
+        Points of the grid along each component.
     t_end : float
         Time after which the motions have settled.
     window : float, optional
-        Time of each of two looks afterwards, in which the range of each component is taken; a
-        tenth of `t_end` by default. It holds a period at least of attractors that are periodic.
+        Length of each of two windows after `t_end`, in which the range of each component is taken;
+        by default a tenth of `t_end`. A window must contain a period of each periodic attractor.
     attractors : array_like, shape (k, n), optional
-        Equilibria to which motions may come; by default attractors are found as clusters of the
+        Equilibria that motions may approach; by default attractors are found as clusters of the
         ranges of all components.
     near : float, optional
-        Distance of what belongs to one attractor, in each component; 5 % of the largest range of
-        all motions in the end by default.
+        The largest distance of ends that belong to one attractor, in each component; by default 5 %
+        of the largest range of all motions at the end.
     **options
         As in `solve_ensemble`; by default DOP853, rtol = 1e-6, atol = 1e-8.
 
     Returns
     -------
     Basin
-        Starts whose ranges differ in the two looks by more than `near` are undecided.
+        A motion whose ranges differ between the two windows by more than `near` is undecided.
 
     Raises
     ------
@@ -217,7 +230,7 @@ def _pair(components, n):
 
 
 def _ranges(equations, starts, t_end, window, options, begin=0.0):
-    """Ranges (lowest, highest) of each component in two windows, the ends, and what succeeded."""
+    """(lowest, highest) of each component in two windows, the ends, and the success of solves."""
     e, ranges, fine = equations, [], np.ones(len(starts), bool)
     for length, reduce in ((t_end, None), (window, ["min", "max"]), (window, ["min", "max"])):
         run = solve_ensemble(

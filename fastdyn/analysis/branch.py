@@ -1,13 +1,16 @@
 """Branches of periodic orbits over a parameter: continuation by pseudo-arclength."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .equations import NotConvergedError, count, positive
 from .orbit import PeriodicOrbit
 from .path import Path, Special
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FAST = 3  # passes of Newton's method after which the step becomes longer
 LONGER, SHORTER, SHORTEST = 1.6, 0.5, 1e-6  # factors of the step; its least share of the first
@@ -25,12 +28,12 @@ class Branch:
     parameter : str
         Name of the parameter.
     values : ndarray, shape (n_orbits,)
-        Its values, which go back and forth at folds.
+        The values of the parameter, which turn back at folds.
     orbits : list of PeriodicOrbit
     special : list of Special
         Folds, period doublings, branch points, and bifurcations of a torus, in their order.
     message : str
-        Why the branch ends.
+        The reason why the branch ends.
     """
 
     parameter: str
@@ -59,8 +62,20 @@ class Branch:
         head = f"Branch of {len(self.orbits)} orbits over {self.parameter}. {self.message}"
         return "\n".join([head, *(f"  {s.kind} at {s.value:.8g}" for s in self.special)])
 
-    def plot(self, component=0, **options) -> Any:
-        """Amplitude of a component and period over the parameter, with the special points."""
+    def plot(self, component=0, **options) -> "Figure":
+        """Draw the amplitude of a component, and the period, over the parameter.
+
+        Parameters
+        ----------
+        component : int or name
+            The component of the state.
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.orbits import branch
 
         return branch(self, component, **options)
@@ -72,40 +87,40 @@ def continuation(orbit, parameter, end, period=None, step=None, n_orbits=200, la
     Parameters
     ----------
     orbit : PeriodicOrbit
-        Of `periodic_orbit`.
+        A result of `periodic_orbit`, the start of the branch.
     parameter : str or int
-        Name of the parameter, or its position among the arguments; it begins at its value in
-        `orbit`.
+        Name of the parameter, or its position among the arguments.
     end : float
-        Value towards which the branch is followed. It ends there, or where it comes back to the
-        value at the start.
+        Value towards which the branch is followed. The branch ends at this value, or when the
+        parameter returns to its value at the start.
     period : callable, optional
-        Of equations that depend on the time: the period as a function of the parameter, such as
-        ``lambda omega: 2 * math.pi / omega``; constant by default.
+        For equations that depend on the time: the period as a function of the parameter, such as
+        ``lambda omega: 2 * math.pi / omega``; by default constant.
     step : float, optional
         First step along the branch, in units of the range of the parameter; 0.02 by default.
     n_orbits : int
         The most orbits.
     largest : float
-        The longest step, in units of the first.
+        The longest step, in units of the first step.
 
     Returns
     -------
     Branch
-        `message` tells why it ends, also if it ends too early.
+        `message` gives the reason for the end of the branch, also for an early end.
 
     Raises
     ------
     ValueError, TypeError
-        For an unknown parameter, one that is no number, and an `end` at its present value.
+        For an unknown parameter, a parameter that is no number, and an `end` at its present value.
 
     Notes
     -----
     Pseudo-arclength continuation with exact derivatives with respect to state, period and
-    parameter (Keller 1977; Seydel, section 4.5). Special points are located to the accuracy of the
-    orbits by halving the step between two orbits at which one of these changes its sign: the
-    direction of the parameter (fold), the product of all (multiplier + 1) (period doubling), of all
-    (multiplier - 1) (branch point), or the number of complex multipliers outside the unit circle.
+    parameter (Keller 1977; Seydel, section 4.5). At a special point, one of four test functions
+    changes: the direction of the parameter (fold), the product of all (multiplier + 1) (period
+    doubling), the product of all (multiplier - 1) (branch point), the number of complex multipliers
+    outside the unit circle (torus). Halving the step between two orbits locates the special point
+    to the accuracy of the orbits.
 
     Examples
     --------

@@ -21,12 +21,12 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.reads.reads import flat
 
-SUMS = ("add", "sub")  # what rounds most: their terms may cancel
+SUMS = ("add", "sub")  # the operations with the largest rounding errors, because terms may cancel
 AROUND = 0.1  # share of a component's size by which states of a comparison are moved
 
 
 class NotConvergedError(RuntimeError):
-    """Raised where a search did not arrive: what was searched, how far it came, what may help."""
+    """Raised if a search fails; the message says how far the search came, and what may help."""
 
 
 class Equations(NamedTuple):
@@ -50,7 +50,7 @@ class Equations(NamedTuple):
         raise ValueError(f"There is no parameter {name!r}; {self._known(labels)}")
 
     def _known(self, labels):
-        """The parameters there are, in words; arguments without a value are named."""
+        """The known parameters, in words, and the names of arguments without a value."""
         bare = self.system is None and not self.args
         written = [label.name for label in argument_names(self.fun)] if bare else []
         if written:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +20,14 @@ from fastdyn.solve.sensitivities import NEEDS
 from .equations import Equations, NotConvergedError, equations_of, positive, state_of
 from .flow import METHOD, Flow, OverUnit, options_of
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 GROWTH = 4.0  # exponent of the fastest growth or decay within an interval
-LOOKS = 40  # states at which the Jacobian is looked at, for the interval
+LOOKS = 40  # states at which the Jacobian is evaluated, to choose the interval
 FEWEST, MOST_INTERVALS = 200, 20_000_000
-BATCHES = 20  # whose means give the error
-PARTED = 5.0  # logarithm of the growth of a distance that regular motion does not reach
+BATCHES = 20  # number of batches whose means give the error
+PARTED = 5.0  # logarithm of a growth of distances that regular motion does not reach
 SHOWN = 1000  # points of the running estimates
 
 
@@ -45,7 +48,7 @@ class Exponents:
     t : ndarray, shape (n_points,)
         Times since the transient.
     running : ndarray, shape (n, n_points)
-        The exponents up to these times: how they converge.
+        The estimates of the exponents at these times, which show the convergence.
     interval : float
         Time between two orthogonalisations.
     y : ndarray, shape (n,)
@@ -63,7 +66,7 @@ class Exponents:
 
     @property
     def dimension(self):
-        """Kaplan and Yorke's dimension: where the sum of the exponents passes zero."""
+        """The Kaplan-Yorke dimension, the number of exponents whose sum is zero, interpolated."""
         sums = np.cumsum(self.values)
         if not len(sums) or sums[0] < 0.0:
             return 0.0
@@ -76,8 +79,9 @@ class Exponents:
     def chaotic(self):
         """Whether neighbours part exponentially.
 
-        The largest exponent is above zero by more than three standard errors, and neighbours part
-        in the second half of the time, too, by a factor of e^5; in regular motion by about 2.
+        True if the largest exponent exceeds zero by more than three standard errors, and if the
+        distance of neighbours grows by more than e^5 also in the second half of the time. In
+        regular motion the distance grows by about 2.
         """
         half = int(np.searchsorted(self.t, 0.5 * self.t[-1]))
         parting = self.running[0] * self.t
@@ -89,8 +93,18 @@ class Exponents:
         said = ", ".join(f"{value:.5f} ± {error:.5f}" for value, error in pairs)
         return f"Lyapunov exponents after t = {self.t[-1]:g}: {said}"
 
-    def plot(self, **options) -> Any:
-        """The exponents up to a time against this time."""
+    def plot(self, **options) -> "Figure":
+        """Draw the exponents up to a time over this time.
+
+        Parameters
+        ----------
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.chaos import exponents
 
         return exponents(self, **options)
@@ -99,7 +113,7 @@ class Exponents:
 def lyapunov(
     fun, y0=None, args=(), t_end=1000.0, transient=None, interval=None, method=METHOD, **options
 ):
-    """Lyapunov exponents of a solution, all of them.
+    """All Lyapunov exponents of a solution.
 
     Parameters
     ----------
@@ -110,7 +124,7 @@ def lyapunov(
     args : tuple
         Arguments of a function.
     t_end : float
-        Time over which the exponents are means. Errors decrease as one over its root.
+        Time over which the exponents are averaged. Errors decrease as 1 / sqrt(t_end).
     transient : float, optional
         Time before, which does not count; a tenth of `t_end` by default.
     interval : float, optional
@@ -131,8 +145,8 @@ def lyapunov(
 
     Notes
     -----
-    The n (n + 1) equations of the solution and its variations are solved by compiled code from one
-    QR decomposition to the next (Benettin et al., Meccanica 15 (1980) 9).
+    Compiled code solves the n (n + 1) equations of the solution and its variations between QR
+    decompositions (Benettin et al., Meccanica 15 (1980) 9).
 
     Examples
     --------
@@ -187,7 +201,7 @@ def _advance(flow, y0, interval):
     )
     longer = with_sensitivities(problem, directions_of("y0", fun, y0, args))
     run = run_of(longer)
-    if decides(run.bounds[0]):  # each solve is looked at for jumps
+    if decides(run.bounds[0]):  # each solve is checked for jumps
 
         def watched(y, frame, t):
             passage = flow.passage(y, t, interval)

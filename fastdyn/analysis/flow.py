@@ -1,7 +1,8 @@
 """The flow of equations over a span, with its exact derivatives.
 
-The span is an argument: y is solved over s from 0 to 1, with dy/ds = length f(start + length s, y).
-So one function serves all spans, and the derivative with respect to the length is a sensitivity.
+The equations are solved over s from 0 to 1, dy/ds = length f(start + length s, y), with the span as
+arguments `start` and `length`.  One compiled function then serves all spans, and the derivative
+with respect to the length is a sensitivity.
 """
 
 from typing import Any, NamedTuple
@@ -14,14 +15,14 @@ from .equations import Equations, NotConvergedError
 
 METHOD = "DOP853"
 TOLERANCES = {"rtol": 1e-10, "atol": 1e-12}
-MOST_STEPS = 1_000_000  # of one solve: a state that slides along a jump would never end
+MOST_STEPS = 1_000_000  # steps of a solve, because sliding along a jump would never end
 
 
 class OverUnit:
     """``fun`` over s from 0 to 1, with the arguments `start` and `length` before its own.
 
-    `start` is an array of one number, which compiled code reads where it lies: its owner may change
-    it from one solve to the next.
+    `start` is an array of one number, which compiled code reads in place, so that the caller may
+    change the number between solves.
     """
 
     def __init__(self, fun):
@@ -36,8 +37,8 @@ class OverUnit:
 class Passage(NamedTuple):
     """The end of a flow, and its derivatives.
 
-    `by_start` has shape (n, n), `by_length` and `by_parameter` (n,); the last is None unless asked
-    for.
+    `by_start` has shape (n, n); `by_length` and `by_parameter` have shape (n,).  `by_parameter` is
+    None without a parameter.
     """
 
     y: np.ndarray
@@ -47,7 +48,7 @@ class Passage(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """The flow of equations; `options` are those of `solve_ivp`."""
+    """The flow of equations; `options` are options of `solve_ivp`."""
 
     equations: Equations
     options: dict
@@ -90,7 +91,7 @@ class Flow(NamedTuple):
 
 
 def options_of(method, given):
-    """Options of the solves: the tolerances of an analysis unless others are given."""
+    """The options of solves, with the default tolerances of an analysis."""
     for name in ("sensitivity", "t_eval", "dense_output", "events", "args"):
         if name in given:
             raise TypeError(f"`{name}` is no option here: the analysis sets it.")

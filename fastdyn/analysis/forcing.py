@@ -9,10 +9,10 @@ from .period import looks
 from .rest.kinds import ZERO
 
 LINEAR = 1e-12  # relative change of the Jacobian of linear equations
-LOOKS = 5  # times and states at which it is looked at
-SAMPLES = (256, 1024, 4096)  # of the forcing over a period, until its harmonics have faded
+LOOKS = 5  # times and states at which the Jacobian is compared
+SAMPLES = (256, 1024, 4096)  # samples of the forcing in a period, increased in turn
 SMOOTH = 1e-6  # relative change of the amplitude by more samples
-RESONANT = 1e-12  # of a frequency: eigenvalues as near are at resonance without damping
+RESONANT = 1e-12  # relative distance of an eigenvalue from a frequency that counts as resonance
 UNSTABLE = "the equations have motions that grow"
 ROUGH = "The forcing has jumps or kinks: amplitudes are not exact, but to some 1e-3."
 UNDAMPED = "resonance without damping"
@@ -20,7 +20,7 @@ LEAST = 1e-13  # harmonic of the forcing, relative to the largest
 
 
 def is_linear(equations, y, omega):
-    """Whether the Jacobian is the same at all states and times that are looked at."""
+    """Whether the Jacobian is equal at several states and times."""
     derivatives, period = equations.differentiated(0.0, y), 2.0 * math.pi / omega
     first, *others = [derivatives.at(t, state) for t, state in looks(0.0, y, period)[:LOOKS]]
     size = np.abs(first).max()
@@ -28,9 +28,10 @@ def is_linear(equations, y, omega):
 
 
 def exact(equations, y, omega):
-    """((amplitude, harmonic) of linear equations, shape (n,) each, or None; what is to be told).
+    """((amplitude, harmonic) of linear equations, each of shape (n,), or None; a message).
 
-    A motion that grows leaves each steady state, and a resonance without damping has none.
+    None: free motions grow and leave the steady state, or a resonance without damping has no steady
+    state.
     """
     matrix, period = equations.differentiated(0.0, y).at(0.0, y), 2.0 * math.pi / omega
     values = np.linalg.eigvals(matrix)

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from .equations import Equations, NotConvergedError, equations_of, positive, sta
 from .flow import METHOD, Flow, options_of
 from .period import check_period
 from .shooting import return_time, shoot
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ADVICE = "Give the period of the equations, or a multiple of that."
 ON_CIRCLE = 1e-4  # distance from 1 of a multiplier's size that is not told from 1
@@ -78,8 +81,20 @@ class PeriodicOrbit:
             f"multipliers {multipliers}"
         )
 
-    def plot(self, components=(0, 1), **options) -> Any:
-        """The orbit in the plane of two components, and its multipliers beside the unit circle."""
+    def plot(self, components=(0, 1), **options) -> "Figure":
+        """Draw the orbit in a plane, and the multipliers beside the unit circle.
+
+        Parameters
+        ----------
+        components : pair of int or name
+            The two components of the state that span the plane.
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.orbits import figure
 
         return figure(self, components, **options)

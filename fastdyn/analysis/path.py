@@ -11,7 +11,7 @@ from .period import check_period
 ADVICE = "That is at {} = {:g}: give `period` as a function of the parameter."
 CHECKED = (0.0, 0.4, 0.8)  # shares of the way at which the period is compared
 NEAR = 1e3  # residual of a corrected point, in units of the tolerance of the solves
-PASSES, LOST = 8, 10.0  # passes of Newton's method, and a step of it that leads nowhere
+PASSES, LOST = 8, 10.0  # most passes of Newton's method; a Newton step that counts as divergence
 REFINED = 30  # halvings around a special point
 
 
@@ -27,7 +27,7 @@ class Special(NamedTuple):
 
 
 class Point(NamedTuple):
-    """A point of a branch: u is (state, period or nothing, parameter), in its own scale."""
+    """A point of a branch; u is the scaled vector (state, period if unknown, parameter)."""
 
     u: np.ndarray
     tangent: np.ndarray
@@ -35,7 +35,7 @@ class Point(NamedTuple):
 
 
 class Path(NamedTuple):
-    """The curve of orbits in the space of (state, period or nothing, parameter)."""
+    """The curve of orbits in the space of (state, period if unknown, parameter)."""
 
     orbit: PeriodicOrbit
     j: int
@@ -46,7 +46,7 @@ class Path(NamedTuple):
 
     @classmethod
     def of(cls, orbit, parameter, end, period):
-        """The path of a branch, its arguments checked."""
+        """The path of a branch; checks the arguments."""
         if not isinstance(orbit, PeriodicOrbit):
             raise TypeError(f"`orbit` must be a PeriodicOrbit of `periodic_orbit`; got {orbit!r}.")
         j = orbit.equations.parameter(parameter)
@@ -200,6 +200,6 @@ def _outside(orbit):
 
 
 def _tangent(matrix, before):
-    """The unit vector along a branch, on the side of the one before."""
+    """The unit tangent of a branch, oriented as the tangent before."""
     vector = np.linalg.svd(matrix)[2][-1]
     return vector if vector @ before >= 0.0 else -vector

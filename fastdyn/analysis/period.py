@@ -2,13 +2,13 @@
 
 import numpy as np
 
-LOOKS = 64  # times, one in each part of a period, and states at which equations are looked at
-SAME = 1e-8  # relative to the largest rate of a component: what differs more is another rate
+LOOKS = 64  # pairs of time and state, one in each 64th of a period, at which rates are compared
+SAME = 1e-8  # rates that differ by more, relative to the largest rate, are different
 STATES = 5  # the first is the state that was given
 
 
 def looks(t0, y, period):
-    """Pairs (time, state) at which equations are looked at."""
+    """Pairs (time, state) at which the rates are compared."""
     rng = np.random.default_rng(0)
     size = 0.3 * np.maximum(np.abs(y), 0.1)
     states = [y, *(y + size * rng.standard_normal((STATES - 1, len(y))))]

@@ -1,7 +1,7 @@
 """Phase portraits: field, trajectories, equilibria, separatrices of two equations."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,12 +10,15 @@ from .orbit import PeriodicOrbit, periodic_orbit
 from .rest.equilibria import Equilibria, equilibria
 from .trajectories import cut, follower, joined, spread
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 FINE = 121  # points a side of the field
-LATER = 0.7318  # time after which the field is looked at again
-SLOW = 1e-3  # of the median speed: slower is near an equilibrium
-OFF = 1e-4  # in sizes of the box, from a saddle to the start of its separatrices
+LATER = 0.7318  # a later time, at which the field is compared
+SLOW = 1e-3  # a speed below this share of the median counts as near an equilibrium
+OFF = 1e-4  # distance from a saddle to the start of its separatrices, in sizes of the box
 BESIDE = 0.03  # sizes of the box from an equilibrium, or from a cycle
-FAR, LOOKS = 20.0, 5  # sizes of the box to a limit cycle, and starts a side that look for one
+FAR, LOOKS = 20.0, 5  # distance to a limit cycle, in sizes of the box; starts on each side
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,9 +39,9 @@ class Portrait:
     separatrices : list of (str, ndarray)
         "to" or "from" a saddle, and the curve, in the direction of time.
     cycles : list of PeriodicOrbit
-        Limit cycles in the box, attracting or repelling; one inside another may be missed.
+        Limit cycles in the box, attracting or repelling; a cycle inside another may be missed.
     equilibria : Equilibria or None
-        None if the function cannot be differentiated: `message` tells.
+        None if the function cannot be differentiated; `message` gives the reason.
     message : str
     """
 
@@ -62,8 +65,20 @@ class Portrait:
         found = [self.equilibria] if self.equilibria is not None else []
         return "\n".join(map(str, [head, *self.cycles, *found]))
 
-    def plot(self, nullclines=True, **options) -> Any:
-        """Draw field, trajectories, separatrices, equilibria, and the nullclines."""
+    def plot(self, nullclines=True, **options) -> "Figure":
+        """Draw field, trajectories, separatrices, equilibria and nullclines.
+
+        Parameters
+        ----------
+        nullclines : bool
+            Whether to draw the nullclines.
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.phase_plane import figure
 
         return figure(self, nullclines, **options)
@@ -81,12 +96,12 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
     args : tuple
         Arguments of a function.
     t : float
-        The time that `fun` is given.
+        The time at which `fun` is evaluated.
     starts : array_like, shape (m, 2), optional
-        States through which trajectories are drawn, all of them; by default a grid, from which
-        trajectories are kept that do not crowd others.
+        States through which trajectories are drawn; by default a grid, without the trajectories
+        that come too close to others.
     n_starts : int
-        Points of this grid.
+        Points of the grid.
     **options
         As in `solve_ensemble`; by default DOP853, rtol = atol = 1e-8.
 
@@ -97,13 +112,13 @@ def phase_portrait(fun, box, args=(), t=0.0, starts=None, n_starts=400, **option
     Raises
     ------
     ValueError
-        For equations of another number of components, and for equations that depend on the time:
-        `poincare` draws those.
+        If the equations have not two components, or depend on the time: see `poincare` for
+        equations that depend on the time.
 
     Notes
     -----
-    Trajectories are solved with the length of the curve instead of the time, so that they cross the
-    box at the same pace, and neither blow up nor take for ever near an equilibrium.
+    Trajectories are solved with the arc length as the independent variable instead of the time:
+    they cross the box at equal speed, do not blow up, and do not take long near an equilibrium.
 
     Examples
     --------

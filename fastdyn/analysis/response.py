@@ -3,7 +3,7 @@
 import collections
 import dataclasses
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,16 +13,19 @@ from .forcing import exact, is_linear
 from .orbit import POINTS, found_orbit
 from .period import check_period
 
-AGAIN = 5  # times as long a transient, where the first is too short
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+AGAIN = 5  # factor by which a transient that was too short is prolonged
 ADVICE = "The period is 2 pi / frequency: is `parameter` the angular frequency of the forcing?"
 REFERENCES = {"cos": 0.0, "sin": 0.5 * math.pi}
 
 
 class Sweep(NamedTuple):
-    """The steady states of one sweep, NaN where none was found.
+    """The steady states of one sweep; NaN if no steady state was found.
 
-    `amplitude` is half the range of each component, `harmonic` the complex amplitude of the
-    component's part at the frequency itself, both of shape (n, n_frequencies).
+    `amplitude` is half the range of each component.  `harmonic` is the complex amplitude of the
+    component at the frequency of the forcing.  Both have shape (n, n_frequencies).
     """
 
     amplitude: np.ndarray
@@ -30,7 +33,7 @@ class Sweep(NamedTuple):
 
     @property
     def phase(self):
-        """Phase of `harmonic` before the reference, rad."""
+        """The phase lead of `harmonic` over the reference, rad."""
         return np.angle(self.harmonic)
 
 
@@ -44,11 +47,11 @@ class Response:
     frequencies : ndarray, shape (n_frequencies,)
         Angular frequencies, increasing.
     linear : bool
-        Whether the equations are linear; the response is then that of a formula.
+        Whether the equations are linear; a formula then gives the response.
     sweeps : dict of str to Sweep
-        "exact" of linear equations, otherwise "up" and "down".
+        "exact" for linear equations, otherwise "up" and "down".
     message : str
-        What was not found.
+        The frequencies without a steady state, and the reasons.
     """
 
     equations: Equations
@@ -92,15 +95,19 @@ class Response:
         how = "linear equations, exact" if self.linear else f"sweeps {', '.join(self.sweeps)}"
         return f"Response at {len(self.frequencies)} frequencies, {how}. {self.message}".strip()
 
-    def plot(self, components=None, **options) -> Any:
-        """Amplitude and phase over the frequency.
+    def plot(self, components=None, **options) -> "Figure":
+        """Draw amplitude and phase over the frequency.
 
         Parameters
         ----------
         components : name, int or sequence of them, optional
-            By default the first half of the state, positions mostly.
+            By default the first half of the state, which mostly has the positions.
         **options
             Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
         """
         from fastdyn.plot.analysis.orbits import response
 
@@ -122,24 +129,24 @@ def frequency_response(
     parameter : str or int
         Name of the argument that is the frequency, or its position among the arguments.
     args : tuple
-        Arguments of a function; that of the frequency is replaced.
+        Arguments of a function; the sweep replaces the value of the frequency.
     y0 : array_like, shape (n,), optional
         State at which a sweep begins; of a system, its initial state by default.
     sweep : {"both", "up", "down"}
-        Sweeps of nonlinear equations: each frequency begins with the steady state of the one
+        Sweeps of nonlinear equations.  Each frequency begins with the steady state of the frequency
         before.
     transient : int
-        Periods that are solved at each frequency before the periodic orbit is found.
+        Periods that are solved at each frequency before the search for the periodic orbit.
     reference : {"cos", "sin"}
-        What phases refer to: cos(omega t) or sin(omega t).
+        The reference of phases: cos(omega t) or sin(omega t).
     method, **options
         As in `solve_ivp`; by default DOP853, rtol = 1e-10, atol = 1e-12.
 
     Returns
     -------
     Response
-        NaN where no stable steady state of the period of the forcing was found, of unstable linear
-        equations everywhere: `message` tells.
+        With NaN at frequencies without a stable steady state of the period of the forcing;
+        unstable linear equations have NaN everywhere.  `message` gives the reasons.
 
     Raises
     ------
@@ -149,10 +156,10 @@ def frequency_response(
 
     Notes
     -----
-    If the Jacobian is the same at all states and times that are looked at, the equations are
-    linear, and each harmonic g of their forcing gives (i omega - J)^-1 g. Otherwise the transient
-    is followed by shooting, and orbits that are not stable are dropped: where a branch ends, the
-    sweep jumps, as in an experiment. `continuation` follows the unstable branch.
+    If the Jacobian is equal at several states and times, the equations count as linear, and the
+    response to a harmonic g of the forcing is (i omega - J)^-1 g. Otherwise shooting follows the
+    transient, and unstable orbits are dropped. At the end of a stable branch, the sweep therefore
+    jumps, as in an experiment; `continuation` follows the unstable branch.
 
     Examples
     --------
@@ -222,7 +229,7 @@ def _steady(flow, state, period, transient):
 
 
 def _missing(reasons):
-    """How many steady states were not found, and why."""
+    """The number of frequencies without a steady state, and the reasons, in a sentence."""
     counts = collections.Counter(reasons)
     if not counts:
         return ""

@@ -1,7 +1,7 @@
 """Poincaré sections: by a function of the state, or once in each period of the equations."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from .equations import Equations, count, equations_of, positive, state_of
 from .flow import METHOD, options_of
 from .period import check_period
 from .shooting import longest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ADVICE = "Give the period of the equations, or a multiple; `solve_ivp` samples at any times."
 STEPS = 2000  # between two crossings on the average, before a run is given up
@@ -58,7 +61,7 @@ class Section:
     def __str__(self):
         return f"Section of {len(self.t)} points from {len(self.y0)} starts. {self.message}".strip()
 
-    def plot(self, components=(0, 1), angles=(), **options) -> Any:
+    def plot(self, components=(0, 1), angles=(), **options) -> "Figure":
         """Draw the points in the plane of two components.
 
         Parameters
@@ -68,6 +71,10 @@ class Section:
             Components that are drawn between -pi and pi.
         **options
             Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
         """
         from fastdyn.plot.analysis.chaos import section
 

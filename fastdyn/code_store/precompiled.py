@@ -1,8 +1,8 @@
-"""Kernels that a wheel contains compiled: object files for levels of x86-64, by content.
+"""Compiled kernels of a wheel: object files for levels of x86-64, named by content.
 
 The files depend on fastdyn's sources and on the level, not on the versions of Python, NumPy or
-Numba.  A kernel of other sources has no file, a file that does not load is compiled anew, and a
-process with changed settings of Numba gets code of these settings.
+Numba.  A kernel is compiled in the process if its sources have changed, if its file does not load,
+or if the settings of Numba have changed.
 """
 
 import functools
@@ -22,7 +22,7 @@ LEVELS = {"x86-64-v4": _V4, "x86-64-v3": _V3, "x86-64-v2": _V2}  # the System V 
 
 @functools.cache
 def level():
-    """The level whose files are used; None without files, or with changed settings of Numba."""
+    """The level of this process; None without files, or with changed settings of Numba."""
     return None if changed() or not FOLDER.is_dir() else best_level()
 
 

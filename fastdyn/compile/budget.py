@@ -15,7 +15,7 @@ from typing import Any
 from fastdyn.trace.graph.clock import CLOCK
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
-from . import behind, memory
+from . import background, memory
 
 SECONDS = float(os.environ.get("FASTDYN_BUDGET", "0.3"))  # seconds; "inf" waits for all code
 SHARE = 0.2  # the limit is at least this share of the time of earlier solves in Python
@@ -91,7 +91,7 @@ def _made(account, make, end):
         try:
             return _against(end, make)
         except NotYet:
-            account.job = behind.Job(make)
+            account.job = background.Job(make)
     if not account.job.wait(end - perf_counter()):
         raise NotYet("")
     account.job, account.rounds = None, account.rounds + 1
@@ -116,8 +116,8 @@ def _against(end, make):
 
 def not_here():
     """Raise NotYet if a clock runs: Numba, which is called next, does not look at clocks."""
-    if behind.is_here():
-        behind.watch_numba()
+    if background.is_here():
+        background.watch_numba()
     elif CLOCK.check is not None:
         raise NotYet("Numba compiles it in another thread")
 
@@ -126,10 +126,10 @@ def not_here():
 def in_python(accounts):
     """The context of a kernel that calls functions in Python; the background thread rests."""
     begin = perf_counter()
-    behind.give_way(1)
+    background.give_way(1)
     try:
         yield
     finally:
-        behind.give_way(-1)
+        background.give_way(-1)
         for account in accounts:
             account.in_python += perf_counter() - begin

@@ -16,10 +16,10 @@ from .traced.met import why
 class VectorForm(NamedTuple):
     """A function in the form that a kernel on vectors needs.
 
-    `parameters` has a (type, value) for each parameter.  ``text(symbol)`` is the function on
-    vectors as LLVM text, of `n_results` vectors, None for one alone.  ``series(order)`` makes the
-    Taylor kernel on vectors, ``jacobian(time)`` the Jacobian and its text.  `raises` tells whether
-    the function may raise; its value is then NaN.
+    `parameters` has a (type, value) for each parameter.  ``text(symbol)`` is the LLVM text of the
+    function on vectors, with `n_results` vectors; None stands for a single vector.
+    ``series(order)`` makes the Taylor kernel on vectors, ``jacobian(time)`` the Jacobian and its
+    text.  `raises` tells whether the function may raise; it then returns NaN.
     """
 
     key: str

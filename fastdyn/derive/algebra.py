@@ -93,7 +93,7 @@ def _is_double(angle):
 
 
 def never_zero(expression):
-    """An equal form that is seen to be zero nowhere, or None."""
+    """An equal form that is evidently nonzero everywhere, or None."""
     if expression.is_nonzero:
         return expression
     if expression.has(sp.cos):
@@ -102,7 +102,7 @@ def never_zero(expression):
 
 
 def linear(expressions, unknowns) -> Any:
-    """(K, r) with K unknowns = r for expressions that are zero; None for what is not linear."""
+    """(K, r) with K unknowns = r, for expressions that are zero; None if one is not linear."""
     K = sp.Matrix([[sp.diff(e, u) for u in unknowns] for e in expressions])
     if K.free_symbols & set(unknowns):
         return None
@@ -111,7 +111,7 @@ def linear(expressions, unknowns) -> Any:
 
 
 class Formula(NamedTuple):
-    """An unknown in terms of the state, and of unknowns that are known before."""
+    """An unknown as an expression of the state and of unknowns that are computed before."""
 
     unknown: sp.Symbol
     value: Any
@@ -126,7 +126,7 @@ class Formula(NamedTuple):
 
 
 class Elimination(NamedTuple):
-    """Unknowns that the code finds by elimination: matrix unknowns = right."""
+    """Unknowns that the code computes by elimination: ``matrix * unknowns = right``."""
 
     unknowns: list[sp.Symbol]
     matrix: Any
@@ -139,7 +139,7 @@ class Elimination(NamedTuple):
 
 def solved(K, r, unknowns, limit) -> list[Any]:
     """
-    Solve K u = r: by formulas as long as they stay small, then by elimination in the code.
+    Solve K u = r by formulas, if the formulas are small, and by elimination in the code otherwise.
 
     Parameters
     ----------
@@ -147,12 +147,12 @@ def solved(K, r, unknowns, limit) -> list[Any]:
     unknowns : list of Symbol
         u.
     limit : int
-        Operations in a block of equations up to which unknowns of it get formulas.
+        The largest number of operations in a block of equations that is solved by formulas.
 
     Returns
     -------
     list of Formula and Elimination
-        In the order in which they can be evaluated.
+        In an order in which they can be evaluated.
     """
     steps = []
     for rows, columns in _blocks(K):
@@ -169,7 +169,7 @@ def _blocks(K):
     from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
     pattern = csr_array([[int(x != 0) for x in K.row(n)] for n in range(K.rows)])
-    row_of = maximum_bipartite_matching(pattern, perm_type="row")  # of each column
+    row_of = maximum_bipartite_matching(pattern, perm_type="row")  # row by column
     if (row_of < 0).any():
         raise ValueError("the equations of motion are singular")
     depends = pattern[row_of]
@@ -183,7 +183,7 @@ def _blocks(K):
 
 
 def _solved(K, r, unknowns, limit):
-    """The steps of one block: pivots that are zero nowhere first."""
+    """The steps of one block, which first take pivots that are nonzero everywhere."""
     rows = [[*K.row(n), r[n]] for n in range(len(r))]
     left, formulas = list(unknowns), []
     while _operations(rows) <= limit and (pivot := _pivot(rows)):
@@ -204,7 +204,7 @@ def _solved(K, r, unknowns, limit):
 
 
 def _reduced(line, row, c):
-    """An equation less the multiple of the pivot's that takes its column c to zero."""
+    """An equation minus a multiple of the pivot's equation, with column c eliminated."""
     if line[c] == 0:
         return line
     factor = line[c] / row[c]
@@ -218,7 +218,7 @@ def _operations(rows):
 
 
 def _pivot(rows):
-    """Place of an entry that is not zero for any state, where elimination fills in least."""
+    """The place of an entry that is nonzero for all states, with the least fill-in."""
     best, place = None, None
     for n, line in enumerate(rows):
         across = sum(x != 0 for x in line[:-1])

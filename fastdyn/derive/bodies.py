@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
 from .checks.given import refuse_negative
 from .friction.contact import Contact
@@ -10,7 +11,7 @@ from .notation import ZERO, OfTime, Rotation, cross, direction, dot, length, rat
 
 
 class Force(NamedTuple):
-    """A force on a body at a point, or a torque (`at` is None); `energy` where it has one."""
+    """A force on a body at a point, or a torque (`at` is None); `potential` if it has an energy."""
 
     vector: Any
     at: Any
@@ -31,11 +32,11 @@ class Body:
     Attributes
     ----------
     name : str
-        What explanations and errors call it.
+        The name in explanations and errors.
     mass : expression
         May be 0.
     position : vector
-        Of the centre of mass.
+        The centre of mass.
     """
 
     def __init__(self, model, name, mass, position):
@@ -51,15 +52,15 @@ class Body:
         return ZERO
 
     def to_laws(self):
-        """The rotation from the fixed frame to the one in which its laws are written."""
+        """The rotation from the fixed frame to the frame of the equations of the body."""
         return Rotation()
 
     def at(self, position):
-        """A point of the body, for what connects two of them."""
+        """The point of the body at a position, a vector, as an end of a spring or damper."""
         return Point(self, self._place(position))
 
     def velocity(self, at=None) -> Any:
-        """Velocity of the point of the body that is at a position, of its centre unless given."""
+        """The velocity of the point of the body at a position, by default the centre of mass."""
         return rate(self.position) + cross(self.omega, self._place(at) - self.position)
 
     def force(self, force, at=None):
@@ -69,14 +70,14 @@ class Body:
         Parameters
         ----------
         force : vector
-            In the fixed frame; reactions may occur in it as factors.
+            A vector in the fixed frame; reactions may be factors.
         at : vector, optional
-            Where it acts, the centre of mass unless given.
+            The point of action; by default the centre of mass.
         """
         self.forces.append(Force(vector(force, "a force"), self._place(at)))
 
     def drag(self, c, wind=0):
-        """Draw the resistance -c \\|u\\| u of the velocity u through the air."""
+        """Draw the drag -c \\|u\\| u; u is the velocity relative to the vector `wind`."""
         u = rate(self.position) - vector(wind, "the wind")
         self.force(-sp.sympify(c) * length(u) * u)
 
@@ -89,11 +90,16 @@ class Body:
         *directions : vector
             One constraint each, on velocities.
         at : vector, optional
-            The point of contact, as a position; the centre of mass unless given.
+            The point of contact, as a position; by default the centre of mass.
         reactions : sequence of expression, optional
             The size of the reaction along each direction; none for Lagrange's multipliers.
         over : vector
-            Velocity of what it rolls on.
+            The velocity of the ground.
+
+        Raises
+        ------
+        ValueError
+            If the number of reactions is not the number of directions.
         """
         self._holds(directions, at, reactions, over)
         held = self.model.constraints
@@ -130,27 +136,31 @@ class Body:
         guided=False,
     ):
         """
-        Touch something: no velocity along its normal, and friction along the slip.
+        Touch a surface: no velocity along the normal, and friction along the slip.
 
         Parameters
         ----------
         normal : vector
-            From what it touches to the body; its length does not count.
+            The direction from the surface to the body, of any length.
         reaction : expression
-            The size of the normal force, positive where it pushes. It may become negative, which
-            is warned of unless the body is `guided` on both sides.
+            The size of the normal force, positive where the surface pushes.  A run warns of a
+            negative force, unless the body is `guided` on both sides.
         at, over
             As for `rolls`.
         through : vector, optional
-            A point of the surface: the body is held there, so that a start off the surface is
-            taken to it, or refused. Without it the body is held where it starts.
+            A point of the surface.  The body is held on the surface through this point, and a start
+            off the surface is moved to the surface, or refused.  By default the surface goes
+            through the start.
         friction : expression
-            Its coefficient; with it `along`, the direction in which the body slips.
-            The friction acts against the slip, whichever way this is, and holds a body at rest
-            with whatever it takes up to the coefficient times the normal force; events switch
-            between the two.
+            The coefficient of friction.  The friction acts against the slip.  At rest, the friction
+            takes any size up to the coefficient times the normal force; events switch between slip
+            and rest.
         static : expression, optional
-            The coefficient at rest, if it is greater than that of slip.
+            The coefficient at rest, if greater than `friction`.
+        along : vector, optional
+            The direction of slip, required with `friction`.
+        guided : bool
+            True if the reaction may have either sign.
         """
         over, place = vector(over, "the velocity of the ground"), self._place(at)
         normal = direction(normal, "the normal")
@@ -192,9 +202,33 @@ class Particle(Body):
 
 
 def point(given):
-    """What a spring is attached to: a body, a point of one, or a place."""
+    """The Point of an end of a spring: a body, a point of a body, or a place."""
     if isinstance(given, Point):
         return given
     if isinstance(given, Body):
         return given.at(None)
     return Point(None, vector(given, "an end of a spring"))
+
+
+def between(a, b, along) -> Any:
+    """The points a and b, their distance, and the direction from a to b."""
+    a, b = point(a), point(b)
+    if a.body is None and b.body is None:
+        raise ValueError("a spring or a force between two places moves nothing.")
+    d = b.position - a.position
+    if along is None:
+        return a, b, length(d), d / length(d)
+    along = direction(along, "`along`")
+    if along.atoms(AppliedUndef):
+        raise ValueError(
+            "`along` of a spring is a direction that does not turn with the coordinates; "
+            "without it the spring acts along the line between its ends."
+        )
+    return a, b, dot(d, along), along
+
+
+def pull(a, b, force, potential=False):
+    """Draw a force on the body at a, and the opposite force on the body at b."""
+    for (body, place), one in ((a, force), (b, -force)):
+        if body is not None:
+            body.forces.append(Force(one.as_immutable(), place, potential))

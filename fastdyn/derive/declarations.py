@@ -1,4 +1,4 @@
-"""What a model knows by name: coordinates, numbers, reactions, what a driver gives."""
+"""The named objects of a model: coordinates, numbers, reactions, functions of drivers."""
 
 import keyword
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from .notation import of_time
 
 
 class Coordinate(NamedTuple):
-    """A coordinate: function of time, name of it and of its rate, unit and whether it is said."""
+    """A coordinate: function of time, name, name of its rate, unit, whether the unit was given."""
 
     function: Any
     name: str
@@ -35,7 +35,7 @@ class Number(NamedTuple):
 
 
 class Reaction(NamedTuple):
-    """A reaction of unknown size; whether its unit is said."""
+    """A reaction of unknown size, and whether its unit was given."""
 
     function: Any
     name: str
@@ -44,14 +44,14 @@ class Reaction(NamedTuple):
 
 
 class Input(NamedTuple):
-    """A function of time that a driver gives, and the names of it and of its rates."""
+    """A function of time from a driver, its name, and the names of its rates."""
 
     function: Any
     symbols: tuple[str, ...]
 
 
 class Driver(NamedTuple):
-    """A function of (t, w) that the user may exchange, and the names of what it returns."""
+    """A function of (t, w) that the user may replace, and the names of its results."""
 
     name: str
     default: Callable
@@ -59,7 +59,7 @@ class Driver(NamedTuple):
 
 
 class Constraint(NamedTuple):
-    """An expression of the positions, or of the velocities, that stays zero; what rolls by it."""
+    """An expression of positions or velocities that stays zero; the body that rolls, if any."""
 
     expression: Any
     name: str
@@ -68,7 +68,7 @@ class Constraint(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """Something for pictures: "spring", "damper", "line", "edge" or "surface", between points.
+    """A drawing between points: "spring", "damper", "line", "edge" or "surface".
 
     A point is (body, place), the body None for the ground; `across` is the normal of an edge or of
     a surface.
@@ -91,7 +91,7 @@ class Function(NamedTuple):
 
 
 class Declarations:
-    """Names and what they stand for; each name once."""
+    """The declared objects of a model, by unique names."""
 
     def __init__(self, name):
         self._taken: set[str] = {"t", "w", "_", "energy", "derivation", *RESERVED, *dir(System)}
@@ -104,20 +104,20 @@ class Declarations:
 
     def coordinates(self, names, units="", rates=None) -> Any:
         """
-        Functions of time, one a name.
+        Declare coordinates, functions of time.
 
         Parameters
         ----------
         names : str
-            Separated by spaces.
+            Names, separated by spaces.
         units : str
-            One for all, or one each; m unless given.
+            One unit for all names, or one unit for each name; by default m.
         rates : str, optional
-            Names of their rates in the state, "v" before the name unless given.
+            Names of the rates in the state; by default "v" and the name of the coordinate.
 
         Returns
         -------
-        One function, or a list of them.
+        One function, or a list of functions.
         """
         words = names.split()
         speeds = rates.split() if rates else [f"v{word}" for word in words]
@@ -131,28 +131,28 @@ class Declarations:
 
     def parameters(self, *, positive=True, **given) -> Any:
         """
-        Numbers of the equations.
+        Declare numbers of the equations.
 
         Parameters
         ----------
         positive : bool
-            Greater than zero, which shortens formulas and is checked; False for any.
+            Whether the numbers are greater than zero, which shortens formulas and is checked.
         **given : tuple
-            name=(default, unit) or (default, unit, meaning); of an angle also
+            name=(default, unit) or (default, unit, meaning); for an angle also
             name=("45 deg", "rad").
 
         Returns
         -------
-        One symbol, or a list of them.
+        One symbol, or a list of symbols.
         """
         return self._numbers(given, positive, False)
 
     def initial(self, *, positive=False, **given) -> Any:
-        """Numbers that set the start and nothing else, as `parameters`."""
+        """Declare numbers that only set the start, with the arguments of `parameters`."""
         return self._numbers(given, positive, True)
 
     def reactions(self, names, units="") -> Any:
-        """Reactions of unknown size, as `coordinates`; in N unless given."""
+        """Declare reactions of unknown size, in N by default; arguments as of `coordinates`."""
         words = names.split()
         for name, unit in zip(words, _each(units or "N", words), strict=True):
             self.declare(name)
@@ -161,20 +161,20 @@ class Declarations:
 
     def driver(self, gives, default, name="driver") -> Any:
         """
-        What a function ``driver(t, w)`` gives, which the system takes as a parameter.
+        Declare functions of time that a function ``driver(t, w)``, a parameter, returns.
 
         Parameters
         ----------
         gives : str
-            What it returns, in order: names, and rates of them with ' after the name.
+            The names of the results, in order; a name with ' is the rate of a result.
         default : callable
-            Plain Python, of numbers.
+            A plain Python function of numbers.
         name : str
             Name of the parameter.
 
         Returns
         -------
-        One function of time, or a list of them; their rates are `rate` of them.
+        One function of time, or a list of functions; `rate` gives their rates.
         """
         self.declare(name)
         words = [(word.rstrip("'"), word.count("'")) for word in gives.split()]
@@ -191,7 +191,7 @@ class Declarations:
         return _one_or_all([one.function for one in self.inputs[-len(orders) :]])
 
     def declare(self, *names):
-        """Take names, each once."""
+        """Reserve names; raises ValueError for a name that is declared already."""
         for name in map(_identifier, names):
             if name in self._taken:
                 raise ValueError(
@@ -201,7 +201,7 @@ class Declarations:
             self._taken.add(name)
 
     def free_name(self, stem):
-        """A name that is not taken: the stem and a number."""
+        """A free name: the stem and a number."""
         return next(s for n in range(1, 1000) if (s := f"{stem}{n}") not in self._taken)
 
     def _numbers(self, given, positive, initial):

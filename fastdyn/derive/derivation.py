@@ -19,15 +19,15 @@ from .kinematics import Motion
 from .notation import now
 from .start import Start
 
-LIMIT = 250  # operations of the equations, up to which they are solved by formulas
+LIMIT = 250  # equations with at most so many operations are solved by formulas
 
 
 class Held(NamedTuple):
-    """A constraint: its residual, the rate of this, and the row A q'' = b."""
+    """A constraint: its residual, the rate of the residual, and the row of A q'' = b."""
 
     name: str
     unit: str
-    position: Any  # None for one on velocities
+    position: Any  # None for a constraint on velocities
     velocity: Any
     row: sp.Matrix
     b: Any
@@ -35,7 +35,7 @@ class Held(NamedTuple):
 
 class Derivation:
     """
-    Equations of motion of a model, and how they were found.
+    The equations of motion of a model, and the steps of their derivation.
 
     Parameters
     ----------
@@ -52,9 +52,9 @@ class Derivation:
     unknowns : list of Symbol
         Accelerations, then reactions.
     K, r : Matrix
-        The equations K u = r that determine them.
+        The equations K u = r that determine the unknowns u.
     steps : list of Formula and Elimination
-        How they are found, in this order; see `algebra.solved`.
+        The computation of the unknowns, in this order; see `algebra.solved`.
 
     Raises
     ------
@@ -77,7 +77,7 @@ class Derivation:
         refuse_impossible_bodies(self, {one.symbol: sp.Float(one.default) for one in model.numbers})
         self.bodies = [laws.Moving(self, body) for body in model.bodies]
         self.held = [one for c in model.constraints if (one := self._held(c))]
-        self.start = Start(model, self.motion, self.held)  # of what rests later, before it does
+        self.start = Start(model, self.motion, self.held)  # before contacts rest
         slips = [Constraint(one.slip, one.names[1], "m/s") for one in resting]
         self.held = self.held + [one for c in slips if (one := self._held(c))]
         self.potential = self.plain(sum(model.energies, start=sp.S.Zero)) - sum(
@@ -95,7 +95,7 @@ class Derivation:
             warn_of_traps(self)
 
     def plain(self, expression):
-        """An expression of the model in plain symbols, refused if something in it is unknown."""
+        """An expression in plain symbols; raises ValueError for undeclared symbols."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.plain)
         motion = self.motion
@@ -113,7 +113,7 @@ class Derivation:
         return found
 
     def _held(self, constraint):
-        """A constraint down to the accelerations; None if the coordinates satisfy it anyway."""
+        """The Held of a constraint; None if the coordinates satisfy the constraint identically."""
         motion, residual = self.motion, shortened(self.plain(constraint.expression))
         if residual == 0:
             return None
@@ -144,11 +144,11 @@ class Derivation:
         return [*body.forces, *friction]
 
     def explain(self):
-        """The nine steps, an `Explanation`: print it, or let a notebook show it."""
+        """The nine steps of the derivation, an `Explanation`, to print or to show in a notebook."""
         return Explanation(self)
 
     def residuals(self):
-        """The equations that determine the unknowns, as what is zero."""
+        """The equations that determine the unknowns, as expressions that are zero."""
         return list(self.K * sp.Matrix(self.unknowns) - self.r)
 
     def reaction_units(self):

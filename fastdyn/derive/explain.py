@@ -28,7 +28,7 @@ class Line:
 
 class Explanation:
     """
-    How equations of motion were found: ``print(...)``, or shown by a notebook.
+    The steps of a derivation: ``print(...)``, or the output of a cell in a notebook.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Explanation:
         return "\n".join(lines)
 
     def latex(self):
-        """LaTeX, to be put into a document."""
+        """LaTeX, for a document."""
         parts = [rf"\section*{{{_escaped(self.title)}}}", r"\begin{enumerate}"]
         for heading, step in self.steps:
             parts.append(rf"\item \textbf{{{heading}.}}")
@@ -64,7 +64,7 @@ class Explanation:
         return "\n".join([*parts, r"\end{enumerate}"])
 
     def html(self):
-        """HTML with formulas in LaTeX between dollars, for what has MathJax, as notebooks do."""
+        """HTML with formulas in LaTeX between dollars, for MathJax, as in notebooks."""
         parts = [f"<h3>{web.escape(self.title)}</h3>", "<ol>"]
         for heading, step in self.steps:
             parts.append(f"<li><b>{heading}</b>")

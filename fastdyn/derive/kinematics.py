@@ -1,4 +1,4 @@
-"""Functions of time as plain symbols, and what their derivatives are: the chain rule."""
+"""Replaces functions of time by plain symbols, and differentiates them by the chain rule."""
 
 import itertools
 
@@ -10,16 +10,16 @@ from .notation import now, t, with_one_time
 
 class Motion:
     """
-    Coordinates, their rates and accelerations, and what a driver gives, as plain symbols.
+    Coordinates, rates, accelerations, reactions and the functions of drivers, as plain symbols.
 
     Attributes
     ----------
     q, v, a : list of Symbol
         Coordinates, rates, accelerations.
     reactions, inputs : list of Symbol
-        Reactions, and what the drivers give with its rates; also `senses`, that are 1 or -1.
+        Reactions; and the functions of drivers, their rates, and the `senses`.
     senses : list of Symbol
-        See `friction.Contact`.
+        Symbols with the value 1 or -1: see `friction.Contact`.
     plain : dict
         The symbol of each function of time and each of its derivatives.
     """
@@ -41,13 +41,16 @@ class Motion:
             self._chain(one.function, [symbol])
 
     def _chain(self, function, symbols):
-        """A function of time and its derivatives, as far as they are known."""
+        """Map a function of time and its derivatives to symbols, one for each derivative."""
         self.plain |= {_derivative(function, n): s for n, s in enumerate(symbols)}
         self._next |= dict(itertools.pairwise(symbols))
         self._last.add(symbols[-1])
 
     def symbols(self, expression):
-        """An expression of functions of time in plain symbols, functions of one name being one."""
+        """An expression with plain symbols instead of functions of time.
+
+        Functions with equal names become one symbol.
+        """
         expression = with_one_time(expression)
         functions = {f for f in self.plain if isinstance(f, AppliedUndef)}
         ours = {f.func.__name__: f for f in functions}
@@ -71,12 +74,12 @@ class Motion:
         return total
 
     def functions(self, expression):
-        """An expression of plain symbols in functions of time again."""
+        """An expression with functions of time instead of plain symbols: undoes `symbols`."""
         return expression.xreplace({symbol: f for f, symbol in self.plain.items()})
 
 
 def _is_of_time(function, names):
-    """Whether a function, of t alone, has a name that is declared."""
+    """Whether a function depends on t alone, and has one of the names."""
     return function.func.__name__ in names and function.args == (t,)
 
 

@@ -9,7 +9,7 @@ from .notation import ZERO, Rotation
 
 
 class Moving:
-    """A body in plain symbols: where it is, how it moves, what acts on it."""
+    """The position, motion and forces of a body, in plain symbols."""
 
     def __init__(self, derivation, body):
         plain, rate, self._v = derivation.plain, derivation.motion.rate, derivation.motion.v
@@ -43,7 +43,7 @@ class Moving:
         return self.mass * self.v.dot(self.v) / 2 + self.omega.dot(self.momentum) / 2
 
     def resultant(self) -> Any:
-        """Force and torque about the centre of mass of all that acts."""
+        """The sum of all forces, and of all torques about the centre of mass."""
         force, torque = self.weight, ZERO
         for one in self.forces:
             if one.at is None:
@@ -54,7 +54,7 @@ class Moving:
         return force, shortened(self.to_laws * torque)
 
     def partial(self):
-        """Change of velocity and of angular velocity with each rate: two matrices of 3 x n."""
+        """The derivatives of velocity and angular velocity by the rates: two 3 x n matrices."""
         return self.v.jacobian(self._v), self.omega.jacobian(self._v)
 
     def work(self, force):
@@ -67,7 +67,7 @@ class Moving:
 
 
 class Law(NamedTuple):
-    """One equation: what it is called, and its two sides."""
+    """One equation: its name, and its two sides."""
 
     name: str
     left: Any
@@ -82,8 +82,9 @@ class Laws(NamedTuple):
     """
     Equations of motion before the constraints.
 
-    `written` as they are on the blackboard; `candidates` the combinations of them from which those
-    that determine the unknowns are chosen, in this order; `reactions` the unknown ones among them.
+    `written` are the equations on the blackboard.  `candidates` are combinations of these
+    equations; the equations that determine the unknowns are chosen from them, in this order.
+    `reactions` are the unknown reactions in the equations.
     """
 
     written: list[Law]
@@ -92,7 +93,7 @@ class Laws(NamedTuple):
 
 
 def newton(derivation):
-    """Newton's and Euler's laws, and their components along what can move and what reacts."""
+    """Newton's and Euler's laws, and their components along the motions and the reactions."""
     motion, written, balances = derivation.motion, [], []
     for one in derivation.bodies:
         force, torque = one.resultant()
@@ -110,7 +111,7 @@ def newton(derivation):
         for n in range(len(motion.q))
     ]
     working: Any = sp.Matrix([shortened(sp.expand(one)) for one in moving])
-    idle = [R for R in motion.reactions if not working.has(R)]  # which those equations leave open
+    idle = [R for R in motion.reactions if not working.has(R)]  # reactions without work
     ordered = [*idle, *(R for R in motion.reactions if R not in idle)]
     reacting = [_reacting(R, balances, motion.reactions) for R in ordered]
     reacting = [one for one in reacting if one is not None]
@@ -118,7 +119,7 @@ def newton(derivation):
 
 
 def _reacting(R, balances, reactions):
-    """The balance of forces, or of torques, along a reaction where fewest others act."""
+    """The balance of forces or torques along a reaction that contains fewest other reactions."""
     drawn = [
         (len(total.free_symbols & {*reactions}), n)
         for n, (_, _, total) in enumerate(balances)
@@ -157,7 +158,7 @@ def lagrange(derivation):
 
 
 def _refuse_curved(derivation):
-    """A multiplier's force has a direction only where a constraint is linear in the velocities."""
+    """Refuse constraints that are not linear in the velocities: a multiplier has no direction."""
     for one in derivation.held:
         if one.row.free_symbols & {*derivation.motion.v}:
             raise ValueError(

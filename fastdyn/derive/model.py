@@ -1,31 +1,30 @@
-"""What stands on the blackboard: bodies, forces, constraints, a start."""
+"""A model as a blackboard shows the model: bodies, forces, constraints, a start."""
 
 from typing import Any
 
 import sympy as sp
-from sympy.core.function import AppliedUndef
 
-from .bodies import Body, Force, Particle, point
+from .bodies import Body, Particle, between, point, pull
 from .checks.given import component_of, residual_of
 from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact
-from .notation import ZERO, direction, dot, length, rate, vector
+from .notation import ZERO, rate, vector
 from .rigid import RigidBody
 
 
 class Model(Declarations):
     """
-    A mechanical system as it is drawn and written on a blackboard.
+    A mechanical system, drawn and written as on a blackboard.
 
     Parameters
     ----------
     name : str
-        An identifier, by which explanations, errors and the command line know it.
+        An identifier, for explanations, errors and the command line.
     title : str
         A heading.
     source : str
-        Where it is from.
+        The book or script that the system is from.
     t_end : float
         Default end of the run, s.
 
@@ -49,7 +48,7 @@ class Model(Declarations):
         self.functions: list[Function] = []
         self.contacts: list[Contact] = []
         self.drawn: list[Drawn] = []
-        self.lengths: list[Any] = []  # of springs and others, which have a direction
+        self.lengths: list[Any] = []  # lengths of springs and others along their own direction
         self.pushing: dict[str, str] = {}  # reactions that push, and the bodies that they push
         self.field = ZERO
         self.energies: list[sp.Expr] = []
@@ -59,23 +58,33 @@ class Model(Declarations):
     # -- bodies
 
     def particle(self, mass, position, name="") -> Any:
-        """A point with a mass, `Particle`; the position is a vector, as x*i + y*j."""
-        return self._add(Particle(self, name or self._numbered("mass"), mass, position))
-
-    def body(self, mass, position, inertia: Any = 0, turned: Any = 0, name="") -> Any:
         """
-        A rigid body, `RigidBody`.
+        A point with a mass, a `Particle`.
 
         Parameters
         ----------
         mass : expression
         position : vector
-            Of the centre of mass.
+            For example ``x*i + y*j``.
+        name : str, optional
+        """
+        return self._add(Particle(self, name or self._numbered("mass"), mass, position))
+
+    def body(self, mass, position, inertia: Any = 0, turned: Any = 0, name="") -> Any:
+        """
+        A rigid body, a `RigidBody`.
+
+        Parameters
+        ----------
+        mass : expression
+        position : vector
+            The centre of mass.
         inertia : expression or tuple of three
-            Moment of inertia about k through the centre of mass; in space those about the three
-            axes of the body.
+            Moment of inertia about k through the centre of mass; in space, the three moments about
+            the axes of the body.
         turned : expression or Rotation
             Angle about k, counterclockwise; or the rotation from the frame of the body.
+        name : str, optional
         """
         name = name or self._numbered("body")
         return self._add(RigidBody(self, name, mass, position, inertia, turned))
@@ -83,105 +92,110 @@ class Model(Declarations):
     # -- forces that have an energy, and between bodies
 
     def gravity(self, g):
-        """Weight of all bodies: g is the vector of the acceleration of gravity."""
+        """Let all bodies have weight; the vector `g` is the acceleration of gravity."""
         self.field = vector(g, "the acceleration of gravity")
 
     def spring(self, a, b, stiffness, natural=0, along=None):
         """
-        A spring between two points: bodies, points of them (`Body.at`), or places.
+        Draw a linear spring between two points.
 
         Parameters
         ----------
+        a, b : Body, Point or vector
+            The ends: centres of bodies, points of bodies (`Body.at`), or fixed places.
         stiffness : expression
+            Force over elongation.
         natural : expression
             Length without load.
         along : vector, optional
-            Direction from a to b that the spring keeps; its length is then counted along it, and
+            A fixed direction from a to b.  The length is then measured along this direction, and
             may become negative.
         """
         self.central(a, b, lambda r: sp.sympify(stiffness) * (r - natural) ** 2 / 2, along)
         self.draw("spring", a, b)
 
     def central(self, a, b, energy, along=None):
-        """A force between two points with an energy that depends on their distance r alone."""
+        """
+        Draw a central force between two points: see `spring` for `a`, `b` and `along`.
+
+        ``energy(r)`` is the potential energy, an expression of the distance r.
+        """
         a, b, r, direction = self._between(a, b, along)
         x = sp.Symbol("r", positive=True)
-        pull = sp.diff(energy(x), x).subs(x, r)
-        self._pair(a, b, pull * direction, potential=True)
+        force = sp.diff(energy(x), x).subs(x, r)
+        pull(a, b, force * direction, potential=True)
         self.energies.append(energy(x).subs(x, r))
         self.draw("force", a, b)
 
     def damper(self, a, b, c, along=None):
-        """A damper between two points: a force of c times the rate of their distance."""
+        """Draw a damper: a force of c times the rate of the distance of a and b, see `spring`."""
         a, b, r, direction = self._between(a, b, along)
-        self._pair(a, b, c * rate(r) * direction)
+        pull(a, b, c * rate(r) * direction)
         self.draw("damper", a, b)
 
     # -- pictures
 
     def line(self, *points):
         """
-        Draw a line in pictures: through bodies, points of them (`Body.at`), or places.
+        Draw a line in pictures through bodies, points of bodies (`Body.at`), or places.
 
-        Rods, hinges and cables are found by the distances that the motion keeps; a line is for
-        what is not, as a rail, or a rod to a pivot that is moved.
+        Pictures show rods, hinges and cables without a line, because the motion keeps their
+        lengths.  Draw a line for other things, such as a rail, or a rod to a moving pivot.
         """
         if len(points) < 2:
             raise ValueError("a line goes through two points or more.")
         self.draw("line", *points)
 
     def draw(self, kind, *points, across=None):
-        """Take something that pictures show, see `Drawn`."""
+        """Add a drawing to the pictures of the system: see `Drawn`."""
         self.drawn.append(Drawn(kind, tuple(map(point, points)), across))
 
     # -- constraints, start, and what else is asked for
 
     def constrain(self, expression, name="", unit="m"):
         """
-        What is zero: an expression of the positions, or of the velocities too.
+        Constrain the motion: an expression of positions, or also of velocities, is zero.
 
         Parameters
         ----------
         expression : expression
-            Of coordinates, or of their rates (``rate(x)``), linear in these; ``Eq(a, b)``, too.
-        name : str
-            Name of the residual.
-        unit : str
-            Its unit.
+            An expression of coordinates, or of coordinates and their rates (``rate(x)``), linear in
+            the rates; or an equation ``Eq(a, b)``.
+        name, unit : str
+            Name and unit of the residual.
         """
         expression, name = residual_of(expression), name or self.free_name("constraint")
         self.declare(name, f"{name}_rate", f"lambda_{name}")
         self.constraints.append(Constraint(expression, name, unit))
 
     def rubs(self, contact):
-        """Take a contact with friction, see `Body.slides`."""
+        """Add a contact with friction: see `Body.slides`."""
         self.declare(*contact.names)
         self.contacts.append(contact)
 
     def start(self, **values):
         """
-        State at t = 0, by the names of coordinates and rates: numbers, or expressions of numbers.
+        Set the state at t = 0, by the names of coordinates and rates, in SI units.
 
-        What is not given is 0; where there are constraints it is what satisfies them, looked for
-        from `guess`.
+        A value is a number, or an expression of the model's numbers.  Components without a value
+        are 0; with constraints, Newton's iteration from `guess` finds these components.
         """
         self.given |= self._of_state(values)
 
     def guess(self, **values):
-        """Where to look for the part of the start that the constraints determine, from 0 unless
-        given."""
+        """Guess components of the start that the constraints determine; without a guess, 0."""
         self.guesses |= self._of_state(values)
 
     def quantity(self, name, expression, unit="", label=""):
-        """Something to be known along the motion, an expression of all there is."""
+        """Define an output: an expression of coordinates, rates, reactions, numbers and time."""
         self._function("quantity", name, expression, unit, label)
 
     def invariant(self, name, expression, unit="", label=""):
-        """As `quantity`, of what the motion keeps; it is checked."""
+        """Define an output as `quantity` does; checks of a run test that the output is constant."""
         self._function("invariant", name, expression, unit, label)
 
     def event(self, name, expression, *, direction=0, terminal=False):
-        """A function whose zeros are events, ``solve(events=name)``."""
+        """Define an event: zeros of an expression, for ``solve(events=name)``; see `solve_ivp`."""
         about = {"direction": direction, "terminal": terminal}
         self._function("event", name, expression, "", "", about)
 
@@ -199,7 +213,7 @@ class Model(Declarations):
         """
         Equations of motion from Lagrange's equations, a `Derivation`.
 
-        The reactions that are drawn do their work in them; where none of them does, each
+        Reactions that are drawn contribute their work.  If no drawn reaction does work, each
         constraint has a multiplier.
         """
         return Derivation(self, "lagrange")
@@ -209,34 +223,15 @@ class Model(Declarations):
         return body
 
     def _numbered(self, kind):
-        """The name of a body that was given none."""
+        """The name of a body without a given name."""
         same = sum(one.name.startswith(kind) for one in self.bodies)
         return f"{kind} {same + 1}" if same else kind
 
     def _between(self, a, b, along) -> Any:
-        """Two points, their distance and the direction from a to b."""
-        a, b = point(a), point(b)
-        if a.body is None and b.body is None:
-            raise ValueError("a spring or a force between two places moves nothing.")
-        d = b.position - a.position
+        found = between(a, b, along)
         if along is None:
-            r = length(d)
-            self.lengths.append(r)
-            return a, b, r, d / r
-        along = direction(along, "`along`")
-        if along.atoms(AppliedUndef):
-            raise ValueError(
-                "`along` of a spring is a direction that does not turn with the coordinates; "
-                "without it the spring acts along the line between its ends."
-            )
-        return a, b, dot(d, along), along
-
-    @staticmethod
-    def _pair(a, b, force, potential=False):
-        """Draw a force on what is at a, and the opposite one at b."""
-        for (body, place), one in ((a, force), (b, -force)):
-            if body is not None:
-                body.forces.append(Force(one.as_immutable(), place, potential))
+            self.lengths.append(found[2])
+        return found
 
     def _of_state(self, values):
         known = {one.name: one.unit for one in self.coordinate_list}

@@ -70,7 +70,7 @@ def with_one_time(expression, time=t) -> Any:
 
 
 def rate(expression, order=1) -> Any:
-    """Derivative with respect to time, of a number or of a vector."""
+    """The derivative of a number or vector with respect to time, of a given order."""
     there = with_one_time(expression, now)  # |t| has a simple derivative where t is real
     return with_one_time(sp.diff(there, now, order))
 
@@ -91,7 +91,7 @@ def length(a) -> Any:
 
 
 def vector(given, what="a vector") -> Any:
-    """What is given as a column of three; 0 is the vector of zeros."""
+    """A vector as a column of three; 0 stands for the vector of zeros."""
     if isinstance(given, sp.MatrixBase) and given.shape == (3, 1):
         return sp.ImmutableMatrix(given)
     if not isinstance(given, sp.MatrixBase) and given == 0:
@@ -100,7 +100,7 @@ def vector(given, what="a vector") -> Any:
 
 
 def direction(given, what) -> Any:
-    """A vector of length one along a vector; as it is given where its length is one anyway."""
+    """The unit vector along a vector; a vector that has length one is returned unchanged."""
     along = vector(given, what)
     if along == ZERO:
         raise ValueError(f"{what} has no direction: it is 0.")
@@ -116,14 +116,14 @@ def direction(given, what) -> Any:
 
 class Rotation:
     """
-    Turns about axes that are carried along, one after the other: ``rotation(phi, k) * ...``.
+    Rotations about body-fixed axes, one after the other: ``rotation(phi, k) * ...``.
 
-    Times a vector of the turned frame it gives the vector in the fixed frame; times another
-    rotation, both in a row.
+    A Rotation times a vector of the turned frame is the vector in the fixed frame.  A Rotation
+    times another Rotation is the composition of both.
     """
 
     def __init__(self, *turns):
-        self.turns = turns  # (angle, axis in the frame that the turns before have made)
+        self.turns = turns  # (angle, axis in the frame after the turns before)
 
     def __mul__(self, other) -> Any:
         if isinstance(other, Rotation):
@@ -146,7 +146,7 @@ class Rotation:
 
 
 def rotation(angle, axis=k):
-    """The turn by an angle about a direction, counterclockwise about k unless said."""
+    """The Rotation by an angle about the vector `axis`, counterclockwise, by default about k."""
     return Rotation((sp.sympify(angle), direction(axis, "the axis of a rotation")))
 
 

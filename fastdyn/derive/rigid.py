@@ -1,4 +1,4 @@
-"""Rigid bodies: how they are turned, and their moments of inertia."""
+"""Rigid bodies: their rotation, and their moments of inertia."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from .notation import ZERO, Rotation, dot, k, rotation, vector
 
 
 class RigidBody(Body):
-    """A body that turns; `inertia` about its centre of mass, in its own frame."""
+    """A body that turns; `inertia` is about the centre of mass, in the frame of the body."""
 
     rigid = True
 
@@ -32,7 +32,7 @@ class RigidBody(Body):
             self._turns("a moment of inertia")
 
     def _turns(self, what):
-        """Refuse what has no effect on a body that does not turn."""
+        """Refuse a torque or an inertia, which have no effect on a body that does not turn."""
         if self.omega == ZERO:
             raise ValueError(
                 f"{self.name} has {what}, but it does not turn: give its angle, "
@@ -45,7 +45,7 @@ class RigidBody(Body):
         self.forces.append(Force(vector(torque, "a torque"), None))
 
     def to_laws(self):
-        """The rotation to the frame of Euler's law: its own, unless the body is one of rotation."""
+        """The rotation to the frame of Euler's law: the frame of the body, unless symmetric."""
         return self.rotation.inverse() if len({*self.inertia}) == 3 else Rotation()
 
     def momentum(self) -> Any:

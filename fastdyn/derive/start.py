@@ -1,4 +1,4 @@
-"""States on the constraints: found by Newton's iteration on what is not given."""
+"""States on the constraints: Newton's iteration finds the components that are not given."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from .code import function, real_text
 from .notation import now
 
 ITERATIONS = 60
-ROUNDING = 1e-12  # of the largest term of a residual
+ROUNDING = 1e-12  # residual that counts as zero, relative to its largest term
 
 
 class Residuals:
@@ -21,7 +21,7 @@ class Residuals:
     motion : Motion
     held : list of Held
     numbers : list of Symbol
-        Parameters, and whatever else the constraints depend on.
+        Parameters, and all other symbols in the constraints.
     """
 
     def __init__(self, motion, held, numbers):
@@ -33,7 +33,7 @@ class Residuals:
 
     def settle(self, numbers, q, v, free):
         """
-        The state near (q, v) that satisfies the constraints, and what is left of them.
+        The state near (q, v) that satisfies the constraints, and the remaining residuals.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ def _residuals(arguments, expressions, variables) -> Any:
 
 
 def _newton(function, x, free):
-    """Steps of least length that take residuals to zero; x, and the residuals that remain."""
+    """Newton's iteration with steps of least length; returns x and the remaining residuals."""
     value, rows = function(x)
     for _ in range(ITERATIONS):
         size = np.abs(rows) @ np.abs(x) + np.abs(value)
@@ -101,7 +101,7 @@ def _by_name(names, left):
 
 class Start:
     """
-    The state at t = 0: what is given, and what the constraints make of the rest.
+    The state at t = 0: given components, and components that the constraints determine.
 
     Parameters
     ----------
@@ -142,13 +142,13 @@ class Start:
         Parameters
         ----------
         numbers : sequence of float
-            All of the model, in order; arrays too where there are no constraints.
+            All numbers of the model, in order; arrays are allowed without constraints.
         drivers : sequence of callable
 
         Raises
         ------
         ValueError
-            If what is given violates the constraints.
+            If the given components violate the constraints.
         """
         begin = self._begin(*numbers)
         if self._residuals is None:
@@ -165,7 +165,7 @@ class Start:
         return state.tolist()
 
     def settled(self, t, state, numbers, drivers, free) -> Any:
-        """The state on the constraints near another one, and residuals that remain, by name."""
+        """The state on the constraints near a state, and the remaining residuals, by name."""
         if self._residuals is None:
             return np.asarray(state, float), {}
         given: dict[str, Any] = dict.fromkeys(self._senses, 1.0)

@@ -24,7 +24,7 @@ from .checks.consistency import kept, singular
 from .checks.runs import refuse_coincidence, refuse_impossible_bodies, warn_of_pull
 from .writing import Writer
 
-KEPT = 1e-9  # of the largest term of the rate of what is an invariant
+KEPT = 1e-9  # largest rate of an invariant, relative to the largest term of the rate
 
 
 class DerivedSystem(System):
@@ -34,7 +34,7 @@ class DerivedSystem(System):
     Attributes
     ----------
     derivation : Derivation
-        How its equations were found; ``derivation.explain()`` says it.
+        The derivation of the equations; ``derivation.explain()`` prints its steps.
     """
 
     derivation: ClassVar[Any]
@@ -56,7 +56,7 @@ class DerivedSystem(System):
     def solve(
         self, t_span: Any = None, y0: Any = None, method: Any = "RK45", project=None, **options: Any
     ):
-        """As `System.solve`; a start without direction is refused, contacts that pull warned of."""
+        """As `System.solve`; refuses springs without direction, and warns of contacts that pull."""
         self.refuse_coincidence(t_span, y0)
         result = super().solve(t_span, y0, method, project, **options)
 
@@ -74,7 +74,7 @@ class DerivedSystem(System):
             refuse_coincidence(self, 0.0 if t_span is None else t_span[0], w)
 
     def initial_state(self):
-        """State at t = 0, on the constraints; ValueError if what is given violates them."""
+        """State at t = 0, on the constraints; ValueError if given components violate them."""
         model = self.derivation.model
         numbers = [getattr(self, str(one.symbol)) for one in model.numbers]
         drivers = [getattr(self, one.name) for one in model.drivers]
@@ -85,20 +85,20 @@ class DerivedSystem(System):
         return self.stage([t], np.reshape(np.asarray(w, float), (-1, 1)))(t, w)
 
     def stage(self, t, y):
-        """As `System.stage`: what goes far is drawn larger."""
+        """As `System.stage`; a system that travels far is drawn larger."""
         from .picture.scenes import picture
 
         return picture(self).stage(t, y)
 
     def figure(self, results, **options):
-        """The system with the paths of its bodies, beside what its motion is against time."""
+        """The system with the paths of its bodies, beside the components of the state over time."""
         from .picture.figure import figure
 
         return figure(results, **options)
 
 
 def system_of(derivation, kind=DerivedSystem):
-    """The class of the system, a `kind`, with everything that its derivation knows."""
+    """The class of the derived system, a subclass of `kind`."""
     model, writer = derivation.model, Writer(derivation)
     space: dict[str, Any] = {
         "__doc__": _described(derivation),
@@ -136,7 +136,7 @@ def _states(model):
 
 
 def functions_of(derivation, writer):
-    """Energy, reactions, residuals of the constraints, and what the user asks for."""
+    """Energy, reactions, residuals of the constraints, and functions of the user."""
     model, found = derivation.model, {}
 
     def add(kind, name, expression, unit, label, **options):
@@ -176,7 +176,7 @@ def functions_of(derivation, writer):
 
 
 def metric(derivation):
-    """The masses by which a projection measures; where they cannot, every component counts 1."""
+    """The masses that weigh a projection; if they are not regular, all components weigh 1."""
     v = derivation.motion.v
     masses = shortened(sp.hessian(sp.expand(derivation.kinetic), v))
     rows = [one.row for one in derivation.held if one.position is not None]

@@ -1,4 +1,4 @@
-"""The functions of a system as Python text: only what each of them needs, each part once."""
+"""Writes the functions of a system as Python text, with common parts computed once."""
 
 import itertools
 from typing import Any
@@ -7,7 +7,7 @@ import sympy as sp
 
 from .code import function, real_text
 
-STEPS = 3  # of Newton's iteration, in a projection: errors of 1e-2 are taken to rounding
+STEPS = 3  # Newton steps in a projection, enough to reduce errors of 1e-2 to rounding
 
 
 class Writer:
@@ -18,7 +18,7 @@ class Writer:
     ----------
     derivation : Derivation
     senses : dict of str to float
-        Those of the contacts that slip, see `friction.Contact`; 1 unless given.
+        The senses of the slipping contacts, by default 1: see `friction.Contact`.
     beside : sequence of str
         Names of further components of the state.
     """
@@ -37,13 +37,13 @@ class Writer:
         self._names |= {str(one) for one in derivation.unknowns}
 
     def number(self, name, expression, arrays=True):
-        """A function that returns a number; of NumPy where nothing has to be solved."""
+        """A function that returns a number; it takes arrays if no system has to be solved."""
         lines, (text,) = self.body([expression])
         arrays = arrays and not any("solve_linear" in line for line in lines)
         return function(name, self.arguments, [*lines, f"return {text}"], arrays)
 
     def numbers(self, name, expressions, given="[{}]".format):
-        """A function that returns several numbers: a list of them, or what `given` says."""
+        """A function that returns several numbers, as a list, or in the format `given`."""
         lines, results = self.body(expressions)
         return function(name, self.arguments, [*lines, f"return {given(', '.join(results))}"])
 
@@ -52,7 +52,7 @@ class Writer:
         return self.numbers("rhs", [*self.motion.v, *self.motion.a, *beside])
 
     def body(self, results):
-        """Lines that compute expressions, and how these are written at last."""
+        """Lines that compute common parts, and the texts of the results in these parts."""
         steps = self._needed(results)
         parts, short = self._shared([*itertools.chain(*(s.needs for s in steps)), *results])
         brief = iter(short)
@@ -60,7 +60,7 @@ class Writer:
         results, order, known = list(brief), [], set()
 
         def need(expressions):
-            """Put what expressions need into order."""
+            """Append the steps that expressions need, in the order of evaluation."""
             for symbol in sorted(set().union(*(e.free_symbols for e in expressions)), key=str):
                 if symbol in known:
                     continue
@@ -103,7 +103,7 @@ class Writer:
         return (sp.Symbol(name) for name in names if name not in self._names)
 
     def _shared(self, expressions):
-        """Common parts by name, and the expressions with these names in them."""
+        """Common parts by name, and the expressions with these names inserted."""
         found: Any
         short: Any
         found, short = sp.cse(list(expressions), symbols=self._numbered(), order="none")
@@ -132,12 +132,12 @@ class Writer:
 
     def project(self, metric):
         """
-        The function that takes a state to the nearest one on the constraints.
+        The function that moves a state to the nearest state on the constraints.
 
         Parameters
         ----------
         metric : Matrix
-            What measures distances: the masses.
+            The masses, which measure distances.
         """
         on_positions = [one for one in self.held if one.position is not None]
         q, v = self.motion.q, self.motion.v
@@ -159,7 +159,7 @@ class Writer:
         return function("project", self.arguments, lines)
 
     def _shift(self, metric, rows, residuals, moved):
-        """Lines that take the least step to where linear residuals are zero."""
+        """Lines that take the shortest step to a zero of linear residuals."""
         n, count = len(moved), len(residuals)
         parts, short = self._shared([*metric, *rows, *residuals])
         mass, rows, off = short[: n * n], short[n * n : -count], short[-count:]
@@ -171,7 +171,7 @@ class Writer:
 
 
 def _elimination(unknowns, entries):
-    """The line that solves linear equations, of the entries of matrix and right-hand side."""
+    """The line that solves linear equations; `entries` are those of matrix and right-hand side."""
     n = len(unknowns)
     names = f"{unknowns[0]}," if n == 1 else ", ".join(map(str, unknowns))
     return f"{names} = solve_linear({_rows(entries[: n * n], n)}, {_tuple(entries[n * n :])})"

@@ -27,7 +27,7 @@ class Comparison(dict):
         return table(self)
 
     def plot(self, **options):
-        """All studies in one figure, see `plot.studies.plot_studies`."""
+        """Draw all studies in one figure: see `plot.studies.plot_studies`."""
         from fastdyn.plot.studies import plot_studies
 
         return plot_studies(self, **options)
@@ -114,12 +114,12 @@ class _Pilot:
         )  # fmt: skip
 
     def evaluations(self, steps):
-        """Evaluations of a step; None if its equations cannot be solved."""
+        """The evaluations of a step; None if the equations of the step cannot be solved."""
         study = self._run(steps)
         return None if study.message else (study.nfev - 1) / study.n_steps
 
     def seconds(self, steps):
-        """Time of a step, the shortest of three; None if its equations cannot be solved."""
+        """The shortest of three times of a step, s; None if its equations cannot be solved."""
         study = self._run(steps)
         while not study.message and study.seconds < PILOT_SECONDS:
             self._n_steps *= 4
@@ -128,7 +128,10 @@ class _Pilot:
         return None if study.message else min(times) / study.n_steps
 
     def steps(self, whole, cost, steps):
-        """Steps in a period that cost `whole` together; what one costs depends on their number."""
+        """The number of steps in a period with the total cost `whole`, by iteration.
+
+        The number must be iterated, because the cost of a step depends on the step size.
+        """
         fewest = 0.0
         for _ in range(ROUNDS):
             one = cost(steps)

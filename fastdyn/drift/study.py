@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +10,9 @@ from fastdyn.run.loop import counters
 
 from .growth import Growth, growth
 from .phase import phase
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,8 +106,18 @@ class Study:
     def __str__(self):
         return table({self.method: self})
 
-    def plot(self, **options):
-        """Drift against time, with its guides; see `plot_studies`."""
+    def plot(self, **options) -> "Figure":
+        """Draw the drift of each invariant over time: see `plot_studies`.
+
+        Parameters
+        ----------
+        **options
+            Options of `plot_studies`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.studies import plot_studies
 
         return plot_studies({self.method: self}, **options)

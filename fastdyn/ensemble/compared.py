@@ -15,16 +15,16 @@ from .workers import functions_of
 
 FEW = 4  # trajectories that are compared
 SOLVES = "ensembles that were solved"  # a key of a Function's notes
-SHARE, FEWEST = 50, 1000  # steps of a single solve: a share of all steps, or so many
+SHARE, FEWEST = 50, 1000  # steps of a single solve: 1 / SHARE of all steps, at least FEWEST
 ROUNDINGS, EPS = 1e3, np.finfo(float).eps
-APART = 100.0  # tolerances by which a single solve may differ: rounding moves its steps
+APART = 100.0  # allowed difference of a single solve, in tolerances, as rounding moves steps
 
 
 def compare_trajectories(ensemble, results):
     """Raise Different if functions, or a single solve, differ from the trajectories of an ensemble.
 
-    Ensembles 1, 2, 4, 8, ... of a function are compared, at 16 states, and at 4 states later; the
-    first one with a single solve.
+    Ensembles 1, 2, 4, 8, ... of a function are compared: the first ensemble at 16 states and with a
+    single solve, later ensembles at 4 states.
     """
     p, members = ensemble.problem, ensemble.members
     if compared.WHEN == "never" or not members.count:
@@ -47,7 +47,7 @@ def compare_trajectories(ensemble, results):
 
 
 def _bound(members, problem, fun, mode, n, i):
-    """The Bound of a function for a trajectory; its code is that of all trajectories."""
+    """The Bound of a function for a trajectory; all trajectories share its code."""
     varying = tuple([j + 1 for j in members.varying])
     near = members.near(problem, n)
     return bind(fun, members.args(i), mode, n, near, varying=varying)
@@ -77,7 +77,7 @@ def _states(problem, results, i, count):
 def _compare_alone(ensemble, results, i, bound):
     """Raise Different if a trajectory alone ends elsewhere than in the lanes of a vector.
 
-    Rounding may grow along a trajectory as it does from a start that is another by rounding.
+    The difference may be as large as the difference of two starts that differ by rounding becomes.
     """
     p, members = ensemble.problem, ensemble.members
     most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)

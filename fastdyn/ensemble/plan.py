@@ -21,7 +21,7 @@ from . import reductions, times
 
 SIMD = ("auto", True, False)
 OWN = {"t_eval", "events", "reduce", "threads", "progress", "simd", "client", "store", "block"}
-FEW = 8  # starts that are tried
+FEW = 8  # most starts at which a function is tried
 ORDERED = ("final", "first_event")  # reductions of complex states
 
 
@@ -126,9 +126,10 @@ def _on_pairs(fun, t0, tf, y0, method, t_eval, events, members, wanted, options)
 
 
 def _probe(members, function, mode, t0, n):
-    """Raise what a function raises at every start that is tried: one that raises is one that fails.
+    """Raise the exception of a function if the function raises at all starts that are tried.
 
-    ``function(i)`` has the arguments of member i.
+    A function that raises at some starts only lets these trajectories fail.  ``function(i)`` has
+    the arguments of member i.
     """
     finite, errors = np.flatnonzero(np.broadcast_to(members.finite, members.count)), []
     tried = np.unique(np.linspace(0, len(finite) - 1, FEW).astype(int)) if len(finite) else []

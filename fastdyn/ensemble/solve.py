@@ -44,25 +44,25 @@ def solve_ensemble(
     fun, t_span, method, t_eval, events
         As in `solve_ivp`; only fastdyn's own methods.
     y0 : array_like, shape (M, n) or (n,)
-        Initial states, or one common initial state.  Complex states are solved one by one, and need
-        a function that can be traced.  A trajectory whose state is not finite fails alone.
+        Initial states, or one common initial state.  Trajectories of complex states run one by one,
+        and need a function that can be traced.  A trajectory whose state is not finite fails alone.
     args : tuple
-        Each a number, or a 1-D array of M numbers, one for each trajectory.  An array that all
-        trajectories share is given as ``Shared(array)``.
+        Each argument is a number, or a 1-D array of M numbers, one for each trajectory.  An array
+        that all trajectories share is given as ``Shared(array)``.
     reduce : str, Fold or sequence of them, optional
         Numbers to gather along each trajectory, in constant memory, as `Trajectories.reduced`:
         "max", "min", "max_time", "min_time", "mean", "rms" of each component, "final",
         "first_event", the time of the first event of each kind (other events are not kept), or a
-        Fold of a function of your own.  Extrema are those of the interpolant, means are integrated
-        as further components of the state, folds are updated after each accepted step.
+        Fold of a function of your own.  Extrema are taken from the interpolant, means are
+        integrated as further components of the state, folds are updated after each accepted step.
     threads : int, optional
-        All processors by default, one for each block with a `client`.  The results do not depend
-        on the number of threads.
+        Number of threads; by default all processors, or with a `client` one thread for each block.
+        The results do not depend on the number of threads.
     progress : bool
         Show a progress bar.
     simd : {"auto", True, False}
-        Solve several trajectories in the vector registers of a processor: if the function can be
-        compiled for vectors, always (ValueError if it cannot), or never.
+        Whether to solve several trajectories in the vector registers of a processor.  "auto": if
+        the function can be compiled for vectors.  True: always, or ValueError.
     client : dask.distributed.Client or concurrent.futures.Executor, optional
         The workers of the client solve the ensemble, in blocks.  The results do not depend on the
         client.

@@ -10,7 +10,7 @@ from fastdyn.problem.schedules import Schedule, check_span, listed
 
 
 class Times:
-    """The times of one schedule for each trajectory, one behind the other."""
+    """The times of one schedule for all trajectories, in one array."""
 
     def __init__(self, rows):
         self.all = np.ascontiguousarray(np.concatenate(rows))

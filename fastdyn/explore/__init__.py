@@ -1,7 +1,7 @@
 """
 Systems explored with sliders, on a page in the browser or in a notebook.
 
-What is chosen, solved and exported is in `exploration`, which needs no browser; only `page` and
+`exploration` holds the choices and the results, and needs no browser. Only `page`, `figures` and
 `serve` import Panel and Bokeh.
 """
 
@@ -18,12 +18,12 @@ def explore(system):
     Parameters
     ----------
     system : System
-        Its values are those at which the sliders begin.
+        The sliders begin at the values of this system.
 
     Raises
     ------
     ImportError
-        Without Panel.
+        If Panel is not installed.
     """
     from .sources import of_system
 
@@ -31,7 +31,7 @@ def explore(system):
 
 
 def page_of():
-    """The class of pages; ImportError that says what to install without Panel."""
+    """The class of pages; without Panel, an ImportError says what to install."""
     try:
         import panel as _panel  # noqa: F401
     except ImportError:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-LEAST, MOST = 500, 5000  # points of a curve; the last ones may be twice as many
-HALVINGS = 6  # of an interval
-OFF = 1e-3  # of the height of a picture: how far a chord may be from its curve
+LEAST, MOST = 500, 5000  # points of a curve; the last halving may double MOST
+HALVINGS = 6  # most halvings of an interval
+OFF = 1e-3  # largest distance of a chord from its curve, as a share of the height of a picture
 
 
 def times(sol, steps):
@@ -21,14 +21,14 @@ def times(sol, steps):
     Returns
     -------
     ndarray
-        More of them where a component bends.
+        The times, denser where a component bends.
     """
     t = np.linspace(steps[0], steps[-1], LEAST)
     if len(steps) < MOST // 2:
         t = np.union1d(t, steps)  # a kink is at the end of a step
     y = sol(t)
     between = np.arange(len(t) - 1)  # intervals that may be too long
-    for _ in range(HALVINGS):  # not for ever, as at a jump
+    for _ in range(HALVINGS):  # at a jump, halving would never end
         if not len(between) or len(t) >= MOST:
             break
         middle = 0.5 * (t[between] + t[between + 1])

@@ -13,15 +13,15 @@ from fastdyn.plot.solution import between
 from .curve import times
 from .sliders import slider
 
-POINTS = 500  # of the change of what is kept, twice
-COARSE = 25  # scenes that find the frame of the picture, beside the extremes
-MOST_STEPS = 100_000  # of a solve, so that no slider makes a page wait
+POINTS = 500  # points of the curve of an invariant, two for each bin
+COARSE = 25  # scenes from which the frame of the picture is found, beside the extremes
+MOST_STEPS = 100_000  # most steps of a solve, so that no slider makes a page wait
 GROUND = "ground"  # the event at which a run ends
 
 
 @dataclasses.dataclass
 class Way:
-    """A method and its accuracy: `rtol` of an adaptive one, `step` of one with constant steps."""
+    """A method and its accuracy: `rtol` for an adaptive method, otherwise `step`."""
 
     method: str = "RK45"
     rtol: float = 1e-6
@@ -56,7 +56,7 @@ class Shown:
     seconds: float
 
     def numbers(self):
-        """Name and value of what is known of a run."""
+        """(name, value) of the numbers of a run."""
         found = {"steps": f"{self.run.n_accepted}", "evaluations": f"{self.run.nfev}"}
         found["time of the solve"] = f"{1e3 * self.seconds:.2f} ms"
         if len(self.kept):
@@ -78,16 +78,16 @@ class Exploration:
     ----------
     sliders : list of Slider
     values : dict of str to Any
-        Of the fields of the system.
+        The values of the fields of the system.
     y0 : list of float or None
-        A start that was chosen by hand, else that of the fields.
+        A start that was dragged by hand; None for the start from the fields.
     t_end : float
     ways : list of Way
-        One, or two to be compared.
+        One way, or two ways to compare.
     project : bool
         Whether the constraints are held by projection.
     shown : list of Shown
-        Of the last `solve`.
+        The results of the last `solve`.
     """
 
     def __init__(self, source):
@@ -113,7 +113,7 @@ class Exploration:
 
     @property
     def kept(self):
-        """Name and function of what should stay: the first invariant, or the first constraint."""
+        """(name, function) of the first invariant, or else of the first constraint."""
         for group in (self.make.invariants, self.make.constraints):
             for name, function in group.items():
                 return name, function
@@ -124,19 +124,19 @@ class Exploration:
         return list(self.y0) if self.y0 is not None else list(self.system.initial_state())
 
     def drag(self, x, y):
-        """Take the start to a point of the phase plane."""
+        """Move the start to a point of the phase plane."""
         y0 = self.start()
         y0[self.upwards], y0[self.across] = float(y), float(x)
         self.y0 = y0
 
     def solve(self):
         """
-        Solve in each way, `shown`.
+        Solve in each way, and put the results into `shown`.
 
         Raises
         ------
         ValueError, TypeError, ArithmeticError
-            With a sentence about what is wrong; `shown` is as before.
+            With a sentence about the mistake; `shown` is unchanged.
         """
         system = self.system
         self.shown = [self._shown(system, way) for way in self.ways]
@@ -162,7 +162,7 @@ class Exploration:
         chosen = tuple(id(self.values[name]) for name in self.choices)
         kind = (way.method, self.project, chosen)
         if kind not in self._warm:
-            self._solved(system, way)  # compiles: the time of a solve is that of the next one
+            self._solved(system, way)  # compiles, so that the next solve can be timed
             self._warm.add(kind)
         begun = time.perf_counter()
         run = self._solved(system, way)
@@ -182,8 +182,8 @@ class Exploration:
         return Shown(str(way), run, t, sol(t), kept_t, change, name, seconds)
 
     def stage(self):
-        """Limits of the axes, and the function of time, and of the number of the way, that gives a
-        `Scene`; None without view."""
+        """The limits of the axes, and ``show(time, way)``, which returns a `Scene`; None without
+        a view."""
         first = self.shown[0]
         system = first.run.system
         low, high = first.y.argmin(axis=1), first.y.argmax(axis=1)

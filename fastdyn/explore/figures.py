@@ -1,4 +1,4 @@
-"""The four figures of a page, by Bokeh: motion, phase portrait, against time, what is kept."""
+"""The four figures of a page, by Bokeh: motion, phase portrait, components, invariant."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from .pictures import columns, square
 SIZE: Any = {"width": 300, "height": 360, "sizing_mode": "stretch_width"}
 SQUARE: Any = {"width": 350, "frame_width": 285, "frame_height": 285}  # equal scales
 TOOLS = "pan,wheel_zoom,box_zoom,reset"
-FEWEST, OFTEN = 150, 40  # points of a trail, and those between two pictures at most
+FEWEST, OFTEN = 150, 40  # fewest points of a trail; most points between two pictures
 
 
 class Figures:
@@ -142,7 +142,7 @@ class Figures:
         title.text = f"t = {time:.2f} s"
 
     def clear_trail(self):
-        """Begin a new trail, where the motion begins again."""
+        """Begin a new trail when the motion begins again."""
         self._until = -1.0  # before the first time of a run
 
     _placed: tuple = ()
@@ -157,7 +157,7 @@ def _parts(trail):
 
 
 def _traced(scene):
-    """The point of a scene that leaves a trail, as it is drawn."""
+    """The point of a scene that leaves a trail, in the plane of the picture."""
     point = columns(scene._replace(points=[scene.traced], lines=[], bodies=[], fixed=[]))["points"]
     return float(point["x"][0]), float(point["y"][0])
 

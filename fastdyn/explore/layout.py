@@ -1,4 +1,4 @@
-"""Where the parts of a page are: the widgets at the left, the figures in what is left."""
+"""The layout of a page: the widgets at the left, the figures at the right."""
 
 from typing import Any
 
@@ -17,9 +17,9 @@ def page(widgets, trouble, panes, numbers):
     Parameters
     ----------
     widgets, panes : list
-        Of the side, and the figures.
+        The widgets at the side, and the figures.
     trouble, numbers : Panel objects
-        Above and below the figures.
+        The parts above and below the figures.
     """
     for one in widgets:
         if isinstance(one, pn.widgets.Widget):
@@ -32,6 +32,6 @@ def page(widgets, trouble, panes, numbers):
 
 
 def _grid(columns, *parts):
-    """Parts beside one another, in columns of CSS."""
+    """A grid of parts, with columns in CSS's notation."""
     styles: Any = {"display": "grid", "grid-template-columns": columns, "align-items": "start"}
     return pn.Column(*parts, sizing_mode="stretch_width", styles=styles)

@@ -1,4 +1,4 @@
-"""A slider beside a number that can be typed."""
+"""A slider with a text field for its number."""
 
 import math
 
@@ -22,14 +22,13 @@ class NumberSlider(pn.viewable.Viewer):
     ----------
     title : str
     value, start, end, step : float
-        A number beyond the ends that is typed moves the end.
+        The range of the slider. If a typed number lies outside, the range grows.
     say : callable
-        Called with a sentence about a text that is no number, and "" about one that is; the value
-        follows the latter.
+        Called with a sentence if a typed text is no number, else with "".
     positive : bool
         Whether the number must be greater than zero.
     name : str
-        Of the class of the slider in the page, ``slider-name``.
+        Suffix of the CSS class of the slider, ``slider-name``.
     """
 
     value = param.Number()
@@ -76,12 +75,12 @@ class NumberSlider(pn.viewable.Viewer):
 
 def number(text):
     """
-    The finite number that a text is.
+    The finite number that a text represents.
 
     Raises
     ------
     ValueError
-        With a sentence, for a decimal comma too: nobody knows what 1,500 is.
+        With a sentence, also for a comma, because 1,500 is ambiguous.
     """
     try:
         value = float(text)

@@ -34,7 +34,7 @@ class Page:
     ----------
     exploration : Exploration
     updates : int
-        How often the curves were drawn anew.
+        The number of times that the curves were drawn.
     """
 
     def __init__(self, source):
@@ -107,7 +107,7 @@ class Page:
         return method, rtol, step
 
     def _chosen(self, event):
-        """Take the methods that are chosen, and show what belongs to them."""
+        """Take over the chosen methods, and show their widgets."""
         ways = []
         for method, rtol, step in self.methods:
             if method.value == NO_SECOND:
@@ -141,14 +141,14 @@ class Page:
         self._changed()
 
     def _changed(self, *_):
-        """Draw anew: at the next picture, so that a slider that moves fast makes no queue."""
+        """Let the next picture draw anew, so that a fast slider causes no queue of solves."""
         self.exploration.t_end, self.exploration.project = self.t_end.value, self.project.value
         self._late = True
         if not self._ticking:
             self.tick()
 
     def update(self):
-        """Solve and draw; what is wrong is said, and the curves stay as they are."""
+        """Solve and draw; after a mistake, print a sentence and leave the curves unchanged."""
         self._late = False
         try:
             self.exploration.solve()
@@ -161,7 +161,7 @@ class Page:
         self.updates += 1
 
     def _say(self, sentence):
-        """Say what is wrong above the figures; nothing if the sentence is empty."""
+        """Show a sentence about a mistake above the figures; an empty sentence clears it."""
         if sentence or self.trouble.visible:
             self.trouble.param.update(object=html.escape(sentence), visible=bool(sentence))
 
@@ -179,7 +179,7 @@ class Page:
         return f'<table class="numbers" style="border-spacing:1em 0.1em">{text}</table>'
 
     def tick(self):
-        """One picture: what has changed, then the motion a little further."""
+        """Draw one picture: solve if something has changed, then advance the motion."""
         with pn.io.hold():
             if self._late:
                 self.update()
@@ -195,7 +195,7 @@ class Page:
 
     _panes: tuple = ()
 
-    # -- what is shown
+    # -- the page
 
     def panel(self) -> Any:
         """The page as a Panel object."""
@@ -227,7 +227,7 @@ class Page:
         ]
 
     def _start_ticking(self):
-        """Let the motion go on, where there is a loop that can call."""
+        """Start the motion, if an event loop is running."""
         if pn.state.curdoc is None:
             try:
                 asyncio.get_running_loop()

@@ -1,4 +1,4 @@
-"""The scenes of a system as columns for a picture in the plane, of systems in space too."""
+"""Turns the scenes of a system, in the plane or in space, into columns for plane pictures."""
 
 import math
 
@@ -13,7 +13,7 @@ UP = np.array([
 
 
 def flat(part, down=False):
-    """Points (x, y), or (x, y, z) as they are seen from the front and above."""
+    """Points (x, y); points (x, y, z) are projected, seen from the front and above."""
     if len(part) == 2:
         return np.asarray(part[0], float), np.asarray(part[1], float)
     xyz = np.array(part, float)

@@ -16,7 +16,7 @@ ADDRESS = "127.0.0.1"
 
 
 def application(source):
-    """The function that makes the page of one visitor: a choice of systems, and the page."""
+    """The function that makes the page of a visitor, with a choice of systems."""
 
     def made():
         names = known()
@@ -35,7 +35,7 @@ def application(source):
             except WRONG as error:
                 place[:] = [pn.pane.Alert(html.escape(str(error)), alert_type="danger")]
                 return
-            if choice.value == event.new:  # nothing else was chosen meanwhile
+            if choice.value == event.new:  # the visitor has not chosen another system meanwhile
                 place[:] = [Page(taken).panel()]
 
         choice.param.watch(chosen, "value")
@@ -47,30 +47,30 @@ def application(source):
 def ready(first, name):
     """The source of a system by its name, derived and compiled."""
     source = first if name == first.name else named(name)
-    with contextlib.suppress(*WRONG):  # of a start that cannot be solved: the page says so
+    with contextlib.suppress(*WRONG):  # the page reports a start that cannot be solved
         Exploration(source).solve()
     return source
 
 
 def serve(source, port=0, show=True, threaded=False):
     """
-    Serve the page of a system, and of all others that it lets choose.
+    Serve the page of a system, on which other systems can be chosen.
 
     Parameters
     ----------
     source : Source
-        What is shown first.
+        The first system.
     port : int
-        0 for one that is free.
+        0 chooses a free port.
     show : bool
         Whether to open a browser.
     threaded : bool
-        Whether to return at once; else the call ends with Ctrl-C.
+        Whether to return at once; otherwise the call ends with Ctrl-C.
 
     Returns
     -------
     (str, server)
-        The address, and what has a method `stop`.
+        The address, and the server, an object with a method `stop`.
     """
     port = port or free_port()
     print(f"http://{ADDRESS}:{port} shows {source.make.title}; Ctrl-C ends.", flush=True)
@@ -83,7 +83,7 @@ def serve(source, port=0, show=True, threaded=False):
 
 
 def free_port():
-    """A port that nobody listens on."""
+    """The number of a free port."""
     with socket.socket() as one:
         one.bind((ADDRESS, 0))
         return one.getsockname()[1]

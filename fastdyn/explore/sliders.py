@@ -1,10 +1,10 @@
-"""Ranges for sliders: from a number, its unit and what may be given for it."""
+"""Ranges for sliders, from a number, its unit and its declaration."""
 
 import math
 from typing import NamedTuple
 
-STEPS = 200  # of a slider, about
-SMALL, LARGE = 0.5, 8.0  # a start that is small is moved up to what is large
+STEPS = 200  # approximate number of steps of a slider
+SMALL, LARGE = 0.5, 8.0  # the range of a default below SMALL extends to LARGE
 
 
 class Slider(NamedTuple):
@@ -34,7 +34,7 @@ def slider(field, value):
     field : dataclasses.Field
         Declared by `parameter` or `initial`.
     value : float
-        Where it begins; it is between the ends.
+        The first value, which lies between the ends.
     """
     about = field.metadata
     low, high = _ends(about, float(field.default), value)
@@ -63,6 +63,6 @@ def _ends(about, default, value):
 
 
 def round_step(step):
-    """A step of one digit, 1, 2 or 5, near another one."""
+    """A round step near a given step, with the digit 1, 2 or 5."""
     power = 10.0 ** math.floor(math.log10(step))
     return next(n * power for n in (1.0, 2.0, 5.0, 10.0) if n * power >= 0.999 * step)

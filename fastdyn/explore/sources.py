@@ -1,4 +1,4 @@
-"""Where a system comes from, and the lines of Python that make it."""
+"""The origin of a system, and the lines of Python that make the system."""
 
 import dataclasses
 import sys
@@ -21,7 +21,7 @@ class Source(NamedTuple):
         Lines of Python after which `name` is the class.
     name : str
     values : dict of str to float
-        Where the sliders begin, for fields that do not begin with their defaults.
+        The first values of sliders that do not begin with the defaults.
     """
 
     make: Any
@@ -58,13 +58,13 @@ def named(name):
 
 
 def of_file(word, make):
-    """The source of a system that a file makes, called as on the command line."""
+    """The source of the system of a file; `word` is the word of the command line."""
     lines = ["from fastdyn.cli.find import in_file", "", f"{make.name} = in_file({word!r})"]
     return Source(make, lines, make.name, {})
 
 
 def of_system(system):
-    """The source of a system that is there, with its values."""
+    """The source of an existing system, with its values."""
     make = type(system)
     values = {field.name: getattr(system, field.name) for field in dataclasses.fields(system)}
     if SYSTEMS.get(make.name) is make:

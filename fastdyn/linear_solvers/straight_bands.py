@@ -15,11 +15,11 @@ from fastdyn.kernels.vector.instructions import INDEX, REAL
 from .straight_routines import Column, Matrix, Notes, has_exchanges, routines
 
 WORD = ir.IntType(64)
-MOST_PRODUCTS = 40  # of a column
+MOST_PRODUCTS = 40  # most products for a column
 
 
 class _Band:
-    """A band in LAPACK's storage, of so many diagonals below and above the main one."""
+    """A band in LAPACK's storage; `lower` and `upper` count diagonals beside the main diagonal."""
 
     def __init__(self, numbers, lower, upper, n, matrix, pivots):
         self.numbers, self.lower, self.ld = numbers, lower, 2 * lower + upper
@@ -74,7 +74,7 @@ def _window(numbers, count):
 
 
 def _factorise(numbers, lower, upper, arguments):
-    """?gbtrf, whose info is not 0 if the matrix is singular; what it fills in is 0 before."""
+    """?gbtrf; info is not 0 if the matrix is singular.  Places of fill-in must hold 0 before."""
     _, n, _, _, matrix, _, pivots, info = arguments
     notes, band = Notes(numbers), _Band(numbers, lower, upper, n, matrix, pivots)
     with _columns(numbers.builder, band.last) as k:
@@ -88,7 +88,7 @@ def _factorise(numbers, lower, upper, arguments):
 
 
 def _solve(numbers, lower, upper, arguments):
-    """?gbtrs of one right-hand side."""
+    """?gbtrs for one right-hand side."""
     _, n, _, _, _, matrix, _, pivots, side, _, _ = arguments
     builder, band = numbers.builder, _Band(numbers, lower, upper, n, matrix, pivots)
     with builder.if_else(has_exchanges(numbers, band.end(), band.width - 1)) as (then, otherwise):
@@ -158,6 +158,6 @@ def are_short(lower, upper):
 def band_routines(lower, upper, complex_too):
     """The words of routines for bands: dgbtrf, dgbtrs, zgbtrf, zgbtrs.
 
-    There must be as many columns as diagonals beside the main one at least.
+    A matrix must have at least as many columns as diagonals beside the main diagonal.
     """
     return routines(ROUTINES, (lower, upper), complex_too, scheduled=False)

@@ -12,13 +12,13 @@ CHANGES = (
 
 def event_functions(events, t0, y0):
     """
-    One function a value, with SciPy's attributes, and a last one that ends the run where
+    One event function for each value, with SciPy's attributes; a further function ends the run when
     `isterminal` or `direction` change.
 
     Raises
     ------
     TypeError, ValueError
-        Where the function does not return three things of one length.
+        If the function does not return three objects of equal length.
     """
     found = events(t0, y0.copy())
     if not isinstance(found, tuple | list) or len(found) != 3:
@@ -59,7 +59,7 @@ def _component(events, i, listed) -> Any:
 
 
 def _unchanged(events, listed, terminal, direction) -> Any:
-    """1, or -1 where the event function says another `isterminal` or `direction`."""
+    """A function that is 1, or -1 when `isterminal` or `direction` have changed."""
     many_ends, many_signs = listed
 
     @_ending
@@ -82,7 +82,10 @@ def _ending(function) -> Any:
 
 
 def let_pass(functions, result):
-    """Whether a terminal event has ended the first step: MATLAB goes on; made to, once more."""
+    """Whether to solve again without a terminal event in the first step, which MATLAB ignores.
+
+    Lets these events pass in the next solve.
+    """
     if result.status != 1 or result.n_accepted != 1 or len(result.t_events[-1]):
         return False
     for function, times in zip(functions[:-1], result.t_events, strict=False):
@@ -97,8 +100,8 @@ def occurrences(result, events):
     Raises
     ------
     ValueError
-        Where the event function has changed its mind, or is zero at both ends of a step: a
-        crossing by SciPy's rule and none by MATLAB's.
+        If `isterminal` or `direction` have changed, or if the event function is zero at both ends
+        of a step, which is a crossing by SciPy's rule and none by MATLAB's.
     """
     *found, changed = result.t_events
     if len(changed):

@@ -31,8 +31,8 @@ def _divided(fun, mass, dependence, t0, y0):
     ----------
     fun : callable
     mass : array_like, shape (n, n), or callable
-        Sparse matrices are taken as full ones. A function of (t, y), or of t alone: that is told
-        from its signature unless `dependence` says it.
+        A matrix, full or sparse, or a function of (t, y) or t. By default the signature tells
+        whether the function takes y; see `dependence`.
     dependence : str or None
         MATLAB's MStateDependence: "none" for ``mass(t)``, "weak" or "strong" for ``mass(t, y)``.
     """
@@ -61,7 +61,7 @@ def _divided(fun, mass, dependence, t0, y0):
 
 
 def _parameters(function):
-    """How many arguments a function takes; 2 where that cannot be told."""
+    """The number of arguments that a function takes; 2 if the number is unknown."""
     try:
         parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""MinStep: a run ends where its steps would have to be shorter."""
+"""MinStep: a run ends when its steps would have to be shorter."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from fastdyn.run.dense_output import OdeSolution, PiecewisePolynomial
 
 def not_shorter(result, least):
     """
-    The result up to the first step that is shorter than `least`; whole if there is none.
+    The result up to the first step that is shorter than `least`; otherwise the whole result.
 
-    The last step of a run, which its end cuts off, may be shorter, and the first ones, that feel
-    their way.
+    The last step, which the end of the span cuts off, may be shorter. So may the first steps, which
+    grow from a cautious first guess.
     """
     steps = np.abs(np.diff(result.t))
     enough = steps >= least * (1.0 - 1e-9)

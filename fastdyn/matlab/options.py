@@ -21,7 +21,7 @@ FUNCTIONS = ("Events", "OutputFcn")
 
 
 class Options(dict):
-    """Options by MATLAB's names; only those that are set."""
+    """The options that are set, by MATLAB's names."""
 
     def __repr__(self):
         return f"odeset({', '.join(f'{name}={value!r}' for name, value in self.items())})"
@@ -34,12 +34,12 @@ def odeset(*given, **named) -> Options:
     Parameters
     ----------
     *given
-        Names and values in turns, ``odeset('RelTol', 1e-5, 'MaxStep', 0.1)``; older options may
-        come first, one or several, the later ones rule. A name may be shortened as long as it is
-        the only one that begins so, and its case does not count. None or an empty list resets an
-        option.
+        Alternating names and values, ``odeset('RelTol', 1e-5, 'MaxStep', 0.1)``. One or more
+        earlier Options may come first; later values replace earlier values. A name may be
+        abbreviated if the abbreviation is unique, in upper or lower case. None or an empty list
+        resets an option.
     **named
-        The same as keywords.
+        Options as keywords.
 
     Returns
     -------
@@ -65,7 +65,21 @@ def odeset(*given, **named) -> Options:
 
 
 def odeget(options, name, default=None) -> Any:
-    """The value of an option, or `default` where it is not set; names as in `odeset`."""
+    """The value of an option, as MATLAB's odeget.
+
+    Parameters
+    ----------
+    options : Options or dict
+    name : str
+        A name as in `odeset`.
+    default : optional
+        The result if the option is not set.
+
+    Raises
+    ------
+    ValueError
+        For an unknown or ambiguous name.
+    """
     return odeset(options or {}).get(full_name(name), default)
 
 
@@ -97,7 +111,7 @@ def _update(options, pairs):
 
 
 def _checked(name, value):
-    """A value, refused in a sentence if the option cannot have it."""
+    """The value of an option; raises a sentence if the option cannot have this value."""
     if name in POSITIVE:
         number = _numbers(name, value)
         if number.size != 1 or not number > 0:

@@ -5,19 +5,21 @@ import numpy as np
 
 class OutputFunction:
     """
-    Calls ``function(t, y, flag)`` as MATLAB does, and remembers whether it stopped the run.
+    Calls ``function(t, y, flag)`` as MATLAB does, and notes whether the function stopped the run.
 
-    With flag "init" at the start, t the ends of the span and y the state, shape (n,); with "" after
-    each step that gives output, t of shape (k,) and y of shape (n, k); with "done" at the end, both
-    empty. It stops the run by returning true from a step.
+    At the start, the flag is "init", t has the ends of the span, and y is the state, shape (n,).
+    After each step with output, the flag is "", t has shape (k,), and y has shape (n, k). At the
+    end, the flag is "done", and t and y are empty. The function stops the run by returning true
+    after a step.
 
     Parameters
     ----------
     function : callable
     chosen : array_like of int or None
-        OutputSel, the components that it is shown, counted from 0.
+        OutputSel, the components for the function, counted from 0.
     times : ndarray
-        The times asked for, of which the steps give those that they pass; two: every step counts.
+        The times of `tspan`. More than two times are the times of output; with two times, every
+        step gives output.
     refine : int
     """
 

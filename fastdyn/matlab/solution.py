@@ -1,4 +1,4 @@
-"""What ode45 returns, and deval."""
+"""The result of ode45, and deval."""
 
 import copy
 import dis
@@ -18,12 +18,12 @@ class Call(NamedTuple):
 
 class Solution:
     """
-    The solution of `ode45` or another solver: MATLAB's struct, which unpacks to MATLAB's outputs.
+    The result of `ode45` or another solver: MATLAB's struct, which unpacks to MATLAB's outputs.
 
-    ``t, y = ode45(...)`` unpacks to the times, shape (n_points,), and a row of y a time, shape
-    (n_points, n), refined, or at the times of a longer `tspan`. With the option Events also
-    ``t, y, te, ye, ie = ode45(...)``: times, states (rows) and indices of the events; as in MATLAB
-    the number of names on the left decides.
+    ``t, y = ode45(...)`` unpacks to the times, shape (n_points,), and the states, shape
+    (n_points, n): the refined steps, or the times of a `tspan` of more than two times. With the
+    option Events, ``t, y, te, ye, ie = ode45(...)`` also gives times, states (rows) and indices of
+    the events. As in MATLAB, the number of names on the left decides.
 
     Attributes
     ----------
@@ -31,10 +31,10 @@ class Solution:
     x : ndarray, shape (n_steps + 1,)
         The ends of the steps, not refined.
     y : ndarray, shape (n, n_steps + 1)
-        A column a step, as in MATLAB's struct.
+        One column for each step, as in MATLAB's struct.
     xe, ye, ie : ndarray, shapes (n_events,), (n, n_events), (n_events,)
-        Events in the order of time, a column each; the indices count from 0. None without Events.
-        `te` is `xe`.
+        Events in the order of time, one column for each; indices count from 0. None without the
+        option Events. `te` equals `xe`.
     stats : dict
         ``nsteps``, ``nfailed``, ``nfevals``.
     """
@@ -75,7 +75,7 @@ class Solution:
         )
 
     def joined(self, later):
-        """This solution and one that begins where it ends, as one."""
+        """The Solution that consists of this Solution and of `later`, which begins at its end."""
         both, first = copy.copy(later), 1 if np.array_equal(later.y[:, 0], self.y[:, -1]) else 0
         both.x = np.append(self.x, later.x[first:])
         both.y = np.column_stack([self.y, later.y[:, first:]])
@@ -98,14 +98,14 @@ class Solution:
 
 
 def _names_on_the_left(frame):
-    """To how many names the caller unpacks, 0 where that is not what it does: MATLAB's nargout."""
+    """The number of names to which the caller unpacks, as MATLAB's nargout; 0 without unpacking."""
     code, place = frame.f_code.co_code, frame.f_lasti
     unpacks = place >= 0 and code[place] == dis.opmap["UNPACK_SEQUENCE"]
     return code[place + 1] if unpacks else 0
 
 
 class Joined(NamedTuple):
-    """The solutions between the steps of two solutions, the first up to a time."""
+    """The continuous solutions of two runs, the first up to a time."""
 
     first: Any
     second: Any
@@ -154,7 +154,7 @@ class Refined(NamedTuple):
 
 
 class AtTimes(NamedTuple):
-    """Output at given times, as far as the run got, and where an event ended it."""
+    """Output at given times up to the end of the run, and at an event that ended the run."""
 
     times: np.ndarray
     ended: bool
@@ -173,21 +173,21 @@ class AtTimes(NamedTuple):
 
 def deval(sol, xint, idx=None) -> np.ndarray:
     """
-    The solution between its steps, as MATLAB's deval.
+    The continuous solution, as MATLAB's deval.
 
     Parameters
     ----------
     sol : Solution
-        What `ode45` or `ode23` returned; it may also be the second argument.
+        The result of a solver; it may also be the second argument.
     xint : float or array_like, shape (k,)
         Times within the span of the solution.
     idx : int or list of int, optional
-        The components wanted, counted from 0; all unless given.
+        The components to return, counted from 0; by default all.
 
     Returns
     -------
     ndarray, shape (n, k)
-        A column a time; of one time shape (n,).
+        One column for each time; shape (n,) for a single time.
 
     Raises
     ------

@@ -23,13 +23,13 @@ from .solution import AtTimes, Call, Refined, Solution
 NOT_HERE = {
     "NormControl": "the error is controlled in each component",
 }
-COLUMN = "`fun` returned a column"  # what a solve says of one
+COLUMN = "`fun` returned a column"  # the beginning of a solve's message
 
-EXCLUSIVE_OR = ("bitwise_xor", "for ^")  # what a TypeError says of y^3
+EXCLUSIVE_OR = ("bitwise_xor", "for ^")  # parts of a TypeError's message about y^3
 
 
 class Solver(NamedTuple):
-    """One of MATLAB's solvers: the method that solves in its place, Refine, and what it takes."""
+    """One of MATLAB's solvers: the method of fastdyn, Refine, and the options."""
 
     name: str
     method: str
@@ -39,7 +39,7 @@ class Solver(NamedTuple):
 
 
 def solve(solver, fun, tspan, y0, options):
-    """A `Solution`, as the function of the solver's name returns it."""
+    """The `Solution` of a solver, for the public function of the solver's name."""
     if not callable(fun):
         raise TypeError(f"`odefun` must be a function of (t, y); got {fun!r}.")
     options = options_of(solver, options)
@@ -64,7 +64,7 @@ def solve(solver, fun, tspan, y0, options):
 
 
 def options_of(solver, given):
-    """Options in full, refused where the solver has none of the name."""
+    """The options with full names; raises for options that the solver does not have."""
     empty = given is None or (not isinstance(given, Mapping) and np.size(given) == 0)
     options = odeset({} if empty else given)
     for refused in NOT_HERE.keys() & options.keys():
@@ -76,7 +76,7 @@ def options_of(solver, given):
 
 
 def _as_a_row(fun):
-    """A function that returns what `fun` does, in one dimension."""
+    """A function that returns the result of `fun` with one dimension."""
 
     def row(t, y):
         return np.ravel(np.array(fun(t, y)))
@@ -153,7 +153,7 @@ def _times(tspan):
 
 
 def _state(y0):
-    """The initial state as a new array of shape (n,); a row or a column will do."""
+    """The initial state, given as a number, a row or a column, as a new array of shape (n,)."""
     given = np.asarray(y0)
     if (given.ndim == 2 and 1 in given.shape) or given.ndim == 0:
         given = given.reshape(-1)

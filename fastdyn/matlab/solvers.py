@@ -29,25 +29,26 @@ def ode45(odefun, tspan, y0, options=None) -> Solution:
     Parameters
     ----------
     odefun : callable
-        ``odefun(t, y)`` returns the derivative, n numbers or a column of them; further parameters
-        by closure.
+        ``odefun(t, y)`` returns the derivative, a list or a column of n numbers. A closure passes
+        further parameters.
     tspan : array_like
-        Start and end; or more than two times in order, to which the output is confined. The
-        steps are the same.
+        Start and end; or more than two times in order, which are the times of output. The times of
+        output do not change the steps.
     y0 : float or array_like, shape (n,)
         Initial state.
     options : Options or dict, optional
-        Of `odeset`, or ``[]``. RelTol is 1e-3, AbsTol 1e-6, MaxStep a tenth of the span and Refine
-        4 unless set. InitialStep is the first step tried. With MinStep the run ends, with a
-        warning, where shorter steps would be needed. Events is ``events(t, y)`` that returns value,
-        isterminal, direction; OutputFcn is ``f(t, y, flag)``, see `OutputFunction`; Mass a matrix
-        or a function of (t, y) or t. Options that MATLAB's ode45 does not use have no effect.
+        A result of `odeset`, or ``[]``. By default RelTol is 1e-3, AbsTol 1e-6, MaxStep a tenth of
+        the span, Refine 4. InitialStep is the first step to try. With MinStep the run ends, with a
+        warning, if shorter steps are needed. Events is a function ``events(t, y)`` that returns
+        value, isterminal, direction. OutputFcn is ``f(t, y, flag)``, see `OutputFunction`. Mass is
+        a matrix, or a function of (t, y) or t. Options that MATLAB's ode45 does not use have no
+        effect.
 
     Returns
     -------
     Solution
-        Unpacks to ``t, y``, in rows; with Events also to ``t, y, te, ye, ie``. By attributes it
-        is MATLAB's struct ``sol``, for `deval`.
+        Unpacks to ``t, y``, in rows; with Events also to ``t, y, te, ye, ie``. The attributes are
+        those of MATLAB's struct ``sol``, for `deval`.
 
     Raises
     ------
@@ -57,13 +58,13 @@ def ode45(odefun, tspan, y0, options=None) -> Solution:
     Warns
     -----
     UserWarning
-        Where the run fails; what there is is returned.
+        If the run fails; the solution up to the failure is returned.
 
     Notes
     -----
-    As in MATLAB an event in the first step ends nothing. Indices (events, OutputSel) count from 0.
-    The interpolant between the steps is that of RK45 (Shampine 1986), of the same order as
-    MATLAB's, not the same numbers beyond the tolerance. It is kept for every step.
+    As in MATLAB, an event in the first step does not end the run. Indices (events, OutputSel) count
+    from 0. The interpolant is that of RK45 (Shampine 1986), which has the order of MATLAB's
+    interpolant; the two differ by less than the tolerance. The interpolants of all steps are kept.
 
     Examples
     --------
@@ -73,7 +74,12 @@ def ode45(odefun, tspan, y0, options=None) -> Solution:
 
 
 def ode23(odefun, tspan, y0, options=None) -> Solution:
-    """As `ode45`, by the Bogacki-Shampine pair of order 3(2); Refine is 1 unless set."""
+    """
+    Solve as `ode45` does, by the Bogacki-Shampine pair of order 3(2); Refine is 1 by default.
+
+    Parameters ``odefun``, ``tspan``, ``y0`` and ``options``, result and errors are those of
+    `ode45`.
+    """
     return solve(SOLVERS["ode23"], odefun, tspan, y0, options)
 
 
@@ -101,8 +107,8 @@ def ode113(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode45`, by a method of several steps and variable order; Refine is 1 unless set.
 
-    Solved by "LSODA": Adams' methods of orders 1 to 12, MATLAB's ode113 has 1 to 13. LSODA changes
-    to stiff methods where the problem is stiff, ode113 does not.
+    Solved by "LSODA", with Adams' methods of orders 1 to 12; MATLAB's ode113 has orders 1 to 13.
+    LSODA changes to stiff methods if the problem is stiff, ode113 does not.
     """
     return solve(SOLVERS["ode113"], odefun, tspan, y0, options)
 
@@ -125,7 +131,7 @@ def ode23s(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode15s`, by a Rosenbrock method.
 
-    Solved by "Rodas5P", of order 5; MATLAB's ode23s is of order 2 and takes more steps for the same
+    Solved by "Rodas5P", of order 5; MATLAB's ode23s has order 2, and takes more steps for an equal
     error.
     """
     return solve(SOLVERS["ode23s"], odefun, tspan, y0, options)
@@ -136,7 +142,8 @@ def ode23t(odefun, tspan, y0, options=None) -> Solution:
     As `ode15s`, for problems that are stiff in part.
 
     Solved by "Radau", of order 5, and "Rodas5P" for a singular Mass. MATLAB's ode23t is the
-    trapezoidal rule, which damps no oscillation; Radau damps those that its steps do not resolve.
+    trapezoidal rule, which damps no oscillation; Radau damps oscillations that its steps do not
+    resolve.
     """
     return solve(SOLVERS["ode23t"], odefun, tspan, y0, options)
 
@@ -153,21 +160,22 @@ def odextend(sol, odefun=None, tfinal=None, y0=None, options=None) -> Solution:
     Parameters
     ----------
     sol : Solution
-        Of any of the solvers, which also solves on.
+        A result of any solver, which also continues the solution.
     odefun : callable, optional
-        The function from the end of `sol` on, the same unless given; also None or ``[]``.
+        The function from the end of `sol` on; by default, or with None or ``[]``, the function of
+        `sol`.
     tfinal : float
         The new end, in the direction of `sol`.
     y0 : array_like, shape (n,), optional
-        The state from which to go on, the last of `sol` unless given.
+        The state at the end of `sol` for the continuation; by default the last state of `sol`.
     options : Options or dict, optional
-        That change options of `sol`; the others stay.
+        Options that replace options of `sol`.
 
     Returns
     -------
     Solution
-        From the start of `sol` to `tfinal`. Where `y0` is another state than the last, the time of
-        the joint is there twice.
+        From the start of `sol` to `tfinal`. If `y0` differs from the last state, the time of the
+        joint occurs twice.
     """
     if not isinstance(sol, Solution):
         raise TypeError("odextend continues what `sol = ode45(...)` returned.")

@@ -1,4 +1,4 @@
-"""A run as a moving picture: GIF, HTML with controls, or MP4 where ffmpeg is."""
+"""A run as a moving picture: GIF, HTML with controls, or MP4 by ffmpeg."""
 
 import base64
 import math
@@ -39,21 +39,21 @@ def animate(result, path=None, seconds=None, fps=FPS, trail=True):
     Parameters
     ----------
     result : SystemResult
-        Of `System.solve`; with ``dense_output=True`` the picture is smooth between the steps.
+        A result of `System.solve`; with ``dense_output=True`` the motion is smooth between steps.
     path : str or path, optional
-        A file that ends in .gif, .html, or .mp4, which ffmpeg makes; that of the extra `video`
-        will do. Where ffmpeg is, an .html holds the film, else single pictures, half as many.
+        A file that ends in .gif, .html or .mp4. An .mp4 needs ffmpeg, for example from the extra
+        `video`. With ffmpeg, an .html contains a film, without ffmpeg half as many single pictures.
     seconds : float, optional
-        Length of the picture; that of the run, but 10 at most, unless given.
+        Length of the film; by default the time span of the run, at most 10.
     fps : int
-        Pictures a second; a GIF shows the nearest number whose time is in hundredths of a second.
+        Pictures per second; a GIF rounds the time of a picture to hundredths of a second.
     trail : bool
         Whether one of the masses leaves a trail.
 
     Returns
     -------
     Moving or None
-        Without `path`, what a notebook shows.
+        Without `path`, a Moving, which a notebook shows.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def animate(result, path=None, seconds=None, fps=FPS, trail=True):
 
 
 def _moving(t, scenes, fps, trail):
-    """The figure, and what moves it."""
+    """The animation of the scenes, with its figure."""
     animation = needed("matplotlib.animation")
     artists, n = Artists(scenes, trail), (len(t) - 1) // FINE + 1
     digits = 2 if abs(t[-1] - t[0]) >= 1.0 else 4
@@ -141,7 +141,7 @@ def _page(title, html):
 
 
 def _ffmpeg():
-    """Where ffmpeg is: on the path, or that of imageio-ffmpeg; None if there is none."""
+    """The path of ffmpeg, from PATH or from imageio-ffmpeg; None without ffmpeg."""
     import shutil
 
     if found := shutil.which("ffmpeg"):
@@ -155,7 +155,7 @@ def _ffmpeg():
 
 
 def _pace(factor):
-    """How much faster or slower than the motion a picture runs, in words."""
+    """The speed of a film relative to the motion, in words."""
     if abs(factor - 1.0) < 0.05:
         return "real time"
     digits = max(2, 1 + math.floor(math.log10(max(factor, 1.0 / factor))))

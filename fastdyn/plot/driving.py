@@ -8,9 +8,9 @@ from . import solution, style
 from .scene import Scene
 
 FORCES = ("front_force", "rear_force")
-DASHES = ("-", (0, (4, 3)))  # the rear force is nearly the front one
+DASHES = ("-", (0, (4, 3)))  # dashes, because front and rear force nearly coincide
 MARKS = 8  # arrows along the path
-LARGER = 4.0  # times its size, the car of a moving picture
+LARGER = 4.0  # scale of the car in a moving picture
 
 
 def figure(results, **options):
@@ -55,7 +55,7 @@ def _arrows(axes, y, colour):
     way = np.concatenate([[0.0], np.cumsum(steps)])
     if not way[-1] > 0.0:
         return
-    once = min(way[-1], 3.0 * max(np.ptp(y[0]), np.ptp(y[1])))  # not around and around
+    once = min(way[-1], 3.0 * max(np.ptp(y[0]), np.ptp(y[1])))  # about the first round of a path
     for at in np.searchsorted(way, once * (np.arange(MARKS) + 0.5) / MARKS):
         ahead = min(at + 1, y.shape[1] - 1)
         if (y[:2, at] != y[:2, ahead]).any():
@@ -84,6 +84,6 @@ _BODY = np.array([[-0.65, -0.22], [0.45, -0.22], [0.65, 0.0], [0.45, 0.22], [-0.
 
 
 def _axes(angle):
-    """Unit vectors along a heading, clockwise from x, and across it."""
+    """Unit vectors along and across a heading; the angle counts clockwise from x."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([c, -s]), np.array([s, c])

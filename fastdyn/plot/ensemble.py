@@ -7,8 +7,8 @@ import numpy as np
 from . import style
 from .needed import needed
 
-MOST = 8  # panels
-FEW = 6  # trajectories that are drawn one by one
+MOST = 8  # most panels
+FEW = 6  # up to so many trajectories are drawn one by one
 BANDS = ((0.05, 0.95, 0.18, "90 % of all"), (0.25, 0.75, 0.35, "half of all"))
 TITLES = {
     "y_end": "{} at the end", "final": "{} at the end", "max": "largest {}", "min": "smallest {}",
@@ -44,7 +44,7 @@ def figure(trajectories, of=None, over=None, components=None, **options):
 
 
 def _columns(e, over):
-    """What is drawn over: parameters, or where none differs initial states, unless named."""
+    """The columns to draw over: the columns in `over`, else parameters, else initial states."""
     parameters, starts = e.varied()
     if over is None:
         return parameters or starts
@@ -91,7 +91,7 @@ def _bands(axes, t, values):
     for low, high, alpha, label in BANDS:
         edges = np.nanquantile(values, [low, high], axis=0)
         axes.fill_between(t, *edges, color=style.COLOURS[0], alpha=alpha, lw=0, label=label)
-    low, high = axes.get_ylim()  # that of the bands: a single one that runs away may leave
+    low, high = axes.get_ylim()  # the limits of the bands, not of single trajectories
     axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     for number, i in enumerate(np.linspace(0, len(values) - 1, 3).astype(int)):
         label = None if number else "three of them"
@@ -100,13 +100,13 @@ def _bands(axes, t, values):
 
 
 def _told(columns, number):
-    """What trajectory this is, in its parameters."""
+    """The label of a trajectory: its parameters."""
     told = [f"{label.name} = {column[number]:.4g} {label.unit}" for label, column in columns[:2]]
     return ", ".join(told).strip() or f"trajectory {number}"
 
 
 def _sweep(e, names, chosen, over, options):
-    """Lines over the one parameter that varies."""
+    """Lines over the only parameter that varies."""
     label, column = over
     found = _quantities(e, names, chosen)
     panels_of = list(dict.fromkeys(quantity.panel for quantity in found))[:MOST]
@@ -152,7 +152,7 @@ def _map(e, names, chosen, columns, options):
 
 
 def _histograms(e, names, chosen, options):
-    """How each quantity is distributed, where more varies than can be drawn."""
+    """A histogram of each quantity, for more than two varying parameters."""
     found = _quantities(e, names, chosen)[:MOST]
     figure, panels = _grid(len(found), **options)
     for axes, quantity in zip(panels, found, strict=True):
@@ -167,7 +167,7 @@ def _histograms(e, names, chosen, options):
 
 
 class Quantity(NamedTuple):
-    """Something to draw for each trajectory, NaN where it failed; `panel` says with what."""
+    """A number for each trajectory, NaN for failed trajectories; `panel` names its panel."""
 
     title: str
     unit: str
@@ -179,7 +179,7 @@ def _quantities(e, names, chosen):
     found = []
     for name in names:
         values = e.y_end if name == "y_end" else e.reduced[name]
-        if values.ndim == 1:  # of a Fold
+        if values.ndim == 1:  # the values of a Fold
             found.append(Quantity(name, "", np.where(e.success, values, np.nan), (name, "")))
             continue
         values = np.where(e.success[:, None], values, np.nan)

@@ -9,7 +9,7 @@ from . import solution, style
 from .needed import needed
 from .scene import Scene
 
-FAR = 3.0  # a flight that reaches so many times as far as the shortest one leaves the picture
+FAR = 3.0  # a flight with so many times the shortest range leaves the picture
 
 
 def figure(results, speed, **options):
@@ -19,10 +19,10 @@ def figure(results, speed, **options):
     Parameters
     ----------
     results : dict of str to OdeResult
-        Results by label, their states beginning with x, y, z. The picture is as large as the
-        shortest flights need; a much longer one is cut where it leaves it.
+        Results by label; the states begin with x, y, z. The shortest flights determine the size of
+        the picture, which cuts much longer flights.
     speed : callable
-        The speed as a quantity, for the first of the systems; others bring their own.
+        The quantity for the speed, for the first system; other systems have their own.
     """
     pyplot = needed("matplotlib.pyplot")
 
@@ -55,7 +55,7 @@ def figure(results, speed, **options):
 
 
 def _frame(paths):
-    """Corners of the box to show, and for each path which of its points lie outside."""
+    """The corners of the visible box, and for each path whether its points lie outside."""
     reach = [max(np.ptp(path, axis=1).max(), 1e-9) for path in paths]
     shown = [p for p, r in zip(paths, reach, strict=True) if r <= FAR * min(reach)]
     together = np.concatenate(shown, axis=1)
@@ -86,7 +86,7 @@ def _ground(space, low, high):
 
 
 def _wind(space, system, low, high, colour):
-    """An arrow on the ground that shows where the wind blows, if there is any."""
+    """Draw the direction of the wind, if any, as an arrow on the ground."""
     wind = np.array([getattr(system, name, 0.0) for name in ("wx", "wy", "wz")])
     size = math.hypot(*wind)
     if size == 0.0:

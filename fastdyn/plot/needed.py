@@ -6,18 +6,18 @@ from typing import Any
 
 def needed(name, purpose="Figures need") -> Any:
     """
-    A module of a library that only `purpose` takes, imported when asked for.
+    Import a module of an optional library, for `purpose`.
 
     Raises
     ------
     ModuleNotFoundError
-        Without the library, with a sentence that says how to install it.
+        If the library is missing, with a sentence about its installation.
     """
     library = name.partition(".")[0]
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != library:
-            raise  # the library is there, and lacks something itself
+            raise  # the library is installed, but one of its own imports fails
         sentence = f"{purpose} {library}: python -m pip install {library}"
         raise ModuleNotFoundError(sentence, name=library) from None

@@ -1,4 +1,4 @@
-"""Orbits by several methods side by side, and what becomes of their energy."""
+"""Figures of orbits by several methods side by side, and of the change of their energy."""
 
 import itertools
 from typing import Any
@@ -11,7 +11,7 @@ from .needed import needed
 
 def side_by_side(results, exact, **options):
     """
-    An orbit in the plane for each result, three in a row, over the exact one.
+    An orbit in the plane for each result, three in a row, over the exact orbit.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def side_by_side(results, exact, **options):
 
 def energies(results, zoom, lowest=-100.0, **options):
     """
-    Change of the energy in per cent of its size, and the same again between -`zoom` and `zoom`.
+    The change of the energy in per cent, in a panel of full range and in a panel of +-`zoom`.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ def energies(results, zoom, lowest=-100.0, **options):
     zoom : float
         Per cent.
     lowest : float
-        Per cent, below which a run that fails leaves the picture.
+        Lower limit of the picture, in per cent; runs that fail leave the picture.
     """
     with style.slides():
         figure, panels = style.column(2, **{"figsize": (12, 8)} | options)
-        widths = np.linspace(5.0, 1.6, len(results))  # the last one hides none of the others
+        widths = np.linspace(5.0, 1.6, len(results))  # the last line hides no other line
         for (label, result), width in zip(results.items(), widths, strict=True):
             energy = result.invariants()["energy"]
             change = 100.0 * (energy - energy[0]) / abs(energy[0])

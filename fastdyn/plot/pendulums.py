@@ -7,11 +7,11 @@ import numpy as np
 from . import solution, style
 from .scene import Scene
 
-DOTS = 220  # of the exact solution, so that the computed line is seen between them
+DOTS = 220  # dots of the exact solution, far enough apart to show the computed line
 
 
 def by_angle(results, **options):
-    """Angle with the exact one, in parts of pi, and tension, against time."""
+    """The computed and the exact angle, in parts of pi, and the tension, against time."""
     with style.slides():
         figure, (angle, force) = style.column(2, **options)
         for label, result in results.items():
@@ -33,9 +33,9 @@ def by_angle(results, **options):
 
 def small_angle(pendulum, t):
     """
-    The solution for small angles beside the exact one of a `Pendulum`; returns figure and axes.
+    The solution for small angles beside the exact solution of a `Pendulum`.
 
-    The axes below are empty, for what else is to be shown over w0 t.
+    Returns figure and axes; the lower axes are empty, for further curves over w0 t.
     """
     with style.slides():
         figure, (angle, below) = style.column(2, figsize=(11, 8.5), sharex=False)
@@ -54,7 +54,7 @@ def small_angle(pendulum, t):
 
 
 def on_circle(results, length, **options):
-    """x and y of the first result with the exact ones, its tension; distances from the circle."""
+    """x and y of the first result, computed and exact, its tension; distances from the circle."""
     with style.slides():
         figure, (place, force, off) = style.column(3, **{"figsize": (12, 8.5)} | options)
         first = next(iter(results.values()))
@@ -104,7 +104,7 @@ def _paths(results, length, last, labels, options):
         for (label, result), width in zip(results.items(), widths, strict=True):
             t, y = solution.curve(result)
             system = result.system
-            path.plot(*y[:2], label=label, lw=width)  # the last one hides none of the others
+            path.plot(*y[:2], label=label, lw=width)  # the last line hides no other line
             pull = system.along(system.quantities["tension"], t, y)
             pull[in_flight(t, result.get("phases", ()))] = 0.0
             force.plot(t, pull, label=label)
@@ -117,12 +117,12 @@ def _paths(results, length, last, labels, options):
 
 def in_flight(t, phases):
     """
-    Which of the times belong to a flight.
+    Whether each time belongs to a flight.
 
     Parameters
     ----------
     t : ndarray, shape (n_points,)
-        Times; the start of a flight does not belong to it, its end does.
+        Times. A flight contains its end, but not its start.
     phases : list of (str, float, float)
         Name, start and end of each phase.
 

@@ -1,4 +1,4 @@
-"""The picture of a system in one state, before anything draws that picture."""
+"""The picture of a system in one state, as data, independent of any library of figures."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ import numpy as np
 
 class Scene(NamedTuple):
     """
-    What a system looks like in one state: in its plane as (x, y), or in space as (x, y, z).
+    The picture of a system in one state, in the plane as (x, y), or in space as (x, y, z).
 
     Parameters
     ----------
@@ -16,7 +16,7 @@ class Scene(NamedTuple):
     points : list of (x, y) or (x, y, z)
         Masses.
     fixed : list of (x, y) or (x, y, z)
-        Points that stay where they are.
+        Points that do not move.
     bodies : list of (x, y) or (x, y, z)
         Filled polygons.
     ground : float, optional
@@ -24,11 +24,11 @@ class Scene(NamedTuple):
     axes : tuple of str
         Names of the axes.
     note : str
-        Said beside the time.
+        A text beside the time.
     frame : tuple, optional
-        Lower left and upper right corner of a region that the picture shows at least.
+        Lower left and upper right corner of a region that the picture must show.
     trail : tuple, optional
-        The point that leaves a trail; the first mass unless given.
+        The point that leaves a trail; by default the first mass.
     down : bool
         Whether the last axis points downwards.
     """
@@ -74,7 +74,7 @@ def frame(scenes):
     reach = np.maximum(reach, 0.55 * reach.max())
     middle = 0.5 * (low + high)
     if first.ground is not None and low[1] >= first.ground:
-        middle[1] = first.ground + 0.85 * reach[1]  # little of what is below
+        middle[1] = first.ground + 0.85 * reach[1]  # little of the region below the ground
     limits = [(m - r, m + r) for m, r in zip(middle, reach, strict=True)]
     if first.down:
         limits[-1] = limits[-1][::-1]

@@ -5,7 +5,7 @@ import numpy as np
 from . import solution, style
 from .scene import Scene, spring
 
-DOTS = 160  # of the exact solution, so that the computed line is seen between them
+DOTS = 160  # dots of the exact solution, far enough apart to show the computed line
 
 
 def figure(results, **options):

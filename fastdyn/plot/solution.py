@@ -1,9 +1,8 @@
 """
 Figures at slide size. Matplotlib is imported when the first figure is drawn, not before.
 
-`plot` is what ``result.plot()`` calls. The other functions are the pieces that the figures of the
-systems are put together from; all of them take results by label, so that drawing one run and
-comparing several are the same thing.
+``result.plot()`` calls `plot`. The figures of the systems consist of the other functions. All
+functions take results by label, for a single run as for a comparison of runs.
 """
 
 from typing import Any
@@ -72,9 +71,9 @@ def invariants(panels, system, results):
     """
     Draw each invariant of a system against time, one panel each, with its value at the start.
 
-    Where it changes by less than a hundredth in all results, its change is drawn, which needs
-    fewer digits on the axis. An axis reaches at most twice the value at the start away from it:
-    a run that has failed must not flatten the others.
+    If an invariant changes by less than a hundredth in all results, its change is drawn instead,
+    which needs fewer digits on the axis. The range of an axis is at most twice the value at the
+    start, so that a failed run does not flatten the other curves.
     """
     for axes, function in zip(panels, system.invariants.values(), strict=True):
         curves = [system.along(function, one.t, one.y) for one in results.values()]
@@ -96,12 +95,12 @@ def invariants(panels, system, results):
 
 def plane(axes, exact, path, colour):
     """
-    Draw a path in the (x, y) plane with the exact one, at equal scales.
+    Draw a computed and an exact path in the (x, y) plane, at equal scales.
 
     Parameters
     ----------
     exact, path : ndarray, shape (2, n_points)
-        The axes show all of the exact path, all of the computed one if `exact` is NaN.
+        The axes show the whole exact path, or the whole computed path if `exact` is NaN.
     """
     axes.plot(*path, color=colour, lw=1.2)
     known = not np.isnan(exact).any()
@@ -146,15 +145,15 @@ def relative_changes(result):
 
 
 def between(result):
-    """The continuous solution of a result, or None where none can be had."""
+    """The continuous solution of a result, or None if it is not available."""
     continuous = getattr(result, "continuous", None)
     return continuous() if continuous else result.sol
 
 
 def curve(result, per_step=16):
     """
-    Points for a smooth line, of the continuous solution: ``per_step`` in each step, and some
-    hundreds in all. Of a result that has none, the points of the result.
+    Points for a smooth line, from the continuous solution: ``per_step`` in each step, and at least
+    some hundreds. Without a continuous solution, the points of the result.
 
     Returns
     -------
@@ -170,7 +169,7 @@ def curve(result, per_step=16):
 
 
 def exact_curve(system, t):
-    """Exact state along t, shape (n, n_points), all NaN where none is known."""
+    """The exact state along t, shape (n, n_points), or NaN if no exact solution is known."""
     try:
         return system.exact_along(t)
     except ValueError:

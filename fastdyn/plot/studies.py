@@ -46,7 +46,7 @@ def plot_studies(studies, **options):
 
 
 def _guides(axes):
-    """Lines for sqrt t and t through the lower left of what is drawn."""
+    """Lines for sqrt t and t through the lower left corner of the data."""
     drawn = [line.get_ydata() for line in axes.lines]
     t = axes.lines[0].get_xdata()
     last = [np.nanmax(y[len(y) // 2 :]) for y in drawn if np.isfinite(y[len(y) // 2 :]).any()]

@@ -36,7 +36,7 @@ def slides():
 
 
 def legend(figure, *panels):
-    """One legend above all panels, where it hides no data; equal labels are named once."""
+    """One legend above all panels, which hides no data; equal labels appear once."""
     entries = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -49,7 +49,7 @@ def legend(figure, *panels):
 
 
 def column(n_panels, sharex: Any = True, **options):
-    """Figure of panels above one another that share the time axis, unless told otherwise."""
+    """A figure of panels in a column, which share the time axis by default."""
     pyplot = needed("matplotlib.pyplot")
 
     options = {"figsize": (10, 2.2 + 2.2 * n_panels), "layout": "constrained"} | options
@@ -59,7 +59,7 @@ def column(n_panels, sharex: Any = True, **options):
 
 
 def row(n_panels, **options):
-    """Figure of panels beside one another."""
+    """A figure of panels in a row."""
     pyplot = needed("matplotlib.pyplot")
 
     given: Any = {"layout": "constrained"} | options
@@ -96,7 +96,7 @@ def at_equal_scales(axes, ylabel="y (m)"):
 
 
 def sizes(values):
-    """Absolute values for a logarithmic axis; what is below ROUNDING, 0 too, is drawn there."""
+    """Absolute values for a logarithmic axis; values below ROUNDING become ROUNDING."""
     return np.maximum(np.abs(values), ROUNDING)
 
 
@@ -113,7 +113,7 @@ def in_pi(axis):
 
 
 def _times_pi(value):
-    """A multiple of pi in quarters, as one writes it."""
+    """The text of a multiple of pi / 4."""
     quarters = round(4 * value)
     if quarters == 0:
         return "0"

@@ -75,7 +75,7 @@ class Members:
     ----------
     count, n : int
     y0 : ndarray, shape (count, n) or (1, n)
-        Initial states; of complex states, real and imaginary parts in turn, and n counts both.
+        Initial states.  Complex states alternate real and imaginary parts, and n counts both.
     complex : bool
     finite : ndarray of bool, shape (count,) or (1,)
     usual : int
@@ -114,7 +114,7 @@ class Members:
         )
 
     def lengthen(self, times):
-        """Append zeros to each state, to `times` its length."""
+        """Append zeros to each state, so that its length is `times` the former length."""
         self.y0 = np.hstack([self.y0, np.zeros((len(self.y0), (times - 1) * self.n))])
         self.n *= times
 

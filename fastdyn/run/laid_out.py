@@ -27,7 +27,7 @@ from .matrices.layouts import matrices_of
 from .matrices.mass import mass_of
 from .memory import MEMORY, Y0, lay, plan
 
-MOST_PIECES = 16  # of output that a solve gets at once, if an earlier solve needed as many
+MOST_PIECES = 16  # most pieces of output that a solve gets at the start, if the solve before did
 
 
 def new_memory(size):

@@ -24,7 +24,7 @@ from .functions.compared import Compared
 from .laid_out import LaidOut
 from .resume import checkpoint_of, from_arrays, to_arrays
 
-CHUNK_SECONDS = 0.05  # of a chunk; Ctrl-C, the progress bar and the tier act between two chunks
+CHUNK_SECONDS = 0.05  # length of a chunk; Ctrl-C, progress bar and tier act between two chunks
 GOES_ON = (RUNNING, FULL)
 # A run stands if its steps are shorter than STANDS times the longest mean before, and the way to
 # the end takes more such steps than MOST_AHEAD, or than MANY_AHEAD, if another method may follow or
@@ -124,7 +124,7 @@ class Run(LaidOut):
         return status
 
     def is_plain(self):
-        """Whether the kernels call nothing of Python's, and the steps are nobody's business."""
+        """Whether the kernels call no Python code, and nothing watches the steps."""
         plain = not self._callbacks and self._followed is None and not self._stores
         return plain and len(self.bounds) == 1 and not self.watched and self.n_first() > 0
 
@@ -141,7 +141,7 @@ class Run(LaidOut):
         return self.spent / max(1, min(sum(counters(self.memory)[:2]), self.n_first()))
 
     def _call_at_the_end(self):
-        """Let the equations write what they write, as their last call does."""
+        """Call the equations once more at the end, so that outside objects have the last writes."""
         (state,), bound = self.view("solve.state"), self._own
         evaluate(bound.python, bound.mode, state["t"], self.view("solve.work")[Y].copy())
 

@@ -28,14 +28,14 @@ class Plan:
     Parameters
     ----------
     name : str
-        Of the method.
+        The name of the method.
     pair : bool
         True if the equations are a Pair.
     n : int
         Number of components.
     n_events, n_schedules : int
     n_points, n_polynomials, n_occurrences : int
-        Room for points, for polynomials, and for events besides those of the last step.
+        Room for points, for polynomials, and for events of all steps but the last.
     matrix_rows : int
         Rows of the work array that a matrix takes.
 
@@ -115,7 +115,7 @@ class Plan:
         self.places = np.array(places)
 
     def view(self, memory, name):
-        """The array of that name in a memory."""
+        """The array `name` of a memory."""
         begin, end, dtype, shape = self.arrays[name]
         return memory[begin:end].view(dtype).reshape(shape)
 

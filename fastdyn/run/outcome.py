@@ -59,7 +59,7 @@ SENTENCES = {
 }
 COUNT = struct.Struct("q")
 _new = tuple.__new__  # half the time of a named tuple's own
-BLOWN_UP = 1e8  # growth relative to the initial state that is called a blow-up
+BLOWN_UP = 1e8  # growth relative to the initial state that counts as a blow-up
 
 
 def outcome(status, state, work, problem):

@@ -9,9 +9,9 @@ import numpy as np
 from fastdyn.kernels.output.arguments import OUTPUT
 from fastdyn.kernels.state.record import STATE
 
-PIECE = 128  # points in the first piece of the output; later ones double
-PIECE_NUMBERS = 2**22  # numbers in one piece at most
-FEWEST = 4  # places in the first piece, at least
+PIECE = 128  # points in the first piece of the output; each later piece is twice as long
+PIECE_NUMBERS = 2**22  # most numbers in a piece
+FEWEST = 4  # fewest places in the first piece
 OCCURRENCES = ("events.index", "events.t", "events.y")
 
 

@@ -2,13 +2,16 @@
 
 import functools
 from operator import itemgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 class Missing(KeyError, AttributeError):
-    """A field that the result has not, as a key or as an attribute."""
+    """Raised for a missing field of a result, read as a key or as an attribute."""
 
 
 class OdeResult(dict):
@@ -100,8 +103,18 @@ class OdeResult(dict):
             lines.append(f"{name:>{width}}: {text}")
         return "\n".join(lines)
 
-    def plot(self, **options):
-        """Draw the components against time; a system's result draws the system's figure."""
+    def plot(self, **options) -> "Figure":
+        """Draw the components over time; the result of a system draws the figure of the system.
+
+        Parameters
+        ----------
+        **options
+            Options of `fastdyn.plot.solution.plot`, or of the figure of the system.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.solution import plot
 
         return plot(self, **options)

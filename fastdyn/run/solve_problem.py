@@ -29,7 +29,7 @@ from .memory import plan
 from .outcome import result_of
 from .stiffness import gives_up, notice, watch
 
-WORDS = 1000  # of a state, which count as much as a small run
+WORDS = 1000  # a state of so many words counts as much as a small run
 
 _idle = memory.Table()  # runs that wait for the next solve of the same code, by `_place`
 
@@ -50,7 +50,8 @@ def verify(bound, probe, n):
 def run_of(problem, to_the_end=False):
     """A Run with the functions of a problem compiled, and evaluated once.
 
-    `to_the_end` says that it is solved at once: nobody looks at what the equations write meanwhile.
+    `to_the_end` tells whether the Run solves to the end at once: then no other code reads, during
+    the solve, the objects to which the equations write.
     """
     p = problem
     n = len(p.y0)
@@ -102,9 +103,10 @@ def load_kernels(problem):
 
 
 def _may_store(problem):
-    """Whether the equations may write to things outside, which they do at the end once more.
+    """Whether compiled equations may write to outside objects, with one more call at the end.
 
-    Nothing else of the solve may use these; and the last call of SciPy's method is at the end.
+    Conditions: no other function of the solve uses the objects, and SciPy's method makes its last
+    call at the end of the solve.
     """
     p = problem
     between = (
@@ -117,7 +119,7 @@ def _may_store(problem):
 
 
 def _between_steps(problem):
-    """True if a method of SciPy's is asked for states between two steps.
+    """True if the solve with a method of SciPy needs states between two steps.
 
     A function that writes to the state changes the state at the end of a step, not within the step.
     Implicit methods evaluate the function at many trial states of a step.
@@ -200,7 +202,7 @@ def _functions(problem):
 
 
 def _taken(idle, problem, functions):
-    """An idle run whose code is valid for a problem's functions and arguments now; None without."""
+    """An idle run whose code is valid for the present functions and arguments, or None."""
     try:
         run = idle[0].pop()
     except (TypeError, IndexError):  # there is none, or another thread has it
@@ -221,7 +223,7 @@ def _give_back(place, idle, run, functions):
     for bound in run.bounds:
         bound.keepalive[:] = None, (), bound.function
     if idle is None:
-        codes = [function.__code__ for function in functions]  # their ids stay taken
+        codes = [function.__code__ for function in functions]  # kept alive: their ids are keys
         _idle.put(place, ([run], codes), 1 + run.plan.n // WORDS)
     elif not idle[0]:
         idle[0].append(run)

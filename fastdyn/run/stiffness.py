@@ -27,13 +27,13 @@ OF_SERIES = {
     17: 7.70,
     25: 10.69,
 }  # `stable_to` of "Taylor" by order: R is a partial sum of exp
-MANY = 2000  # steps; a run with fewer steps loses no time
-MOST = 4  # solves of a function that are examined
+MANY = 2000  # a run with fewer steps is not examined, because it loses little time
+MOST = 4  # number of solves of a function that are examined
 NEAR, SLOW = 0.6, 0.02  # share of the limit; largest change in a step, as a share of the state
-FEW = 32  # components, up to which Rodas5P is mostly the fastest
-ITERATIONS, SIZE = 40, 1e-6  # of the power method; size of its displacements
+FEW = 32  # up to so many components, Rodas5P is mostly the fastest method
+ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displacements
 DAMPED = 0.25  # loss of an oscillation in a radian
-ALIKE = 1e-3  # vectors that differ by less have one direction
+ALIKE = 1e-3  # vectors that differ by less count as parallel
 
 _gives_up = contextvars.ContextVar("gives up", default=False)
 
@@ -101,7 +101,7 @@ def _held_back(problem, run, undamped=False):
         return None
     state, work = run.view("solve.state")[0], run.view("solve.work")
     t, y = float(state["t"]), work[Y].copy()
-    h = max(abs(t - float(state["t_old"])), float(state["h"]))  # the last may have been cut short
+    h = max(abs(t - float(state["t_old"])), float(state["h"]))  # t_end may have cut the last step
     return _verdict(
         problem.method.name, n_steps, t, h, (work[Y_OLD], y),
         lambda y: evaluated(bound, t, y, len(y)), lambda value: _limit(problem, value, undamped),

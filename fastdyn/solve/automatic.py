@@ -7,7 +7,7 @@ from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
 LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
-ONCE = ("callback", "checkpoint", "on_event")  # effects that a run given up cannot take back
+ONCE = ("callback", "checkpoint", "on_event")  # options with effects that cannot be undone
 
 
 def solve_automatically(solve, given):
@@ -26,7 +26,7 @@ def solve_automatically(solve, given):
     Returns
     -------
     OdeResult
-        With two more fields: `method`, the name of the method, and `reason`, a sentence.
+        With the additional fields `method`, the name of the method, and `reason`, a sentence.
     """
     complex_state = np.iscomplexobj(given["y0"])
     if any(given.get(name) is not None for name in ONCE):

@@ -5,7 +5,7 @@ import numpy as np
 from fastdyn.problem.validate import method_named
 
 TIGHTER = 100.0  # ratio of the tolerances of both passes
-LEAST_RTOL = 1e-12  # the least rtol that leaves room for a tighter one
+LEAST_RTOL = 1e-12  # below this rtol, no tighter tolerance is possible
 FIRST_PASS = (
     "t_eval", "dense_output", "events", "sensitivity", "first_step", "max_steps", "progress",
     "callback", "checkpoint", "on_interrupt", "at", "every",

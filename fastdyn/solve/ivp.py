@@ -107,24 +107,24 @@ def solve_ivp(
     min_step : float
         For "LSODA", as in SciPy: the shortest step.
     mass : array_like, shape (n, n), or callable
-        For "Rodas5P", "Radau", "BDF": M of M y' = fun(t, y).  A singular M, a DAE of index 1, stays
-        the same, and `y0` satisfies the algebraic equations; ``mass(t, y, *args)`` is regular.
+        For "Rodas5P", "Radau", "BDF": M of M y' = fun(t, y), a regular ``mass(t, y, *args)``, or a
+        constant M.  If M is singular (a DAE of index 1), `y0` satisfies the algebraic equations.
     step : float
         Size of constant steps.  Steps are never shortened: if the span is not a whole number of
         steps, the last step overshoots and the end is interpolated.
     on_event : callable or sequence of callable or None
-        For each event None, or a function ``g(t, y, *args)`` that returns the state with which the
-        run goes on behind the event: an impact, a separation, a switch.  `t` then has the time
-        twice, with the state before and after; `y_events`, `t_eval` and `sol` have the state
-        before.  ``terminal = True`` of such an event does not end the run; a number ends the run at
-        the last occurrence, which does not change the state.  Events that accumulate at one time
-        end the run with status -1.
+        For each event None, or a function ``g(t, y, *args)`` that returns the state after the
+        event: an impact, a separation, a switch.  `t` has the time of the event twice, with the
+        states before and after; `y_events`, `t_eval` and `sol` have the state before.  Such an
+        event does not end the run if `terminal` is True; if `terminal` is a number, the occurrence
+        of this number ends the run and does not change the state.  Events that accumulate at one
+        time end the run with status -1.
     at, every : array_like of float, float, or sequences of these
-        Schedules behind the `events`, ``fastdyn.at(at)`` and ``fastdyn.every(every)``: exact times,
-        at which a step ends and `on_event` acts as at an event.
+        Schedules that follow the `events`, ``fastdyn.at(at)`` and ``fastdyn.every(every)``: exact
+        times, at which a step ends and `on_event` acts as at an event.
     discrete : array_like of float, shape (m,)
-        States that only events and schedules change.  All functions get them behind y,
-        ``fun(t, y, d, *args)``, and those of `on_event` return ``(y, d)``.
+        States d that only events and schedules change: all functions are called as
+        ``fun(t, y, d, *args)``, and the functions of `on_event` return ``(y, d)``.
     breakpoints : array_like of float
         Times at which `fun` has a kink or a jump: adaptive methods end a step there.
     project : callable
@@ -132,9 +132,10 @@ def solve_ivp(
         energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` are
         projected, too; states of `sol` are not.
     domain, nonnegative
-        ``domain(t, y, *args)`` is True where `fun` is defined; components that are not negative.
+        ``domain(t, y, *args)`` returns whether `fun` is defined; True, indices or bools name the
+        components that must not become negative.
     max_steps : int
-        Stop with status -1 after so many accepted steps.
+        Largest number of accepted steps; then the run ends with status -1.
     progress : bool
         Show a progress bar.
     on_interrupt : {"raise", "return"}
@@ -142,29 +143,28 @@ def solve_ivp(
     callback : callable
         ``callback(solver)`` is called after each accepted step, in Python; `solver` has the
         attributes of a `Stepper` (`t`, `y`, `t_old`, `step_size`, `nstep`, `nfev`,
-        `interpolate`).  The run ends, with status 1, where it returns True or raises
-        StopIteration.
+        `interpolate`).  To end the run, with status 1, it returns True or raises StopIteration.
     checkpoint : str or path
         A file, written every few seconds, whole or not at all.  After a crash or Ctrl-C, the same
-        call goes on from the file, bit for bit.  Folders that cannot be written are an OSError.
+        call continues from the file, bit for bit.  A folder that cannot be written raises OSError.
     sensitivity : str or sequence of str
         Integrate derivatives of the solution, too, with respect to the initial state ("y0"), to
         arguments of `fun` by name (or "args[0]", ...), numbers or arrays of floats, or to all
         arguments ("args").  See Notes.
     error_estimate : bool
-        Estimate the global error of `y` by a second pass at a tolerance 100 times tighter, or at
-        half the step, in 1.4 to 2.5 times the evaluations of the first.
+        Estimate the global error of `y` by a second pass, at a tolerance 100 times tighter or half
+        the step, which takes 1.4 to 2.5 times the evaluations of the first pass.
     compile : {"auto", "shared", "inlined"}
-        "shared": a kernel for all functions, which calls `fun` through a pointer; "inlined": a
-        kernel that contains `fun`, compiled before the solve; "auto": inlined after 50 ms, once a
-        thread has made that kernel.  Both give the same bits.
+        "shared": a kernel for all functions calls `fun` by its address.  "inlined": a kernel that
+        contains `fun` is compiled first.  "auto": shared, then inlined, once a thread has made that
+        kernel, after 50 ms.  The bits are equal.
 
     Returns
     -------
     OdeResult
         SciPy's fields `t` (n_points,), `y` (n, n_points), `sol`, `t_events`, `y_events`, `nfev`,
         `njev`, `nlu`, `status`, `message`, `success`, and `n_accepted`, `n_rejected`.
-        With "auto", `method` and `reason`, the method that was taken, and a sentence.
+        With "auto", also `method`, the name of the chosen method, and `reason`, a sentence.
         `sensitivity` is a dict, by "y0" and the names of arguments: entry [i, ..., k] is the
         derivative of y_i(t_k) with respect to component ... of the initial state or argument, in
         units of y per unit of that component.  Its shape is (n, n, n_points) for "y0",

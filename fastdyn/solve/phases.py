@@ -69,7 +69,8 @@ def solve_phases(
     first : str
         Name of the phase at the start.
     max_phases : int
-        Stop with status -1 after so many phases: a motion whose phases get ever shorter never ends.
+        Largest number of phases; then the run ends with status -1.  A motion whose phases become
+        ever shorter would never end.
     t_span, y0, method, t_eval, dense_output, events, args, **options
         As for `solve_ivp`; all phases share the components of the state and `args`.
 
@@ -133,7 +134,7 @@ def solve_phases(
         status, message = segment.status, segment.message
         if message.startswith("`max_steps"):
             message = f"All the `max_steps` were taken at t = {end:.10g}: raise it."
-        if status != 1 or not len(ended):  # the end, a failure, or an event of the user
+        if status != 1 or not len(ended):  # the end, a failure, or one of the user's `events`
             break
         t = end
         name, y = phase.after(t, segment.y_events[0][-1], *args)
@@ -190,7 +191,7 @@ def _stacked(states):
 
 
 def _joined_solution(pieces):
-    """One OdeSolution of several that follow on one another; None of none."""
+    """One OdeSolution from several consecutive OdeSolutions; None from an empty list."""
     if not pieces:
         return None
     ts = np.concatenate([pieces[0].ts[:1], *(piece.ts[1:] for piece in pieces)])

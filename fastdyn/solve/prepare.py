@@ -113,16 +113,16 @@ class Prepared:
     def many(self, y0s=None, args=None):
         """Solve from many initial states, with many arguments, one after the other.
 
-        The results equal those of a loop over calls, to the last bit, in one call of a kernel: for
-        thousands of short solves.  `solve_ensemble` uses all cores, and vectors.
+        One call of a kernel makes thousands of short solves.  The results equal the results of a
+        loop over calls, to the last bit.  `solve_ensemble` uses all cores, and vectors.
 
         Parameters
         ----------
         y0s : array_like, shape (m, n) or (n,)
-            Initial states, or one for all solves; the default is that of `prepare`.
+            Initial states, or one state for all solves; by default the state given to `prepare`.
         args : tuple, optional
-            Each an array or list of m numbers, one for each solve, or a value common to all solves:
-            a number, any object, or an array in `fastdyn.Shared`.
+            Each argument is an array or list of m numbers, one for each solve, or a value common to
+            all solves: a number, any object, or an array in `fastdyn.Shared`.
 
         Returns
         -------

@@ -40,7 +40,7 @@ def python_callable(fun, args, mode, near, others=()):
     if bound.function is None:
         return _checked_at_first(bound, mode)
     given, out = np.empty((2, n))
-    left = np.zeros(1, np.int64)  # where Numba's code leaves what it raised
+    left = np.zeros(1, np.int64)  # Numba's code stores the exception that it raised here
     block, function = bound.block, code_at(bound.function.address)
 
     def f(t, y):
@@ -130,9 +130,9 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
 
 
 def begun_again(problem, reason):
-    """Say what SciPy cannot undo, where a solve begins anew because a function writes to the state.
+    """Warn before a solve begins anew by SciPy because a function writes to the state.
 
-    Raises ValueError where an event has had effects.
+    Raises ValueError if an event has had effects, which cannot be undone.
     """
     if not getattr(reason, "begun", False):
         return
@@ -175,7 +175,7 @@ def _observed(method, callback, stopped):
 
 
 def _known_at_first(derivative, f0, state):
-    """The derivative with its first value known, which every solver asks for first.
+    """The derivative with a known first value, because every solver first evaluates the start.
 
     `state` is the initial state as the function left it.
     """

@@ -40,9 +40,9 @@ def solve_separable(
     q0, p0 : array_like, shape (m,)
         Initial positions and momenta.
     method : str
-        Any compiled method except the Nystrom methods, which are for q'' = a(t, q).  The explicit
-        symplectic methods kick and drift in turn: each step evaluates both functions equally
-        often, and `nfev` counts one for both.
+        Any compiled method except the Nystrom methods, which are for q'' = a(t, q).  The steps of
+        the explicit symplectic methods evaluate both functions equally often; `nfev` counts an
+        evaluation of both as one.
     **options
         As in `solve_ivp`; `step` is required by methods with constant steps.
 

@@ -24,7 +24,7 @@ REFUSED = (
     *validate.OF_ONE_SOLVE,
 )  # fmt: skip
 ENDLESS = 2**62
-OF_RUN = ("_run", "_sol", "_given", "fun")  # attributes that a copy makes anew
+OF_RUN = ("_run", "_sol", "_given", "fun")  # attributes that are not copied
 
 
 class Stepper(OdeSolver):
@@ -41,7 +41,8 @@ class Stepper(OdeSolver):
         Start and end; the end may be infinite, or lie before the start.
     y0 : array_like, shape (n,)
     **options
-        Of the method: `rtol`, `atol`, `max_step`, `first_step`; `step`; `project`; `compile`.
+        Options of the method: `rtol`, `atol`, `max_step`, `first_step`; `step`; `project`;
+        `compile`.
 
     Attributes
     ----------
@@ -55,6 +56,7 @@ class Stepper(OdeSolver):
     step_size : float or None
         Length of the last step.
     nfev, njev, nlu : int
+        Evaluations of `fun`, of Jacobians, and factorisations.
     nstep, n_accepted, n_rejected : int
         Accepted steps (under two names), and rejected steps.
 
@@ -162,7 +164,7 @@ class Stepper(OdeSolver):
                 taken = counters(run.memory)[0] > counters(before)[0]
                 if status != RUNNING or taken:  # else the step was taken back, at a border
                     break
-            except GaveUp as reason:  # compiled, it raises; in Python, it may go on
+            except GaveUp as reason:  # the code raises, but the Python function may not
                 leave_to_python(reason.bound, reason)
                 self._run = _run_of_steps(run.problem)
                 self._run.go_on_from(before)

@@ -9,12 +9,12 @@ from fastdyn.kernels.calls.time_scaling import scaled
 
 def time_transformed(fun: Callable[..., Any], density: Callable[..., Any]) -> Callable[..., Any]:
     """
-    Transform the time of a motion that is fast and slow in turns, for constant steps.
+    Transform the time of a motion that is alternately fast and slow, for constant steps.
 
-    With dt = density(t, y) ds, a constant step in s is a step of density times as much in t.  For
-    an eccentric orbit and ``density = r`` (K. F. Sundman, Acta Math. 36 (1912)) the steps are
-    spread evenly over the ellipse.  A symmetric method (Gauss4, Gauss8, Gauss16) keeps the energy
-    of a reversible motion without drift, with and without the transformation.
+    With dt = density(t, y) ds, a constant step ds is a step of density times ds in t.  On an
+    eccentric orbit with ``density = r`` (K. F. Sundman, Acta Math. 36 (1912)), the steps are spread
+    evenly over the ellipse.  A symmetric method (Gauss4, Gauss8, Gauss16) keeps the energy of a
+    reversible motion without drift, with and without the transformation.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ def time_transformed(fun: Callable[..., Any], density: Callable[..., Any]) -> Ca
     Returns
     -------
     function
-        ``fun(s, w, *args)`` for the state w = [y, t], one component longer: give
-        ``y0 = [*y0, t0]``, and find the time in the last component.
+        ``fun(s, w, *args)`` for the longer state w = [y, t].  The initial state is ``[*y0, t0]``;
+        the last component of the solution is the time.
 
     Raises
     ------

@@ -68,7 +68,7 @@ FOR_ALL = {  # one for all methods and functions
 
 
 def start(method, splits):
-    """The start of a method; `splits` for a method that takes a pair's functions one by one."""
+    """The start of a method; `splits` if the method calls the functions of a pair separately."""
     return first_step.plain if splits else method.code.start, START
 
 

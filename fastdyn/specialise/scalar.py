@@ -1,4 +1,4 @@
-"""Kernels of a method and a right-hand side, in two tiers with the same source and the same bits.
+"""Kernels of a method and a right-hand side, in two tiers from one source, with equal bits.
 
 - shared: one stepping kernel for each method, on rows of the work array, calls any function by its
   address.  The kernel is compiled once and kept on disk.
@@ -22,7 +22,7 @@ FUNCTION = "fastdyn_function"  # `unlinked.FUNCTION`: that file imports LLVM
 
 
 def splits(name, pair):
-    """True if a method takes the two functions of a pair one by one."""
+    """True if a method calls the two functions of a pair separately."""
     return pair and BY_NAME[name].separable
 
 
@@ -135,7 +135,7 @@ def _inlining(key, name, function, n):
     if in_stages(name, function):
         try:
             return _stages(key, name, function, n // 2 if BY_NAME[name].second_order else n)
-        except Uncompilable:  # no form for vectors; stages one by one have the same bits
+        except Uncompilable:  # no form for vectors: the loop over stages has equal bits
             pass
     try:
         return _kept(key, lambda made: made.inlining(name, splits(name, True), function, n))

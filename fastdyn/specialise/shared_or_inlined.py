@@ -4,15 +4,16 @@ import functools
 import math
 from typing import Any
 
-from fastdyn.compile import behind
+from fastdyn.compile import background
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.trace.graph.refusal import NotYet
 
 from .scalar import inlined_kernel, inlines, kernel_without_function, links, shared_kernel
 from .series import series_kernel
 
-# Seconds in the shared kernel, after which the inlined one is made.  LLVM takes at least twice
-# FOR_LLVM, and some twice FOR_A_NUMBER for each number of each stage; Numba takes seconds.
+# Seconds in the shared kernel, after which the inlined kernel is made: at most half of the time of
+# the compilation.  LLVM takes at least 2 FOR_LLVM, and some 2 FOR_A_NUMBER for each number of each
+# stage; Numba takes seconds.
 FOR_LLVM, FOR_A_NUMBER = 0.05, 0.0012
 FOR_NUMBA = 1.0
 
@@ -24,8 +25,8 @@ class Tier:
     ----------
     problem : problem.validate.Problem
         With `compile` "auto", "shared" or "inlined".  "auto" takes the inlined kernel if that
-        kernel exists already.  Otherwise the background thread makes the inlined kernel once this
-        function has spent some time in the shared one, over all its solves.
+        kernel exists already.  Otherwise the background thread makes the inlined kernel after this
+        function has spent some time in the shared kernel, summed over all solves.
     bound : compile.bind.Bound
         The equations.
     may_inline : bool
@@ -63,7 +64,7 @@ class Tier:
             self._spent.seconds += seconds
 
     def promote(self):
-        """Between two chunks, take the inlined kernel if it is there, or let it be made."""
+        """Between two chunks, change to the inlined kernel, or let the thread make the kernel."""
         if not self.open:
             return
         spent = self._spent
@@ -73,7 +74,7 @@ class Tier:
                 self._kernel, self.address, self.open = kernel, kernel.address, False
                 return
         if spent.job is None and spent.seconds > spent.after:
-            spent.job = behind.idle_job(functools.partial(_make, spent, *self._of))
+            spent.job = background.idle_job(functools.partial(_make, spent, *self._of))
 
 
 class Spent:
@@ -84,7 +85,7 @@ class Spent:
     seconds : float
     after : float
         The seconds after which the inlined kernel is made.
-    job : behind.Job or None
+    job : background.Job or None
         The making of the inlined kernel.
     """
 
@@ -108,7 +109,7 @@ def _make(spent, name, function, n):
     before, spent.after = spent.after, math.inf
     try:
         if before >= FOR_NUMBA:
-            behind.watch_numba()
+            background.watch_numba()
         elif kernel_without_function(name, n) is None:
             spent.after = FOR_NUMBA
             return

@@ -25,7 +25,7 @@ from .signatures import ADVANCE_VECTORS
 from .vector_rhs import named, number, right_hand_side
 
 MAX_VECTORS = 24
-JACOBIAN = "fastdyn_jacobian"  # its symbol
+JACOBIAN = "fastdyn_jacobian"  # symbol of the Jacobian's code
 
 
 class Kernel(NamedTuple):
@@ -98,7 +98,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     Parameters
     ----------
     name : str
-        Of the method.
+        The name of the method.
     fun, args : callable, tuple
     varying : tuple of bool
         True for each of `args` that differs between trajectories.
@@ -110,7 +110,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     extrema : bool
         The kernel also finds the largest and smallest values.
     events, folds : sequence of callable
-        Functions that give one number, and of the state with the accumulated value before it.
+        Events, functions (t, y) of one number; and folds, functions (t, [value, y]) of one number.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """The complex matrices a J + (b + i c) M of an implicit method; see `matrices.py`.
 
-Each takes the rows of two.  Our own elimination keeps real and imaginary parts apart, LAPACK's one
-after the other.
+A complex matrix takes the rows of two real matrices.  Our own elimination stores all real parts
+before all imaginary parts; LAPACK stores the two parts of each element side by side.
 """
 
 from ..calls.block import (
@@ -30,7 +30,7 @@ from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_
 
 @njit(**INTERNAL)
 def _kind(s, block, n):
-    """Who factorises a complex matrix."""
+    """The kind of elimination for a complex matrix: see `calls/block.py`."""
     if block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == NARROW:
         return BAND
     return kind_of(s, block, n)
@@ -52,7 +52,7 @@ def _eliminate(s, work, block, first, to, pivots, numbers, ld, base):
 
 @njit(**INTERNAL)
 def _put_pairs(s, work, block, kind, first, to, a, b, c):
-    """The matrix in pairs of numbers; all of them, from where LAPACK begins to count."""
+    """Store the matrix as pairs of numbers; return the pairs from LAPACK's first element on."""
     n = work.shape[1]
     ld, base = leading(block, n)
     lower, upper = written(s, kind, n)
@@ -68,7 +68,7 @@ def _put_pairs(s, work, block, kind, first, to, a, b, c):
 
 @njit(**INTERNAL)
 def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
-    """Factorise a J + (b + i c) M, of the J that lies at `first`, at `to`."""
+    """Factorise a J + (b + i c) M: J is read from row `first` on, the factors begin at row `to`."""
     n = work.shape[1]
     s.n_factorised += 1
     if block[MATRICES] == 0:
@@ -91,7 +91,7 @@ def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
 
 @njit(**INTERNAL)
 def solve_complex_sum(s, work, block, first, to, pivots, row, free):
-    """Put the solution in the place of a right-hand side, the row of its real parts and the next.
+    """Replace a right-hand side by the solution: real parts in `row`, imaginary parts in the next.
 
     The rows `free` and the next may be written to.
     """

@@ -32,8 +32,8 @@ def constrained(mass, a, force, b):
     Raises
     ------
     SingularMatrixError
-        If they are not determined: constraints that depend on each other, or that say nothing of
-        the accelerations.
+        If accelerations and reactions are not determined: constraints depend on each other, or do
+        not restrict the accelerations.
 
     Notes
     -----
@@ -60,7 +60,7 @@ def constraints_solved(mass, a, force, b):
     if isinstance(mass[0], list):
         if any(len(row) != n for row in mass):
             raise ValueError(f"{n} forces need {n} masses, or M with {n} rows of {n} numbers")
-        size = largest([x for row in mass for x in row])  # reactions are counted in it
+        size = largest([x for row in mass for x in row])  # the unknowns are reactions / size
         rows = [
             [*m, *(0.0 - size * a[i][j] for i in range(k)), force[j]] for j, m in enumerate(mass)
         ]

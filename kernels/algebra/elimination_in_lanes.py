@@ -1,6 +1,6 @@
-"""Small linear systems with a matrix in each lane of a vector, whose pivots are its own.
+"""Small linear systems with one matrix in each lane of a vector.
 
-Rows are exchanged by selection.
+Each lane has its own pivots: rows are exchanged by selection, not by branches.
 """
 
 from numba import types
@@ -74,9 +74,9 @@ def make_elimination(rows, columns, form):
     room : int
         Rows of vectors that factors take.
     factorise : function
-        ``factorise(factors, entries, diagonal)`` fills the array; whether any lane has exchanged
-        rows.  The matrix of a singular system has a zero on the diagonal of U: solutions are
-        infinite or NaN.
+        ``factorise(factors, entries, diagonal)`` fills the array `factors`, and returns whether any
+        lane has exchanged rows.  For a singular matrix, U has a zero on its diagonal, and solutions
+        are infinite or NaN.
     solve : function
         ``solve(factors, exchanged, b)`` gives x, with A x = b.
     """

@@ -1,15 +1,15 @@
-"""Where the factors of a matrix may have elements that differ from zero, whatever the pivots."""
+"""The places in the factors of a matrix that may be nonzero, for every choice of pivots."""
 
 from typing import NamedTuple
 
-MOST_PRODUCTS = 1360  # of a factorisation in straight-line code: a full matrix of 16 rows
+MOST_PRODUCTS = 1360  # for a factorisation in straight-line code: those of a full matrix of 16 rows
 
 
 class Structure(NamedTuple):
-    """Where the factors of a matrix may have elements, whatever the pivots.
+    """The places in the factors of a matrix that may be nonzero, for every choice of pivots.
 
-    `below[k]` has the rows below the diagonal with an element in column k of L, `right[k]` the
-    columns with one in row k of U, `places` where each element is stored.
+    `below[k]` has the rows, below the diagonal, of the elements in column k of L; `right[k]` has
+    the columns of the elements in row k of U; `places` maps (row, column) to the storage.
     """
 
     below: tuple
@@ -26,7 +26,7 @@ class Structure(NamedTuple):
 def structure(places, n):
     """The Structure of matrices with a diagonal and elements in these places, (row, column).
 
-    All rows that may become row k get the elements of each other: A. George and E. Ng, "Symbolic
+    All rows that may become row k get the union of their elements: A. George and E. Ng, "Symbolic
     factorization for sparse Gaussian elimination with partial pivoting", SIAM J. Sci. Stat.
     Comput. 8 (1987) 877-898.
     """

@@ -1,14 +1,15 @@
-"""Square matrices whose size is known when they are there: factors P A = L U, and solutions.
+"""Square matrices whose size is known at run time only: factors P A = L U, and solutions.
 
 Matrices are stored by columns: ``a[j * ld + i]`` is the element in row i and column j, so that
-everything runs along the memory.  Pivots are LAPACK's: the largest element of a column;
-``pivots[k]`` is the row exchanged with row k.  The matrix of a singular system has a zero on the
-diagonal of U: solutions are infinite or NaN.
+all loops run along the memory.  Pivots are LAPACK's: the largest element of a column;
+``pivots[k]`` is the row exchanged with row k.  For a singular matrix, U has a zero on its diagonal,
+and solutions are infinite or NaN.
 
 Matrices may be banded: `lower` and `upper` are the numbers of diagonals below and above the main
-one, n - 1 of a full matrix.  What lies outside of the band, widened by `lower` above for the
-exchanges, is neither read nor written: with ``ld = 2 lower + upper`` columns overlap there only,
-and the storage is LAPACK's of band matrices.  Work is n lower (lower + upper).
+diagonal, n - 1 for a full matrix.  The exchanges widen the band by `lower` diagonals above.
+Elements outside of the widened band are neither read nor written: with ``ld = 2 lower + upper``,
+columns overlap only outside of the band, and the storage is LAPACK's for band matrices.  A
+factorisation takes n lower (lower + upper) operations.
 """
 
 from ..jit_options import INTERNAL, njit
@@ -19,7 +20,7 @@ LONG = 8  # from here on a loop over a column is worth two slices
 
 @njit(**INTERNAL)
 def bandwidths(a, n):
-    """The diagonals below and above the main one that have an element, of a matrix with ld = n."""
+    """The numbers of nonzero diagonals below and above the main diagonal, for ld = n."""
     lower = upper = 0
     for j in range(n):
         for i in range(n):
@@ -36,7 +37,7 @@ def _subtract(y, x, count, factor):
 
 @njit(**INTERNAL)
 def add_matrix_product(a, ld, x, out, n, lower, upper):
-    """out += A x, of a matrix that is not factorised."""
+    """out += A x, for a matrix that is not factorised."""
     for j in range(n):
         first, end = max(0, j - upper), min(n, j + 1 + lower)
         _subtract(after(out, first), after(a, j * ld + first), end - first, -x[j])
@@ -44,7 +45,7 @@ def add_matrix_product(a, ld, x, out, n, lower, upper):
 
 @njit(**INTERNAL)
 def factorise(a, ld, pivots, n, lower, upper):
-    """Put L and U, with the reciprocals of its diagonal, in the place of a matrix."""
+    """Replace a matrix by L and U, with the reciprocals of the diagonal of U."""
     for k in range(n):
         end, last, column = min(n, k + 1 + lower), min(n, k + 1 + lower + upper), after(a, k * ld)
         p, largest = k, abs(column[k])
@@ -73,7 +74,7 @@ def factorise(a, ld, pivots, n, lower, upper):
 
 @njit(**INTERNAL)
 def solve(a, ld, pivots, b, n, lower, upper):
-    """Put x, with A x = b, in the place of b; `a` is what `factorise` left."""
+    """Replace b by x, with A x = b; `a` has the factors from `factorise`."""
     for k in range(n):
         p, end, column = int(pivots[k]), min(n, k + 1 + lower), after(a, k * ld)
         x = b[p]

@@ -1,7 +1,7 @@
-"""Factors and solutions of complex matrices, as `factorise.py` has them of real ones.
+"""Factors and solutions of complex matrices; `factorise.py` is the real case.
 
-Matrices and rows are two, of real and imaginary parts.  The pivot is the element of a column with
-the largest |re| + |im|, as LAPACK's.
+A complex matrix or row is two real arrays, the real and the imaginary parts.  The pivot is the
+element of a column with the largest |re| + |im|, as in LAPACK.
 """
 
 from ..jit_options import INTERNAL, njit
@@ -23,7 +23,7 @@ def _reciprocal(re, im):
 
 @njit(**INTERNAL)
 def _subtract(b, c, re, im, count, x, y):
-    """b + i c minus (x + i y) (re + i im), of so many numbers."""
+    """Subtract (x + i y) (re + i im) from b + i c, for `count` numbers."""
     for i in range(count):
         u, v = re[i], im[i]
         b[i] -= x * u - y * v

@@ -21,7 +21,7 @@ def is_matrix(ty):
 
 
 def lists_of(context, builder, ty, value):
-    """The lists that tuples make, of Lanes."""
+    """Nested tuples as nested lists of Lanes."""
     if isinstance(ty, types.BaseTuple):
         parts = [(t, builder.extract_value(value, i)) for i, t in enumerate(ty)]
         return [lists_of(context, builder, *part) for part in parts]
@@ -29,7 +29,10 @@ def lists_of(context, builder, ty, value):
 
 
 def in_code(formula, size):
-    """The pair, of a tuple of rows and matrices; x has ``size(*tuples)`` numbers."""
+    """A function that returns the pair of `formula`; x has ``size(*tuples)`` numbers.
+
+    The function takes a tuple of rows and matrices.
+    """
 
     @intrinsic
     def solve(typingctx, given):

@@ -1,7 +1,7 @@
 """LAPACK's factors and solutions, by the addresses of its routines; see `factorise.py`.
 
-`ge` routines take full matrices, `gb` those in bands: E. Anderson and others, "LAPACK Users'
-Guide", third edition (1999).
+`ge` routines take full matrices, `gb` routines take band matrices: E. Anderson and others, "LAPACK
+Users' Guide", third edition (1999).
 """
 
 from llvmlite import ir
@@ -18,10 +18,9 @@ NOT_TRANSPOSED = ord("N")
 
 @intrinsic
 def call_routine(typingctx, routine, arguments):
-    """Call the routine at an address; the number that it leaves in its last argument, `info`.
+    """Call the routine at an address; return the last argument of the routine, `info`.
 
-    Of a tuple of arguments, numbers are passed by the address of a copy, rows by that of their
-    data.
+    A number is passed as the address of a copy, a row as the address of its data.
     """
 
     def codegen(context, builder, signature, args):
@@ -48,24 +47,24 @@ VOID = ir.IntType(8).as_pointer()
 
 @njit(**INTERNAL)
 def factorise_full(routine, a, n, pivots):
-    """By ?getrf; whether the matrix is regular."""
+    """Factorise a full matrix by ?getrf; return whether the matrix is regular."""
     return call_routine(routine, (n, n, a, n, pivots)) == 0
 
 
 @njit(**INTERNAL)
 def solve_full(routine, a, n, pivots, b):
-    """By ?getrs."""
+    """Solve with the factors of a full matrix, by ?getrs."""
     call_routine(routine, (NOT_TRANSPOSED, n, 1, a, n, pivots, b, n))
 
 
 @njit(**INTERNAL)
 def factorise_band(routine, a, n, lower, upper, pivots):
-    """By ?gbtrf, of a band with ld = 2 lower + upper; whether the matrix is regular."""
+    """Factorise a band matrix with ld = 2 lower + upper by ?gbtrf; return whether it is regular."""
     return call_routine(routine, (n, n, lower, upper, a, 2 * lower + upper + 1, pivots)) == 0
 
 
 @njit(**INTERNAL)
 def solve_band(routine, a, n, lower, upper, pivots, b):
-    """By ?gbtrs."""
+    """Solve with the factors of a band matrix, by ?gbtrs."""
     ld = 2 * lower + upper + 1
     call_routine(routine, (NOT_TRANSPOSED, n, lower, upper, 1, a, ld, pivots, b, n))

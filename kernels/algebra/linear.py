@@ -1,8 +1,8 @@
 """Small dense linear systems inside a right-hand side.
 
-Matrices are tuples of rows, so that their size is known when code is made: the elimination is
-straight-line code on registers, with the larger pivot chosen by selection instead of branches,
-and nothing is allocated.  The same functions work on numbers in Python, with the same bits.
+Matrices are tuples of rows, so that their size is known when code is made.  The elimination is
+straight-line code on registers, chooses the larger pivot by selection instead of branches, and
+allocates no memory.  In Python, the functions of this file work on numbers, with equal bits.
 """
 
 import math
@@ -78,14 +78,14 @@ def eliminate(rows):
 
 
 def select(condition, x, y):
-    """x where the condition holds, else y: numbers, or what has truth values of its own."""
+    """x where the condition holds, else y: numbers, Lanes or symbols."""
     if isinstance(condition, bool):
         return x if condition else y
     return condition.choose(x, y)
 
 
 def quotient(x, y):
-    """x / y, of numbers too where y is zero."""
+    """x / y; for numbers, infinite or NaN where y is zero."""
     if not isinstance(y, float) or y != 0.0:
         return x / y
     return math.nan if x == 0.0 or x != x else math.copysign(math.inf, x) * math.copysign(1, y)
@@ -100,7 +100,7 @@ def largest(values):
 
 
 def in_python(formula, message, *given):
-    """The x of ``formula(*lists)``, a pair (x, whether it is the only one), on numbers."""
+    """The x of ``formula(*lists)``, a pair (x, whether x is the only solution), on numbers."""
     x, regular = formula(*map(_floats, given))
     if not regular:
         raise SingularMatrixError(message)

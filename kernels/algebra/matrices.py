@@ -1,13 +1,14 @@
-"""The matrices of an implicit method: where they lie in the work array, and who factorises them.
+"""The matrices of an implicit method: their rows in the work array, and their elimination.
 
-All are a J + b M, of the Jacobian J and the mass matrix M, or I where there is none.  Each takes
-ROWS rows of the work array.  The block's word MATRICES is 0 for n rows, by columns, and our own
-elimination, or names words, which `calls/block.py` has: a kind, where elements lie, bandwidths,
-routines, and the new number of each component if they are in another order (ORDERED).
+Each matrix is a J + b M, with the Jacobian J and the mass matrix M (I without a mass matrix), and
+takes ROWS rows of the work array.  The word MATRICES of the block is 0 for our own elimination of a
+matrix of n rows, stored by columns.  Otherwise the word is the address of words that
+`calls/block.py` describes: the kind of elimination, the layout of the elements, bandwidths,
+routines, and, if ORDERED, the new number of each component.
 
-An OUTSIDE solver keeps the factors itself.  Rows of J hold its elements one after the other, in
-the order of the solver, and those of the factors a and b, from which it can find them again; its
-routines get the addresses of both.
+An OUTSIDE solver keeps the factors itself.  The rows of J then hold the elements of J, in the order
+of the solver.  The rows of the factors hold a and b, from which the solver can factorise again.
+The routines of the solver get the addresses of both.
 """
 
 import numpy as np
@@ -37,18 +38,18 @@ from .factorise import add_matrix_product, factorise, solve
 from .lapack import call_routine
 from .mass import add_mass
 
-NARROWER = 8  # a full matrix is a band if it is so many times narrower on each side
+NARROWER = 8  # a matrix is treated as a band if n is so many times each bandwidth
 
 
 @njit(**INTERNAL)
 def matrix_rows(block, n):
-    """Rows of the work array that a matrix takes."""
+    """The number of rows of the work array that a matrix takes."""
     return n if block[MATRICES] == 0 else words_at(block[MATRICES])[ROWS]
 
 
 @njit(**INTERNAL)
 def leading(block, n):
-    """The distance between columns, and the first element's place."""
+    """The distance between columns, and the place of the first element."""
     if block[MATRICES] == 0:
         return n, 0
     words = words_at(block[MATRICES])
@@ -57,13 +58,13 @@ def leading(block, n):
 
 @njit(**INTERNAL)
 def matrix_at(work, block, first):
-    """The numbers of the matrix whose rows begin with `first`, from its element (0, 0) on."""
+    """The numbers from element (0, 0) on of the matrix that begins at row `first`."""
     return numbers_from(work, first, leading(block, work.shape[1])[1])
 
 
 @njit(**INTERNAL)
 def kind_of(s, block, n):
-    """Who factorises a real matrix."""
+    """The kind of elimination for a real matrix: see `calls/block.py`."""
     if block[MATRICES] == 0:
         return OWN
     kind = words_at(block[MATRICES])[KIND]
@@ -74,13 +75,13 @@ def kind_of(s, block, n):
 
 @njit(**INTERNAL)
 def written(s, kind, n):
-    """The diagonals below and above that are written: all where LAPACK reads all."""
+    """The numbers of diagonals to write below and above; all diagonals if LAPACK reads all."""
     return (n - 1, n - 1) if kind == FULL else (s.lower, s.upper)
 
 
 @njit(**INTERNAL)
 def put_sum(work, block, first, to, a, b, ld, base, lower, upper):
-    """Put a J + b M, of the J that lies at `first`, at `to`; its numbers."""
+    """Put a J + b M at row `to`, with J from row `first`; return the numbers of the sum."""
     n = work.shape[1]
     jacobian, sum_ = numbers_from(work, first, base), numbers_from(work, to, base)
     for j in range(n):
@@ -93,7 +94,7 @@ def put_sum(work, block, first, to, a, b, ld, base, lower, upper):
 
 @njit(**INTERNAL)
 def factorise_sum(s, work, block, first, to, pivots, a, b):
-    """Factorise a J + b M, of the J that lies at `first`, at `to`; whether it is regular."""
+    """Factorise a J + b M, with J from row `first`, at row `to`; return whether it is regular."""
     n = work.shape[1]
     s.n_factorised += 1
     if block[MATRICES] == 0:
@@ -126,19 +127,19 @@ def _eliminate(s, work, block, first, to, pivots, a, b, ld, base):
 
 @njit(**INTERNAL)
 def is_ordered(block):
-    """Whether the components are in another order in matrices."""
+    """Whether matrices order the components in another way than the state."""
     return block[MATRICES] != 0 and words_at(block[MATRICES])[ORDERED] != 0
 
 
 @njit(**INTERNAL)
 def new_number(block, i):
-    """The row and the column in which component i is."""
+    """The row and column of component i in matrices."""
     return words_at(block[MATRICES])[ORDER + i] if is_ordered(block) else i
 
 
 @njit(**INTERNAL)
 def solve_sum(s, work, block, first, to, pivots, row, free):
-    """Put the solution in the place of a right-hand side, a row; `free` may be written to."""
+    """Replace a right-hand side, a row, by the solution; row `free` may be overwritten."""
     n = work.shape[1]
     if block[MATRICES] == 0:
         solve(numbers_from(work, to, 0), n, work[pivots], work[row], n, s.lower, s.upper)
@@ -169,9 +170,9 @@ def _solve(s, work, block, first, to, pivots, b):
 
 @njit(**INTERNAL)
 def add_jacobian_product(s, work, block, first, given, out, free):
-    """Add J times one row to another, of the J that lies at `first`.
+    """Add J times the row `given` to the row `out`, with J from row `first`.
 
-    The rows `free` and the next may be written to.
+    The row `free` and the next row may be overwritten.
     """
     n, words = work.shape[1], words_at(block[MATRICES])
     if block[MATRICES] == 0:

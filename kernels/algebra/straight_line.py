@@ -1,12 +1,13 @@
 """Elimination in straight-line code for LLVM: factors P A = L U, and solutions.
 
-Which elements may differ from zero is known when code is made (`elimination_structure.py`).
-Pivots, and the order of all operations, are those of `factorise.py` and `factorise_complex.py`:
-where no rows are exchanged, that is jumped over.
+`elimination_structure.py` finds, before code is made, the elements that may be nonzero.  Pivots and
+the order of operations are those of `factorise.py` and `factorise_complex.py`.  If no rows need to
+be exchanged, the code jumps over the exchange.
 
-Elements are an object `a` with ``a[i, j]``; ``a[k]``, the pivot of column k; `structure`; and
-``exchange_rows(k, pivot, rows, columns)``, which exchanges row k in these columns with that one of
-`rows` that the pivot names.  Their arithmetic is that of `Reals` or of `Pairs`.
+The elements are an object `a` with the elements ``a[i, j]``, the pivot ``a[k]`` of column k,
+`structure`, and ``exchange_rows(k, pivot, rows, columns)``.  This method exchanges, in the given
+columns, row k with the row among `rows` that the pivot names.  `Reals` or `Pairs` has the
+arithmetic of the elements.
 """
 
 import functools
@@ -19,7 +20,7 @@ from ..vector.instructions import BIT, REAL, constant, intrinsic_of
 class Reals:
     """Numbers, or vectors with a number in each lane; `flags` are LLVM's of sums and products."""
 
-    parts = 1  # of a number
+    parts = 1  # doubles in a number
 
     def __init__(self, builder, kind=REAL, flags=()):
         self.builder, self.kind, self.flags = builder, kind, flags
@@ -68,7 +69,7 @@ class Pairs(Reals):
         return self.builder.fsub(a[0], re), self.builder.fsub(a[1], im)
 
     def reciprocal(self, x):
-        """Without squares that overflow."""
+        """1 / (re + i im) without squares that overflow."""
         builder, one = self.builder, constant(self.kind, 1.0)
         sizes = [super(Pairs, self).size(part) for part in x]
         steep = builder.fcmp_unordered("<", *sizes)
@@ -84,7 +85,7 @@ class Pairs(Reals):
 
 
 def _exchange(numbers, a, k, below, right):
-    """Exchange row k with that of the largest element of its column; whether any lane has to."""
+    """Exchange row k with the row of the pivot; return whether any lane exchanges rows."""
     builder, sizes = numbers.builder, {i: numbers.size(a[i, k]) for i in (k, *below)}
     larger = [builder.fcmp_ordered(">", sizes[i], sizes[k]) for i in below]
     here = numbers.any(functools.reduce(builder.or_, larger))
@@ -113,9 +114,9 @@ def eliminate(numbers, a, k, below, right):
 
 
 def factorise(numbers, a):
-    """Put L and U, with the reciprocals of its diagonal, in the place of a matrix.
+    """Replace a matrix by L and U, with the reciprocals of the diagonal of U.
 
-    Whether any lane has exchanged rows.
+    Returns whether any lane has exchanged rows.
     """
     exchanged = BIT(0)
     for k, (below, right) in enumerate(zip(a.structure.below, a.structure.right, strict=True)):
@@ -124,8 +125,9 @@ def factorise(numbers, a):
 
 
 def forward(numbers, a, b, exchange=None):
-    """L x = P b, in the place of b; `exchange(k, rows)` exchanges b[k] as row k was with one of
-    these.
+    """Replace b by x, with L x = P b.
+
+    ``exchange(k, rows)`` repeats on b the exchange of row k with one of `rows`.
     """
     for k, below in enumerate(a.structure.below):
         if exchange and below:
@@ -136,7 +138,7 @@ def forward(numbers, a, b, exchange=None):
 
 
 def backward(numbers, a, b):
-    """U x = b, in the place of the list b."""
+    """Replace the list b by x, with U x = b."""
     for k in reversed(range(len(a.structure.below))):
         x = b[k]
         for j in reversed(a.structure.right[k]):

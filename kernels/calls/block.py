@@ -1,24 +1,31 @@
 """The words of a block, the data of one compiled function in one solve.
 
-``block`` is an int64 array.  Its words, in order: the address of the function; whether the function
-raised; the time at which it raised (before that, the sides that its decisions took: SIDES); the
-place of the state at which it raised; the addresses of the block of the Jacobian, of the mass
-matrix (`algebra/mass.py`) and of the matrices of an implicit method (`algebra/matrices.py`), each 0
-if there is none; then the parameters of the function.
+``block`` is an int64 array.  The words are, in order:
+
+- the address of the function;
+- whether the function raised;
+- the time at which the function raised, or, until then, the sides of its decisions (SIDES);
+- the place of the state at which the function raised;
+- three addresses, each 0 if there is no such thing: the block of the Jacobian, the words of the
+  mass matrix (`algebra/mass.py`), the words of the matrices (`algebra/matrices.py`);
+- the parameters of the function.
 
 A Jacobian of the user is called as any function, and fills n x n numbers, row by row.  The block of
-a constant Jacobian names no function: its numbers take the place of parameters.
+a constant Jacobian has the address 0, and the numbers of the Jacobian in place of parameters.
 
-A sparse Jacobian has N_ENTRIES entries, column by column, whose places in the matrix come first
-behind the words.  The entries have one of four sources: the function of an exact Jacobian, which
-takes the block of the derivative, and appends the time derivative for a method that needs it; a
-function of the user (OWN_BLOCK); differences in GROUPS of columns, also where an exact entry is not
-finite; constant numbers behind the places.
+A sparse Jacobian has N_ENTRIES entries, column by column.  The places of the entries in the matrix
+lie behind the words.  The entries have one of four sources:
+
+- the function of an exact Jacobian: it takes the block of the derivative, and appends the time
+  derivative for a method that needs the time derivative;
+- a function of the user, with a block of its own (OWN_BLOCK);
+- differences in GROUPS of columns, which also replace exact entries that are not finite;
+- constant numbers behind the places.
 """
 
 ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, FIRST = range(8)
 
-# Two bits for each of the first decisions of a function: was true, was false.
+# Two bits for each of the first decisions of a function: the decision was true; it was false.
 SIDES, MOST_DECISIONS = TIME, 31
 
 # Words of the block of a Jacobian; N_ENTRIES is 0 for a full matrix.
@@ -38,4 +45,4 @@ OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
 # Words of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PLACES = 0, 1, 2, 3
 
-FAILED = -(2**62)  # status of a kernel that raised; no kernel of ours raises
+FAILED = -(2**62)  # status of a kernel that raised an exception, which no kernel of fastdyn does

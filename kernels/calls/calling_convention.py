@@ -1,8 +1,9 @@
 """The calling convention of kernels: arguments in words of 8 bytes.
 
-Every kernel has one compiled form, ``int64 kernel(int64 *words)``, for Python and for other
-kernels.  A number is one word, an array its address and its shape, a named tuple its fields one
-after the other.  Arrays are C-contiguous; the caller keeps them alive.
+Every kernel has one compiled form, ``int64 kernel(int64 *words)``, for calls from Python and from
+other kernels.  A number takes one word.  An array takes the word of its address and the words of
+its shape.  A named tuple takes the words of its fields.  Arrays are C-contiguous; the caller keeps
+arrays alive.
 """
 
 from llvmlite import ir

@@ -1,4 +1,4 @@
-"""The derivative with respect to another time: each component times dt/ds, and dt/ds."""
+"""The derivative of [y, t] with respect to another time s: y' dt/ds, and dt/ds."""
 
 import numpy as np
 

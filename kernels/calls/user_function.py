@@ -1,9 +1,9 @@
 """Calls from kernels to the user's functions.
 
-Every compiled function of the user has one form, ``function(t, y, n, block, out)``: pointers y and
-out to n numbers, and `block`, an int64 array with the data of the function in this solve (see
-`block.py`).  One kernel calls every function by its address (`by_pointer`); a kernel specialised to
-one function contains the code of the function (`inlined`).
+Every compiled function of the user has one form, ``function(t, y, n, block, out)``.  y and out are
+pointers to n numbers; `block` is an int64 array with the data of the function in this solve (see
+`block.py`).  A shared kernel calls any function by its address (`by_pointer`).  A kernel
+specialised to one function contains the code of the function (`inlined`).
 """
 
 from llvmlite import ir
@@ -99,7 +99,7 @@ def by_pointer(t, y, block, out):
 
 
 def linked_later(name):
-    """A compiled function of the common form that has this name when LLVM links its code."""
+    """A stand-in for the compiled function that LLVM links under this name later."""
 
     @intrinsic
     def call(typingctx, t, y, n, block, out):

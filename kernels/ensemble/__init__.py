@@ -1,1 +1,1 @@
-"""Several trajectories in the lanes of vectors, and who is in which lane."""
+"""Several trajectories in the lanes of vectors, and the scheduler that assigns the lanes."""

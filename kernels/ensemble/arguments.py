@@ -1,27 +1,40 @@
-"""What the scheduler works on, as named tuples and records."""
+"""The arguments of the scheduler, as named tuples and records."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-# In `addresses`; from BLOCKS on, the blocks of one trajectory's functions.
-# SCALAR steps a trajectory that its lane has left to it.
+# Indices into `addresses`.  From BLOCKS on lie the blocks of the functions of one trajectory.
+# SCALAR is the kernel for one trajectory.  A lane leaves to this kernel the steps that the vector
+# kernel cannot take.
 ADVANCE, START, WATCH, DENSE_ROWS, ALREADY, OPEN, SCALAR, BLOCKS = range(8)
 
 
-NEXT, COUNT = range(2)  # in `queue`
+NEXT, COUNT = range(2)  # indices into `queue`
 
 
-IDLE = -1  # member of a lane that has none
+IDLE = -1  # number of the member in a lane without a trajectory
 
 
 class Task(NamedTuple):
-    """What all workers share, and where each trajectory comes from.
+    """The data that all workers share, and the starts of the M trajectories.
 
-    Kernels by address; the next member and the number of them, in a `queue` for all workers; a
-    WORKER record; one STATE and one OUTPUT record, as every trajectory begins; parameters, as
-    words, (M, n_values); initial states, (M or 1, n); and schedules, (M or 1, n_schedules), as they
-    begin.
+    Parameters
+    ----------
+    addresses : array
+        Addresses of kernels and blocks.
+    queue : array
+        The next member and the number of members, common to all workers.
+    worker : record
+        A WORKER record.
+    state, record : record
+        The STATE and the OUTPUT with which every trajectory begins.
+    values : array, (M, n_values)
+        Parameters, as words.
+    y0 : array, (M or 1, n)
+        Initial states.
+    schedules : array, (M or 1, n_schedules)
+        The schedules with which a trajectory begins.
     """
 
     addresses: Any
@@ -35,9 +48,10 @@ class Task(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """The vectors: see `lanes.adaptive`; which trajectory is in each lane, and its records.
+    """The arguments of `lanes.adaptive`, and the trajectory and its records of each lane.
 
-    `places` has (address, column of the values, bytes from lane to lane) of each parameter.
+    `places` has (address, column of the values, bytes from lane to lane) of each parameter;
+    `members` has the number of the member in each lane.
     """
 
     fields: Any
@@ -52,7 +66,7 @@ class Lanes(NamedTuple):
 
 
 class Single(NamedTuple):
-    """The rows and the block of one trajectory, where its parameters go, and scratch."""
+    """The rows and the block of one trajectory, the places of its parameters, and scratch."""
 
     work: Any
     block: Any
@@ -62,7 +76,7 @@ class Single(NamedTuple):
 
 
 class Room(NamedTuple):
-    """What `watch` fills for a trajectory; see `output.arguments.Output` and `events.Events`."""
+    """The arrays that `watch` fills for a trajectory; see `output.arguments`."""
 
     t: Any
     d: Any
@@ -75,12 +89,21 @@ class Room(NamedTuple):
 
 
 class Results(NamedTuple):
-    """One row a member: (M, n_times, n), (M, n), (M,), (M,), (M, 4), (M or 0, 4, n), (M, n_events),
-    (M, n_folds).
+    """The results of the ensemble, one row for each of the M members.
 
-    Counts are of steps accepted, rejected, evaluations outside them, times reached; `best` is of
-    `extrema`; `t_first` has the time of the first event of each kind, NaN until it happens;
-    `folded` the values of the FOLDs.
+    Parameters
+    ----------
+    y_eval : array, (M, n_times, n)
+    y_end : array, (M, n)
+    t_end, status : array, (M,)
+    counts : array, (M, 4)
+        Accepted steps, rejected steps, evaluations outside the steps, output times reached.
+    best : array, (M or 0, 4, n)
+        The extrema of each component and their times; see `output/extrema.py`.
+    t_first : array, (M, n_events)
+        The time of the first event of each kind; NaN without such an event.
+    folded : array, (M, n_folds)
+        The values of the FOLDs.
     """
 
     y_eval: Any
@@ -94,21 +117,21 @@ class Results(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Occurrences of events: (member, event), time and state."""
+    """Occurrences of events: (member, event) in `where`, time and state."""
 
     where: Any
     t: Any
     y: Any
 
 
-# What a worker knows of all its trajectories.
+# The facts that hold for all trajectories of a worker.
 WORKER = np.dtype(
     [
         ("vector", "i8"),  # whether the stepping kernel takes vectors
-        ("order", "f8"),  # of the error estimate, and the stage at the end of a step: for the start
-        ("fsal_stage", "i8"),
+        ("order", "f8"),  # order of the error estimate, for the first step
+        ("fsal_stage", "i8"),  # stage at the end of a step, for the first step
         ("project", "i8"),  # address of a block, or 0
-        ("inside", "i8"),  # the same; see `output.arguments.Kernels`, and for the next three
+        ("inside", "i8"),  # address of a block, or 0; see `output.arguments.Kernels`
         ("keeps", "i8"),
         ("past", "i8"),
         ("n_past", "i8"),
@@ -116,14 +139,14 @@ WORKER = np.dtype(
         ("t_final", "f8"),
         ("each", "i8"),  # whether lanes return to the scheduler after every step
         ("watches", "i8"),  # whether the stepping kernel watches the events
-        ("accumulates", "i8"),  # whether it takes the states into the folds
-        ("extrema", "i8"),  # whether they are wanted
-        ("keep_found", "i8"),  # whether every event is, not the first of each kind alone
-        ("n_found", "i8"),  # events in this piece
-        ("n_done", "i8"),  # trajectories
+        ("accumulates", "i8"),  # whether the stepping kernel updates the folds
+        ("extrema", "i8"),  # whether the results include extrema
+        ("keep_found", "i8"),  # whether the results include all events, not only the first ones
+        ("n_found", "i8"),  # number of events in this piece of the output
+        ("n_done", "i8"),  # number of finished trajectories
     ]
 )
 
 
-# A value that is accumulated along a trajectory, number <- function(t, [number, state]).
+# A value that is accumulated along a trajectory: number <- function(t, [number, state]).
 FOLD = np.dtype([("block", "i8"), ("start", "f8")])

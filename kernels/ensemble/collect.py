@@ -1,4 +1,4 @@
-"""What a trajectory's steps leave for its results: events, folds, the state at the end."""
+"""Collects the results of a trajectory from its steps: events, folds, the state at the end."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ..state.rows import copy_row
 
 @njit(**INTERNAL)
 def accumulate(folds, folded, t, work, extended):
-    """Take the state into the folds; False if one raised."""
+    """Update the folds with the state; False if the function of a fold raised."""
     for i in range(len(folds)):
         extended[0, 0] = folded[i]
         copy_row(work[Y], extended[0, 1:])
@@ -22,7 +22,7 @@ def accumulate(folds, folded, t, work, extended):
 
 @njit(**INTERNAL)
 def keep_events(w, o, room, found, t_first, member):
-    """Take out the events of a trajectory; their number."""
+    """Move the events of a trajectory from `room` to the results; return their number."""
     n_events, o.n_events = o.n_events, 0
     for i in range(n_events):
         if np.isnan(t_first[room.e_index[i]]):

@@ -4,12 +4,15 @@ from ..jit_options import INLINED, njit
 from ..vector.scalar_or_vector import select
 from .lanes import field, leave
 
-NEAR = 1e-6  # of its change in a step: an event function that small is looked at
+NEAR = 1e-6  # an event function below this share of its change in a step counts as a crossing
 
 
 @njit(**INLINED)
 def crossed(g, row, form, t, y, ok, block, lanes):
-    """Where an event function has changed its sign, or nearly; its last value is in `row`."""
+    """The lanes in which an event function has changed its sign, or nearly.
+
+    Row `row` has the last value of the function.
+    """
     old, new = field(form, lanes, row), g(t, y, block)
     leave(form, lanes, row, select(ok, new, old))
     return ok & ((abs(new) <= NEAR * abs(new - old)) | ~(old * new > 0.0))

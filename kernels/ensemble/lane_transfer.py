@@ -1,4 +1,4 @@
-"""Trajectories into lanes and out of them."""
+"""Copies trajectories into lanes and out of lanes."""
 
 import numpy as np
 
@@ -22,12 +22,12 @@ from ..state.lane_fields import (
 )
 from ..state.record import Y_OLD, K, Y
 
-N_EXTREMA = 2  # rows behind those of the method: the largest and smallest values so far
+N_EXTREMA = 2  # rows behind the rows of the method: the largest and the smallest values so far
 
 
 @njit(**INTERNAL)
 def set_parameters(places, values, member, lane):
-    """Write the parameters of a member to where functions read them."""
+    """Write the parameters of a member to the words from which functions read them."""
     for j in range(len(places)):
         words_at(places[j, 0] + lane * places[j, 2])[0] = values[member, places[j, 1]]
 
@@ -39,12 +39,12 @@ def next_stop(s, o, t_eval, each):
         return -s.direction * np.inf
     if o.i_eval < len(t_eval) and s.direction * (t_eval[o.i_eval] - s.t_end) < 0.0:
         return t_eval[o.i_eval]
-    return s.t_end  # of the segment
+    return s.t_end  # end of the segment
 
 
 @njit(**INTERNAL)
 def to_lane(w, lanes, single, folded, lane, stop):
-    """Let a lane go on from the state and the rows of one trajectory."""
+    """Copy the state and the rows of one trajectory into a lane."""
     fields, s, events = lanes.fields, lanes.states[lane], lanes.events[lane]
     width, row, work = fields.shape[1], N_FIELDS, single.work
     if w.watches:
@@ -67,7 +67,7 @@ def to_lane(w, lanes, single, folded, lane, stop):
 
 @njit(**INTERNAL)
 def from_lane(w, lanes, single, folded, lane):
-    """The state and the rows of the trajectory in a lane."""
+    """Copy the state and the rows of the trajectory in a lane out of the lane."""
     fields, s, work = lanes.fields, lanes.states[lane], single.work
     width = fields.shape[1]
     if w.accumulates:
@@ -88,7 +88,7 @@ def from_lane(w, lanes, single, folded, lane):
 
 @njit(**INTERNAL)
 def raise_bar(work, best, lane, width):
-    """Tell the stepping kernel what a component has to exceed, or to fall below."""
+    """Tell the stepping kernel the maximum and the minimum of each component so far."""
     for j in range(best.shape[1]):
         work[len(work) - 2, j * width + lane] = best[MAX, j]
         work[len(work) - 1, j * width + lane] = best[MIN, j]

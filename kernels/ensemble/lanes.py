@@ -2,8 +2,8 @@
 time and step.
 
 Lanes never wait for each other and never mix.  A loop returns to the scheduler (`serve`) as soon as
-a lane has reached the time at which it is to stop, or cannot go on; `serve` then gives lanes that
-are done another trajectory.
+a lane has reached its stop time or cannot go on.  `serve` then puts another trajectory into each
+lane whose trajectory is finished.
 """
 
 import numpy as np
@@ -96,25 +96,26 @@ def adaptive(
     form : Form
     extrema : None or anything else
         Whether to return to the scheduler when a step may contain a new maximum or minimum of a
-        component; those so far are the last two rows of `work`.
+        component.  The last two rows of `work` hold the extrema so far.
     watched : None or function
         ``watched(form, t, y, ok, block, lanes)``: the lanes in which an event may have occurred.
     accumulated : None or function
-        ``accumulated(form, t, y, on, block, lanes)`` takes the state into the folds, in the lanes
-        that go on; the others are left to the scheduler.
+        ``accumulated(form, t, y, on, block, lanes)`` updates the folds with the state in the lanes
+        that go on.  The scheduler updates the folds of the other lanes.
     counted : None or (int, int)
-        Of a method that counts its evaluations itself: those of a step, and those after it if it is
-        accepted.  Its step gives a negative error in lanes that it leaves to the kernel of one
-        trajectory, as those are whose error is not finite.
+        For a method that counts its evaluations itself: the evaluations of a step, and the
+        evaluations after an accepted step.  The step of such a method returns a negative error in
+        the lanes that it leaves to the kernel for one trajectory.  Lanes whose error is not finite
+        are left to this kernel, too.
 
     Returns
     -------
     function
         ``loop(state, lanes, work, block, n_steps)`` tries at most `n_steps` steps in each lane and
-        returns their number.  `state` is a STATE record of what all lanes have in common; `lanes`,
-        (N_FIELDS, width), and `work`, (rows, n * width), have what belongs to each.  Row STATUS
-        tells which lanes need the scheduler: FINISHED, RUNNING (T_STOP or LIMIT was reached),
-        STEP_TOO_SMALL or LEFT.
+        returns the number of steps tried.  `state` is a STATE record with the fields that all lanes
+        share; `lanes`, (N_FIELDS, width), and `work`, (rows, n * width), have the data of each
+        lane.  Row STATUS tells which lanes need the scheduler: FINISHED, RUNNING (T_STOP or LIMIT
+        was reached), STEP_TOO_SMALL or LEFT.
     """
 
     @njit(**INTERNAL)
@@ -139,7 +140,8 @@ def adaptive(
             size = t_new - t
             y_new, k, error = step(rhs, t, y, size, k_last, block, form, work, rtol, atol)
             stuck = wanted < h_min  # h_max is below the spacing of t
-            # What is nan may be where the function raises, which one trajectory can tell.
+            # A lane with NaN is left to the kernel for one trajectory, because only that kernel
+            # finds out whether the function raises.
             left = ~((error >= 0.0) & (error < np.inf)) & ~stuck
             not_tried = stuck | left
             ok = (error < 1.0) & ~not_tried
@@ -185,7 +187,7 @@ def adaptive(
 
 
 def fixed(step, fsal_stage, compensation_stage, rhs, form, extrema, watched, accumulated):
-    """The same for constant steps; see `stepping.fixed.kernel`."""
+    """The loop of a method with constant steps, on vectors: see `adaptive`, `fixed.kernel`."""
 
     @njit(**INTERNAL)
     def loop(state, lanes, work, block, n_steps):

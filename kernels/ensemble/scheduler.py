@@ -1,8 +1,9 @@
-"""The loop above the lanes of an ensemble: it gives them trajectories and takes the results.
+"""The loop above the lanes of an ensemble: assigns trajectories to lanes and stores results.
 
-One compiled loop serves every method and function: it calls the stepping kernel, the start and
-`watch` through their addresses.  Output, events, breakpoints and projections are those of `watch`,
-which is told that the step has been taken.  Without vectors there is one lane, and `watch` steps.
+One compiled loop serves every method and function, because the loop calls the stepping kernel, the
+start kernel and `watch` by their addresses.  `watch` handles output, events, breakpoints and
+projections, after the vector kernel has taken the step.  Without vectors there is one lane, and
+`watch` also takes the steps.
 """
 
 import numpy as np
@@ -49,7 +50,7 @@ from .watched import act_at_start, watch_lane
 
 @intrinsic
 def _take(typingctx, queue, i):
-    """queue[i], which goes up by one: no two threads get the same."""
+    """Increment queue[i] atomically and return its former value, different for each thread."""
 
     def codegen(context, builder, signature, args):
         data = arrayobj.make_array(queue)(context, builder, args[0]).data
@@ -122,7 +123,7 @@ def _fill(task, lanes, single, room, results, found, folds, lane):
 
 @njit(**INTERNAL)
 def _resume(task, lanes, single, room, results, lane):
-    """Let a lane go on with its trajectory."""
+    """Set the next stop of a lane, which continues with its trajectory."""
     w, member = task.worker[0], lanes.members[lane]
     stop = next_stop(lanes.states[lane], lanes.records[lane], room.t_eval, w.each != 0)
     to_lane(w, lanes, single, results.folded[member], lane, stop)
@@ -132,7 +133,10 @@ def _resume(task, lanes, single, room, results, lane):
 
 @njit(**INTERNAL)
 def _attend(task, lanes, single, room, results, found, folds, lane, budget):
-    """Sample the steps of one trajectory, and end it or let it go on; the steps taken."""
+    """Sample the steps of one trajectory, and end or resume the trajectory.
+
+    Returns the number of steps taken.
+    """
     w, s, o, member = task.worker[0], lanes.states[lane], lanes.records[lane], lanes.members[lane]
     work, before = single.work, s.n_accepted
     kernel, status = task.addresses[ADVANCE], RUNNING
@@ -142,18 +146,18 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
         kernel, status, budget = task.addresses[ALREADY], int(lanes.fields[STATUS, lane]), 1
         if status == LEFT:
             kernel, status = task.addresses[SCALAR], RUNNING
-            s.order = 0  # the matrix there may be of another trajectory
+            s.order = 0  # the rows may hold the matrix of another trajectory
         elif status <= FINISHED:
             s.n_accepted -= 1
     if w.extrema or len(folds) > 0:
-        budget = 1  # and `watch` leaves the interpolant in d for the extrema
+        budget = 1  # after each step, `watch` leaves the interpolant in d for the extrema
     before, left = s.n_accepted, w.max_steps - s.n_accepted
     if status <= FINISHED:
         steps = budget if budget < left else int(left)
         status = watch_lane(task, lanes, single, room, results.y_eval[member], kernel, lane, steps)
     taken = s.n_accepted - before
     n_events = keep_events(w, o, room, found, results.t_first[member], member)
-    if status == FULL:  # of events; they have been taken out
+    if status == FULL:  # the array of events was full, and is empty now
         status = RUNNING
     if status == RUNNING and s.n_accepted >= w.max_steps:
         status = STEP_LIMIT
@@ -183,7 +187,7 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
 
 @njit(**INTERNAL)
 def _begin(task, lanes, single, best, lane):
-    """Prepare the state and the rows of one trajectory; RUNNING, or why it cannot begin."""
+    """Prepare the state and the rows of one trajectory; return RUNNING or the failure."""
     w, work, states, events = task.worker[0], single.work, lanes.states, lanes.events[lane]
     member = lanes.members[lane]
     states[lane], lanes.records[lane] = task.state[0], task.record[0]
@@ -212,7 +216,7 @@ def _begin(task, lanes, single, best, lane):
 
 @njit(**INTERNAL)
 def _end(task, lanes, single, results, lane, status):
-    """Note the result of a trajectory; its lane is free."""
+    """Store the result of a trajectory, and free its lane."""
     s, member, work = lanes.states[lane], lanes.members[lane], single.work
     results.t_end[member], results.status[member] = s.t, status
     copy_row(work[Y], results.y_end[member])

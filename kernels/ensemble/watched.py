@@ -1,4 +1,4 @@
-"""`watch` for the trajectory of a lane, whose steps a stepping kernel or a vector kernel takes."""
+"""Calls `watch` for the trajectory of a lane, after or instead of the step of a vector kernel."""
 
 from ..calls.calling_convention import invoke
 from ..jit_options import INTERNAL, njit
@@ -10,7 +10,7 @@ from .collect import keep_events
 
 @njit(**INTERNAL)
 def already(state, work, block, n_steps):
-    """In place of a stepping kernel, for a step that has been taken."""
+    """Stands for the stepping kernel where the vector kernel has taken the step already."""
     s = state[0]
     s.n_accepted += 1
     return FINISHED if s.direction * (s.t - s.t_end) >= 0.0 else RUNNING
@@ -18,7 +18,7 @@ def already(state, work, block, n_steps):
 
 @njit(**INTERNAL)
 def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
-    """Steps of one trajectory by the kernel at an address, sampled; the status of `watch`."""
+    """Run `watch` for one trajectory with the stepping kernel at an address; return its status."""
     w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
     own = kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order
     return invoke(
@@ -38,7 +38,10 @@ def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
 
 @njit(**INTERNAL)
 def act_at_start(task, lanes, single, room, results, found, lane):
-    """Let schedules act at the start of a trajectory, before a vector kernel steps; a status."""
+    """Let schedules act at the start of a trajectory, before a vector kernel steps.
+
+    Returns a status.
+    """
     w, o, member = task.worker[0], lanes.records[lane], lanes.members[lane]
     kernel, y_eval = task.addresses[ALREADY], results.y_eval[member]
     status = watch_lane(task, lanes, single, room, y_eval, kernel, lane, 0)

@@ -1,8 +1,8 @@
-"""The methods, each a file with its tables.  A new method is a file, and a line in FILES.
+"""The methods, each a file with its coefficients.  A new method is a file, and a line in FILES.
 
-A solve asks for the `Facts` of a method, which are derived from the file.  `facts.json` keeps the
-facts, so that a process whose kernels are compiled imports no file of a method; a method without
-kept facts is imported.  `python -m bench.report.methods` writes the facts anew.
+The file of a method determines the `Facts` of the method.  `facts.json` keeps the facts, so that a
+process whose kernels are compiled imports no file of a method.  The file of a method without kept
+facts is imported.  `python -m bench.report.methods` writes `facts.json`.
 """
 
 import json
@@ -41,19 +41,19 @@ APART = {RESIDUAL: "residual"}
 KEPT = pathlib.Path(__file__).parent / "facts.json"
 _real: dict[str, Facts] = {}
 _complex: dict[str, Facts] = {}
-METHODS = MappingProxyType(_real)  # by name, read-only
-COMPLEX = MappingProxyType(_complex)  # for complex states, by the names of those for real ones
-BY_NAME = ChainMap(_real, {})  # both, each by its own name
+METHODS = MappingProxyType(_real)  # Facts by name
+COMPLEX = MappingProxyType(_complex)  # Facts for complex states, by the name of the real method
+BY_NAME = ChainMap(_real, {})  # Facts for real and for complex states, each by its own name
 
 
 def facts_in(name, file):
-    """The facts of a method from its file, and of its form for complex states, if there is one."""
+    """The Facts of a method from its file, and the Facts for complex states, if there are any."""
     code = method_in(file, name)
     return [m.facts._replace(file=file) for m in (code, code.on_pairs) if m is not None]
 
 
 def register(name, file, kept=()):
-    """Let a method be found by its name; `kept` are the fields of its facts, if known."""
+    """Add a method to the tables of methods; `kept` are the fields of its Facts, if known."""
     for facts in [Facts(**fields) for fields in kept] or facts_in(name, file):
         if facts.name == name:
             _real[name] = facts

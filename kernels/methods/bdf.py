@@ -4,8 +4,9 @@ L. F. Shampine and M. W. Reichelt, "The MATLAB ODE suite", SIAM J. Sci. Comput. 
 formulas with their constants kappa, and the change of the step.  E. Hairer, S. P. Norsett and G.
 Wanner, "Solving Ordinary Differential Equations I", section III.2: the error constants.
 
-The past is kept as backward differences D[j] for steps of size h_old; a new size changes them when
-the next step begins, so that the polynomial of the last step is that of its own differences.
+The past is kept as backward differences D[j] for steps of size h_old.  If the step size changes,
+the differences are changed when the next step begins: until then, the polynomial of the last step
+is computed from the differences of this step.
 """
 
 import numpy as np
@@ -38,11 +39,12 @@ from .implicit import implicit
 
 MAX_ITERATIONS = 4
 
-# Rows: the derivative, what the formula is made of, the predicted state, its change, of one
-# iteration and of all, factors of differences and two rows for them, pivots.
+# Rows: the derivative, the known terms of the formula, the predicted state, the change of the state
+# in one iteration, the change in all iterations, factors of differences and two rows of work space,
+# pivots.
 SLOPE, PSI, PREDICTED, CHANGE, RISE, FACTOR, PIVOTS = (K + i for i in (1, 10, 11, 12, 13, 14, 17))
 N_ROWS = 18
-J = K + N_ROWS  # the Jacobian; behind it the factors of I - c J
+J = K + N_ROWS  # the first row of the Jacobian; the factors of I - c J lie behind the Jacobian
 
 
 @njit(**INTERNAL)
@@ -84,7 +86,7 @@ def _residual(work, block, c):
 def _iterate(rhs, s, t, work, block, c, tolerance):
     """Newton's iteration from the predicted state: (converged, iterations).
 
-    The new state is in row STAGE, its distance from the predicted one in row RISE.
+    The new state is in row STAGE, its distance from the predicted state in row RISE.
     """
     n = work.shape[1]
     copy_row(work[PREDICTED], work[STAGE])
@@ -146,7 +148,7 @@ def _norm(s, work, row, order):
 
 @njit(**INTERNAL)
 def _next_order(s, work, error, safety):
-    """Choose order and size of the steps to come, after order + 1 equal ones."""
+    """Choose order and size of the next steps, after order + 1 equal steps."""
     order, best, chosen = s.order, error ** (-1.0 / (s.order + 1)), s.order
     if order > 1:
         lower = _norm(s, work, D + order, order - 1) ** (-1.0 / order)

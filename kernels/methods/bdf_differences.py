@@ -27,7 +27,7 @@ POLYNOMIAL = np.array(
     ]
 )
 
-# Rows: the order of the last step in the first place of one, and the differences.
+# Rows: a row whose first number is the order of the last step, and the differences.
 ORDER, D = K, K + 2
 SIZE = MAX_ORDER + 1
 matrix = scratch(SIZE * SIZE)
@@ -35,10 +35,10 @@ matrix = scratch(SIZE * SIZE)
 
 @njit(**INTERNAL)
 def change_size(work, order, factor):
-    """The differences for steps that are longer by a factor.
+    """Change the differences D to steps that are longer by a factor.
 
-    The new ones are V^T D, where V = R U, R[j, i] = prod_{m <= j} (m - 1 - factor i) / m are the
-    values of the polynomial at the new places, and U is R for a factor of 1.
+    The new differences are V^T D with V = R U.  R[j, i] = prod_{m <= j} (m - 1 - factor i) / m has
+    the values of the polynomial at the new places; U is R for a factor of 1.
     """
     v = matrix()
     for k in range(order + 1):

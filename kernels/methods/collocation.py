@@ -4,11 +4,11 @@ The arrangement is that of M. Antonana, J. Makazaga and A. Murua, "Reducing and 
 round-off error propagation for symplectic implicit Runge-Kutta schemes", Numer. Algorithms 76
 (2017): with L_j = h b_j f(Y_j) the stages are Y_i = y + sum mu_ij L_j, where mu_ij = a_ij / b_j
 is rounded so that mu_ij + mu_ji = 1 holds exactly, and y + sum L_j is summed with compensation.
-The iteration starts from the stages of the last step, extrapolated, and goes on until no component
-gets nearer (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law with
-implicit Runge-Kutta methods", BIT 48 (2008)): a tolerance would leave errors of one sign.
+The iteration starts from the stages of the last step, extrapolated, and goes on until the changes
+of no component decrease (E. Hairer, R. I. McLachlan and A. Razakarivony, "Achieving Brouwer's law
+with implicit Runge-Kutta methods", BIT 48 (2008)).  A tolerance would leave errors of one sign.
 
-The stages of a component lie side by side, so that they are one vector of the processor.
+The stages of a component lie side by side, so that the processor loads the stages as one vector.
 """
 
 import numpy as np
@@ -24,16 +24,16 @@ from .stages import keep_increments, largest, product
 
 MAX_ITERATIONS = 100
 SMALL = 1e-6  # changes above this share of a component are not rounding
-STALLS = 2  # iterations without progress after which the changes are what rounding leaves
+STALLS = 2  # iterations without progress after which all changes are rounding errors
 MOVING = MAX_ITERATIONS
 
 
 @njit(**INLINED)
 def _patience(change, count, work, row, k, size):
-    """For how many iterations without progress component k must be waited for."""
-    if count == 0:  # there was nothing to compare with
+    """The number of iterations without progress that component k allows."""
+    if count == 0:  # the first change cannot be compared
         return MOVING
-    if change == 0.0:  # for now, perhaps: it may wait for the others
+    if change == 0.0:  # the component may move again when other components move
         return 0
     if change < work[row, k]:
         work[row, k] = change
@@ -42,17 +42,19 @@ def _patience(change, count, work, row, k, size):
 
 
 def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
-    """The step of a method: `mu`, `ratio` (for the prediction) are Matrix, b and c arrays.
+    """The step of a method.
 
-    With `nystrom` the equations are q'' = a(t, q) of a state [q, v], and `rhs` is a: each
-    iteration finds the velocities first and the positions from them, which takes half as many.
+    `mu` and `ratio`, for the prediction, are Matrix; `b` and `c` are arrays.  With `nystrom` the
+    equations are q'' = a(t, q) for a state [q, v], and `rhs` is a: each iteration first finds the
+    velocities, then the positions from the velocities, and so the number of iterations is halved.
     With `batched` the derivatives of all stages are evaluated on vectors, and `form` is a Form.
     """
     LOW, STAGES, CHANGE, SLOPE = rows(s)
     weight = outer_weights(s, b)
     weights = all_weights(b, weight)
-    # Positions follow from velocities and velocities from positions: two iterations in one, whose
-    # changes must not be compared, as one of the two may be right by chance at first.
+    # Without `nystrom`, positions follow from the velocities of the iteration before, velocities
+    # from its positions.  An iteration must be compared with the second iteration before, because
+    # positions or velocities alone may be right by chance at first.
     turns = 1 if nystrom else 2
     stages = Form(1, s, exact=True)
 

@@ -1,7 +1,7 @@
 """Norms and starts of methods on complex states, which are stored as pairs of real numbers.
 
-Steps and interpolants are those of the real numbers.  The error of a component is measured as a
-complex number, as SciPy does.
+Steps and interpolants of real states serve complex states, too.  The error of a component is
+measured as a complex number, as in SciPy.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
 """Explicit Runge-Kutta methods, compiled from their tables.
 
-A step has s stages and, at its end, the derivative that is the first stage of the next step.  The
-interpolant adds stages of its own, evaluated only where a value is wanted, and rows to the
-Hermite polynomial of `dense_output.py`.
+A step has s stages.  The derivative at the end of the step is the first stage of the next step.
+The interpolant is the Hermite polynomial of `dense_output.py` with further rows.  Stages that only
+the interpolant needs are evaluated only in steps that contain an output time.
 """
 
 import operator
@@ -56,7 +56,7 @@ def _row(context, row):
 
 
 def _together(context, builder, values):
-    """A list of values of one type as one tuple."""
+    """A tuple of a list of values of equal type."""
     whole = types.UniTuple(values[0][0], len(values))
     return whole, context.make_tuple(builder, whole, [v for _, v in values])
 
@@ -93,7 +93,7 @@ def make_stages(times, rows):
 
 
 def make_dense_rows(name, n, table):
-    """The `dense_rows` of a method whose first n stages are in the rows of the work array."""
+    """The `dense_rows` of a method; the work array holds the first n stages."""
     (times, rows), weights = table.extra, table.d
 
     @intrinsic
@@ -150,7 +150,7 @@ def one_estimate(table, norm):
 
 
 def make_step(table, estimate):
-    """The step of a pair, its error measured by `estimate`; see `one_estimate`."""
+    """The step of a pair; `estimate` measures the error: see `one_estimate`."""
     solution = make_solution(table)
 
     @njit(**INLINED)
@@ -162,7 +162,7 @@ def make_step(table, estimate):
 
 
 def make_fixed_step(table):
-    """The step of a method that estimates no error."""
+    """The step of a method without an error estimate."""
     solution = make_solution(table)
 
     @njit(**INLINED)
@@ -203,7 +203,8 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
     order, error_order, dense_order : int
         Orders of the solution, of the error estimate and of the interpolant.
     **matlabs
-        Where SciPy's rules do not control the step: `norm`, `control`, other fields of `method`.
+        For a pair with another control of the step than SciPy's: `norm`, `control`, other fields of
+        `method`.
     """
     of_scipy = not matlabs
     norm, control = matlabs.pop("norm", SCIPYS), matlabs.pop("control", SCIPY)

@@ -1,7 +1,7 @@
 """Gauss4, Gauss8, Gauss16: Gauss-Legendre collocation with 2, 4 and 8 stages; and HBVM.
 
-GaussNystrom8 and 16 are the same methods for q'' = a(t, q), iterated in positions and velocities
-by turns: the same results to rounding in half the time.
+GaussNystrom8 and 16 are Gauss8 and Gauss16 for q'' = a(t, q), iterated in positions and velocities
+by turns: the results agree to rounding, and a step takes half the time.
 
 Gauss methods are symplectic for every Hamiltonian system y' = f(y), separable or not (J. C.
 Butcher, "Implicit Runge-Kutta processes", Math. Comp. 18 (1964); J. M. Sanz-Serna, "Runge-Kutta
@@ -10,9 +10,9 @@ schemes for Hamiltonian systems", BIT 28 (1988)).
 EnergyConserving2 and 4: the average vector field method (G. R. W. Quispel and D. I. McLaren, "A
 new class of energy-preserving numerical integration methods", J. Phys. A 41 (2008)) and the
 Hamiltonian boundary value method HBVM(8, 2) (L. Brugnano, F. Iavernaro and D. Trigiante,
-"Hamiltonian boundary value methods", JNAIAM 5 (2010)), both with the integral taken by Gauss's
-formula of order 16: exact for polynomials of degree 15 along a step, to rounding for smooth
-functions at reasonable steps.
+"Hamiltonian boundary value methods", JNAIAM 5 (2010)).  Both take the integral along a step by
+Gauss's formula of order 16, which is exact for polynomials of degree 15, and exact to rounding for
+smooth functions at reasonable steps.
 """
 
 from decimal import Decimal
@@ -30,7 +30,7 @@ from .method import method
 from .stages import Matrix
 
 N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments and stages; rounding, two changes, slope
-ITERATIONS = 12  # a guess, for the time that a step takes
+ITERATIONS = 12  # a guess, for an estimate of the time of a step
 
 
 def symplectic(s):
@@ -58,7 +58,7 @@ def energy_conserving(s, order):
 
 
 def extrapolation(s):
-    """L of the next step from L of this one: b_i l_j(1 + c_i) / b_j."""
+    """The matrix b_i l_j(1 + c_i) / b_j, which predicts L of the next step from L of this step."""
     e, (_, b) = legendre.extrapolated(s), legendre.nodes_and_weights(s)
     return [[float(b[i] * e[i][j] / b[j]) for j in range(s)] for i in range(s)]
 
@@ -96,7 +96,7 @@ def make_dense_rows(name, s, rows):
 
 
 def _gauss(name, s, order, mu, rows, nystrom=False):
-    """A Method of this family."""
+    """A Method of implicit Runge-Kutta type with the matrix mu."""
     nodes, weights = legendre.nodes_and_weights(s)
     b, c = (np.array([float(x) for x in values]) for values in (weights, nodes))
     more = N_ROWS_PER_STAGE * s + N_ROWS_MORE

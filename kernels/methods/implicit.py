@@ -28,7 +28,7 @@ def implicit(
     dense_order : int
         Order and rows of the interpolant.
     on_pairs : bool
-        True if the steps tell real states from complex ones.
+        True if the steps also take complex states, as pairs of real numbers.
     **more
         Other fields; see `method`.
     """

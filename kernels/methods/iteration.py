@@ -12,12 +12,12 @@ INCREMENTS = K  # the first row of the L_j
 
 
 def rows(s):
-    """The rows behind the increments: compensation, stages, changes (two), slope."""
+    """The first rows of compensation, stages, changes (two rows) and slope: see `INCREMENTS`."""
     return K + s, K + s + 1, K + 2 * s + 1, K + 2 * s + 3
 
 
 def outer_weights(s, b):
-    """``weight(h, i)``: h b_i, the outermost two such that all add up to h."""
+    """``weight(h, i)``: h b_i, with the two outermost weights such that the sum is exactly h."""
     half = s // 2
 
     @njit(**INLINED)
@@ -44,7 +44,7 @@ def all_weights(b, weight):
 
 
 def make_sweep(nystrom, s, weights, refined):
-    """``sweep(work, h, count)``: new stages from the increments; the longest patience needed."""
+    """``sweep(work, h, count)``: new stages from the increments; returns the largest patience."""
     _, STAGES, _, _ = rows(s)
     stages = Form(1, s, exact=True)
 
@@ -65,7 +65,7 @@ def make_sweep(nystrom, s, weights, refined):
 
 
 def make_evaluate(batched, nystrom, s, c, weight, weights):
-    """``evaluate(rhs, t, h, form, work, block)``: the increments from all stages; how many."""
+    """``evaluate(rhs, t, h, form, work, block)``: all increments; returns the evaluations."""
     _, STAGES, _, SLOPE = rows(s)
     nodes = Matrix([c])
 

@@ -10,7 +10,7 @@ DIGITS = 40
 
 
 def exactly(function):
-    """Run a function with decimals of enough digits, and keep its results."""
+    """Decorate a function to compute with decimals of enough digits, and to keep its results."""
 
     @functools.cache
     def precise(*args):
@@ -63,7 +63,7 @@ def collocation(s):
 
 @exactly
 def extrapolated(s):
-    """Lagrange polynomial j at one plus node i: the next step's stages seen from this one."""
+    """Lagrange polynomial j at 1 + node i, where the stages of the next step are."""
     nodes, _ = nodes_and_weights(s)
     return tuple(tuple(polyval(1 + c, p) for p in lagrange(s)) for c in nodes)
 
@@ -72,7 +72,7 @@ def extrapolated(s):
 def nested_integrals(s):
     """The integral of each Lagrange polynomial from 0, in the form of `dense_output.py`.
 
-    That is, its coefficients in x, x(1-x), x²(1-x), x²(1-x)², ...
+    The form has the coefficients of x, x(1-x), x²(1-x), x²(1-x)², ...
     """
     basis = [np.array([Decimal(0), Decimal(1)])]
     for k in range(s - 1):

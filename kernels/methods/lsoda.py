@@ -1,11 +1,12 @@
-"""LSODA: Adams' formulas of orders 1 to 12 and BDF of orders 1 to 5, whichever steps are longer.
+"""LSODA: Adams' formulas of orders 1 to 12 or BDF of orders 1 to 5, whichever takes longer steps.
 
 A. C. Hindmarsh, "ODEPACK, a systematized collection of ODE solvers", in Scientific Computing
 (1983), and L. Petzold, "Automatic selection of methods for solving stiff and nonstiff systems of
 ordinary differential equations", SIAM J. Sci. Stat. Comput. 4 (1983): steps as SciPy's.
 
-The size for the next step is chosen when a step is accepted; the Nordsieck array is changed to it
-when the next step begins, so that the polynomial of the last step is that of its own array.
+The size of the next step is chosen when a step is accepted.  The Nordsieck array is changed to the
+new size when the next step begins: until then, the polynomial of the last step is computed from the
+array of this step.
 """
 
 from ..jit_options import INTERNAL, njit
@@ -48,8 +49,8 @@ from .lsoda_past import (
 from .lsoda_table import CORRECTION, ORDERS, SAME
 
 MOST_FAILURES = 10
-MOST_STANDING = 50  # steps in turn that do not change the time; none may fail
-RESTARTS = 3  # failures of one step from which on the order is one
+MOST_STANDING = 50  # most consecutive steps that do not change the time; none of them may fail
+RESTARTS = 3  # failures of a step after which the step restarts with order 1
 OLD, FAR = 20, 0.3  # steps, and a change of h l0, after which a Jacobian is renewed
 
 
@@ -76,7 +77,7 @@ def _begin(state, work, block):
 
 @njit(**INTERNAL)
 def _prepare(s, work):
-    """The Nordsieck array for the step that was chosen, or for one that ends at t_end."""
+    """Change the Nordsieck array to the chosen step, shortened if it would pass t_end."""
     if s.rescale != 1.0:
         rescale(work, s.order, s.rescale)
         s.rescale = 1.0
@@ -92,13 +93,13 @@ def _prepare(s, work):
 
 @njit(**INTERNAL)
 def _shorten(s, work, factor):
-    """Try again with a step that is so much shorter."""
+    """Multiply the step by `factor`, below 1, for another trial."""
     rescale(work, s.order, change_step(s, max(factor, s.h_least / s.h)))
 
 
 @njit(**INTERNAL)
 def _restart(rhs, s, work, block):
-    """Try again with a tenth of the step, from the derivative alone; False if that raised."""
+    """Prepare a trial with a tenth of the step and order 1; False if the function raised."""
     s.h *= max(s.h_least / s.h, 0.1)
     s.n_extra += 1
     copy_row(work[Z], work[CHANGE])
@@ -147,7 +148,7 @@ def _go_on(s, work, t_new, error, predicted):
 
 @njit(**INTERNAL)
 def step(rhs, state, work, block, h_min):
-    """One step; see `implicit.kernel`.  Not `h_min`, but `min_step` is its shortest."""
+    """One step; see `implicit.kernel`.  The option `min_step`, not `h_min`, bounds the step."""
     s = state[0]
     if not weigh(work):
         return NO_TOLERANCE

@@ -10,11 +10,11 @@ from .lsoda_corrector import EPS
 from .lsoda_past import CHANGE, FOUND, KEPT, Z, norm
 from .lsoda_table import ADAMS, BDF, CONSTANT, CORRECTION, HIGHER, LOWER, ORDERS, STABLE
 
-LEAST = 1e-6  # h L, below which nothing is known of stability
-LONGER = 1.1  # a change of the step that is worth it
-AGAIN = 3  # steps to wait where none was
+LEAST = 1e-6  # the least value of h L in a bound of stability
+LONGER = 1.1  # the smallest factor by which a step is made longer
+AGAIN = 3  # steps to wait if the size does not change
 FIRST_GROWTH, GROWTH, SHRUNK_GROWTH = 1e4, 10.0, 2.0
-BETTER, WAIT = 5.0, 20  # by which BDF must be, and steps between two changes of the family
+BETTER, WAIT = 5.0, 20  # ratio of BDF's step to Adams' for a change; steps between two changes
 
 
 @njit(**INTERNAL)
@@ -25,7 +25,7 @@ def growth(error, order, bias):
 
 @njit(**INTERNAL)
 def load_formula(s):
-    """Begin with the formula of this family and order."""
+    """Take the first coefficient of the formula of the present family and order."""
     l0 = CORRECTION[s.stiff, s.order, 0]
     s.drift *= l0 / s.l0
     s.l0 = l0
@@ -49,10 +49,9 @@ def change_step(s, factor):
 
 @njit(**INTERNAL)
 def next_order(s, work, error, n_failed):
-    """Choose the order of the next step: the factor for its size; 0 to change nothing.
+    """Choose the order of the next step; return the factor for its size, or 0 for no change.
 
-    `n_failed` counts the failures of the step.  After an accepted step with a past of its order,
-    the order may rise.
+    `n_failed` counts the failures of the step.  The order rises only after an accepted step.
     """
     order, family = s.order, s.stiff
     same, lower, higher, bound = growth(error, order, 1.2), 0.0, 0.0, 0.0
@@ -96,7 +95,7 @@ def next_order(s, work, error, n_failed):
 
 @njit(**INTERNAL)
 def _append_term(s, work):
-    """The Nordsieck array with one more term, for a higher order."""
+    """Append a term to the Nordsieck array, for a higher order."""
     share = CORRECTION[s.stiff, s.order, s.order] / (s.order + 1)
     for i in range(work.shape[1]):
         work[Z + s.order + 1, i] = share * work[CHANGE, i]
@@ -104,9 +103,10 @@ def _append_term(s, work):
 
 @njit(**INTERNAL)
 def next_family(s, error, predicted):
-    """Change the family if the other one takes longer steps: the factor for the size, or 0.
+    """Change the family if the other family takes longer steps.
 
-    `predicted` is the norm of the predicted state: the error must exceed its rounding.
+    Returns the factor for the step size; 0 without a change.  `predicted` is the norm of the
+    predicted state: the error must exceed the rounding error of this state.
     """
     factor = _to_bdf(s, error, predicted) if s.stiff == 0 else _to_adams(s, error, predicted)
     if factor > 0.0:

@@ -1,4 +1,4 @@
-"""The equations of a step of LSODA: fixed-point iteration, or Newton's with a matrix.
+"""The equations of a step of LSODA, solved by fixed-point iteration or by Newton's method.
 
 K. Radhakrishnan and A. C. Hindmarsh, NASA RP-1327 (1993), sections 2.3 and 2.4: iterations, their
 test, the Jacobian and its renewal.  L. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983): L, an
@@ -21,7 +21,7 @@ from .lsoda_table import CORRECTION, SAME
 
 EPS = float(np.finfo(float).eps)
 ITERATIONS = 3
-SLOWEST = 1024.0  # a rate of convergence above which it is not measured
+SLOWEST = 1024.0  # largest rate of convergence that is used
 
 
 @njit(**INLINED)
@@ -135,7 +135,7 @@ def _renew_matrix(rhs, s, t, work, block, h, c):
 
 @njit(**INTERNAL)
 def _change(s, work, block, h, l0):
-    """One iteration: the norm of the change of the correction.  The derivative is in row RATE."""
+    """One iteration; return the norm of the change.  Row RATE has the derivative."""
     n, size = work.shape[1], 0.0
     if s.stiff == 0:
         for i in range(n):
@@ -189,10 +189,11 @@ def _iterate(rhs, s, t, work, block, h, predicted):
 
 @njit(**INTERNAL)
 def correct(rhs, s, t, work, block, h, predicted):
-    """Correct the predicted state, whose norm is given: (status, converged, iterations, change).
+    """Correct the predicted state: (status, converged, iterations, change).
 
-    The state is in row TRIAL, the correction of h y' in row CHANGE.  If the iteration fails with a
-    Jacobian of an earlier step, the Jacobian is renewed.
+    `predicted` is the norm of the predicted state.  Row TRIAL receives the state, row CHANGE the
+    correction of h y'.  If the iteration fails with the Jacobian of an earlier step, the Jacobian
+    is renewed.
     """
     c = h * CORRECTION[s.stiff, s.order, 0]
     s.current = 0

@@ -9,18 +9,18 @@ from ..output.dense_output import nest
 from ..state.record import ATOL, RTOL, Y_OLD, K, Y
 from .lsoda_table import HIGHEST
 
-# Rows: the order of the last step in the first place of one, the derivative, the Nordsieck array,
-# the correction of its step and of an earlier one, a derivative and the state where it is, one over
-# tolerances, factors of differences and two rows for them, pivots.
+# Rows: a row whose first number is the order of the last step; the derivative; the Nordsieck array;
+# the correction of the last step, the correction of an earlier step; the state of an iteration and
+# its derivative; 1 / tolerance; factors of differences and two rows of work space; pivots.
 ORDER, SLOPE, Z = K, K + 1, K + 2
 CHANGE, KEPT, RATE, TRIAL, WEIGHT, FACTOR, FOUND = (K + 15 + i for i in range(7))
 PIVOTS, N_ROWS = K + 23, 24
-J = K + N_ROWS  # the Jacobian; behind it the factors of I - h l0 J
+J = K + N_ROWS  # the first row of the Jacobian; the factors of I - h l0 J lie behind the Jacobian
 
 
 @njit(**INTERNAL)
 def weigh(work):
-    """Keep 1 / tolerance of each component at the state; False if a tolerance is 0."""
+    """Store 1 / tolerance of each component at the state; False if a tolerance is 0."""
     for i in range(work.shape[1]):
         tolerance = work[RTOL, i] * abs(work[Y, i]) + work[ATOL, i]
         if not tolerance > 0.0:
@@ -44,7 +44,7 @@ def norm(work, row):
 
 @njit(**INTERNAL)
 def predict(work, order):
-    """The Nordsieck array a step further: Pascal's triangle."""
+    """Advance the Nordsieck array by one step, by Pascal's triangle."""
     for k in range(order):
         for j in range(order - 1, k - 1, -1):
             for i in range(work.shape[1]):
@@ -62,7 +62,7 @@ def retract(work, order):
 
 @njit(**INTERNAL)
 def rescale(work, order, factor):
-    """The Nordsieck array for steps that are longer by a factor."""
+    """Change the Nordsieck array to steps that are longer by a factor."""
     power = 1.0
     for j in range(1, order + 1):
         power *= factor
@@ -74,8 +74,8 @@ def rescale(work, order, factor):
 def dense_rows(rhs, t, h, work, block, d):
     """The polynomial of the last step, in the form of `dense_output.py`; 0 evaluations.
 
-    The Nordsieck array has the powers of x - 1, where x is the share of the step.  The first two
-    rows are the states at the ends of the step, which the polynomial meets.
+    The Nordsieck array has the coefficients of the powers of x - 1, with x = (t - t_old) / h.  The
+    polynomial passes through the states at both ends of the step.
     """
     order, last, n = int(work[ORDER, 0]), HIGHEST[0], work.shape[1]
     for j in range(last + 1):

@@ -1,4 +1,4 @@
-"""A method: its facts, and its code, which is imported when the code has to be compiled."""
+"""The records of a method: Facts, for every solve, and Method, with the code to compile."""
 
 import importlib
 import math
@@ -8,11 +8,11 @@ import numpy as np
 
 from ..output.arguments import MOST_ROOTS, SLOPE
 
-ON_PAIRS = " on complex states"  # ends the name of a method for complex states
+ON_PAIRS = " on complex states"  # suffix of the name of a method for complex states
 
 
 class Facts(NamedTuple):
-    """The facts that a solve needs of a method whose kernels are compiled.
+    """The facts about a method that a solve needs, without the code of the method.
 
     Parameters
     ----------
@@ -29,21 +29,21 @@ class Facts(NamedTuple):
     n_dense, dense_order : int
         Rows of the interpolant, and its order.
     start, dense_rows : str
-        Names of these functions of the Method, which several methods may have in common.
+        Names of two functions of the Method, which several methods may share.
     second_order : bool
-        Whether the method integrates q'' = a(t, q): the derivative it calls is the acceleration.
+        Whether the method integrates q'' = a(t, q), so that `rhs` is the acceleration.
     separable : bool
-        Whether the method is made for H = T(p) + V(q), too.
+        Whether the method also takes H = T(p) + V(q).
     h_max_share : float
         Longest step as a share of the span, unless the caller gives one.
     projects : bool
         Whether the state may be changed between two steps.
     cost : int
-        Evaluations that a step may take, for the first guess of its time; n_stages unless given.
+        Evaluations of a step, for a first estimate of its time; n_stages by default.
     n_matrices : int
-        Matrices of n x n numbers that the method keeps behind its rows.
+        Number of matrices of n x n numbers that the method keeps behind its rows.
     complex_matrices : bool
-        Whether two of these are a complex one.
+        Whether two of the matrices are real and imaginary part of a complex matrix.
     series : bool
         Whether the loop is made for each function, from its trace.
     batched : bool
@@ -51,16 +51,16 @@ class Facts(NamedTuple):
     takes_mass : bool
         Whether the method solves M y' = f.
     by_time : bool
-        Whether the method needs the derivative of f by the time.
+        Whether the method needs the partial derivative df/dt.
     past, n_past : int
         The first row and the number of rows in which a method keeps more than its last step.
     before_events : int
-        What a solve computes before the events are asked first, as SciPy's solver of that name
-        does: SLOPE, JACOBIAN or NOTHING of `output.arguments`.
+        The computations before the first evaluation of the events, as in SciPy's solver of this
+        name: SLOPE, JACOBIAN or NOTHING of `output.arguments`.
     stable_to : float
-        Of an adaptive explicit method: see `stability_limit`.
+        The stability limit of an adaptive explicit method: see `stability_limit`.
     loop : str
-        The method whose loop this one takes, if another's.
+        The name of another method, if this method uses the loop of the other method.
     file : str
         The file that defines the Method.
     """
@@ -94,12 +94,12 @@ class Facts(NamedTuple):
     file: str = ""
 
     def rows(self, n_matrix):
-        """Rows that the method keeps in the work array, where a matrix takes so many."""
+        """The number of rows of the work array, if a matrix takes `n_matrix` rows."""
         return self.n_rows + self.n_matrices * n_matrix
 
     @property
     def code(self):
-        """The Method; RuntimeError if the facts of the file have changed."""
+        """The Method; RuntimeError if the file defines other facts than these."""
         base = method_in(self.file, self.name.removesuffix(ON_PAIRS))
         found = base if base.facts.name == self.name else base.on_pairs
         if found.facts._replace(file=self.file) != self:
@@ -108,7 +108,7 @@ class Facts(NamedTuple):
 
     @property
     def events_at_once(self):
-        """The number of times that an event may occur in a step."""
+        """The largest number of occurrences of an event in a step."""
         return MOST_ROOTS if self.series else 1
 
     @property
@@ -117,15 +117,15 @@ class Facts(NamedTuple):
         return self.start == "matlab"
 
     def ends_at_the_end(self, inside):
-        """True if the last evaluation of a step is at the end of the step, in SciPy and here.
+        """True if the last evaluation of a step is at the end of the step, as in SciPy.
 
-        With `inside`, the interpolant is evaluated, whose stages may come later.
+        `inside` tells whether the interpolant is needed, whose stages may be evaluated later.
         """
         return self.start == "hairer" and not (inside and self.n_rows > self.fsal_stage + 1)
 
     @property
     def tableau(self):
-        """Coefficients as printed."""
+        """The coefficients as printed in the source."""
         return self.code.tableau
 
 
@@ -140,19 +140,20 @@ class Method(NamedTuple):
     start : function
         ``start(state, work, block, order, fsal_stage)``, the first derivative and step.
     dense_rows : function
-        ``dense_rows(rhs, t, h, work, block, d)`` fills the rows beyond F2, returns its evaluations.
+        ``dense_rows(rhs, t, h, work, block, d)`` fills the rows of the interpolant beyond F2, and
+        returns the number of evaluations.
     lane_kernel : function, optional
         A loop with a trajectory in each lane, if the steps are written for vectors: see
         `lanes.adaptive`.
     separable : function, optional
-        ``separable(velocity)``, the `kernel` for H = T(p) + V(q), if the method is made for it.
+        ``separable(velocity)``, the `kernel` for H = T(p) + V(q), if the method takes such systems.
     batched : tuple (int, function), optional
-        The number of stages of an implicit method, and the `kernel` that evaluates all of them on
-        exact vectors, with the same bits.
+        The number of stages of an implicit method, and the `kernel` that evaluates all stages at
+        once on exact vectors.  Both kernels give equal bits.
     tableau : dict, optional
         Coefficients as printed, for the tests of the order conditions.
     on_pairs : Method, optional
-        The method for complex states, which are stored as pairs of real numbers.
+        The method for complex states, stored as pairs of real numbers.
     """
 
     facts: Facts
@@ -219,7 +220,7 @@ def stability_limit(tableau):
 
 
 def method_in(file, name):
-    """The Method of that name in a file of this folder."""
+    """The Method `name` in a file of this folder."""
     values = vars(importlib.import_module(f".{file}", __package__)).values()
     listed = [one for value in values for one in (value if type(value) is tuple else (value,))]
     return next(one for one in listed if isinstance(one, Method) and one.facts.name == name)
@@ -228,8 +229,8 @@ def method_in(file, name):
 class Derivatives(NamedTuple):
     """The Jacobian of a right-hand side on vectors, for the `lane_kernel` of an implicit method.
 
-    ``function(t, y, block, out)`` gives the entries of the Jacobian in these places, and behind
-    them df/dt, n vectors, which `timed` says may differ from zero.
+    ``function(t, y, block, out)`` gives the entries of the Jacobian at (rows, columns), and behind
+    the entries df/dt, n vectors.  `timed` tells whether df/dt may differ from zero.
     """
 
     function: Any

@@ -1,7 +1,7 @@
 """ode23: the pair of RK23 under MATLAB's control of the step; see `step_size.matlab`.
 
-The counts that MathWorks publishes come out; they do not depend on the share that a first
-rejection leaves, 0.5 here.
+The counts of steps agree with the counts that MathWorks publishes.  The counts do not depend on the
+least factor of a first rejection, 0.5 here.
 """
 
 from . import rk23

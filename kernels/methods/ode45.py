@@ -7,7 +7,7 @@ from .explicit import pair
 
 
 def as_in_matlab(name, scipys, table, least):
-    """A pair under MATLAB's control; `least` is that of `step_size.matlab`."""
+    """A pair under MATLAB's control of the step; for `least` see `step_size.matlab`."""
     given = scipys.facts
     return pair(
         name, table, order=given.order, error_order=given.error_order,

@@ -1,11 +1,11 @@
 """Radau: the Radau IIA method of order 5 with SciPy's control of step and iteration.
 
 E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and
-Differential-Algebraic Problems", second edition, section IV.8, from which coefficients,
-transformation, the estimate of order 3 and the choice of the step come.
+Differential-Algebraic Problems", second edition, section IV.8: coefficients, transformation, the
+error estimate of order 3, the choice of the step.
 
-Whatever a step needs of the last one is in the state record and in the rows of the work array,
-which `radau_stages.py` names.
+The state record and the rows of the work array carry all data from one step to the next.
+`radau_stages.py` names the rows.
 """
 
 import numpy as np
@@ -50,7 +50,10 @@ E = ((-13 - 7 * ROOT) / 3, (-13 + 7 * ROOT) / 3, -1 / 3)
 
 @njit(**INTERNAL)
 def _error(s, work, block):
-    """The norm of the error whose right-hand side is in the row ERROR, of the state Y + Z[2]."""
+    """Solve for the error, with the right-hand side in row ERROR; return the norm of the error.
+
+    The new state is Y + Z[2].
+    """
     n = work.shape[1]
     solve_real(s, work, block, ERROR)
     if s.pairs:
@@ -92,7 +95,7 @@ def _estimate(rhs, s, work, block, h, rejected):
 
 @njit(**INTERNAL)
 def _factor(h, h_old, error, error_old):
-    """The factor by which the step may grow; after Gustafsson, from two steps."""
+    """The factor by which the step may grow, from two steps, after Gustafsson."""
     ratio = 1.0
     if h_old > 0.0 and error != 0.0:
         ratio = h / h_old * (error_old / error) ** 0.25
@@ -171,7 +174,7 @@ def step(rhs, state, work, block, h_min):
         if not error > 1.0:
             given = t_new, size, factor, error, n_iterations, rate
             status = _go_on(rhs, s, work, block, *given)
-            if t_new == s.t_end:  # where it was shortened to end, not for its error
+            if t_new == s.t_end:  # the step was shortened to reach t_end, not for its error
                 s.h = max(s.h, wanted)
             return status
         size *= max(MIN_FACTOR, factor)

@@ -1,7 +1,7 @@
-"""The stages of a step of Radau, and the rows of the work array in which they are found.
+"""The stages of a step of Radau, and the rows of the work array.
 
-With Z_i = Y_i - y and W = T^-1 Z, Newton's iteration falls apart into a real and a complex system
-of n equations: E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and
+With Z_i = Y_i - y and W = T^-1 Z, Newton's iteration splits into a real and a complex system of n
+equations: E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II: Stiff and
 Differential-Algebraic Problems", second edition, section IV.8.
 """
 
@@ -19,7 +19,7 @@ from ..stepping.jacobian import evaluate_jacobian, is_constant
 
 ROOT = 6**0.5
 C = ((4 - ROOT) / 10, (4 + ROOT) / 10, 1.0)
-REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)  # the eigenvalues of A^-1: one, and a pair
+REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)  # the eigenvalues of A^-1: REAL, and a complex pair
 ALPHA, BETA = 3 + 0.5 * (3 ** (1 / 3) - 3 ** (2 / 3)), -0.5 * (3 ** (5 / 6) + 3 ** (7 / 6))
 T = np.array(
     [
@@ -44,14 +44,14 @@ P = np.array(  # the polynomial through the stages: powers 1 to 3
 )
 MAX_ITERATIONS = 6
 
-# Rows: the derivative at the start of a step, the polynomial of the last step, stages, their
-# transforms, derivatives or changes, the error and what is added to it, factors of differences and
-# two rows for them, pivots.
+# Rows: the derivative at the start of a step, the polynomial of the last step, the stages Z, their
+# transforms W, derivatives at the stages or changes of W, the error and its correction, factors of
+# differences and two rows of work space, pivots.
 SLOPE, Q, Z, W, D, ERROR, CORRECTION, FACTOR, PIVOTS = (
     K + i for i in (1, 2, 5, 8, 11, 14, 15, 16, 19)
 )
 N_ROWS = 21
-J = K + N_ROWS  # the Jacobian; behind it the factors of the real and of the complex system
+J = K + N_ROWS  # the first row of the Jacobian; behind lie the factors of both systems
 
 
 @njit(**INLINED)
@@ -98,7 +98,7 @@ def _subtract_products(work, block, real, alpha, beta):
 
 @njit(**INTERNAL)
 def _newton_change(s, work, block, h):
-    """Derivatives of the stages in the rows D become the change of W."""
+    """Replace the derivatives at the stages, in the rows D, by the change of W."""
     n = work.shape[1]
     real, alpha, beta = REAL / h, ALPHA / h, BETA / h
     _transform(INVERSE, work, D, D)
@@ -117,8 +117,10 @@ def _newton_change(s, work, block, h):
 
 @njit(**INLINED)
 def _stages(rhs, s, work, block, h):
-    """The derivatives at the stages, in the rows D: whether they are finite; RAISED is in the
-    block."""
+    """Evaluate the derivatives at the stages into the rows D; return whether all are finite.
+
+    If the function raises, the block says so.
+    """
     finite = True
     for r in range(3):
         for i in range(work.shape[1]):
@@ -161,7 +163,7 @@ def _iterate(rhs, s, work, block, h, tolerance):
 
 @njit(**INTERNAL)
 def _predict(s, work, h):
-    """Stages of a step of size h as the polynomial of the last step says, or 0."""
+    """Predict the stages of a step of size h by the polynomial of the last step, or by 0."""
     h_old = s.t - s.t_old
     for i in range(work.shape[1]):
         behind = work[Y_OLD, i] - work[Y, i]

@@ -5,7 +5,7 @@ Differential-Algebraic Equations", SIAM 1996, chapter 5: formula, errors, order 
 Hindmarsh and others, "SUNDIALS", ACM TOMS 31 (2005), section 2.3: Newton's iteration, the reuse of
 its matrix, and its test of convergence.
 
-The work array has rows of 2 n numbers, so that outputs have y and y'.
+A row of the work array has 2 n numbers, [y, y'], so that outputs contain y and y'.
 """
 
 import numpy as np
@@ -63,15 +63,15 @@ from .residual_past import (
 
 MAX_ITERATIONS, DIVERGES = 4, 0.9
 NEWTON = 0.33  # the error that Newton's iteration may leave, in units of the tolerance
-TINY = 1e-4 * NEWTON  # a first change this small is the last
-LEAST_RATIO = 0.6  # of dy'/dy to that in the factors; else new factors
-FRESH, OTHER = 20.0, 100.0  # bounds of the error by the change, of new factors, and of others
+TINY = 1e-4 * NEWTON  # the iteration ends after a first change below this size
+LEAST_RATIO = 0.6  # least ratio of the present dy'/dy to the dy'/dy of the factors in use
+FRESH, OTHER = 20.0, 100.0  # Newton's error over its last change: with new factors, with old ones
 LONG, SHORT = 1e-3, 0.5  # the first step: a share of the span, and the most that the state moves
 
 
 @njit(**INTERNAL)
 def start(state, work, block, order, fsal_stage):
-    """The start of a solve, whose derivative is given."""
+    """The start kernel: y' is given, and nothing is evaluated."""
     first_step.forget(state[0], 0)
     rows = in_halves(work)
     copy_row(rows[RATE], rows[SLOPES])
@@ -91,7 +91,7 @@ def begin(rhs, state, work, block):
         rate = norm(rows, RATE, RATE, 0.0, PHI)
         if rate * s.h > SHORT:
             s.h = SHORT / rate
-        if not np.isfinite(s.h):  # nothing moves, and there is no end
+        if not np.isfinite(s.h):  # the state is at rest, and the span has no end
             s.h = 1.0
     return RUNNING
 
@@ -137,7 +137,7 @@ def _iterate(rhs, s, t, c, work, block):
 
 @njit(**INTERNAL)
 def _solve_formula(rhs, s, t, c, work, block):
-    """Solve the equations of a step; RUNNING or a failure.  New factors if the old do not do."""
+    """Solve the equations of a step, with new factors if necessary; RUNNING or a failure."""
     rows = in_halves(work)
     if s.factorised:
         ratio = c / rows[FACTORED, 0]
@@ -194,7 +194,7 @@ def step(rhs, state, work, block, h_min):
 
 @njit(**INLINED)
 def _first_differences(rows, h):
-    """The past before the first step: the state, and its derivative."""
+    """Store the state and its derivative as the past before the first step."""
     for i in range(rows.shape[1]):
         rows[PHI, i], rows[PHI + 1, i] = rows[STATE, i], h * rows[RATE, i]
     rows[PSI, 0] = h
@@ -202,7 +202,7 @@ def _first_differences(rows, h):
 
 @njit(**INLINED)
 def _accept(s, work, rows, t_new, size):
-    """Keep the new state and its derivative."""
+    """Store the new state and its derivative."""
     copy_row(work[Y], work[Y_OLD])
     copy_row(work[STAGE], work[Y])
     copy_row(rows[RATE], rows[SLOPES])

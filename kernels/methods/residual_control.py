@@ -1,9 +1,9 @@
 """Order and size of the steps of the BDF of residuals.
 
 K. E. Brenan, S. L. Campbell and L. R. Petzold, "Numerical Solution of Initial-Value Problems in
-Differential-Algebraic Equations", SIAM 1996, section 5.2: the order falls if the terms of the
-Taylor series h^k y^(k), estimated for orders around the present one, do not decrease; the order
-rises after steps of one size only.
+Differential-Algebraic Equations", SIAM 1996, section 5.2.  The terms h^k y^(k) of the Taylor series
+are estimated for orders near the present order.  The order falls if the terms do not decrease.  The
+order rises only after steps of equal size.
 """
 
 import numpy as np
@@ -23,15 +23,16 @@ from .residual_past import (
 )
 
 DOUBLE, SLIGHTLY, LEAST = 2.0, 0.9, 0.5  # changes of the size after an accepted step
-LEAST_AGAIN = 0.25  # and after a rejected one
+LEAST_AGAIN = 0.25  # least change of the size after a rejected step
 OFFSET = 1e-4  # keeps the size finite where the error is 0
 
 
 @njit(**INTERNAL)
 def order_below(rows, order, v):
-    """(order or order - 1, its error, term of the order, error and term of order - 1).
+    """Choose between the present order and the order below.
 
-    The terms are those of the Taylor series.
+    Returns (chosen order, error of the chosen order, term of `order`, error of order - 1, term of
+    order - 1), with the terms of the Taylor series.
     """
     error = v[SIGMA + order] * norm(rows, RISE, RISE, 0.0, PHI)
     term, lower_error, lower_term, falls = (order + 1) * error, 0.0, 0.0, False
@@ -61,13 +62,13 @@ def _lowest_term(rows, order, v):
 
 @njit(**INLINED)
 def _growth(error, order):
-    """The factor of the size with which the error of the next step is half the tolerance."""
+    """The factor of the size for which the error of the next step is half the tolerance."""
     return (2.0 * error + OFFSET) ** (-1.0 / (order + 1))
 
 
 @njit(**INTERNAL)
 def after_failures(s, below, n_failed):
-    """Choose the order after errors that were too large; the factor of the size."""
+    """Choose the order after rejected steps; return the factor of the size."""
     chosen, error = below[0], below[1]
     s.order = chosen if n_failed <= 2 else 1
     if n_failed > 1:
@@ -77,7 +78,7 @@ def after_failures(s, below, n_failed):
 
 @njit(**INTERNAL)
 def next_order_and_size(s, rows, below, v):
-    """Choose order and size of the next step, and take the step into the past."""
+    """Choose order and size of the next step, and add the last step to the past."""
     order, before = s.order, int(rows[USED, 0])
     chosen, error, term, lower_error, lower_term = below
     if chosen < order or order == MAX_ORDER:

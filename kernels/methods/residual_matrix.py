@@ -1,9 +1,12 @@
-"""The iteration matrix dF/dy + c dF/dy' of a residual: exact, or by differences; its equations.
+"""The iteration matrix dF/dy + c dF/dy' of a residual, exact or by differences, and its solution.
 
-The words of the Jacobian of a residual, behind those of `calls/block.py`: the bandwidths of the
-matrix; the places of its elements, column by column; their rows; where each column begins among
-them; the group of each column, for differences; and for each entry of the exact Jacobian, whose
-function fills first dF/dy, then dF/dy', the place of the element to which it adds.
+The block of the Jacobian of a residual has, behind the words of `calls/block.py`:
+
+- the bandwidths of the matrix;
+- the places of the elements of the matrix, column by column, and the rows of the elements;
+- for each column, the index of its first element, and its group, for differences;
+- for each entry of the exact Jacobian, the place of the element to which the entry is added.  The
+  function of the exact Jacobian fills first the entries of dF/dy, then the entries of dF/dy'.
 """
 
 import numpy as np
@@ -38,7 +41,7 @@ from .residual_past import (
     J,
 )
 
-N_STATE, N_RATE = TIME, FAULT  # words: entries of dF/dy, and of dF/dy'
+N_STATE, N_RATE = TIME, FAULT  # words with the numbers of entries of dF/dy and of dF/dy'
 BELOW, ABOVE, PLACES = FIRST, FIRST + 1, FIRST + 2
 STEP = float(np.sqrt(np.finfo(float).eps))
 
@@ -50,7 +53,7 @@ def factors_at(block, rows):
 
 @njit(**INTERNAL)
 def clear(s, block, rows):
-    """Fill the matrix with zeros, where elements will be put, and keep its bandwidths."""
+    """Fill the band of the matrix with zeros, and store the bandwidths."""
     words = words_at(block[JACOBIAN])
     s.lower, s.upper = words[BELOW], words[ABOVE]
     for r in range(J, factors_at(block, rows)):
@@ -80,13 +83,13 @@ def renew(rhs, s, t, c, work, block):
     s.factorised = 1 if regular else 0
     if regular:
         return RUNNING
-    # Where F raises, exact elements mean nothing.
+    # If F raises, exact elements have no meaning.
     return SINGULAR if evaluate_row(rhs, t, work, STAGE, FOUND, block) else RAISED
 
 
 @njit(**INTERNAL)
 def _add_entries(t, c, work, block, rows):
-    """Exact elements; BAD_JACOBIAN if not all are finite."""
+    """Add the exact entries to the matrix; BAD_JACOBIAN if an entry is not finite."""
     words, matrix = words_at(block[JACOBIAN]), matrix_at(rows, block, J)
     m, n_state, n_rate = words[N_ENTRIES], words[N_STATE], words[N_RATE]
     entries = numbers_from(rows, factors_at(block, rows), 0)
@@ -104,7 +107,7 @@ def _add_entries(t, c, work, block, rows):
 
 @njit(**INTERNAL)
 def _differences(rhs, s, t, c, work, block, rows):
-    """Elements by forward differences, a group of columns at a time; RUNNING or a failure."""
+    """Fill the matrix by forward differences, one for each group; RUNNING or a failure."""
     words, matrix = words_at(block[JACOBIAN]), matrix_at(rows, block, J)
     m, n = words[N_ENTRIES], rows.shape[1]
     begins, groups = PLACES + 2 * m, PLACES + 2 * m + n + 1
@@ -136,7 +139,7 @@ def _differences(rhs, s, t, c, work, block, rows):
 
 @njit(**INLINED)
 def _increment(rows, c, j):
-    """The displacement of component j, towards where its derivative leads."""
+    """The displacement of component j, in the direction of its derivative."""
     here, rate = rows[PREDICTED, j], rows[PREDICTED_RATE, j] / c
     step = STEP * max(abs(here), abs(rate), 1.0 / rows[WEIGHT, j])
     step = -step if rate < 0.0 else step

@@ -4,7 +4,7 @@ K. E. Brenan, S. L. Campbell and L. R. Petzold, "Numerical Solution of Initial-V
 Differential-Algebraic Equations", SIAM 1996, section 5.2: the predictor polynomial through the last
 order + 1 states, on steps of any size, and the corrector with fixed leading coefficient.
 
-All rows have n numbers, half a row of the work array: see `in_halves`.
+All rows here have n numbers, half a row of the work array: see `in_halves`.
 """
 
 import numpy as np
@@ -20,20 +20,21 @@ SIZE = MAX_ORDER + 1
 
 # Whole rows of the work array: the derivative of the state (and zeros), the residual (and zeros).
 SLOPE, FOUND = K, K + 1
-# Rows of n numbers: the state and its derivative; those before; those of a trial; tolerances.
+# Rows of n numbers: the state and its derivative; the state before; the state and the derivative of
+# a trial; tolerances; the derivative; the residual.
 STATE, RATE, STATE_OLD, TRIAL, TRIAL_RATE = 2 * Y, 2 * Y + 1, 2 * Y_OLD, 2 * STAGE, 2 * STAGE + 1
 RELATIVE, ABSOLUTE, SLOPES, RESIDUAL = 2 * RTOL, 2 * ATOL, 2 * SLOPE, 2 * FOUND
-# The divided differences PHI[j], the predicted state and its derivative, their change in one
-# iteration and in all, 1 / tolerance, pivots, a free row.
+# The divided differences PHI[j]; the predicted state and its derivative; the change of the state in
+# one iteration, the change in all iterations; 1 / tolerance; pivots; a free row.
 PHI = 2 * (K + 2)
 PREDICTED, PREDICTED_RATE, CHANGE, RISE, WEIGHT, PIVOTS, FREE = (PHI + SIZE + i for i in range(7))
-# In the first place of a row each: the distances PSI[j] from the end of the last step to the
-# state j + 1 steps before; the order of the last step, 0 before the first; whether order and size
-# still climb with each step; dy'/dy in the factors; the bound of Newton's errors by a change.
+# Rows with one number each: the times PSI[j] from the state j + 1 steps before to the end of the
+# last step; the order of the last step, 0 before the first step; whether order and size still grow
+# with each step; dy'/dy in the factors; the bound of Newton's error by its last change.
 PSI = FREE + 1
 USED, CLIMBS, FACTORED, BOUND = (PSI + SIZE + i for i in range(4))
 N_ROWS = (BOUND + 2) // 2 - K
-J = 2 * (K + N_ROWS)  # the iteration matrix; behind it its factors
+J = 2 * (K + N_ROWS)  # the first row of the iteration matrix; its factors lie behind
 
 coefficients = scratch(5 * SIZE)
 ALPHA, BETA, GAMMA, SIGMA, NEW_PSI = (i * SIZE for i in range(5))
@@ -61,7 +62,7 @@ def fill_coefficients(rows, order, h, v):
 
 @njit(**INTERNAL)
 def predict(rows, order, v):
-    """The state and the derivative of the polynomial of the past at the end of the step."""
+    """Evaluate the polynomial of the past, and its derivative, at the end of the step."""
     for i in range(rows.shape[1]):
         state, rate = rows[PHI, i], 0.0
         for j in range(1, order + 1):
@@ -73,7 +74,7 @@ def predict(rows, order, v):
 
 @njit(**INTERNAL)
 def weigh(rows):
-    """Keep 1 / tolerance of each component; False if a tolerance is 0."""
+    """Store 1 / tolerance of each component; False if a tolerance is 0."""
     for i in range(rows.shape[1]):
         tolerance = rows[RELATIVE, i] * abs(rows[STATE, i]) + rows[ABSOLUTE, i]
         if not tolerance > 0.0:
@@ -86,7 +87,7 @@ def weigh(rows):
 def norm(rows, row, more, factor, less):
     """The norm of ``row + factor more - less`` in units of the tolerance.
 
-    `less` is a row of PHI, or PHI itself for none.
+    `less` is a row of PHI; PHI itself stands for no row.
     """
     total = 0.0
     for i in range(rows.shape[1]):
@@ -100,7 +101,7 @@ def norm(rows, row, more, factor, less):
 
 @njit(**INTERNAL)
 def remember(rows, order, v):
-    """Take the step into the differences, with the next one for a higher order."""
+    """Add the step to the differences, and the next difference for a higher order."""
     for i in range(rows.shape[1]):
         rise = rows[RISE, i]
         if order < MAX_ORDER:
@@ -116,7 +117,7 @@ def remember(rows, order, v):
 
 @njit(**INLINED)
 def dense_rows(rhs, t, h, work, block, d):
-    """The polynomial through the last states and its derivative, of `dense_output.py`; no calls."""
+    """The polynomial through the last states, and its derivative; 0 evaluations."""
     rows, c = in_halves(work), powers()
     order, n = int(rows[USED, 0]), rows.shape[1]
     for e in range(SIZE * SIZE):

@@ -1,8 +1,8 @@
 """RK4: the classical Runge-Kutta method of order 4 at fixed step, cubic Hermite dense output.
 
 W. Kutta, "Beitrag zur naeherungsweisen Integration totaler Differentialgleichungen",
-Z. Math. Phys. 46 (1901).  The derivative at the end of a step is kept: it is the first stage of
-the next one and the end slope of the interpolant.
+Z. Math. Phys. 46 (1901).  The derivative at the end of a step is the first stage of the next step
+and the end slope of the interpolant.
 """
 
 from .explicit import single

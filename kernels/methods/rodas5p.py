@@ -1,8 +1,9 @@
 """Rodas5P: a Rosenbrock method of order 5(4) with 8 stages, for M y' = f(t, y).
 
-Stiffly accurate, L-stable, with dense output of order 4; its order does not fall as far on stiff
-problems and DAEs of index 1 as that of others.  A step solves 8 systems with the matrix
-M / (h gamma) - df/dy, factorised once, and iterates nothing.  See `rodas5p_table.py` for the paper.
+Stiffly accurate, L-stable, with dense output of order 4.  On stiff problems and DAEs of index 1 its
+order falls less than the order of other Rosenbrock methods.  A step factorises the matrix
+M / (h gamma) - df/dy once, solves 8 systems with it, and does not iterate.  See `rodas5p_table.py`
+for the paper.
 """
 
 from ..algebra.mass import add_product
@@ -21,7 +22,7 @@ from .rodas5p_derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, TOTAL
 from .rodas5p_table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
 
 N_STAGES = 8
-MOST_SINGULAR = 4  # matrices in a row, of steps ten times shorter
+MOST_SINGULAR = 4  # consecutive singular matrices, each for a step ten times shorter
 FIRST = END.floats[0]
 
 
@@ -34,9 +35,9 @@ def _factorise(s, work, block, h):
 
 @njit(**INTERNAL)
 def _solve_stage(s, work, block, i, slope, b):
-    """From the derivative in the row of stage i and the combination in SUM to the stage.
+    """Solve for stage i, from the derivative in the row of the stage and the combination in SUM.
 
-    The share b of the derivative, with that by the time, is added to TOTAL.
+    b times the derivative, with its term in df/dt, is added to TOTAL.
     """
     n, row, total = work.shape[1], work[U + i], work[TOTAL]
     for k in range(n):
@@ -49,12 +50,13 @@ def _solve_stage(s, work, block, i, slope, b):
 
 @njit(**INTERNAL)
 def _solve_last_stage(s, work, block, h):
-    """From the derivative in its row and the combination in SUM to the last stage.
+    """Solve for the last stage, from the derivative in its row and the combination in SUM.
 
     The equation of the stage is replaced by the equation of the end of the step, M (y_1 - y_0) =
-    sum(b_i h (f_i + J U_i)), which is equal without rounding.  Nothing damps rounding errors of a
-    linear invariant l M y, and each stage has such an error, eps h |J U_i|.  With the equation of
-    the end, only the errors of the last stage, which is small, and of one product with J remain.
+    sum(b_i h (f_i + J U_i)).  In exact arithmetic, the two equations are equivalent.  But each
+    stage has a rounding error of eps h |J U_i| in a linear invariant l M y, and nothing damps this
+    error.  With the equation of the end, only two errors remain: of the last stage, which is small,
+    and of one product with J.
     """
     n, row, total = work.shape[1], work[U + N_STAGES - 1], work[TOTAL]
     add_jacobian_product(s, work, block, J, SUM, TOTAL, FACTOR + 1)
@@ -71,7 +73,7 @@ def _no_stages(work):
 
 
 def _stages_and(before, i):
-    """The function that gives the rows of the stages before i, and of i."""
+    """A function that returns the rows of the stages up to stage i."""
 
     @njit(**INLINED)
     def stages(work):
@@ -88,7 +90,7 @@ def _first_stage(rhs, s, work, block, h):
 
 
 def _state_of_stage(known, i):
-    """The function that puts the state of stage i in the row STAGE."""
+    """A function that puts the state of stage i into row STAGE."""
     row = A[min(i, len(A)) - 1]
 
     @njit(**INLINED)
@@ -104,7 +106,7 @@ def _state_of_stage(known, i):
 
 
 def _and_stage(before, known, i):
-    """The function that finds the stages before i, and i; False if a function raised."""
+    """A function that solves for the stages up to stage i; it returns False if `rhs` raised."""
     state = _state_of_stage(known, i)
     last, time, slope = i == N_STAGES - 1, TIMES.floats[i - 1], SLOPES.floats[i]
     c, b = C[i - 1], 0.0 if last else END.floats[i]
@@ -129,7 +131,7 @@ def _and_stage(before, known, i):
 
 
 def _all_stages():
-    """The functions that find all stages, and that give their rows."""
+    """A function that solves for all stages, and a function that returns the rows of the stages."""
     find, known = _first_stage, _stages_and(_no_stages, 0)
     for i in range(1, N_STAGES):
         find, known = _and_stage(find, known, i), _stages_and(known, i)
@@ -178,7 +180,7 @@ def step(rhs, state, work, block, h_min):
         if s.error < 1.0:
             status = _go_on(rhs, s, work, block, t_new)
             s.h = SCIPY.grow(size, s.error, -0.2, rejections)
-            if t_new == s.t_end:  # where it was shortened to end, not for its error
+            if t_new == s.t_end:  # the step was shortened to reach t_end, not for its error
                 s.h = max(s.h, wanted)
             return status
         size = SCIPY.shrink(size, s.error, -0.2, rejections, h_min)

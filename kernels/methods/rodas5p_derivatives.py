@@ -1,7 +1,4 @@
-"""The start of a step of Rodas5P: the Jacobian, and the derivative by the time.
-
-The rows of the work array have their names here.
-"""
+"""The derivatives at the start of a step of Rodas5P, df/dy and df/dt, and the rows of its work."""
 
 import numpy as np
 
@@ -14,19 +11,19 @@ from ..stepping.differences import evaluate_row, first_factors, keep_factors
 from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant, is_exact
 from ..vector.scalar_or_vector import spacing
 
-# Rows: the derivative at the start of a step, stages, the time derivative, the combination of
-# stages that M multiplies, that of derivatives for the end, factors of differences and two rows
-# for them, pivots.
+# Rows: the derivative at the start of a step, the stages, df/dt, the combination of stages that M
+# multiplies, the combination of derivatives for the end of the step, factors of differences and two
+# rows of work space, pivots.
 SLOPE, U, TIME, SUM, TOTAL, FACTOR, PIVOTS = (K + i for i in (1, 2, 10, 11, 12, 13, 16))
 N_ROWS = 17
-J = K + N_ROWS  # the Jacobian; the factors of the matrix; room for entries of an exact Jacobian
+J = K + N_ROWS  # first row of the Jacobian; behind lie the factors, and exact entries
 
 
 @njit(**INTERNAL)
 def _time_difference(rhs, s, work, block):
     """df/dt by a one-sided difference of order 2 inside the step; False if a function raised.
 
-    One evaluation if the derivative stays the same, else two.
+    The difference takes one evaluation if f does not change, else two.
     """
     dt = s.direction * max(3e-5 * s.h, 4.0 * spacing(s.t, s.direction))
     near, far = s.t + dt, s.t + 2.0 * dt

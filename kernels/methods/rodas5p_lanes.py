@@ -1,7 +1,7 @@
 """The steps of Rodas5P with a trajectory in each lane of a vector, for y' = f(t, y).
 
-The Jacobian and the derivative by the time are exact.  Where a number of a step is not finite, in
-a lane whose matrix is singular, say, that lane is left to the step of `rodas5p.py`.
+df/dy and df/dt are exact.  A lane with a number that is not finite, for example because its matrix
+is singular, is left to the step of `rodas5p.py`.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from .rodas5p_derivatives import SLOPE
 from .rodas5p_table import END, GAMMA, SLOPES, TIMES, A, C
 
 N_STAGES = 8
-TRIED, ACCEPTED = 7, 1  # evaluations: of a step, and after it
+TRIED, ACCEPTED = 7, 1  # evaluations in each step, and after an accepted step
 
 
 @njit(**INTERNAL)
@@ -54,7 +54,7 @@ def _sum(a, b):
 
 
 def _make_with_time(slope, timed):
-    """``f + h slope df/dt``, of a derivative f and df/dt."""
+    """``with_time(f, h, by_time)``: f + h slope df/dt."""
 
     @njit(**INLINED)
     def with_time(f, h, by_time):
@@ -79,7 +79,7 @@ def _make_first_stage(solve, timed):
 
 
 def _make_state(i):
-    """``state(y, before, u)``: that of stage i, from that of the stage before, and the stages."""
+    """``state(y, before, u)``: the state of stage i, from the state before and the stages u."""
     row = A[min(i, len(A)) - 1]
 
     @njit(**INLINED)
@@ -94,9 +94,10 @@ def _make_state(i):
 
 
 def _and_stage(before, i, solve, timed):
-    """The function that finds the stages before i, and i.
+    """A function that solves for the stages up to stage i.
 
-    It gives the stages, the state of stage i, and the sum of b_j (f_j + h slope_j df/dt).
+    The function returns the stages, the state of stage i, and the sum of
+    b_j (f_j + h slope_j df/dt).
     """
     state, with_time = _make_state(i), _make_with_time(SLOPES.floats[i], timed)
     c, time, b = C[i - 1], TIMES.floats[i - 1], END.floats[i]
@@ -114,7 +115,7 @@ def _and_stage(before, i, solve, timed):
 
 
 def _and_last_stage(before, solve, multiply):
-    """The function that finds all stages, the last by the equation of the end: see `rodas5p.py`."""
+    """A function that solves for all stages; for the last stage see `rodas5p.py`."""
     state, time = _make_state(N_STAGES - 1), TIMES.floats[-1]
 
     @njit(**INLINED)
@@ -130,7 +131,7 @@ def _and_last_stage(before, solve, multiply):
 
 
 def _make_stages(solve, multiply, timed):
-    """All stages: they, and the state of the last."""
+    """A function that returns all stages, and the state of the last stage."""
     stages = _make_first_stage(solve, timed)
     for i in range(1, N_STAGES - 1):
         stages = _and_stage(stages, i, solve, timed)
@@ -138,7 +139,7 @@ def _make_stages(solve, multiply, timed):
 
 
 def _make_step(derivatives, form):
-    """The step, as `lanes.adaptive` takes it; a negative error where a number is not finite."""
+    """The step for `lanes.adaptive`; its error is negative in lanes with a non-finite number."""
     width, n_entries = form.value.dtype.width, len(derivatives.rows)
     places = derivatives.rows, derivatives.columns
     room, factorise, solve = make_elimination(*places, form)
@@ -152,7 +153,7 @@ def _make_step(derivatives, form):
         exchanged = factorise(factors, jacobian, 1.0 / (h * GAMMA))
         u, last = stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged)
         y_new = _sum(last, u[-1])
-        # an infinite entry of the Jacobian would make stages zero, and so the error
+        # With an infinite entry of the Jacobian, stages and error would be zero.
         doubt = reduce_components(_add_zero_times, add, 0.0, (found,))
         error = rms(u[-1], y, y_new, rtol, atol) + doubt
         slope = rhs(t + h, y_new, block, None)

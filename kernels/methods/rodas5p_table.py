@@ -1,9 +1,9 @@
 """The coefficients of Rodas5P, for stages from which the products with the Jacobian are removed.
 
 G. Steinebach, "Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the
-Julia Differential Equations package", BIT Numer. Math. 63:27 (2023).  With A = alpha / Gamma and
-C = 1 / gamma - 1 / Gamma, as E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II",
-section IV.7, have them: of that form are the numbers in the author's package, which are these.
+Julia Differential Equations package", BIT Numer. Math. 63:27 (2023).  The numbers are those of the
+author's package, in the form A = alpha / Gamma and C = 1 / gamma - 1 / Gamma of E. Hairer and G.
+Wanner, "Solving Ordinary Differential Equations II", section IV.7.
 """
 
 from fractions import Fraction
@@ -12,7 +12,8 @@ from .tableau import Row, rows
 
 GAMMA = 0.21193756319429014
 
-# The states of stages 2 to 6.  The one of a later stage is that of the stage before and its change.
+# Coefficients of the states of stages 2 to 6.  The state of a later stage is the state of the stage
+# before, plus the stage before.
 A = rows(
     """
     3;
@@ -38,7 +39,7 @@ C = rows(
     """
 )
 TIMES = Row(".6358126895828704 .4095798393397535 .9769306725060716 .4288403609558664 1 1 1")
-SLOPES = Row(  # of the time derivative; 0 from stage 6 on
+SLOPES = Row(  # factors of df/dt; 0 from stage 6 on
     """
     .21193756319429014 -.42387512638858027 -.3384627126235924 1.8046452872882734
     2.325825639765069 0 0 0
@@ -49,7 +50,7 @@ SLOPES = Row(  # of the time derivative; 0 from stage 6 on
 def _end():
     """The b_i of y_1 = y_0 + sum(b_i k_i) over gamma, from the weights m of the stages in y_1.
 
-    b (1 / gamma - C) = m; the last is 1.
+    The b_i solve b (1 / gamma - C) = m; the last b_i is 1.
     """
     m, found = [*A[-1].exact, 1, 1, 1], []
     for j in reversed(range(8)):

@@ -1,12 +1,13 @@
-"""Explicit symplectic steps for q'' = a(t, q): kicks and drifts in turn, their sizes as data.
+"""Explicit symplectic steps for q'' = a(t, q): alternating kicks and drifts, from a table of sizes.
 
-A step is  kick p_0, drift q_1, kick p_1, ..., drift q_s, kick p_s  with the acceleration at the end
-kept for the next first kick: s evaluations.  For H = T(p) + V(q) the same steps drift by dT/dp
-instead of p.  The force gets the time that the drifts have reached, and dT/dp that of the kicks.
+A step is  kick p_0, drift q_1, kick p_1, ..., drift q_s, kick p_s.  The acceleration at the end
+serves the first kick of the next step, so that a step takes s evaluations.  For H = T(p) + V(q),
+positions drift by dT/dp instead of p.  The force is evaluated at the time that the drifts have
+reached, dT/dp at the time that the kicks have reached.
 
-Positions and velocities are summed with the part that rounding cuts off carried along (W. Kahan,
-Comm. ACM 8 (1965)), which takes the error of an orbit after 10^5 revolutions from a systematic
-drift to a random walk, for a tenth of the time.
+Positions and velocities are sums with compensation of rounding errors (W. Kahan, Comm. ACM 8
+(1965)).  After 10^5 revolutions, the error of an orbit is then a random walk instead of a
+systematic drift.  The compensation takes a tenth of the time.
 """
 
 from functools import partial
@@ -35,12 +36,15 @@ def _added(c, high, compensation, k):
 
 @njit(**INLINED)
 def add_compensated(out, compensation_out, high, compensation, c, k):
-    """high + (compensation + c k), and what rounding cuts off: the new (high, compensation)."""
+    """Add c k to high + compensation: the new (high, compensation).
+
+    The new compensation is the rounding error of the new sum.
+    """
     return apply(_added, (out, compensation_out), (c,), (high, compensation, k))
 
 
 def palindrome(first, n):
-    """A table of n entries from its first half, the middle one included."""
+    """A symmetric table of n entries from its first half, the middle entry included."""
     first = [float(word) for word in first.split()]
     whole = first + first[: n - len(first)][::-1]
     assert len(whole) == n
@@ -48,14 +52,14 @@ def palindrome(first, n):
 
 
 def of_verlet_steps(fractions):
-    """(kicks, drifts) of a composition of Verlet steps of these fractions of a step."""
+    """(kicks, drifts) of a composition of Verlet steps; `fractions` are the sizes of the steps."""
     halved = 0.5 * fractions
     return np.r_[halved[0], halved[1:] + halved[:-1], halved[-1]], fractions
 
 
 @njit(**INLINED)
 def itself(t, v, block, place):
-    """The velocity where v is the velocity."""
+    """The rate of the positions if `v` is the velocity."""
     return v
 
 
@@ -92,7 +96,7 @@ def make_step(kicks, drifts, velocity):
 
 @njit(**INLINED)
 def cubic_of_pair(rhs, t, h, work, block, d):
-    """The Hermite cubic with the velocities at both ends, which the steps do not need."""
+    """The Hermite cubic.  The velocities at both ends, which no step needs, are computed here."""
     for y, slope, time in ((Y_OLD, K, t), (Y, K + LAST, t + h)):
         _, p = halves(slot(None, work, y))
         rate, _ = halves(slot(None, work, slope))
@@ -102,7 +106,7 @@ def cubic_of_pair(rhs, t, h, work, block, d):
 
 
 def composed(name, order, kicks, drifts, quadratic=False):
-    """A Method of this family; `quadratic` says that it holds for T = v² / 2 only."""
+    """A Method of kicks and drifts; `quadratic` methods need T = v² / 2."""
 
     def looped(loop, velocity):
         return partial(loop, make_step(kicks, drifts, velocity), LAST, LAST + 1)

@@ -1,6 +1,6 @@
-"""The stages of an implicit step as vectors: the stages of one component lie side by side.
+"""The stages of an implicit step as vectors: the s stages of a component lie side by side.
 
-A block of s rows of `work` is read as n components of s stages each.
+s rows of `work` hold n components of s stages each.
 """
 
 from llvmlite import ir

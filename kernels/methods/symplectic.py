@@ -12,8 +12,8 @@ schemes for ordinary differential equations", Math. Comp. 66 (1997), s17odr8a.
 SofroniouSpaletta10: M. Sofroniou and G. Spaletta, "Derivation of symmetric composition constants
 for symmetric integrators", Optim. Methods Softw. 20 (2005), 35 stages.
 Yoshida4, Yoshida6, Yoshida8: H. Yoshida, "Construction of higher order symplectic integrators",
-Phys. Lett. A 150 (1990): the triple jump, table 1 solution A, table 2 solution D.  They are here
-for comparison: the others need a fraction of their evaluations.
+Phys. Lett. A 150 (1990): the triple jump, table 1 solution A, table 2 solution D.  Yoshida's
+methods serve comparisons: the other methods need a fraction of the evaluations.
 """
 
 import numpy as np

@@ -15,8 +15,8 @@ class Row(Constant):
     text : str
         Fractions or decimals as printed in the source, separated by blanks: ``"3/40 9/40"``.
     to_the_end : bool
-        Whether compiled code multiplies by a last zero, too: what is not finite then makes a sum
-        NaN.
+        Whether compiled code multiplies by a zero in the last place, too.  A last stage that is not
+        finite then makes the sum NaN.
     """
 
     def __init__(self, text="", to_the_end=False):
@@ -26,7 +26,7 @@ class Row(Constant):
 
     @classmethod
     def of(cls, exact, to_the_end=False):
-        """The row of these fractions."""
+        """A Row of the fractions `exact`."""
         return cls(" ".join(map(str, exact)), to_the_end)
 
     def __repr__(self):
@@ -36,18 +36,18 @@ class Row(Constant):
         return len(self.exact)
 
     def __sub__(self, other):
-        """The difference; the shorter row goes on with zeros."""
+        """The difference; zeros extend the shorter row."""
         both = zip_longest(self.exact, other.exact, fillvalue=0)
         return Row.of(a - b for a, b in both)
 
 
 def rows(text):
-    """Rows that are separated by semicolons."""
+    """The rows of a text that separates rows by semicolons."""
     return tuple(map(Row, text.split(";")))
 
 
 def tableau(text):
-    """Times and rows of stages, as a Butcher tableau has them: ``"3/10: 3/40 9/40; 4/5: ..."``."""
+    """(times, rows) of the stages from a Butcher tableau, ``"3/10: 3/40 9/40; 4/5: ..."``."""
     times, stages = zip(*(line.split(":") for line in text.split(";")), strict=True)
     return Row(" ".join(times)), tuple(map(Row, stages))
 

@@ -1,6 +1,6 @@
-"""Taylor: the rows that its compiled series fill, and the interpolant from the rows.
+"""Taylor: facts, first step and interpolant; the compiled series fills the rows of the work array.
 
-The series, and the loop over steps, are made for each function: see `fastdyn/compile/taylor`.
+`fastdyn/compile/taylor` makes the series and the loop over steps for each function.
 """
 
 from ..jit_options import INLINED, INTERNAL, njit
@@ -12,7 +12,7 @@ from .method import method, with_complex_states
 
 @njit(**INTERNAL)
 def taylor(state, work, block, order, fsal_stage):
-    """The derivative, and a time in which the state changes by as much as itself."""
+    """The start kernel: the derivative, and the size max |y| / max |y'| for the first step."""
     status = plain(state, work, block, order, fsal_stage)
     s, y, rate = state[0], 0.0, 0.0
     for i in range(work.shape[1]):
@@ -44,7 +44,7 @@ def dense_rows(rhs, t, h, work, block, d):
 
 
 def kernel(rhs, form):
-    """There is no loop for any function."""
+    """Raise NotImplementedError: no loop serves all functions."""
     raise NotImplementedError("the loop of a Taylor series is made for its function")
 
 

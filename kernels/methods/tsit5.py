@@ -1,8 +1,8 @@
 """Tsit5: Tsitouras's pair of order 5(4), first same as last, with dense output of order 4.
 
 Ch. Tsitouras, "Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying
-assumption", Comput. Math. Appl. 62 (2011), pp. 770-775.  The paper prints about 16 digits; the
-40 here satisfy the order conditions and agree with it.
+assumption", Comput. Math. Appl. 62 (2011), pp. 770-775.  The paper prints about 16 digits.  The 40
+digits here satisfy the order conditions and agree with the paper.
 """
 
 from .explicit import pair

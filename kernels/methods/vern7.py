@@ -2,10 +2,10 @@
 
 J. H. Verner, "Numerically optimal Runge-Kutta pairs with interpolants", Numer. Algorithms 53
 (2010), pp. 383-396.  Coefficients: table RKV76.IIa.Efficient.00001675585.081206 of his
-site www.sfu.ca/~jverner, as printed there to 40 digits.  The interpolant (five more
-evaluations) is the one printed but for its third stage: the printed one misses the conditions of
-order 7 by up to 3e-7.  That stage, at t + h / 8, and the weights D, in the form of
-`dense_output.py`, solve them.
+site www.sfu.ca/~jverner, as printed there to 40 digits.  The interpolant takes five more
+evaluations.  The third stage of the printed interpolant violates the conditions of order 7 by up to
+3e-7.  Here this stage, at t + h / 8, and the weights D, in the form of `dense_output.py`, satisfy
+the conditions.
 """
 
 from .explicit import pair

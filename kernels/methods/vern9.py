@@ -2,8 +2,8 @@
 
 J. H. Verner, "Numerically optimal Runge-Kutta pairs with interpolants", Numer. Algorithms 53
 (2010), pp. 383-396.  Coefficients: table RKV98.IIa.Efficient.000000349.081209 of his
-site www.sfu.ca/~jverner, as printed there to 40 digits.  The interpolant (ten more
-evaluations) is the one printed, its weights D in the form of `dense_output.py`.
+site www.sfu.ca/~jverner, as printed there to 40 digits.  The interpolant takes ten more evaluations
+and is the printed interpolant; its weights D have the form of `dense_output.py`.
 """
 
 from .explicit import pair

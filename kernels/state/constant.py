@@ -6,11 +6,11 @@ from numba.extending import models, register_model, typeof_impl
 
 
 class Constant:
-    """Base of such objects.  Those with the same `repr` are one to the compiler."""
+    """The base class of constants.  Two constants with equal `repr` have one type."""
 
 
 class ConstantType(types.Type):
-    """The type of one Constant, which is `known`."""
+    """The type of the Constant `known`."""
 
     def __init__(self, known):
         self.known = known

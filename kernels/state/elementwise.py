@@ -1,10 +1,10 @@
-"""The one place that knows how a value of the state is stored.
+"""Operations on values of the state, for every storage; no other file knows the storage.
 
 A value is a tuple of numbers (small n: the compiler keeps it in registers), a row of the work
 array (any n), or a tuple of vectors, each with one component of several states.  The functions here
-are written as LLVM code generators, so that a step written with them is straight-line code for a
-tuple and one loop for a row, with the same operations on each component in the same order: both
-give the same bits.  On vectors, a product and a sum may be fused to one rounding.
+are LLVM code generators: a step written with the functions becomes straight-line code for a tuple
+and one loop for a row.  Tuples and rows give equal bits, because each component passes through
+equal operations in equal order.  On vectors, a product and a sum may be fused to one rounding.
 
 Everywhere `out` is the row that receives the result, or None for tuples.
 """
@@ -42,8 +42,8 @@ def view(context, builder, pointer, n):
 def map_components(context, builder, outs, operands, body):
     """Write the results of body(builder, [component of each operand]) for each component.
 
-    `outs` and `operands` are lists of (type, value); the body returns one result for each of the
-    outs.  Returns a list of tuple values or the rows `outs`.
+    `outs` and `operands` are lists of (type, value); the body returns one result for each item of
+    `outs`.  Returns a list of tuple values or the rows `outs`.
     """
     ty, value = operands[0]
     if isinstance(ty, types.BaseTuple):
@@ -70,8 +70,8 @@ def element(value):
 def apply(typingctx, function, outs, numbers, values):
     """The results of ``function(*numbers, *components)`` for each component of `values`.
 
-    The function is compiled and returns a tuple: a component of each of the new values, whose
-    places are `outs`.
+    The compiled function returns a tuple with one component of each new value.  `outs` are the
+    places of the new values.
     """
     n, (kind, *_) = len(outs), values
     inner = function.get_call_type(typingctx, (*numbers, *map(element, values)), {})
@@ -94,7 +94,7 @@ def apply(typingctx, function, outs, numbers, values):
 
 
 def _map(context, builder, out, operands, body):
-    """The same for one result."""
+    """`map_components` for one result."""
     one = map_components(context, builder, [out], operands, lambda b, c: (body(b, c),))
     return one[0]
 
@@ -109,10 +109,10 @@ def factor(value):
 
 
 def _weighted_map(row, k, start=None):
-    """The code of h sum(a_i k_i), left to right over the nonzero a_i, or of that added to `start`.
+    """The code of h sum(a_i k_i), or of start + h sum(a_i k_i), from left to right.
 
-    A row may have its last a_i multiplied even if it is zero.  Arguments are out, the start, h, the
-    row and the k_i.
+    The sum omits each a_i that is zero, but for the last a_i of a Row that is `to_the_end`.  The
+    arguments are out, the start, h, the row and the k_i.
     """
     if len(row.known.exact) != len(k):
         raise ValueError(f"{len(row.known.exact)} coefficients for {len(k)} values")
@@ -162,7 +162,7 @@ def assign(typingctx, out, value):
 
 def load(builder, pointer):
     value = builder.load(pointer)
-    value.align = 8  # of vectors too: rows are not laid out for them
+    value.align = 8  # also for a vector, because rows are aligned to numbers only
     return value
 
 

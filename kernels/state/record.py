@@ -1,9 +1,9 @@
 """The record that evolves, the rows of the work array, and the status codes.
 
 A solve in progress is three arrays: `state` (one record of STATE), `work` (rows of n numbers)
-and `block` (what a compiled function needs to be called, see `calls/user_function.py`).  Copying
-them is a checkpoint; every kernel reads them when it starts and leaves them complete when it
-returns.
+and `block` (the data of a compiled function, see `calls/user_function.py`).  A copy of the three
+arrays is a checkpoint: every kernel reads the arrays when it starts, and leaves them complete when
+it returns.
 """
 
 from typing import Any, NamedTuple
@@ -15,49 +15,49 @@ STATE = np.dtype(
         ("t", "f8"),  # time reached
         ("t_old", "f8"),  # time before the last accepted step
         ("t_end", "f8"),
-        ("t_stop", "f8"),  # return after the step that reaches it
+        ("t_stop", "f8"),  # the kernel returns after the step that reaches this time
         ("t_start", "f8"),
         ("direction", "f8"),  # +1 or -1
         ("h", "f8"),  # size of the next step to try, without sign
         ("h_max", "f8"),
-        ("h_first", "f8"),  # size of the first step to try, also after a jump; 0 to choose it
+        ("h_first", "f8"),  # size of the first step, also after a jump; 0: the method chooses
         ("error", "f8"),  # norm of the last error estimate; accepted below 1
         ("n_accepted", "i8"),
         ("n_rejected", "i8"),
         ("n_extra", "i8"),  # evaluations outside the steps: start, dense output
-        # Of methods that factorise matrices, or look back at more than one step:
-        ("h_old", "f8"),  # size of the step before; 0 if there is none to look back at
-        ("order", "i8"),  # of the next step; 0 where the method begins, or begins anew
-        ("n_equal", "i8"),  # steps since size or order changed; of Taylor, steps at a jump
+        # Fields of methods that factorise matrices, or use more than the last step:
+        ("h_old", "f8"),  # size of the step before; 0 if the method has no step before
+        ("order", "i8"),  # order of the next step; 0 where the method begins, or begins anew
+        ("n_equal", "i8"),  # steps since size or order changed; for Taylor, steps at a jump
         ("factorised", "i8"),  # whether the factors of the last step hold for the next
-        ("current", "i8"),  # whether the Jacobian is of the present state
-        ("lower", "i8"),  # diagonals of the Jacobian below the main one, and above
+        ("current", "i8"),  # whether the Jacobian belongs to the present state
+        ("lower", "i8"),  # diagonals of the Jacobian below the main diagonal, and above
         ("upper", "i8"),
         ("pairs", "i8"),  # whether two components are a complex number
         ("n_jacobians", "i8"),
         ("n_factorised", "i8"),
-        # Of LSODA, as the user gave them:
+        # Options of LSODA from the user:
         ("h_least", "f8"),  # shortest step
-        ("lband", "i8"),  # diagonals of the Jacobian below the main one, and above; -1 for all
+        ("lband", "i8"),  # diagonals of the Jacobian below the main diagonal, and above; -1: all
         ("uband", "i8"),
-        # What it keeps from step to step:
-        ("rescale", "f8"),  # factor of the size by which the Nordsieck array waits to be changed
-        ("growth", "f8"),  # most that the size may grow by
+        # Data that LSODA keeps from step to step:
+        ("rescale", "f8"),  # factor of the step size to which the Nordsieck array must be changed
+        ("growth", "f8"),  # the largest factor by which the size may grow
         ("l0", "f8"),  # first coefficient of the formula
-        ("drift", "f8"),  # h l0 over what it was in the factors
-        ("rate", "f8"),  # of convergence
-        ("lipschitz", "f8"),  # estimate of the Lipschitz constant, and that since it was last used
+        ("drift", "f8"),  # h l0 over the h l0 of the factors
+        ("rate", "f8"),  # rate of convergence
+        ("lipschitz", "f8"),  # two estimates of the Lipschitz constant: in use, and since that
         ("lipschitz_now", "f8"),
         ("jacobian_norm", "f8"),
-        ("stiff", "i8"),  # whether the next step is BDF's, and whether the last one was
+        ("stiff", "i8"),  # whether the next step is a step of BDF, and whether the last step was
         ("was_stiff", "i8"),
         ("limited", "i8"),  # whether stability bounds the step of Adams' formula
-        ("wait", "i8"),  # steps until order and size are looked at, and until the family is
+        ("wait", "i8"),  # steps until order and size may change, and until the family may
         ("wait_family", "i8"),
-        ("age", "i8"),  # steps that the factors have served
-        ("n_standing", "i8"),  # trials in turn that are too short to change the time
-        # Of components that must not be negative:
-        ("cut", "f8"),  # what was added to return them to 0, in units of atol
+        ("age", "i8"),  # number of steps with the present factors
+        ("n_standing", "i8"),  # consecutive trials that are too short to change the time
+        # For components that must not be negative:
+        ("cut", "f8"),  # sum of the corrections that returned them to 0, in units of atol
     ]
 )
 
@@ -76,20 +76,20 @@ Y, Y_OLD, STAGE, RTOL, ATOL, K = 0, 1, 2, 3, 4, 5
 # What a kernel returns.
 RUNNING = 0  # the step budget is used up; call again
 FINISHED = 1  # t == t_end
-FULL = 2  # an output array is full; give it room and call again
+FULL = 2  # an output array is full; the caller makes room and calls again
 EVENT = 3  # a terminal event occurred
 STEP_TOO_SMALL = 4
 NON_FINITE = 5  # the derivative at the start is not finite
-NOT_CONVERGED = 7  # the equations of an implicit step
+NOT_CONVERGED = 7  # the iteration of an implicit step did not converge
 RAISED = 6  # the user's function raised; the exception waits in Python
 BAD_STATE = 8  # the initial state is not finite
 BAD_JUMP = 9  # the state after an event is not finite
 ZENO = 10  # an event occurs infinitely often in a finite time
-BAD_JACOBIAN = 11  # it is not finite
-SINGULAR = 12  # the matrix of a linearly implicit step, however short
-FAILED_AGAIN = 13  # a step of LSODA, ten times or at its shortest
+BAD_JACOBIAN = 11  # the Jacobian is not finite
+SINGULAR = 12  # the matrix of a linearly implicit step is singular, however short the step
+FAILED_AGAIN = 13  # a step of LSODA failed ten times, or at the shortest size
 NO_TOLERANCE = 14  # atol and a component of the state are zero
 BORDER = 15  # the solution leaves the domain of the equations
 
-# What the loops above the steps add.
+# Status codes of the loops above the steps.
 STEP_LIMIT, INTERRUPTED, STOPPED = 100, 101, 102

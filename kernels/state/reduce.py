@@ -1,4 +1,4 @@
-"""What is gathered over the components of a state: sums, in one order for every storage."""
+"""Reductions over the components of a state, such as sums, in one order for every storage."""
 
 from llvmlite import ir
 from numba.core import cgutils
@@ -43,17 +43,17 @@ def _reduce_rows(context, builder, call, call_wide, start, rows):
 
 @intrinsic
 def reduce_components(typingctx, function, merge, start, values):
-    """Accumulate ``total = function(total, component of each of values)`` over the components.
+    """Accumulate ``total = function(total, *components)`` over the components of `values`.
 
-    Four partial results run side by side (component i goes to number i % 4), in every storage;
-    ``merge`` joins them.  Both functions are compiled and take and return numbers; `values` is
-    a tuple of state values.
+    Every storage computes four partial results; component i belongs to result i % 4.  ``merge``
+    joins the partial results.  Both functions are compiled, and take and return numbers; `values`
+    is a tuple of state values.
     """
     number = element(values[0])
     join = merge.get_call_type(typingctx, (number, number), {})
     inner = function.get_call_type(typingctx, (number,) * (len(values) + 1), {})
     rows = values[0] == ROW
-    if rows:  # four components at once, with the roundings of one by one
+    if rows:  # four components at once, with the roundings of the scalar loop
         four = Vector(PARTS, exact=True)
         wide = function.get_call_type(typingctx, (four,) * (len(values) + 1), {})
 

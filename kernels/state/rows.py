@@ -11,7 +11,7 @@ from .elementwise import ROW, data_of, length_of, load, view
 
 
 def _row_pointer(context, builder, ty, work, index, number=types.float64):
-    """Where a row of numbers of this type begins."""
+    """The address of a row of numbers of the type `number`."""
     array = arrayobj.make_array(ty)(context, builder, work)
     row = builder.gep(array.data, [builder.mul(index, builder.extract_value(array.shape, 1))])
     return builder.bitcast(row, context.get_value_type(number).as_pointer())
@@ -39,7 +39,7 @@ def numbers_of(typingctx, work):
 
 @intrinsic
 def numbers_from(typingctx, work, first, offset):
-    """The numbers of `work` from row `first` on, but for so many, as one row."""
+    """The numbers of `work` from row `first` on, without the first `offset`, as one row."""
 
     def codegen(context, builder, signature, args):
         array, first, offset = args
@@ -78,7 +78,7 @@ def in_halves(typingctx, work):
 
 @intrinsic
 def after(typingctx, row, offset):
-    """The numbers of a row but for so many, without a look at its length."""
+    """The numbers of a row from `offset` on; the length of the row is not checked."""
 
     def codegen(context, builder, signature, args):
         pointer = builder.gep(data_of(context, builder, row, args[0]), [args[1]])
@@ -89,7 +89,7 @@ def after(typingctx, row, offset):
 
 
 def scratch(size):
-    """A function that gives so many numbers on the stack, as a row."""
+    """A function that returns a row of `size` numbers on the stack."""
 
     @intrinsic
     def row(typingctx):
@@ -105,7 +105,7 @@ def scratch(size):
 
 @intrinsic
 def vector_at(typingctx, form, row, at):
-    """The numbers of a row from `at` on, as many as a vector of this form has."""
+    """The numbers of a row from `at` on, as a vector of this form."""
     vector = form.known.value.dtype
 
     def codegen(context, builder, signature, args):
@@ -161,7 +161,7 @@ def fetch(typingctx, form, work, index):
 
 @intrinsic(prefer_literal=True)
 def rows_on_stack(typingctx, n_rows, width):
-    """An array of that shape, of two constants, which lasts until the function returns."""
+    """An array of shape (n_rows, width), both constants, on the stack of the function."""
     shape, kind = (n_rows.literal_value, width.literal_value), types.Array(types.float64, 2, "C")
 
     def codegen(context, builder, signature, args):
@@ -183,16 +183,16 @@ def rows_on_stack(typingctx, n_rows, width):
 
 @njit(**INTERNAL)
 def copy_row(row, out):
-    # A loop: the assignment of a row to a row allocates, in case they overlap.
+    # A loop, because an assignment of a row to a row allocates memory, in case the rows overlap.
     for i in range(len(row)):
         out[i] = row[i]
 
 
 @intrinsic
 def keep(typingctx, work, index, values):
-    """Leave a tuple of values in consecutive rows of `work`, from `index` on.
+    """Store a tuple of values in consecutive rows of `work`, from `index` on.
 
-    Rows are written in place by whoever computes them, so only tuples need storing.
+    Values that are rows of `work` are in place already.
     """
     signature = types.none(work, types.intp, values)
     if values[0] == ROW:

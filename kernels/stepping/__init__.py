@@ -1,1 +1,1 @@
-"""The loops over steps, and the choice of their size."""
+"""The loops over steps, and the choice of the step size."""

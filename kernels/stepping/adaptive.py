@@ -70,7 +70,7 @@ def kernel(step, control, exponent, fsal_stage, rhs, form):
                 keep(work, Y, (y, y_old))
                 break
             h = control.grow(h, error, exponent, rejections)
-            if t_new == t_end and h < wanted:  # shortened to end there, not for its error
+            if t_new == t_end and h < wanted:  # shortened to reach t_end, not for its error
                 h = wanted
             t_old, t, k_last = t, t_new, k[fsal_stage]
             taken += 1

@@ -1,9 +1,10 @@
-"""Jacobians by forward differences, as SciPy's `num_jac`: a column, or a group of them, at a time.
+"""Jacobians by forward differences, as SciPy's `num_jac`, a column or a group of columns at a time.
 
-The step is a factor of |y_j|, learned from one Jacobian to the next, such that the difference
-stands out from the rounding of what is subtracted: D. E. Salane, "Adaptive routines for forming
-Jacobians numerically", Sandia report SAND86-1319 (1986).  Columns that have no row in common are
-found together: A. Curtis, M. Powell and J. Reid, J. Inst. Maths. Applics. 13 (1974).
+The step of a difference is |y_j| times a factor.  The factor is adapted from one Jacobian to the
+next, such that the difference exceeds the rounding errors of its two terms: D. E. Salane, "Adaptive
+routines for forming Jacobians numerically", Sandia report SAND86-1319 (1986).  Columns that have no
+row in common share an evaluation: A. Curtis, M. Powell and J. Reid, J. Inst. Maths. Applics. 13
+(1974).
 """
 
 import numpy as np
@@ -15,7 +16,7 @@ from ..state.record import ATOL, STAGE, Y
 from ..state.rows import copy_row, slot
 
 EPS = float(np.finfo(float).eps)
-REJECT, SMALL, BIG = EPS**0.875, EPS**0.75, EPS**0.25  # of differences, beside what is subtracted
+REJECT, SMALL, BIG = EPS**0.875, EPS**0.75, EPS**0.25  # of a difference, relative to its terms
 FIRST_FACTOR, LEAST_FACTOR = EPS**0.5, 1e3 * EPS
 
 
@@ -28,9 +29,10 @@ def evaluate_row(rhs, t, work, given, found, block):
 
 @njit(**INTERNAL)
 def _increment(work, y, f, factor, j, times):
-    """The displacement of component j, a multiple of its factor; the factor grows if this is 0.
+    """The displacement of component j, a multiple of its factor.
 
-    A component without a bound of its error, as a discrete state, has an infinite `atol`.
+    The factor grows until the displacement is not 0.  A component without a bound of its error,
+    such as a discrete state, has an infinite `atol`.
     """
     here = work[y, j]
     scale = max(work[ATOL, j], abs(here))
@@ -61,8 +63,8 @@ def _learn(work, factor, j, change, size):
 def column_difference(rhs, t, work, y, f, block, factor, column, j):
     """Column j of the Jacobian; False if the function raised.
 
-    `y` and `f` are the rows of the state and of its derivative, `factor` that of the factors,
-    behind which one is free.
+    `y`, `f` and `factor` are the rows of the state, of its derivative, and of the factors; the row
+    behind the factors is free.
     """
     found, h = factor + 1, _increment(work, y, f, factor, j, 1.0)
     copy_row(work[y], work[STAGE])
@@ -70,7 +72,7 @@ def column_difference(rhs, t, work, y, f, block, factor, column, j):
     if not evaluate_row(rhs, t, work, STAGE, found, block):
         return False
     change, size = _largest_change(work[found], work[f])
-    if not np.isfinite(change):  # beyond a border: the difference is found on the other side
+    if not np.isfinite(change):  # beyond a border, so that the other side is taken
         h = -h
         work[STAGE, j] = work[y, j] + h
         if not evaluate_row(rhs, t, work, STAGE, found, block):
@@ -97,7 +99,7 @@ def column_difference(rhs, t, work, y, f, block, factor, column, j):
 
 @njit(**INTERNAL)
 def _largest_change(new, old):
-    """The largest |new - old| of a component, and the larger of both sizes there."""
+    """The largest |new - old| over the components, and the larger of |new|, |old| there."""
     where = 0
     change = abs(new[0] - old[0])
     for i in range(1, len(new)):
@@ -110,8 +112,8 @@ def _largest_change(new, old):
 def differences_in_groups(rhs, t, work, y, f, block, given, factor, entries):
     """The entries of the Jacobian in the places of the block at `given`; False if f raised.
 
-    Behind the places are, in words, the rows of the entries, where each column begins among them,
-    and the group of each column.  Two rows behind the factors are free.
+    Behind the places lie three lists of words: the row of each entry, the index of the first entry
+    of each column, the group of each column.  Two rows behind the factors are free.
     """
     n, words = work.shape[1], words_at(given)
     groups = FIRST + 2 * words[N_ENTRIES] + n + 1
@@ -158,7 +160,7 @@ def _put_column(work, y, f, factor, words, j, entries):
 
 @njit(**INLINED)
 def _column(words):
-    """Where the rows of entries are among the words, and where columns begin."""
+    """The indices, in the words, of the rows of the entries and of the starts of the columns."""
     rows = FIRST + words[N_ENTRIES]
     return rows, rows + words[N_ENTRIES]
 

@@ -1,8 +1,9 @@
 """Before the first step: the derivative at t_start and the size of the step to try.
 
-A start kernel is ``start(state, work, block, order, fsal_stage)``.  It leaves the derivative in row
-K + fsal_stage, where the loops expect it, and the step in ``state.h`` unless the caller put one
-there.  It returns RUNNING, RAISED, or NON_FINITE if the derivative is not finite.
+A start kernel is ``start(state, work, block, order, fsal_stage)``.  The kernel leaves the
+derivative in row K + fsal_stage, where the loops expect the derivative, and the step size in
+``state.h`` unless the caller has set ``state.h``.  The kernel returns RUNNING, RAISED, or
+NON_FINITE if the derivative is not finite.
 """
 
 import numpy as np
@@ -56,7 +57,7 @@ def _scaled_rms(values, work):
 
 
 def make_hairer(name, scaled_rms):
-    """The start kernel of that name, with ``scaled_rms(values, work)`` as its norm."""
+    """The start kernel `name`, with ``scaled_rms(values, work)`` as its norm."""
 
     def start(state, work, block, order, fsal_stage):
         """The first step of Hairer, Norsett and Wanner, section II.4: one more evaluation."""
@@ -110,7 +111,7 @@ def implicit(state, work, block, order, fsal_stage):
 
 @njit(**INTERNAL)
 def matlab(state, work, block, order, fsal_stage):
-    """The first step of ode45: a tenth of the span at most, from the slope; or that given."""
+    """The first step of ode45, from the slope, at most a tenth of the span; or the step given."""
     status = plain(state, work, block, order, fsal_stage)
     s = state[0]
     if status != RUNNING:
@@ -154,7 +155,7 @@ def lsoda(state, work, block, order, fsal_stage):
     s.h = min(s.h, span)
     if s.h == 0.0:  # a square is out of range
         s.h = span
-    if s.h == np.inf:  # nothing moves, and there is no end
+    if s.h == np.inf:  # the state is at rest, and the span has no end
         s.h = 1.0
     s.h = min(s.h, s.h_max)
     return status

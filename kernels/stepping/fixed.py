@@ -9,7 +9,7 @@ from ..state.record import FINISHED, NON_FINITE, RAISED, RUNNING, Y_OLD, K, Y
 from ..state.reduce import add, reduce_components
 from ..state.rows import fetch, keep, slot
 
-LANDED = 1e-6  # a step that ends this close to t_end, in steps, ends at t_end
+LANDED = 1e-6  # a step whose end differs from t_end by less than this share of a step ends at t_end
 
 
 @njit(**INTERNAL)
@@ -22,8 +22,8 @@ def kernel(step, fsal_stage, compensation_stage, rhs, form):
 
     Step i ends at t_start + (i + 1) h, so that the times carry no accumulated rounding.  The last
     step is as long as the others and ends at t_end or beyond.  A state that is no longer finite
-    ends the run with NON_FINITE.  `compensation_stage` holds what compensated summation carries to
-    the next step; for a step without, `fsal_stage` again.
+    ends the run with NON_FINITE.  Stage `compensation_stage` carries the rounding errors of a
+    compensated summation to the next step; without such a summation it equals `fsal_stage`.
     """
 
     @njit(**INTERNAL)

@@ -1,4 +1,4 @@
-"""The loop for adaptive methods that solve equations in each step, and keep what they factorise."""
+"""The loop for adaptive methods that solve equations in each step, and keep factors of matrices."""
 
 import numpy as np
 
@@ -12,17 +12,17 @@ SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0
 
 @njit(**INTERNAL)
 def begins_in_step(rhs, state, work, block):
-    """The `begin` of a method whose first step computes what the method needs."""
+    """The `begin` of a method whose first step computes the past and the matrices."""
     return RUNNING
 
 
 def kernel(begin, step, rhs, form):
     """The loop around `rhs`, as `adaptive.kernel`, on rows: `form` is None.
 
-    ``begin(rhs, state, work, block)`` computes what a solve needs before its first step, where
-    `state.order` is 0, and sets the order; it returns RUNNING or a failure, as `step` does.
-    ``step(rhs, state, work, block, h_min)`` takes one step, none shorter than h_min.  `step` keeps
-    all counters but n_accepted, and the size of the next step.
+    ``begin(rhs, state, work, block)`` is called where `state.order` is 0: before the first step,
+    and where the method begins anew.  `begin` sets the order.  ``step(rhs, state, work, block,
+    h_min)`` takes one step that is not shorter than h_min, updates all counters but n_accepted, and
+    sets the size of the next step.  Both return RUNNING or a failure.
     """
 
     @njit(**INTERNAL)
@@ -61,8 +61,9 @@ def newton_tolerance(work):
 
 @njit(**INLINED)
 def scaled_squares(s, work, row, sizes):
-    """Sum of |x|^2 of a row over its tolerance, atol + rtol |sizes|, of its complex numbers if
-    components are pairs.
+    """The sum of (|x| / (atol + rtol |sizes|))^2 over the numbers x of a row.
+
+    If the components are pairs, x are the complex numbers of the row.
     """
     total = 0.0
     if s.pairs:
@@ -80,5 +81,5 @@ def scaled_squares(s, work, row, sizes):
 
 @njit(**INLINED)
 def n_components(s, work):
-    """Real or complex ones."""
+    """The number of components, real or complex."""
     return work.shape[1] // 2 if s.pairs else work.shape[1]

@@ -74,7 +74,7 @@ def is_exact(given):
 
 @njit(**INTERNAL)
 def entries_at(work, block, first):
-    """Where the entries of a Jacobian are found, and what follows them."""
+    """The places in `work` of the entries of a Jacobian, and of the numbers behind the entries."""
     rows = matrix_rows(block, work.shape[1])
     outside = block[MATRICES] != 0 and words_at(block[MATRICES])[KIND] == OUTSIDE
     return numbers_from(work, first if outside else first + rows, 0)
@@ -95,8 +95,8 @@ def evaluate_jacobian(rhs, s, t, work, y, f, block, factor, first):
     y, f : int
         Rows of the state and of its derivative.
     factor, first : int
-        The row of the factors of differences, behind which lie two to write to; the first row of
-        the matrix, behind which lies one to write to.
+        The row of the factors of differences, and the first row of the matrix.  Two free rows lie
+        behind the factors, one free row behind the matrix.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def evaluate_jacobian(rhs, s, t, work, y, f, block, factor, first):
 
 @njit(**INTERNAL)
 def _put_entries(rhs, s, t, work, y, f, block, given, factor, first):
-    """A Jacobian that is known by its entries; all other elements are zero: see `clear_matrix`."""
+    """Put the entries of a Jacobian into the matrix, which `clear_matrix` filled with zeros."""
     n, words, entries = work.shape[1], words_at(given), entries_at(work, block, first)
     status = _evaluate_entries(t, slot(None, work, y), block, given, entries)
     if status == BAD_JACOBIAN and words[GROUPS] > 0:
@@ -151,7 +151,10 @@ def _put_entries(rhs, s, t, work, y, f, block, given, factor, first):
 
 @njit(**INTERNAL)
 def _evaluate_entries(t, y, block, given, entries):
-    """Entries by a function, or constant ones; BAD_JACOBIAN if not all are finite, or found."""
+    """Evaluate the entries by their function, or copy constant entries.
+
+    Returns RUNNING, RAISED, or BAD_JACOBIAN if an entry is missing or not finite.
+    """
     words = words_at(given)
     if words[ADDRESS] == 0:
         if words[GROUPS] > 0:
@@ -179,7 +182,7 @@ def _are_finite(entries, count):
 
 @njit(**INTERNAL)
 def _spread(given, entries, matrix, n):
-    """Put entries in their places; the bandwidths, if columns are n numbers apart."""
+    """Put entries in their places; return the bandwidths, for columns of n numbers."""
     words, lower, upper = words_at(given), 0, 0
     for e in range(words[N_ENTRIES]):
         place = words[FIRST + e]

@@ -2,7 +2,8 @@
 
 A controller is four functions: `smallest` (no step is shorter), `aim` (where the step to try ends),
 `grow` (after acceptance), `shrink` (after a rejection; 0 where no step is left).  An error estimate
-is accepted when its norm is below 1.  They choose by `select`, for numbers and vectors alike.
+is accepted when its norm is below 1.  The controllers use `select` instead of branches, and so take
+numbers and vectors.
 
 SCIPY is the rule of `scipy.integrate.RK45`, after Hairer, Norsett and Wanner, "Solving Ordinary
 Differential Equations I", second edition, section II.4.  `matlab` makes the rule of MATLAB's ode45
@@ -36,7 +37,7 @@ class Norm(NamedTuple):
 
 
 class Controller(NamedTuple):
-    """The decisions of an adaptive loop; see the functions of the same names below."""
+    """The decisions of an adaptive loop; for the four functions see the top of this file."""
 
     smallest: object
     aim: object
@@ -46,7 +47,7 @@ class Controller(NamedTuple):
 
 @njit(**INTERNAL)
 def larger(a, b):
-    """The larger of two numbers; NaN if either is, as np.maximum."""
+    """The larger of two numbers; NaN if either number is NaN, as by np.maximum."""
     return select((b > a) | (b != b), b, a)
 
 
@@ -123,13 +124,13 @@ def _matlab_grow(h, error, exponent, rejections):
 
 
 def matlab(least):
-    """MATLAB's controller; the first rejection of a step leaves the share `least` of it or more."""
+    """MATLAB's controller; the first rejection multiplies a step by at least the factor `least`."""
 
     @njit(**INTERNAL)
     def shrink(h, error, exponent, rejections, h_min):
         factor = 0.8 * power(error, exponent)
         shorter = h * select(rejections > 0, 0.5, select(factor > least, factor, least))
-        shortest = h <= ROUNDED * h_min  # a step of h_min, whose end was rounded
+        shortest = h <= ROUNDED * h_min  # a step of h_min with a rounded end
         return select(shortest, 0.0, select(shorter > h_min, shorter, h_min))
 
     return Controller(_matlab_smallest, _matlab_aim, _matlab_grow, shrink)

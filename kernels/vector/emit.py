@@ -1,8 +1,8 @@
-"""Formulas that write code: on `Lanes` the signs of arithmetic are LLVM instructions on vectors.
+"""Formulas that write code: operators on `Lanes` emit LLVM instructions on vectors.
 
-Each sign is one operation with one rounding, never fused unless `fma` says so, so that the
-error of an operation can be computed.  Such code compiles in a fraction of the time that Numba
-takes for the same text.
+Each operator is one operation with one rounding.  Only `fma` fuses two operations, so that the
+error of an operation can be computed.  The code compiles in a fraction of the time that Numba takes
+for an equal formula.
 """
 
 import functools
@@ -36,9 +36,9 @@ def _comparison(sign):
 
 
 class Lanes:
-    """A value in each lane, of doubles, of whole numbers of 64 bits, or of truth values.
+    """A value in each lane: doubles, whole numbers of 64 bits, or truth values.
 
-    A single number will do as well, as far as arithmetic, comparisons, `where` and `bits` go.
+    Arithmetic, comparisons, `where` and `bits` also take a single number instead of a vector.
     """
 
     __hash__ = None
@@ -56,11 +56,11 @@ class Lanes:
 
     @property
     def count(self):
-        """The number of lanes, 0 of a single number."""
+        """The number of lanes; 0 for a single number."""
         return getattr(self.value.type, "count", 0)
 
     def of(self, element):
-        """The LLVM type with another element in each lane."""
+        """The LLVM type with `element` in each lane."""
         return ir.VectorType(element, self.count) if self.count else element
 
     __add__ = _operation("fadd", "add")
@@ -94,12 +94,12 @@ class Lanes:
         return named("fabs", self)
 
     def choose(self, a, b):
-        """a in the lanes where this is true, b in the others."""
+        """a in the lanes where `self` is true, b in the others."""
         return where(self, a, b)
 
 
 def named(name, x, *others):
-    """The LLVM intrinsic of that name."""
+    """Call the LLVM intrinsic `name`."""
     values = [x.value, *map(x.like, others)]
     function = intrinsic_of(x.builder, name, x.value.type, len(values))
     return Lanes(x.builder, x.builder.call(function, values))
@@ -115,7 +115,7 @@ def sqrt(x):
 
 
 def signed(x, sign):
-    """The magnitude of x with the sign of the other."""
+    """The magnitude of x with the sign of `sign`."""
     return named("copysign", x, sign)
 
 
@@ -131,12 +131,12 @@ def bits(x):
 
 
 def real(x):
-    """The doubles of such bits."""
+    """The doubles with the bits of whole numbers: the inverse of `bits`."""
     return Lanes(x.builder, x.builder.bitcast(x.value, x.of(REAL)))
 
 
 def word(number):
-    """The bits of a double, known beforehand."""
+    """The bits of a constant double, as a Python int."""
     return struct.unpack("<q", struct.pack("<d", number))[0]
 
 
@@ -148,7 +148,7 @@ def two_sum(a, b):
 
 
 def fast_two_sum(a, b):
-    """The same where |a| >= |b| or a = 0."""
+    """`two_sum` for |a| >= |b| or a = 0."""
     total = a + b
     return total, b - (total - a)
 
@@ -160,7 +160,7 @@ def two_product(a, b):
 
 
 def quotient(a, a_low, b, b_low):
-    """(a + a_low) / (b + b_low) as a number and what to add to it."""
+    """(a + a_low) / (b + b_low) as a double and a correction."""
     inverse = 1.0 / b
     ratio = a * inverse
     rest = fma(-ratio, b, a) + fma(-ratio, b_low, a_low)
@@ -168,7 +168,7 @@ def quotient(a, a_low, b, b_low):
 
 
 def polynomial(x, coefficients):
-    """c[0] + c[1] x + ..., in pairs, of which the processor computes several at once."""
+    """c[0] + c[1] x + ..., in pairs of terms that the processor computes in parallel."""
     while len(coefficients) > 1:
         pairs = zip(coefficients[::2], coefficients[1::2], strict=False)
         odd = coefficients[-1:] if len(coefficients) % 2 else ()
@@ -187,7 +187,7 @@ def each_lane(builder, vectors, function):
 
 
 def by_library(name, x):
-    """The C library's function of that name, called for each lane."""
+    """The function `name` of the C library, called for each lane."""
     form = ir.FunctionType(REAL, [REAL])
     function = declared(x.builder.module, form, name)
     call = functools.partial(x.builder.call, function)
@@ -195,7 +195,7 @@ def by_library(name, x):
 
 
 def where_any(mask, body, given):
-    """`given`, or body() in the lanes where the mask is true: computed only if there are such."""
+    """body() where the mask is true, else `given`; computes body() if any lane needs the value."""
     builder = mask.builder
     word = ir.IntType(mask.value.type.count)
     some = builder.icmp_unsigned("!=", builder.bitcast(mask.value, word), word(0))
@@ -213,10 +213,9 @@ def where_any(mask, body, given):
 
 
 def outlined(formula, n_results=1):
-    """The formula as a function of its own in the module, which is written once and called.
+    """The formula as a function of the module: inlined code runs no faster and compiles longer.
 
-    Inlined it would run no faster and take longer to compile.  Calls with the same argument become
-    one call.
+    LLVM merges calls with equal arguments.
     """
 
     @functools.wraps(formula)

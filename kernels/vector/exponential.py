@@ -1,8 +1,8 @@
 """Exponential and hyperbolic functions of vectors.
 
 x = k log 2 + r with |r| <= (log 2) / 2 up to rounding.  x - k LN2[0] is exact with `fma`.  The
-polynomial is minimax (Remez) on |r| <= 1.0001 (log 2) / 2, of (e^r - 1 - r) / r^2 with the error
-2^-60 of e^r.
+polynomial is the minimax polynomial (Remez) of (e^r - 1 - r) / r^2 on |r| <= 1.0001 (log 2) / 2,
+with an error of 2^-60 in e^r.
 """
 
 from .emit import (
@@ -28,18 +28,18 @@ EXPONENTIAL = (
     2.755758185178791e-07, 2.5112036845692073e-08, 2.082662595905977e-09,
 )  # fmt: skip
 INF = float("inf")
-BIAS = 1023  # of the exponent in a double
+BIAS = 1023  # bias of the exponent in a double
 SMALLEST, LARGEST = -746.0, 710.6  # where e^x is 0 and sinh x is infinite
 TINY = 2.0**-60
 
 
 def within(x, low, high):
-    """x, or the limit that it is beyond; NaN stays."""
+    """x limited to [low, high]; NaN stays NaN."""
     return where(x < low, low, where(x > high, high, x))
 
 
 def reduced(x, low=0.0):
-    """k as a whole number, and r, of x + low."""
+    """k, a whole number, and r, with x + low = k log 2 + r."""
     nearest = fma(x, 1 / LN2[0], SHIFT)
     k = nearest - SHIFT
     return bits(nearest) - word(SHIFT), fma(-k, LN2[0], x) + fma(-k, LN2[1], low)
@@ -51,7 +51,7 @@ def bend(r):
 
 
 def times_power(x, k):
-    """x 2^k, rounded once, for |k| < 2000: in two steps, as 2^k alone may not be a number."""
+    """x 2^k, rounded once, for |k| < 2000: in two steps, because 2^k alone may overflow."""
     half = (k + 2048) >> 1
     return x * real((half + (BIAS - 1024)) << 52) * real((k - half + (BIAS + 1024)) << 52)
 
@@ -79,7 +79,7 @@ def power_of_two(x):
 
 
 def quarter_rise(x):
-    """(e^x - 1) / 4, which is a number where sinh x is one, and its error."""
+    """(e^x - 1) / 4 and its error; the quotient is finite wherever sinh x is finite."""
     k, r = reduced(within(x, -60.0, LARGEST))
     r, low = fast_two_sum(r, bend(r))
     power = real((k + (BIAS - 2)) << 52)

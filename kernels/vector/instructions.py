@@ -24,19 +24,19 @@ def constant(kind, a):
 
 
 def declared(module, form, name):
-    """The function of that name in a module."""
+    """The function `name` of a module, declared if the module lacks it."""
     return module.globals.get(name) or ir.Function(module, form, name)
 
 
 def intrinsic_of(builder, name, kind, n):
-    """The LLVM intrinsic `name` from n vectors to one, or from n numbers."""
+    """The LLVM intrinsic `name` of n vectors, or of n numbers."""
     width = f"v{kind.count}" if isinstance(kind, ir.VectorType) else ""
     form = ir.FunctionType(kind, [kind] * n)
     return declared(builder.module, form, f"llvm.{name}.{width}f64")
 
 
 def pack(builder, values):
-    """The structure of these values."""
+    """An LLVM structure of the values."""
     whole = ir.Constant(ir.LiteralStructType([v.type for v in values]), ir.Undefined)
     for i, value in enumerate(values):
         whole = builder.insert_value(whole, value, i)

@@ -25,7 +25,7 @@ LARGE, SMALL = 2.0**1000, 2.0**-900
 
 
 def angle(below, above):
-    """atan(below / above) in quarters of pi and the rest, for 0 <= below <= above < inf."""
+    """atan(below / above) as a number of quarters of pi and a rest, 0 <= below <= above < inf."""
     wide = below > HALFWAY * above
     difference, difference_low = two_sum(below, -above)
     total, total_low = two_sum(below, above)

@@ -1,11 +1,11 @@
 """Logarithms and powers of vectors.
 
 x = 2^k m with m from sqrt(1/2) to sqrt(2), and log m = 2 artanh s with s = (m - 1) / (m + 1).
-The polynomials are minimax (Remez) on |s| <= 3 - 2 sqrt(2), in z = s^2, of artanh:
+The polynomials are minimax polynomials (Remez) in z = s^2 on |s| <= 3 - 2 sqrt(2):
 
-- LOGARITHM of 2 artanh(s) / s^3 - 2 / s^2, with the error 2^-59 of artanh s;
-- TAIL of the same without its first two terms 2/3 + 2/5 z, with the error 2^-72: they are given as
-  sums of two doubles, because a power needs log x to some 64 bits.
+- LOGARITHM approximates 2 artanh(s) / s^3 - 2 / s^2, with an error of 2^-59 in artanh s;
+- TAIL approximates the rest of this function behind its first two terms, 2/3 + 2/5 z, with an error
+  of 2^-72.  The two terms are sums of two doubles, because a power needs log x to some 64 bits.
 """
 
 from .emit import (
@@ -42,12 +42,12 @@ LOG10_2 = 0.3010299956639812, -2.8037281277851704e-18
 LN2_3 = 0.23104906018664845, -1.077356103093161e-17
 THIRD = 0.3333333333333333, 1.850371707708594e-17
 NAN = float("nan")
-NORMAL = 2.0**-1022  # the least number with all its digits
+NORMAL = 2.0**-1022  # the least double with all digits
 MIDDLE = word(0.5**0.5)
 
 
 def split(x):
-    """k as a number and as biased exponent, and m; for 0 < x < inf."""
+    """k as a double, k as a biased exponent, and m; for 0 < x < inf."""
     tiny = x < NORMAL
     pattern = bits(where(tiny, x * 2.0**54, x))
     exponent = (pattern - MIDDLE + (BIAS << 52)) >> 52
@@ -85,7 +85,7 @@ def logarithm_of_one_plus(x):
 
 
 def precise(m):
-    """log m as the sum of two doubles, to about 2^-66 of it."""
+    """log m as the sum of two doubles, with a relative error of about 2^-66."""
     f, d = m - 1.0, m + 1.0
     s, s_low = quotient(f, 0.0, d, m - (d - 1.0))
     z, z_low = two_product(s, s)
@@ -142,7 +142,7 @@ def any_power(x, y):
 def power(x, y):
     """x^y, for y = 1/2, 1, ..., 3 and their opposites by products and a square root.
 
-    What a constant exponent does not need is not compiled.
+    For a constant exponent, only the formula of this exponent is compiled.
     """
     n = abs(y) * 2.0
     short = (n >= 1.0) & (n <= 6.0) & (named("rint", n) == n) & (x > 1e-100) & (x < 1e100)

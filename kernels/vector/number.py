@@ -1,9 +1,9 @@
 """Vectors of real numbers as a number type: one operation acts on all lanes.
 
-A `Vector` holds one double of each of `width` lanes, a `Mask` one truth value.  A kernel that is
-written for numbers compiles for vectors as it stands, unless the kernel branches on them.  Lanes
-never mix.  Products and sums may be fused; those of `exact` vectors are not: each lane then holds,
-to the last bit, the result of the same code for one number.
+A `Vector` holds one double for each of `width` lanes, a `Mask` one truth value.  A kernel that is
+written for numbers compiles for vectors without a change, unless the kernel branches on numbers.
+Lanes never mix.  Products and sums may be fused, except on `exact` vectors: there, each lane holds,
+to the last bit, the result of the code for one number.
 """
 
 import operator

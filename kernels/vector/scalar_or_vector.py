@@ -1,4 +1,4 @@
-"""What the control of steps needs of numbers and of vectors alike."""
+"""Functions for the control of steps that take numbers and vectors."""
 
 import numpy as np
 from llvmlite import ir
@@ -37,7 +37,7 @@ def spacing(typingctx, t, direction):
 
 
 def power(error, exponent):
-    """error ** exponent, of vectors to a few roundings."""
+    """error ** exponent; on vectors, with an error of a few roundings."""
     return error**exponent
 
 

@@ -1,12 +1,14 @@
 """Sine, cosine and tangent of vectors.
 
 x = k pi/2 + r with |r| <= pi/4 up to rounding, r as the sum of two doubles: x - k PI_2[0] is exact
-with `fma`, as it is a multiple of 2^-53 and below 1.  Beyond HUGE, where the parts of pi/2 no
-longer suffice, the C library answers, lane by lane: glibc's cosine is wrong by 8 units in the last
-place at the double that is nearest to an odd multiple of pi/2, 6381956970095103 * 2^797.
+with `fma`, because the difference is a multiple of 2^-53 and below 1.  Beyond HUGE the parts of
+pi/2 no longer suffice, and the function of the C library is called for each lane.  (glibc's cosine
+is wrong by 8 units in the last place at 6381956970095103 * 2^797, the double that is nearest to an
+odd multiple of pi/2.)
 
-The polynomials are minimax (Remez) on |r| <= 1.0001 pi/4 in z = r^2, of (sin r - r) / r^3 with the
-error 2^-57 of sin r, and of (cos r - 1 + z/2) / z^2 with the error 2^-59 of cos r.
+The polynomials are minimax polynomials (Remez) in z = r^2 on |r| <= 1.0001 pi/4: of
+(sin r - r) / r^3, with an error of 2^-57 in sin r, and of (cos r - 1 + z/2) / z^2, with an error of
+2^-59 in cos r.
 """
 
 import functools
@@ -42,7 +44,7 @@ COSINE = (
 
 
 def reduced(x):
-    """k as the last bits of a word, and r as a rounded number and its error."""
+    """k in the last bits of a word, and r as a double and a correction."""
     nearest = fma(x, 2 / math.pi, SHIFT)
     k = nearest - SHIFT
     high, error = two_product(k, PI_2[1])
@@ -51,7 +53,7 @@ def reduced(x):
 
 
 def near_zero(r, low):
-    """sin and cos of r + low, each as a number and what to add to it."""
+    """sin and cos of r + low, each as a double and a correction."""
     z = r * r
     sine = fma(z, fma(r, polynomial(z, SINE), low * -0.5), low)
     half = z * 0.5

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.compile import behind, budget
+from fastdyn.compile import background, budget
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
 from fastdyn.compile.traced.make import Near, traced_function
@@ -65,7 +65,7 @@ def seen(monkeypatch):
 @pytest.fixture(autouse=True)
 def nothing_is_left():
     yield
-    behind.finish()
+    background.finish()
 
 
 @pytest.mark.parametrize("make", [for_numba, lambda: for_tracing(300)], ids=["Numba", "trace"])
@@ -77,7 +77,7 @@ def test_a_solve_goes_on_in_python_and_the_next_is_compiled(make, method, seen, 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         first = fastdyn.solve_ivp(fun, (0, 1), y0, method, rtol=1e-9, atol=1e-9)
-        behind.finish()
+        background.finish()
         second = fastdyn.solve_ivp(fun, (0, 1), y0, method, rtol=1e-9, atol=1e-9)
     assert seen == [False, True]
     assert np.allclose(first.y[:, -1], second.y[:, -1], rtol=1e-7, atol=1e-7)
@@ -98,7 +98,7 @@ def test_who_asks_for_compiled_code_waits(options, seen, monkeypatch):
 def test_solves_wait_no_longer_than_the_budget_in_all(monkeypatch):
     monkeypatch.setattr(budget, "SECONDS", 0.2)
     go_on = threading.Event()
-    monkeypatch.setattr(behind.Job, "run", lambda job: go_on.wait(60) and (job.end() or True))
+    monkeypatch.setattr(background.Job, "run", lambda job: go_on.wait(60) and (job.end() or True))
     fun, begin = for_numba(), time.monotonic()
     for _ in range(20):
         fastdyn.solve_ivp(fun, (0, 1), START)
@@ -109,7 +109,7 @@ def test_solves_wait_no_longer_than_the_budget_in_all(monkeypatch):
 def test_ctrl_c_ends_the_waiting(monkeypatch):
     monkeypatch.setattr(budget, "SECONDS", 60.0)
     go_on = threading.Event()
-    monkeypatch.setattr(behind.Job, "run", lambda job: go_on.wait(60) and (job.end() or True))
+    monkeypatch.setattr(background.Job, "run", lambda job: go_on.wait(60) and (job.end() or True))
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     begin = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
@@ -121,7 +121,7 @@ def test_ctrl_c_ends_the_waiting(monkeypatch):
 @pytest.mark.parametrize("make", [for_numba, lambda: for_tracing(2000)], ids=["Numba", "trace"])
 def test_what_is_made_behind_rests_while_functions_run_in_python(make, monkeypatch):
     monkeypatch.setattr(budget, "SECONDS", 0.001)
-    spent, rested, run = [], [], behind.Job.run
+    spent, rested, run = [], [], background.Job.run
 
     def timed(job):
         begin = time.thread_time()
@@ -129,13 +129,13 @@ def test_what_is_made_behind_rests_while_functions_run_in_python(make, monkeypat
         spent.append(time.thread_time() - begin)
         return done
 
-    monkeypatch.setattr(behind.Job, "run", timed)
-    monkeypatch.setattr(behind, "time", types.SimpleNamespace(sleep=rested.append))
+    monkeypatch.setattr(background.Job, "run", timed)
+    monkeypatch.setattr(background, "time", types.SimpleNamespace(sleep=rested.append))
     fun = make()
     with budget.in_python([]):
         y0 = START if fun.__name__ == "looped" else np.ones(2000)
         fastdyn.solve_ivp(fun, (0, 1e-3), y0)
-        behind.finish()
+        background.finish()
     assert len(spent) == 1 and sum(rested) > 2 * spent[0]
 
 
@@ -145,7 +145,7 @@ def test_the_filters_of_warnings_stay_those_of_the_user(monkeypatch):
     with warnings.catch_warnings(record=True):
         fastdyn.solve_ivp(for_numba(), (0, 1), START)
         time.sleep(0.3)  # Numba has entered its own, and not left it
-    behind.finish()
+    background.finish()
     assert (warnings.filters, warnings._showwarnmsg_impl) == before
 
 
@@ -153,10 +153,10 @@ SCRIPT = """
 import os, sys, time
 import numpy as np
 import fastdyn
-from fastdyn.compile import behind
+from fastdyn.compile import background
 {function}
 fastdyn.solve_ivp(looped, (0, 1), [0.3, 0.5])
-assert behind._state.thread is not None
+assert background._state.thread is not None
 """
 FORK = """
 def solved():
@@ -165,7 +165,7 @@ def solved():
 child = os.fork()
 if not child:
     ok = solved()
-    behind.finish()
+    background.finish()
     os._exit(not (ok and solved()))
 assert solved()
 _, status = os.waitpid(child, 0)

@@ -11,7 +11,7 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.compile import behind, memory
+from fastdyn.compile import background, memory
 from fastdyn.kernels.methods import METHODS
 from fastdyn.run import loop
 from fastdyn.run import output as pieces
@@ -79,14 +79,14 @@ def test_changing_the_tier_between_chunks_changes_no_bit(method, monkeypatch, tm
     monkeypatch.setattr(loop, "CHUNK_SECONDS", 0.0)
     for price in ("FOR_LLVM", "FOR_A_NUMBER", "FOR_NUMBA"):
         monkeypatch.setattr(fastdyn.specialise.shared_or_inlined, price, 0.0)
-    queued = behind.idle_job
+    queued = background.idle_job
 
     def made_at_once(make):
         job = queued(make)
         assert job.wait(120)
         return job
 
-    monkeypatch.setattr(behind, "idle_job", made_at_once)
+    monkeypatch.setattr(background, "idle_job", made_at_once)
     memory.forget()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # nothing is there
     used = []

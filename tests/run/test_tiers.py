@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fastdyn import code_store, prepare, solve_ivp
-from fastdyn.compile import behind, memory
+from fastdyn.compile import background, memory
 from fastdyn.run import loop
 from fastdyn.specialise import scalar, shared_or_inlined
 
@@ -39,7 +39,7 @@ def same(a, b):
 @pytest.fixture(autouse=True)
 def nothing_is_left():
     yield
-    behind.finish()
+    background.finish()
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def gate(monkeypatch):
     opened, original = threading.Event(), scalar.code_store.linked
 
     def linked(*given):
-        assert behind.is_here() and opened.wait(60)
+        assert background.is_here() and opened.wait(60)
         return original(*given)
 
     monkeypatch.setattr(scalar.code_store, "linked", linked)
@@ -74,7 +74,7 @@ def test_a_solve_does_not_wait_and_a_later_one_is_inlined(at_once, gate):
     for _ in range(3):
         assert same(expected, numbers(fun))  # the gate is closed
     gate.set()
-    behind.finish()
+    background.finish()
     before = dict(code_store.COUNTS)
     with_kernel = prepare(fun, (0, 30), START, rtol=1e-8, atol=1e-8, compile="auto")()
     assert same(expected, (with_kernel.t, with_kernel.y))
@@ -89,7 +89,7 @@ def test_a_long_solve_takes_the_kernel_on_the_way(at_once, monkeypatch):
 
     def noted(run, n_steps):
         if len(taken) == 20:
-            behind.finish()
+            background.finish()
         taken.append(run.tier.open)
         return step(run, n_steps)
 
@@ -100,7 +100,7 @@ def test_a_long_solve_takes_the_kernel_on_the_way(at_once, monkeypatch):
 
 def test_a_function_of_a_moment_gets_no_kernel(monkeypatch):
     monkeypatch.setattr(shared_or_inlined, "FOR_LLVM", 1e6)
-    monkeypatch.setattr(behind, "idle_job", None)
+    monkeypatch.setattr(background, "idle_job", None)
     fun = motion()
     assert same(numbers(fun, compile="shared"), numbers(fun))
     assert same(numbers(fun, compile="shared"), numbers(fun))
@@ -119,26 +119,26 @@ def test_numba_is_not_asked_for_a_moment(at_once, monkeypatch):
     expected = numbers(fun, compile="shared")
     for _ in range(3):
         assert same(expected, numbers(fun))
-        behind.finish()
+        background.finish()
     assert asked == [False]
 
 
 def test_many_functions_wait_in_a_bounded_queue(at_once, gate):
-    functions = [motion() for i in range(2 * behind.MOST_IDLE)]
+    functions = [motion() for i in range(2 * background.MOST_IDLE)]
     expected = [numbers(fun, compile="shared") for fun in functions]
     for _ in range(2):
         for fun, answer in zip(functions, expected, strict=True):
             assert same(answer, numbers(fun))
-    assert len(behind._jobs) == behind.MOST_IDLE
-    waited_for = behind.Job(lambda: None)
-    assert [job for job in behind._jobs if not job.idle] == [waited_for]
-    assert behind._jobs.index(waited_for) <= 1  # behind the one that runs
+    assert len(background._jobs) == background.MOST_IDLE
+    waited_for = background.Job(lambda: None)
+    assert [job for job in background._jobs if not job.idle] == [waited_for]
+    assert background._jobs.index(waited_for) <= 1  # behind the one that runs
     gate.set()
-    behind.finish()
+    background.finish()
     for _ in range(2):  # those refused before are made now
         for fun, answer in zip(functions, expected, strict=True):
             assert same(answer, numbers(fun))
-    behind.finish()
+    background.finish()
     for fun, answer in zip(functions, expected, strict=True):
         assert same(answer, numbers(fun))
 
@@ -155,7 +155,7 @@ def test_a_kernel_that_cannot_be_made_is_not_tried_again(at_once, monkeypatch):
     expected = numbers(fun, compile="shared")
     for _ in range(4):
         assert same(expected, numbers(fun))
-        behind.finish()
+        background.finish()
     assert len(tried) <= 1
 
 
@@ -175,7 +175,7 @@ BEGINNING = """
 import os, random, sys, time
 import numpy as np
 from fastdyn import solve_ivp
-from fastdyn.compile import behind
+from fastdyn.compile import background
 from fastdyn.specialise import shared_or_inlined
 
 shared_or_inlined.FOR_LLVM = shared_or_inlined.FOR_A_NUMBER = 0.0
@@ -208,10 +208,10 @@ ok = np.array_equal(solve().y, expected)
 if child == 0:
     for i in range(3):
         ok = ok and np.array_equal(solve().y, expected)
-        behind.finish()
+        background.finish()
     os._exit(not ok)
 _, status = os.waitpid(child, 0)
-behind.finish()
+background.finish()
 ok = ok and np.array_equal(solve().y, expected)
 sys.exit(os.waitstatus_to_exitcode(status) or not ok)
 """,

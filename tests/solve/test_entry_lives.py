@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.compile import behind
+from fastdyn.compile import background
 from fastdyn.solve.entry import load
 from support.entries import START, by_c, in_c_and_python, in_threads, loaded, pendulum, prepared
 
@@ -33,7 +33,7 @@ def test_no_reference_and_no_memory_is_lost():
                 pass
 
     many(200)
-    behind.finish()  # memory and references are counted for all threads
+    background.finish()  # memory and references are counted for all threads
     gc.collect()
     before = [sys.getrefcount(thing) for thing in watched]
     tracemalloc.start()

@@ -11,7 +11,7 @@ import pytest
 
 import fastdyn
 from fastdyn import solve_ivp
-from fastdyn.compile import behind
+from fastdyn.compile import background
 from fastdyn.compile.compare import Different
 from fastdyn.run import loop
 from fastdyn.run.functions import compared
@@ -168,6 +168,6 @@ def test_a_faster_kernel_takes_over(first, monkeypatch):
     for _ in range(3):
         for _ in range(200):
             assert_same(expected, solve_ivp(fun, (0, 1), START))
-        behind.finish()
+        background.finish()
     (kept,) = met.solver.idle
     assert not kept.run.tier.open and kept.words[ADVANCE] == kept.run.tier.address

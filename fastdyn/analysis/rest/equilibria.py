@@ -1,7 +1,7 @@
 """Equilibria: Newton's method with exact Jacobians, from many starts."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import root
@@ -10,8 +10,11 @@ from scipy.stats import qmc
 from ..equations import Equations, box_of, count, equations_of, state_of
 from .linear import Linearisation, linearised
 
-SAME = 1e-6  # of the size of the box: equilibria closer than that are one
-EDGE = 1e-9  # of the size of the box: an equilibrium may lie so far outside
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SAME = 1e-6  # equilibria closer than this share of the box count as one equilibrium
+EDGE = 1e-9  # an equilibrium may lie outside of the box by this share of the box
 POLISH = 4  # steps of Newton's method after the search
 
 
@@ -26,8 +29,9 @@ class Equilibria:
     box : ndarray, shape (n, 2), or None
         The region that was searched.
     n_starts : int
-        Starts of the search, and in `message` what became of it.
+        Number of starts of the search.
     message : str
+        The outcome of the search.
     """
 
     equations: Equations
@@ -48,8 +52,18 @@ class Equilibria:
     def __str__(self):
         return "\n".join([self.message, *(str(each) for each in self.found)])
 
-    def plot(self, **options) -> Any:
-        """The eigenvalues of all equilibria in the complex plane."""
+    def plot(self, **options) -> "Figure":
+        """Draw the eigenvalues of all equilibria in the complex plane.
+
+        Parameters
+        ----------
+        **options
+            Options of ``matplotlib.pyplot.figure``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
         from fastdyn.plot.analysis.linear import eigenvalues
 
         return eigenvalues(self, **options)
@@ -66,7 +80,7 @@ def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
         A pair (low, high) for each component; the search begins at `n_starts` points in the box,
         and keeps equilibria inside.
     guesses : array_like, shape (m, n) or (n,), optional
-        Further starts; without `box`, all equilibria are kept. Of a system, the default is its
+        Further starts; without `box`, all equilibria are kept. For a system, the default is its
         initial state.
     args : tuple
         Arguments of a function.
@@ -78,8 +92,9 @@ def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
     Returns
     -------
     Equilibria
-        Sorted by their first component, then by the next. Empty if none was found: `message`
-        tells. A search from finitely many starts can miss an equilibrium.
+        The equilibria, sorted by first component, then by the next components. If no equilibrium
+        was found, `message` gives the reason. A search from finitely many starts can miss an
+        equilibrium.
 
     Raises
     ------
@@ -89,8 +104,8 @@ def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
 
     Notes
     -----
-    Each start goes through Powell's hybrid method (SciPy's `root`) with the exact Jacobian. What
-    does not end where f is zero but for rounding is dropped.
+    Powell's hybrid method (SciPy's `root`) runs from each start, with the exact Jacobian. Results
+    at which f is not zero up to rounding are dropped.
 
     Examples
     --------
@@ -156,7 +171,7 @@ def _zero(equations, derivatives, t, start):
                 rates, matrix = equations.rates(t, state), derivatives.at(t, state)
                 state = state - np.linalg.lstsq(matrix, rates, rcond=1e-12)[0]
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-            return None  # it left the domain of `fun`
+            return None  # the iteration left the domain of `fun`
     return state + 0.0 if np.isfinite(state).all() else None
 
 

@@ -29,10 +29,10 @@ from .rewrite.pipeline import called_function, dispatcher
 CHECKED = {"boundscheck": True, **INLINED}  # an index out of bounds is an exception, as in Python
 MOST_TRIES, FAILURE = 8, 4  # compilations of one piece of code; a failure counts as that many
 CHANGES = "what it uses from outside changes from solve to solve: pass the values as `args`"
-SIZE = 10  # of a function in memory, with what Numba keeps of it
+SIZE = 10  # size of a function in `memory`, with the data that Numba keeps
 
-_functions = memory.Table()  # (the Function, or why there is none; the code, whose id stays taken)
-_tries = memory.Table()  # of one piece of code: how many, and why no other one is made
+_functions = memory.Table()  # (the Function or the reason against it, the code to keep alive)
+_tries = memory.Table()  # (number of compilations of a piece of code, reason against another)
 
 
 def compiled_function(parts, mode, probe=None):
@@ -77,7 +77,7 @@ def compiled_function(parts, mode, probe=None):
 
 
 def _place(value):
-    """The type of a positional argument; "t" and "y" are those of the solver."""
+    """The type of a positional argument; "t" and "y" for the solver's time and state."""
     return "t" if value is T else "y" if value is Y else parameter_type(value, frozen)
 
 
@@ -87,7 +87,7 @@ def _content(parts):
 
 
 def _limited(parts, mode, layout, content, probe):
-    """The Function, unless one piece of code was compiled too often."""
+    """The Function; Uncompilable if its code was compiled too often."""
     given = [v.__code__ for v in parts.positional if isinstance(v, python.FunctionType)]
     place = *codes_of(parts.function), *given, mode
     tries, reason = _tries.get(place) or (0, "")

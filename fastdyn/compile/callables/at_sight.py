@@ -36,7 +36,7 @@ class Chain(NamedTuple):
 
 @memory.cached
 def chains(code):
-    """The Chains of a code object, and the global ones of the functions nested in it."""
+    """The Chains of a code object, and the "global" Chains of the functions nested in it."""
     found: list[Any] = []
     line, before = code.co_firstlineno, False
     first = code.co_varnames[0] if code.co_argcount else None

@@ -19,7 +19,7 @@ HEAP_TYPE = 1 << 9  # the flag of classes written in Python
 
 
 class Reference(NamedTuple):
-    """A root ("global", "free" or "self"), a name, and the attributes that are taken of it."""
+    """A root ("global", "free" or "self"), a name, and the attributes read one after the other."""
 
     root: str
     name: str

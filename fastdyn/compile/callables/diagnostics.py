@@ -1,4 +1,4 @@
-"""The reasons why a function cannot be compiled, each one sentence that is said once."""
+"""The reasons why a function cannot be compiled, as sentences, and the warnings that print them."""
 
 import functools
 import inspect
@@ -63,7 +63,7 @@ class WritesToState(ValueError):
 
 
 SWITCHED_OFF = "NUMBA_DISABLE_JIT is set"
-_warned = memory.Table()  # functions that the user was warned of
+_warned = memory.Table()  # functions for which the user has got a warning
 EMPTY = CellType()
 WRAPPERS: Any = (
     (functools.partial, "func"), (MethodType, "__func__"), (np.vectorize, "pyfunc"),

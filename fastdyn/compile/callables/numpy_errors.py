@@ -11,7 +11,7 @@ USUAL = None if state is None else state.get()
 
 
 def are_heard():
-    """Whether a function must run in Python, because compiled code reports no NumPy errors."""
+    """Whether NumPy reports errors, which compiled code does not: functions then run in Python."""
     if state is not None and state.get() is USUAL:
         return False
     return not {"ignore", "warn"}.issuperset(np.geterr().values())

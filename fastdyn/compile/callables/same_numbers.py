@@ -1,4 +1,4 @@
-"""Whether results are the same numbers but for rounding, and how they stand in a sentence."""
+"""Compares results up to rounding, and writes results into sentences."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ CLOSE = 1e-6  # largest effect of cancellation around the start, of the largest 
 
 
 def all_close(real, mine):
-    """Whether all results are finite and differ by no more than rounding: most often they do."""
+    """Whether all results are finite and differ by rounding at most: a fast, sufficient check."""
     if len({value.shape for value in (*real, *mine)}) > 1:
         return False
     real = np.array(real)
@@ -16,7 +16,7 @@ def all_close(real, mine):
 
 
 def are_close(real, mine):
-    """Whether numbers differ by little beside the largest, and the same are finite."""
+    """Whether numbers differ by little relative to the largest, and agree in which are finite."""
     finite = np.isfinite(real)
     far = np.abs(real - mine)[finite] > CLOSE * np.max(np.abs(real[finite]), initial=0.0)
     return np.array_equal(finite, np.isfinite(mine)) and not far.any()
@@ -25,7 +25,8 @@ def are_close(real, mine):
 def differ(real, mine, largest=0.0, of_solution=True):
     """Whether two results differ by more than rounding.
 
-    `largest` is the largest size of a result along the solution; its roundings are no difference.
+    `largest` is the largest size of a result along the solution; a difference of the size of its
+    rounding errors is allowed.
     Away from a solution (`of_solution` False), any two non-finite numbers agree.
     """
     if np.array_equal(real, mine, equal_nan=True):
@@ -44,7 +45,7 @@ def differ(real, mine, largest=0.0, of_solution=True):
 
 
 def short(value):
-    """A value in a sentence."""
+    """A value, or an exception, as text for a sentence."""
     if isinstance(value, Exception | str):
         return value if isinstance(value, str) else f"{type(value).__name__}: {value}"
     return np.array2string(np.asarray(value), precision=12, threshold=8, edgeitems=3)

@@ -1,7 +1,8 @@
 """Compares the code of derivatives with differences of the function, at states of a solution.
 
-A derivative along one vector is compared, in which each element has a part.  Away from kinks, as a
-kink has several derivatives; and at several steps, as a function may wind within any one of them.
+One derivative along a vector is compared; the vector is such that each element of the Jacobian
+contributes.  States are moved away from kinks, because a kink has several derivatives.  The
+differences have several step lengths, because a function may oscillate within one of the steps.
 """
 
 import numpy as np
@@ -30,7 +31,7 @@ class OtherDerivative(Different):
 
 
 def compare_jacobian(bound, times, states):
-    """Raise OtherDerivative if the Jacobian that was made for a Bound is not its derivative."""
+    """Raise OtherDerivative if the Jacobian made for a Bound is not the derivative of the Bound."""
     for time in (False, True):
         found = bound.function.notes.get(("jacobian", time))
         if found is not None:
@@ -38,12 +39,12 @@ def compare_jacobian(bound, times, states):
 
 
 def compare_sensitivities(bound, equations, args, times, states):
-    """Raise GaveUp if the rates of a state and its sensitivities are not those of the function.
+    """Raise OtherDerivative if the rates of the sensitivities contradict differences of `fun`.
 
     Parameters
     ----------
     bound : Bound
-        Of the variational equations.
+        The compiled variational equations.
     equations : problem.sensitivities.Variational
     args : tuple
     times, states : sequences
@@ -54,10 +55,10 @@ def compare_sensitivities(bound, equations, args, times, states):
 
 @np.errstate(all="ignore")
 def _compare(bound, times, states, derivative):
-    """Raise OtherDerivative if most of a few states say so.
+    """Raise OtherDerivative if the derivative is wrong at most of a few states.
 
     ``derivative(t, y, sizes, span, rng)`` has a derivative along a vector, the sum of its terms
-    without their signs, and the function of a distance along the vector; None where one is missing.
+    without their signs, and the function of a distance along the vector; or None.
     """
     rng, wrong, tried = np.random.default_rng(1), [], 0
     largest = np.abs(states).max(axis=0) if len(states) else 0.0
@@ -78,7 +79,7 @@ def _compare(bound, times, states, derivative):
 
 
 def _along(bound, jacobian, t, y, sizes, span, rng):
-    """As `_compare` says, of a Jacobian, and of df/dt if the Jacobian has it."""
+    """The `derivative` of `_compare` for a Jacobian, with df/dt if the Jacobian has df/dt."""
     n = len(y)
     y = y + ASIDE * sizes * rng.uniform(-1.0, 1.0, n)
     v, span = sizes * rng.uniform(0.1, 1.0, n), jacobian.time * ASIDE * span
@@ -136,7 +137,7 @@ def _sizes(equations, args):
 
 
 def _moved(equations, args, steps):
-    """Arguments moved along the directions; those of the start move none."""
+    """The arguments, moved along the directions; a direction of the initial state moves none."""
     args, at = list(args), 0
     for position in equations.directions:
         size = np.size(args[position - 1]) if position else equations.n
@@ -148,7 +149,7 @@ def _moved(equations, args, steps):
 
 
 def _largest(bound, t, y, results):
-    """The size of the largest number in a function of so many results."""
+    """The size of the largest number that the function computes for its results."""
     traced = bound.function.traced
     nodes, values = live(traced.stored[: len(results)]), flat([value for _, value in bound.values])
     found = evaluate(traced.trace.graph, [], np.array([t]), y[:, None], values, nodes)[1]

@@ -17,7 +17,7 @@ from .text.instructions import ONE, ZERO, Text, hexadecimal
 ARRAYS = (
     "y", "low", "low_old", "probe", "probe_low", "rtol", "atol", "weights", "predicted",
 )  # fmt: skip
-AT_REST = 2.0**-40  # of the time: a shorter step is one at a jump
+AT_REST = 2.0**-40  # a step below this share of the time counts as a step at a jump
 
 
 class Driver(OneTrajectory):
@@ -124,7 +124,7 @@ class Driver(OneTrajectory):
     def _pace(self, t, x, size, scale, inverse, step):
         """The Pace, the unit of time, 1 over the unit, and whether a change of sign cuts the step.
 
-        Of a series that is not finite, the step begins again with a shorter unit.
+        If the series is not finite, the step begins again with a shorter unit.
         """
         text, var, kinks = self.text, self.var, self.kinks
         wild, shorter, short = wildness(text, t, size, scale)
@@ -156,7 +156,7 @@ class Driver(OneTrajectory):
         return pace, scale, inverse, shortened
 
     def _count_if_at_rest(self, pace):
-        """Count a step that hardly changes the time, as those along a jump."""
+        """Count a step that hardly changes the time, as the steps at a jump do."""
         text = self.text
         least = text.mul(text.intrinsic("fabs", pace.t), hexadecimal(AT_REST))
         more = text.new(f"zext i1 {text.compare('ole', pace.h, least)} to i64")
@@ -177,7 +177,7 @@ class Driver(OneTrajectory):
     def _leave(self):
         text = self.text
         if self.plan.raises():
-            text.label("raises")  # by rounded differences: ask the function itself
+            text.label("raises")  # the decision rests on rounded differences: ask the function
             text.put(f"br i1 {self._raised()}, label %lost, label %defined")
         super()._leave()
 

@@ -24,7 +24,7 @@ from .text.instructions import ONE, ZERO
 
 
 class OneTrajectory(Kernel):
-    """The base of the kernels: the record is read before the loop over steps, and written behind.
+    """The base of the kernels: reads the record before the loop over steps, writes it after.
 
     A subclass has `text` and `n`.  It keeps states and coefficients in memory of its own:
     `_make_room` reads the states, ``_write(name, row)`` copies an array of states into a row of

@@ -118,11 +118,11 @@ class Traced(PythonForm):
         return dispatcher(self)
 
     def vector_text(self, symbol, n, width, exact, kinds=None):
-        """The text of an LLVM module with the form on vectors, of n vectors of a width.
+        """The text of an LLVM module with the form on n vectors of `width` lanes.
 
-        The function ``(t, y, words)`` returns vectors, of an event one alone.  `kinds` are the
-        types of the parameters, with "lanes" for parameters that vary between trajectories; `exact`
-        is as of a `state.layout.Form`.
+        The function ``(t, y, words)`` returns vectors, or a single vector for an event.  `kinds`
+        are the types of the parameters, with "lanes" for parameters that vary between trajectories;
+        for `exact` see `state.layout.Form`.
         """
         from .inlined import vector_text
 

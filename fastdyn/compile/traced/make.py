@@ -18,7 +18,7 @@ from fastdyn.trace.paths.runs import STATE, Where, trace
 from fastdyn.trace.paths.stores import trace_with_stores
 from fastdyn.trace.reads.reads import flat
 
-from .. import behind, memory
+from .. import background, memory
 from ..callables.compiled import Function
 from ..callables.diagnostics import located
 from ..compare import compare_around
@@ -92,7 +92,7 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
     error: Any = None
     for lifted in LIFTED:
         try:
-            with behind.without_collecting():
+            with background.without_collecting():
                 traced, function, given, zeros = _traced(
                     fun, args, mode, n, near, varying, lifted, batches
                 )
@@ -120,7 +120,7 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
     met.whole = located(str(error), line_of_refusal(error.__context__ or error))
     if error.alive:
         _asks_what_lives.set()
-    if _asks_what_lives.is_set():  # traces of other functions may hold what one asks for
+    if _asks_what_lives.is_set():  # traces may keep alive the objects that a function asks for
         error.__traceback__ = error.__context__ = LATEST.refusal = None
         gc.collect()
     return None
@@ -232,9 +232,9 @@ def _compiled(traced, address, given):
 
 
 def _seconds(compiled, near, n):
-    """The time of one evaluation, for all values: no loop of a trace depends on values.
+    """The time of one evaluation, measured from Python, and so an upper bound.
 
-    The time is measured from Python, and so an upper bound.
+    The time holds for all values, because no loop of a trace depends on values.
     """
     y0 = np.resize(np.asarray(near.y0, float), n)
     return min(timeit.repeat(lambda: compiled(near.t0, y0), number=1, repeat=3))

@@ -109,7 +109,7 @@ def writes_to_state(fun, args, mode, n):
 
 
 def leave_to_python(fun, args, mode, reason, wrong):
-    """Make a function run in Python from now on: its code could not go on, or is `wrong`."""
+    """Make a function run in Python from now on, because its code failed or is `wrong`."""
     N_LEFT[0] += 1
     _left.put((codes(fun, args), mode), (reason, wrong))
 

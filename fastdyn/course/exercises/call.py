@@ -1,4 +1,4 @@
-"""A student's function, called as the exercise asks: its arguments, and what it returns."""
+"""Calls a student's function with the arguments of an exercise, and reads the result."""
 
 import collections.abc
 import inspect
@@ -19,17 +19,17 @@ class Call:
     ----------
     exercise : Exercise
     function : callable
-        Its parameters are taken by name, those of other names in the order that is left.
+        Parameters are matched by name; parameters with other names, in the order of the exercise.
 
     Attributes
     ----------
     notes : list of str
-        What is not as it was asked for, but no error.
+        Deviations from the exercise that are no errors.
 
     Raises
     ------
     Refused
-        If its arguments are not those of the exercise.
+        If the number of arguments is not that of the exercise.
     """
 
     def __init__(self, exercise, function):
@@ -40,7 +40,7 @@ class Call:
             self._place(names)
 
     def _place(self, names):
-        """Find which parameter of the exercise each argument is."""
+        """Match the arguments with the parameters of the exercise."""
         asked, line = list(self.exercise.parameters), self.exercise.signature
         if len(names) > 1 and names[1] == "t":
             raise Refused(f"It takes `{names[0]}` before t; asked for is `{line}`")
@@ -58,12 +58,12 @@ class Call:
 
     def values(self, t, y, p):
         """
-        What the function returns at times, states and parameters, {answer: ndarray}.
+        The results of the function at times, states and parameters, {answer: ndarray}.
 
         Raises
         ------
         Refused
-            With a sentence about an exception, or about what is returned.
+            With a sentence about an exception, or about the result.
         """
         found = self._values(t, y, p)
         if self.exercise.free_zero:
@@ -82,7 +82,7 @@ class Call:
     def _row(self, t, state, given, names):
         try:
             with warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")  # values that are not finite are said once
+                warnings.simplefilter("ignore")  # a sentence reports values that are not finite
                 value = self.function(t, state, *given)
         except KeyboardInterrupt:
             raise
@@ -108,7 +108,7 @@ def _arguments(function):
 
 
 def _numbers(value, names):
-    """A returned value as one float for each name; a row or a column is taken, too."""
+    """A result as one float for each name; the result may be a list, a row or a column."""
     wanted = f"{_of(len(names))} asked for: {', '.join(names)}."
     if value is None:
         raise Refused(f"It returns None: is a `return` missing? {wanted}")

@@ -21,11 +21,11 @@ class Judged(NamedTuple):
     Parameters
     ----------
     found : dict of str to list of str
-        For each exercise that is answered, what is wrong.
+        Errors of each answer, by exercise; an empty list for a right answer.
     notes : dict of str to list of str
-        What is no error, but not as it was asked for.
+        Deviations that are no errors, by exercise.
     left : list of str
-        What was not judged.
+        Answers that were not judged.
     """
 
     found: dict
@@ -35,14 +35,14 @@ class Judged(NamedTuple):
 
 def check(path, own=None, limit=LIMIT):
     """
-    Compare the functions and models of a worksheet with the exercises of their names.
+    Compare each function and model of a worksheet with the exercise of the same name.
 
     Parameters
     ----------
     path : str
         A Python file.
     own : str, optional
-        A file of exercises; those of the course unless given.
+        A file of exercises; by default the exercises of the course.
     limit : float
         Seconds for reading the worksheet, and for each exercise.
 
@@ -69,7 +69,7 @@ def check(path, own=None, limit=LIMIT):
 
 
 def _session(path, own, limit, found, notes):
-    """Judge what is not judged yet; what is left to say, or None if the process ended early."""
+    """Judge the remaining answers; return final remarks, or None if the process ended early."""
     words = [sys.executable, "-P", "-m", f"{__package__}.reading", path, own, *found]
     child = subprocess.Popen(
         words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
@@ -98,7 +98,7 @@ def _session(path, own, limit, found, notes):
 
 
 def _cut(path, begun, found, sentence):
-    """Say what the process was at when it ended: an exercise, or the worksheet itself."""
+    """Report which exercise the process was judging when it ended, or that it was reading."""
     if not begun:
         raise ValueError(f"{path} could not be read. {sentence}")
     found[begun] = [sentence]

@@ -1,4 +1,4 @@
-"""Where a student's equations differ from the reference: component, term, sign, unit."""
+"""Finds the difference of a student's equations from the reference: component, term, sign, unit."""
 
 import itertools
 import math
@@ -14,7 +14,7 @@ POWERS = (1, -1, 2, -2)
 
 def compare(exercise, function):
     """
-    Sentences about where a function differs from the reference of an exercise; none if nowhere.
+    Sentences about the differences of a function from the reference of an exercise.
 
     Parameters
     ----------
@@ -25,12 +25,13 @@ def compare(exercise, function):
     Returns
     -------
     list of str
+        Empty for a right function.
     """
     return compared(exercise, function)[0]
 
 
 def compared(exercise, function):
-    """As `compare`, and the notes about what is not as it was asked for, but no error."""
+    """The result of `compare`, and notes about deviations that are no errors."""
     try:
         call = Call(exercise, function)
         samples = exercise.samples()
@@ -73,7 +74,7 @@ def _difference(exercise, name, values, terms, right, samples, call):
 
 
 def _of_terms(values, terms):
-    """The defects of equations of which only factors of terms are wrong: signs, numbers, terms."""
+    """The defects of equations whose terms have wrong factors: signs, numbers, missing terms."""
     columns = np.column_stack(list(terms.values()))
     factors = np.linalg.lstsq(columns, values, rcond=1e-10)[0]
     if np.linalg.matrix_rank(columns) < len(terms) or not same(columns @ factors, values):
@@ -107,7 +108,7 @@ def _of_degrees(exercise, name, values, samples):
 
 
 def _of_units(exercise, name, values, terms, p):
-    """A sentence about terms that have powers of parameters too many: a mass forgotten."""
+    """A sentence about terms with a wrong power of a parameter, such as a forgotten mass."""
     single = [{key: power} for key, power in itertools.product(p, POWERS)]
     pairs = [
         {a: m, b: n} for a, b in itertools.combinations(p, 2)
@@ -149,7 +150,7 @@ def _about(name, group, terms):
 
 
 def _size(exercise, parameter, power):
-    """The unit of a power of a parameter; the name of one without unit."""
+    """The unit of a power of a parameter; the name of the parameter if it has no unit."""
     unit = exercise.parameters[parameter]
     unit = f"`{parameter}`" if unit in ("", "1") else unit
     size = unit if abs(power) == 1 else f"({unit})²"

@@ -7,13 +7,13 @@ OTHER = 2  # seed of the values that are exchanged
 
 def dependence(exercise, name, off, call, same):
     """
-    The end of a sentence about a difference: the names that have an effect on it.
+    The end of a sentence about a difference: the names of the numbers that change the difference.
 
     Parameters
     ----------
     exercise : Exercise
     name : str
-        Of the answer that differs.
+        The name of the answer that differs.
     off : ndarray
         The difference at `Exercise.samples`.
     call : Call
@@ -50,7 +50,7 @@ def dependence(exercise, name, off, call, same):
 
 
 def _changed(exercise, one):
-    """The samples, in which one name has other values."""
+    """The samples, with other values for one name."""
     samples, others = exercise.samples(), exercise.samples(OTHER)
     if one == "t":
         return others[0], *samples[1:]

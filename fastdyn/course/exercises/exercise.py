@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-STATES = 60  # random ones, at which equations are compared
+STATES = 60  # number of random states at which equations are compared
 POSITIVE = (0.5, 2.0)  # the range of a parameter
 
 
@@ -16,27 +16,27 @@ class Exercise(NamedTuple):
     Parameters
     ----------
     name : str
-        Of the function that a student writes.
+        The name of the function that a student writes.
     question : str
     state : dict of str to str
         Names of the components of the state, and their units.
     parameters : dict of str to str
         Names of the arguments after the state, and their units; their values are positive.
     answer : dict of str to str
-        Names of what the function returns, and their units.
+        Names of the results of the function, and their units.
     terms : dict of str to dict of str to callable
-        For each name of the answer its terms, by what they are in words: functions of
-        ``(t, y, p)`` with the state by name in y, arrays, and the parameters by name in p.
+        The terms of each result, by a description in words.  A term is a function of ``(t, y, p)``;
+        y has the components of the state by name, as arrays, p the parameters by name.
     solution : callable
         The function as a student writes it.
     ranges : dict of str to (float, float), optional
-        Between which values of a component or a parameter the question is meant; a component is
-        of either sign unless given.
+        The least and the largest value of a component or parameter; by default, a component has
+        either sign.
     project : callable, optional
-        ``project(y, p)`` returns the states, {name: ndarray}, that satisfy the constraints: the
-        equations are compared there alone.
+        ``project(y, p)`` moves states to states, {name: ndarray}, that satisfy the constraints.
+        The equations are compared only at such states.
     free_zero : sequence of str, optional
-        Names of the answer that the question fixes up to a constant, as an energy.
+        Names of results that are defined up to a constant, such as an energy.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Exercise(NamedTuple):
 
     @property
     def signature(self):
-        """The line with which the student begins."""
+        """The first line of the student's function."""
         return f"def {self.name}({', '.join(['t', 'y', *self.parameters])}):"
 
     def samples(self, seed=1):
@@ -70,13 +70,13 @@ class Exercise(NamedTuple):
         return t, self.allowed(y, p), p
 
     def allowed(self, y, p):
-        """The states that satisfy the constraints, near others."""
+        """States that satisfy the constraints, from `project`."""
         return y if self.project is None else self.project(Names(y), Names(p))
 
     def values(self, t, y, p):
         """The terms of each answer, {answer: {term: ndarray of shape (STATES,)}}.
 
-        An answer of `free_zero` is the change of it from one state to the next.
+        For an answer of `free_zero`, the values are the changes from one state to the next.
         """
         found = self._values(t, y, p)
         if self.free_zero:

@@ -1,4 +1,4 @@
-"""Whose work an answer is: one that calls a reference or a system of fastdyn is no answer."""
+"""Detects answers that call a reference or a system of fastdyn."""
 
 import inspect
 import types
@@ -16,7 +16,7 @@ def borrowed(answer, own=()):
     ----------
     answer : callable
     own : sequence of callable
-        Further references, as a lecturer's solutions.
+        Further references, such as a lecturer's solutions.
     """
     return _borrowed(answer, set(map(id, own)), set())
 
@@ -43,6 +43,6 @@ def _borrowed(one, own, seen):
 
 
 def _imports(code):
-    """Whether code imports a reference where it runs."""
+    """Whether code imports a reference when the code runs."""
     inner = (part for part in code.co_consts if isinstance(part, types.CodeType))
     return any(name.startswith(REFERENCES) for name in code.co_names) or any(map(_imports, inner))

@@ -1,4 +1,4 @@
-"""A worksheet read in a process of its own: what it makes, and each answer as it is judged."""
+"""Reads and judges a worksheet in a separate process, which reports each step."""
 
 import json
 import os
@@ -13,12 +13,12 @@ from . import sheet
 
 def read(path):
     """
-    The names that a worksheet makes, and what ended it before its last line, or "".
+    The names that a worksheet defines, and a sentence about an early end, or "".
 
     Raises
     ------
     ValueError
-        If it is no Python text.
+        If the worksheet is no Python text.
     """
     module = types.ModuleType("worksheet")
     module.__file__ = path
@@ -42,7 +42,7 @@ def read(path):
 
 
 def _ended(path, error):
-    """A sentence about what ended a worksheet, with the line."""
+    """A sentence about the exception that ended a worksheet, with the line."""
     lines = [
         one.lineno for one in traceback.extract_tb(error.__traceback__) if one.filename == path
     ]
@@ -63,7 +63,7 @@ def main(path, own, done, say):
     done : list of str
         Exercises that are judged already.
     say : callable
-        Called with a dict at each step: an exercise begun, judged, or what is left to say.
+        Called with a dict at each step: an exercise begins, an exercise is judged, final remarks.
     """
     exercises = sheet.exercises_of(own)
     say({"ready": True})
@@ -93,5 +93,5 @@ def _say_to(stream):
 
 if __name__ == "__main__":
     answers_to: Any = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a worksheet prints is no verdict
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # keeps output of the worksheet out of the report
     main(sys.argv[1], sys.argv[2], sys.argv[3:], _say_to(answers_to))

@@ -68,7 +68,7 @@ def _reaction(y, p):
 
 
 def _on_the_circle(y, p):
-    """States on the circle of the length, with velocities along it."""
+    """States on the circle whose radius is the length, with velocities along the circle."""
     r = np.hypot(y.x, y.y)
     x, z = y.x / r, y.y / r
     along = y.vx * z - y.vy * x

@@ -1,4 +1,4 @@
-"""Whether the equations determine the motion, looked at in numbers at states of no symmetry."""
+"""Checks whether the equations determine the motion, in numbers, at states without symmetry."""
 
 import math
 
@@ -21,10 +21,10 @@ MISSING = {
 
 class Points:
     """
-    States of no symmetry that satisfy the constraints, with numbers for all symbols.
+    States without symmetry that satisfy the constraints, with numbers for all symbols.
 
-    Numbers of size 1 are tried first, so that nothing is lost beside something larger; where no
-    state exists for them, or something is not defined there, numbers near the defaults.
+    Numbers of size 1 are tried first, so that no term is lost beside a larger term.  If no state
+    exists for these numbers, or an expression is undefined, numbers near the defaults are taken.
     """
 
     def __init__(self, derivation):
@@ -54,7 +54,7 @@ class Points:
                 )
 
     def _settled(self, residuals, spread):
-        """A state on the constraints, with all numbers, and what is left of the residuals."""
+        """A state on the constraints, with all numbers, and the remaining residuals."""
         random, (q, v) = self._random, self._start
         given = [random.uniform(0.0, 1.0)]
         given += [_number(one, spread, random) for one in self._numbers]
@@ -84,7 +84,7 @@ def _size(x):
 
 
 def _number(number, spread, random):
-    """A value of a parameter that is not special: of size 1, or near its default."""
+    """A random value of a parameter, of size 1 or near the default."""
     if spread is None:
         return math.exp(0.3 * random.normal()) if number.positive else random.normal()
     if number.default == 0.0:
@@ -99,7 +99,7 @@ def determined(derivation):
     Raises
     ------
     ValueError
-        If there are too few, or if they contradict each other.
+        If there are too few equations, or if equations contradict each other.
     """
     _constraints_agree(derivation)
     unknowns, name = derivation.unknowns, derivation.model.name
@@ -148,7 +148,7 @@ def _linear(derivation, equations):
 
 
 def _constraints_agree(derivation):
-    """Refuse constraints of which one follows from the others, or cannot hold with them."""
+    """Refuse a constraint that follows from the other constraints, or contradicts them."""
     held, points = derivation.held, derivation.points
     if not held:
         return
@@ -174,7 +174,7 @@ def _constraints_agree(derivation):
 
 
 def _scaled(matrix):
-    """Rows and columns divided by their largest entries, and the divisors of the rows."""
+    """The matrix, its rows and columns divided by their largest entries; and the row divisors."""
     rows = np.abs(matrix).max(axis=1, keepdims=True)
     rows[rows == 0.0] = 1.0
     matrix = matrix / rows
@@ -189,7 +189,7 @@ def _rank(matrix):
 
 
 def _contradictory(matrix, right):
-    """Which equations have a part in a contradiction."""
+    """The equations that take part in a contradiction."""
     scaled, rows = _scaled(matrix)
     right = right / rows.ravel()
     left = np.linalg.svd(scaled)[0][:, _rank(matrix) :]
@@ -207,7 +207,7 @@ def _undetermined(derivation, matrix):
 
 
 def _independent(matrix, count):
-    """The first `count` rows that do not follow from those before."""
+    """The first `count` rows that do not follow from the rows before."""
     rows, chosen = _scaled(matrix)[0], []
     for n in range(len(rows)):
         if _rank(rows[[*chosen, n]]) == len(chosen) + 1:
@@ -218,7 +218,7 @@ def _independent(matrix, count):
 
 
 def kept(derivation, expression):
-    """Whether the motion keeps a quantity: the largest of its rate, and of the terms of this."""
+    """The largest rate of a quantity, and the largest term of the rate, to test for invariance."""
     motion, points = derivation.motion, derivation.points
     K, r = points.values(derivation.K), points.values(derivation.r)
     state = [*motion.q, *motion.v]
@@ -237,5 +237,5 @@ def kept(derivation, expression):
 
 
 def singular(points, matrix):
-    """Whether a matrix is singular at states of no symmetry."""
+    """Whether a matrix is singular at states without symmetry."""
     return max(map(_rank, points.values(matrix))) < matrix.rows

@@ -1,4 +1,4 @@
-"""Units as powers of kg, m, s and others, and as they are written."""
+"""Converts units between texts and powers of kg, m, s and others."""
 
 import re
 from fractions import Fraction
@@ -26,13 +26,13 @@ class Dimension(NamedTuple):
     factor: float = 1.0
 
     def times(self, other, power: Any = 1):
-        """The product with a power of another one."""
+        """The product with a power of another Dimension."""
         pairs = zip(self.powers, other.powers, strict=True)
         powers = tuple(a + power * b for a, b in pairs)
         return Dimension(powers, self.factor * other.factor ** float(power))
 
     def agrees(self, other):
-        """Whether what is in one unit may be added to what is in the other."""
+        """Whether quantities of the two units may be added."""
         return self.powers == other.powers and abs(self.factor / other.factor - 1.0) < 1e-9
 
     def __str__(self):
@@ -57,7 +57,7 @@ def _raised(power):
 
 
 def dimension_of(unit):
-    """The dimension of a unit as it is written, "kg m²" or "N s/m"; None for what is not known."""
+    """The Dimension of a unit in text, "kg m²" or "N s/m"; None for an unknown unit."""
     text = unit.translate(RAISED).replace("·", " ").strip()
     text = re.sub(r"(?<![*])\*(?![*])", " ", text)
     above, *below = text.split("/")

@@ -15,7 +15,7 @@ from fastdyn.systems.base.units import (
 
 
 def refuse_degrees(name, unit):
-    """Refuse a unit of angles that is not the one in which sines and cosines take them."""
+    """Refuse a unit of angles other than radians, which sines and cosines take."""
     if own := other_unit_of(unit):
         raise ValueError(
             f"`{name}` is declared in {unit}, but angles are in radians here: declare `{name}` in "
@@ -24,7 +24,7 @@ def refuse_degrees(name, unit):
 
 
 def default_of(name, given, unit):
-    """The default of a number; TypeError or ValueError for what is none."""
+    """The default of a number; TypeError or ValueError for another object."""
     refuse_degrees(name, unit)
     if isinstance(given, str) and is_number(given):
         return said_in_unit(f"The default of `{name}`", given, unit)
@@ -52,7 +52,7 @@ def component_of(name, given, unit):
 
 
 def refuse_negative(whose, *coefficients):
-    """Refuse coefficients of friction that are numbers below zero: such a friction drives."""
+    """Refuse negative coefficients of friction, because such a friction would drive."""
     for one in map(sp.sympify, filter(None, coefficients)):
         if one.is_number and one < 0:
             raise ValueError(
@@ -62,7 +62,7 @@ def refuse_negative(whose, *coefficients):
 
 
 def residual_of(constraint):
-    """What is zero: an expression, or the difference of the sides of an equation."""
+    """The residual of a constraint: an expression, or the difference of an equation's sides."""
     expression: Any = sp.sympify(constraint)
     if isinstance(expression, sp.Equality):
         left, right = (side for side in expression.args)

@@ -1,4 +1,4 @@
-"""Reactions that are none: that do work, or are drawn along no direction of length one."""
+"""Sentences about drawn reactions that do work, or whose directions have not the length one."""
 
 import numpy as np
 import sympy as sp
@@ -9,7 +9,7 @@ WORK, LENGTH = 1e-7, 1e-6  # relative: above which there is work, another length
 
 
 def of_wrong_reactions(derivation):
-    """Sentences about reactions as they are drawn, where Newton's law has them."""
+    """Sentences about drawn reactions that are no reactions."""
     if derivation.law != "newton":
         return
     name, velocities = derivation.model.name, {*derivation.motion.v}
@@ -39,7 +39,7 @@ def of_wrong_reactions(derivation):
 
 
 def _drawn(derivation, R):
-    """What a reaction multiplies, as (moving body, force of the reaction 1)."""
+    """The factors of a reaction, as pairs (moving body, force for a reaction of 1)."""
     found = []
     for one in derivation.bodies:
         for force in one.forces[: len(one.body.forces)]:  # without the friction of contacts
@@ -50,7 +50,7 @@ def _drawn(derivation, R):
 
 
 def _work(derivation, drawn):
-    """Whether forces do work in a motion that the constraints allow, at states of no symmetry."""
+    """Whether forces do work in a motion that the constraints allow, at states without symmetry."""
     n = len(derivation.motion.q)
     total, sizes = sp.zeros(n, 1), []
     for one, force in drawn:
@@ -66,7 +66,7 @@ def _work(derivation, drawn):
 
 
 def _without_a_coefficient(derivation, drawn):
-    """Whether forces do no work where one of the parameters in them is zero."""
+    """Whether forces do no work if one of their parameters is zero."""
     known = {one.symbol for one in derivation.model.numbers}
     found = set().union(*(force.vector.free_symbols for _, force in drawn)) & known
     for symbol in sorted(found, key=str):

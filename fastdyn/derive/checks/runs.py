@@ -9,7 +9,7 @@ from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.derive.notation import k
 
 ROUNDING = 1e-9  # relative
-MOST = 200  # points of a run at which normal forces are looked at
+MOST = 200  # most points of a run at which normal forces are checked
 
 
 def refuse_impossible_bodies(derivation, numbers):
@@ -39,7 +39,7 @@ def refuse_impossible_bodies(derivation, numbers):
 
 
 def refuse_coincidence(system, t, w):
-    """Refuse a start at which the ends of a spring coincide, where its force has no direction."""
+    """Refuse a start at which the ends of a spring coincide: its force has no direction."""
     derivation, (lengths, singular) = system.derivation, (system.lengths, False)
     if lengths is None or min(lengths(t, w, *system.args)) > 0.0:
         return
@@ -64,7 +64,7 @@ def warn_of_pull(result, values):
     ----------
     result : SystemResult
     values : callable
-        Gives the quantities of some names at some points of the run.
+        ``values(names, points)`` returns quantities at some points of the run.
     """
     system, pushing = result.system, result.system.derivation.model.pushing
     names = {name: body for name, body in pushing.items() if name in system.quantities}

@@ -12,6 +12,7 @@ import numpy as np
 
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
+from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.output.arguments import CHECKS, CLIPS
 
 from .functions import (
@@ -27,7 +28,6 @@ from .functions import (
 
 MOST_CUT = 100.0
 NAMES = frozenset(("domain", "nonnegative"))
-ADAPTIVE = "RK23, RK45, DOP853, Tsit5, Vern7, Vern9, ode45, ode23, Radau, BDF, LSODA and Rodas5P"
 
 
 def asked(options):
@@ -165,7 +165,8 @@ def _check(problem, name):
             "a series does not end at a border" if p.method.series
             else "its steps are constant, and cannot be shortened at a border"
         )  # fmt: skip
-        raise ValueError(f"{p.method.name} does not take `{name}`, since {said}; {ADAPTIVE} do.")
+        others = ", ".join(m.name for m in METHODS.values() if m.error_order and not m.series)
+        raise ValueError(f"{p.method.name} does not take `{name}`, since {said}; {others} do.")
     if p.mode not in (DERIVATIVE, COLUMN):
         raise ValueError(f"`{name}` is for equations y' = fun(t, y) of real numbers.")
 

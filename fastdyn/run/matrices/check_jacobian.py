@@ -1,4 +1,7 @@
-"""The user's Jacobian, or its pattern, compared with differences of `fun`; once for each pair."""
+"""Compares the user's Jacobian, or its pattern, with differences of `fun`.
+
+Each pair of `fun` and Jacobian is compared once.
+"""
 
 import warnings
 
@@ -16,7 +19,7 @@ from fastdyn.specialise.scalar import evaluate_kernel
 APART = 1e-2  # relative deviation of an element beyond the error of differences
 NOISE = 1e3 * np.finfo(float).eps  # rounding of a difference, relative to its terms
 STEP = np.finfo(float).eps ** (1 / 3)
-MANY = 60  # components, above which a product replaces the single elements
+MANY = 60  # above so many components, a product with a vector replaces the single elements
 
 _checked = memory.Table()  # functions with their Jacobians or patterns
 
@@ -70,7 +73,7 @@ def check_sparsity(problem, bound, entries):
 
 
 def _first_time(bound, other, held=None):
-    """Whether a function and another thing were not seen together; `held` keeps its id taken."""
+    """Whether a function and `other` are compared for the first time; `held` is kept alive."""
     function, fun = bound.function, bound.keepalive[0]
     place = (id(fun) if function is None else function.key or function), other
     if _checked.get(place):
@@ -80,7 +83,7 @@ def _first_time(bound, other, held=None):
 
 
 def _states(problem):
-    """The start and a state beside it, each with the sizes of its components."""
+    """The start and a displaced state, each with the sizes of its components."""
     p = problem
     size = np.maximum(np.abs(p.y0), 0.1 * max(1e-3, float(np.median(np.abs(p.y0)))))
     beside = p.y0 + 0.1 * size * np.random.default_rng(0).random(len(p.y0))
@@ -103,7 +106,7 @@ def _wrong_element(bound, jacobian, t, y, size):
 
 
 def _wrong_product(bound, jacobian, t, y, size):
-    """A sentence about the first wrong component of the product with a vector; None without."""
+    """A sentence about the first wrong component of a product with a vector; None if all agree."""
     v = size * np.random.default_rng(1).uniform(0.5, 1.0, len(y))
     if jacobian.function is None or jacobian.mode.constant:
         matrix = jacobian.python(t, y)

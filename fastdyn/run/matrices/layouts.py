@@ -38,9 +38,9 @@ from .check_jacobian import check_sparsity
 from .residual import matrices_of_residual
 from .sparse_solver import SparseSolver
 
-SMALL = 32  # components, up to which our elimination is as fast as LAPACK's
-FEW = 8  # lower diagonals, up to which our loops over a real band are faster than LAPACK's
-WIDE = 160  # bandwidth, from which a sparse solver may be faster than a band solver
+SMALL = 32  # up to so many components, our elimination is as fast as LAPACK's
+FEW = 8  # up to so many lower diagonals, our loops over a real band are faster than LAPACK's
+WIDE = 160  # from this bandwidth on, a sparse solver may be faster than a band solver
 SPARSE = 0.1  # largest share of elements in a sparse matrix
 GAIN = 2  # factor by which a new order of the components must narrow the band
 NONE = np.empty(0, np.int64)
@@ -54,9 +54,9 @@ _capsule_pointer = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c
 
 
 class Matrices(NamedTuple):
-    """Objects that a solve keeps alive: blocks, words; `rows` of a matrix; SparseSolver or None.
+    """The matrices of a solve: objects to keep alive, `rows` of a matrix, SparseSolver or None.
 
-    `routines` are those that the words name.
+    The words contain the addresses of the `routines`.
     """
 
     jacobian: Any
@@ -152,8 +152,9 @@ def _takes_all(problem, block):
 
 
 def _layout(n, entries, mass):
-    """The Layout of matrices with these entries, or None if any may be there; None for our own
-    elimination of a full matrix.
+    """The Layout of matrices with the given entries; `entries` None stands for all elements.
+
+    Returns None for our own elimination of a full matrix.
     """
     if n <= SMALL:
         return None
@@ -172,9 +173,9 @@ def _full(n):
 
 
 def _straight_words(problem, entries):
-    """The words of a small matrix that is eliminated in straight-line code, and the routines.
+    """The words and the routines of a small matrix that straight-line code eliminates.
 
-    None and None for loops.
+    Returns (None, None) if loops eliminate the matrix.
     """
     n, places = len(problem.y0), None
     if n > SMALL or not problem.method.n_matrices:
@@ -237,4 +238,4 @@ def _lapack(kind):
 
     capsules = cython_lapack.__pyx_capi__
     found = [capsules[f"{z}{kind}{does}"] for z in "dz" for does in ("trf", "trs")]
-    return [*(_capsule_pointer(c, _capsule_name(c)) for c in found), 0]  # products are made here
+    return [*(_capsule_pointer(c, _capsule_name(c)) for c in found), 0]  # 0: own products

@@ -10,7 +10,7 @@ from fastdyn.problem.mass import equilibrated
 from .check_jacobian import evaluated
 
 STEP = np.finfo(float).eps ** (1 / 3)
-SINGULAR = 1e-9  # pivot of a singular matrix, with rows and columns scaled to size 1
+SINGULAR = 1e-9  # a smaller pivot is singular, with rows and columns scaled to size 1
 ITERATIONS = 20
 NOT_OF_INDEX_1 = (
     "With this `mass` the equations are no DAE of index 1 at the start: the algebraic ones do not "
@@ -27,7 +27,7 @@ def mass_of(problem, bound):
 
 
 def _words(matrix):
-    """See `kernels/algebra/mass.py`."""
+    """The words of a mass matrix: see `kernels/algebra/mass.py`."""
     columns, rows = np.nonzero(matrix.T)
     numbers = np.ascontiguousarray(matrix[rows, columns]).view(np.int64)
     far = rows - columns

@@ -36,11 +36,11 @@ NOT_KNOWN: Any = None
 
 
 class Pattern(NamedTuple):
-    """Where dF/dy + c dF/dy' may have elements, and the entries of both, as their elements.
+    """The places of the elements of dF/dy + c dF/dy', and the entries of dF/dy and dF/dy'.
 
-    `both` has the places of the entries in [dF/dy, dF/dy'], `elements` the index of an element for
-    each entry, of which the first `n_state` belong to dF/dy; `rates` marks the components whose
-    derivative occurs in F.
+    `both` has the places of the entries in [dF/dy, dF/dy'].  `elements` has, for each entry, the
+    index of the element to which the entry contributes.  The first `n_state` entries belong to
+    dF/dy.  `rates` marks the components whose derivative occurs in F.
     """
 
     both: Entries
@@ -51,9 +51,9 @@ class Pattern(NamedTuple):
 
 
 def pattern_of_residual(bound, block, n):
-    """The Pattern of a residual of n equations; None if not known.
+    """The Pattern of a residual of n equations; None if the pattern is unknown.
 
-    `block` is that of the exact Jacobian with respect to y and y', or None.
+    `block` is the block of the exact Jacobian with respect to y and y', or None.
     """
     both = entries_of(block, 2 * n)
     if both is None:
@@ -70,9 +70,9 @@ def pattern_of_residual(bound, block, n):
 
 
 def matrices_of_residual(problem, bound, block, matrices_of):
-    """The Matrices of a problem of a residual, by those of n equations.
+    """The Matrices of a problem of a residual.
 
-    `block` is that of the exact Jacobian, or None; `matrices_of` is that of
+    `block` is the block of the exact Jacobian, or None.  `matrices_of` makes the Matrices of
     equations with as many components as F.
     """
     n = len(problem.y0) // 2

@@ -24,10 +24,11 @@ class SparseSolver:
     ----------
     n : int
     entries : Entries
-        Of J.
+        The places of the elements of J.
     mass : ndarray, shape (n, n), or None for I
     block : array
-        Of the derivative; the block is marked after an exception, which `exception` keeps.
+        The block of the derivative.  After an exception, which `exception` keeps, the block is
+        marked.
     """
 
     inside = False  # as in a `Callback`: no function of the user runs here

@@ -1,7 +1,12 @@
-"""The compiled entry: a solve like the last ones, from the call to the result, as a C function.
+"""The compiled entry: a C function that repeats a solve, from the call to the result.
 
-`docs/entry.md` explains the whole.  Files: `objects`, where Python's objects keep what C reads;
-`emit`, reads, calls and loops as LLVM; `given`, `follow`, `solve`, `result`, the C functions;
-`rows` and `words`, what they take; `kept`, runs that C and Python take in turns; `load`, the
-machine code in this process; `solver`, the entry of `prepare`; `again`, that of `solve_ivp`.
+`docs/entry.md` explains the entry.  The files are:
+
+- `objects`: the layout of Python's objects, from which C reads;
+- `emit`: reads, calls and loops as LLVM;
+- `given`, `follow`, `solve`, `result`: the C functions;
+- `rows` and `words`: the arguments of the C functions;
+- `kept`: runs that C and Python use alternately;
+- `load`: the machine code in this process;
+- `solver`: the entry of `prepare`; `again`: the entry of `solve_ivp`.
 """

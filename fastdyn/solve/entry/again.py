@@ -1,6 +1,6 @@
-"""The entry of `solve_ivp`: the function, method and tolerances of earlier calls, once more.
+"""The entry of `solve_ivp`, for calls with the function, method and tolerances of earlier calls.
 
-State, span, times of output and arguments may be others each time, and so may the closure.
+State, span, times of output, arguments and closure may change from call to call.
 """
 
 import types as python
@@ -29,7 +29,7 @@ _recent = memory.Table()  # by the code, the method, the options, and whether ti
 
 
 def solved(fun, t_span, y0, method, t_eval, args, options):
-    """The result of a call of `solve_ivp` by its entry; None if there is none for such calls."""
+    """The result of a call of `solve_ivp` by its entry; None if no entry serves the call."""
     try:
         key = id(fun.__code__), method, t_eval is None, *options.items()
         found = _recent.get(key)
@@ -41,7 +41,7 @@ def solved(fun, t_span, y0, method, t_eval, args, options):
 
 
 def note(problem, method, options, result):
-    """Prepare for more calls as the one that `problem` comes from, after its solve."""
+    """After the solve of a problem, prepare an entry for more calls of this kind."""
     if not (load.ON and _may_come_again(problem, options)):
         return
     key = id(problem.fun.__code__), method, problem.t_eval is None, *options.items()
@@ -64,7 +64,7 @@ def _may_come_again(problem, options):
 
 
 class Known:
-    """Calls of one function with one method and options; `code` keeps its identity taken."""
+    """Calls of one function with one method and options; `code` is alive, as its id is a key."""
 
     entry: Any = None
     solver: Any = None
@@ -73,7 +73,7 @@ class Known:
         self.code, self.turns = code, 1
 
     def turn(self, problem, result):
-        """Count a solve by Python; at some of them, make an entry for such calls."""
+        """Count a solve by Python; after some of the solves, try to make an entry."""
         self.turns += 1
         before = idle_run(problem)
         if before is None:  # a function runs in Python
@@ -86,7 +86,7 @@ class Known:
 
 
 def _entry(problem, before, step):
-    """The entry for a problem and its like, and its Repeated; None if C cannot solve it."""
+    """The entry for calls like the call of a problem, and its Repeated; None if C cannot solve."""
     p = problem
     kept = kept_of(p)._replace(pairs=[])
     kept = kept.for_c(p.fun, p.args, step)
@@ -106,7 +106,7 @@ class Repeated:
         self.problem, self.idle = problem, [kept]
 
     def finish(self, kept, status, fun, args):
-        """The result of a solve whose first chunk C has taken; None to solve anew in Python."""
+        """The result of a solve whose first chunk C has taken; None if Python must solve again."""
         if status == BAD_STATE:
             self.idle.append(kept)
             return None
@@ -126,7 +126,7 @@ class Repeated:
 
 
 def _sizes(problem):
-    """The least and the largest size of a state for which a series has the order it has now."""
+    """The least and the largest size of a state for which the order of the series is unchanged."""
     p, (least, most) = problem, (SMALLEST, LARGEST)
     if not p.method.series:
         return None

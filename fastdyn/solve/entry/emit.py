@@ -54,7 +54,7 @@ class Emitter:
         return self.invoke(self.known(name), *args, returns=returns)
 
     def forget(self, thing):
-        """Let go of an object."""
+        """Release a reference to an object."""
         self.python("Py_DecRef", thing, returns=ir.VoidType())
 
     def copy(self, source, target, n_words):
@@ -86,7 +86,7 @@ class Emitter:
         )
 
     def is_a(self, thing, kind):
-        """Whether an object's type is exactly this one."""
+        """Whether the type of an object is exactly `kind`."""
         return self.equal(self.load(thing, TYPE), kind)
 
     def require(self, condition):
@@ -117,7 +117,7 @@ class Emitter:
         b.position_at_end(after)
 
     def choose(self, which, cases):
-        """The value that ``cases[which]()`` emits; `which` is one of them."""
+        """The value that ``cases[which]()`` emits; `which` is the key of a case."""
         b = self.b
         before, after = b.block, b.append_basic_block()
         found = []

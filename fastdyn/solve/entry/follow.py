@@ -1,7 +1,8 @@
-"""The C function that follows: it reads again what a compiled function uses from outside.
+"""The C function that follows a compiled function: reads its outside values again.
 
-A row is one read, as in `trace.reads.reads`: the object that it begins at, the step, the check.
-Numbers go into the block of the function; an object of another kind, or of another type, ends it.
+A row is one read, as in `trace.reads.reads`: the first object, the step to the value, the check of
+the value.  Numbers go into the block of the function.  A value of another kind or type ends the
+following: the code does not hold.
 """
 
 from typing import Any
@@ -62,7 +63,7 @@ class Follow(Emitter):
         }
 
     def _in_cell(self, key):
-        """The content, which the cell goes on holding."""
+        """The content of a cell, a borrowed reference."""
         cells = self.python("PyFunction_GetClosure", self.parent)
         value = self.python("PyCell_Get", self.python("PyTuple_GetItem", cells, key))
         self.forget(value)
@@ -72,7 +73,7 @@ class Follow(Emitter):
 
     def _checks(self, value):
         def there(emit):
-            """A check of an object that must be there."""
+            """A check that first requires that the object exists."""
 
             def check():
                 self.require(self.some(value))
@@ -95,7 +96,7 @@ class Follow(Emitter):
         }
 
     def _is_empty(self, attributes):
-        """Whether a function has no attributes: no dict, or an empty one."""
+        """Whether a function has no attributes: no dict, or an empty dict."""
         with self.b.if_then(self.some(attributes)):
             self.require(self.none(self.python("PyDict_Size", attributes)))
         return BIT(1)
@@ -128,7 +129,7 @@ class Follow(Emitter):
         return self._put(number, self.b.sitofp(number, REAL))
 
     def _put(self, number, as_float):
-        """Write a number into the block; whether its code holds for it."""
+        """Write a number into the block; return whether the code holds for the number."""
         place = self._field("place")
         with self.b.if_then(self.some(place)):
             self.store(number, place)
@@ -140,7 +141,7 @@ class Follow(Emitter):
         return self.equal(self.python(size, value), self._field("count"))
 
     def _has_keys(self, value):
-        """Whether a dict has the expected keys, the same objects in the same order."""
+        """Whether a dict has the expected keys, compared by identity, in the expected order."""
         self.require(self.is_a(value, self.known("dict")))
         count, expected, room = self._field("count"), self._field("scope"), self.room(2)
         self.require(self.equal(self.python("PyDict_Size", value), count))
@@ -155,7 +156,7 @@ class Follow(Emitter):
     def _is_array(self, value):
         """An array of the block's shape, whose numbers the function reads in place.
 
-        Some of the numbers may be those for which alone the code holds.
+        The code may hold only for the present values of some of the numbers.
         """
         place, n_axes = self._field("place"), self._field("count")
         self.require(is_plain(self, value))

@@ -12,9 +12,9 @@ from .words import RUN
 
 
 class Number(Emitter):
-    """``number(table, thing, place, whole)``: 1 if an object is a float, which is at `place` then.
+    """``number(table, thing, place, whole)``: 1 if an object is a float; stores it at `place`.
 
-    With `whole`, an int of 64 bits is a float, too.
+    With `whole`, an int of 64 bits is taken as a float, too.
     """
 
     def __init__(self, module):
@@ -33,9 +33,9 @@ class Number(Emitter):
 
 
 class State(Emitter):
-    """``state(table, thing, n, room, whole)``: 1 if an object is n floats, which `room` has then.
+    """``state(table, thing, n, room, whole)``: 1 if an object is n floats; copies them to `room`.
 
-    An array of float64, contiguous, or a list or tuple of `Number`.
+    The object may be a contiguous array of float64, or a list or tuple of numbers for `Number`.
     """
 
     def __init__(self, module, number):
@@ -62,9 +62,9 @@ class State(Emitter):
 
 
 class Sized(Emitter):
-    """``sized(table, record)``: 1 if the largest component in the room is of a size for its kernel.
+    """``sized(table, record)``: 1 if the kernel suits the size of the state's largest component.
 
-    The order of a series depends on that size.
+    The order of a series depends on this size.
     """
 
     def __init__(self, module):
@@ -88,7 +88,7 @@ class Sized(Emitter):
 class Span(Emitter):
     """``span(table, record, t_span, t_eval)``: 1 if a span and its times are plain.
 
-    They are in the image of the solve's memory then, and in the times of its output.
+    The function stores the span in the image of the memory, and the times as times of output.
     """
 
     def __init__(self, module, number, state):
@@ -128,7 +128,7 @@ class Span(Emitter):
         self.store(t0, image, STATE.itemsize + OUTPUT.fields["t_last"][1])
 
     def _inside(self, times, n, t0, tf, direction):
-        """Require times in the span, in its direction."""
+        """Require that times lie in the span, in the direction of the span."""
 
         def at(i):
             return self.load(self.b.add(times, self.b.shl(i, WORD(3))), kind=REAL)

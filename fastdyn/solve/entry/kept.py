@@ -1,8 +1,8 @@
-"""Runs that C and Python take in turns: who takes one from the idle ones has it alone.
+"""Runs that C and Python use alternately: a run that is in use is not in the list of idle runs.
 
-C solves in a memory of its own, and copies the result.  Python goes on with a solve of C's where
-the solve is long, fails, or is to be compared; then the result keeps that memory, and C gets
-another one.
+C solves in a memory of its own, and copies the result.  Python takes over a solve from C if the
+solve is long, fails, or must be compared.  The result then keeps the memory, and C gets another
+memory.
 """
 
 from typing import Any, NamedTuple
@@ -26,15 +26,15 @@ from .words import OF_RUN
 LIVE, LEFT_THEN, LOOK, MEMORY, SHORT, REST, ADVANCE = map(
     OF_RUN.index, "live left_then look memory n_short n_rest advance_kernel".split()
 )
-SHORT_SECONDS = 20e-6  # of the steps with the interpreter lock held
-LOOK_EVERY = 32  # solves of C's, after which Python looks whether another kernel pays
-MOST_STEPS = MANY - 1  # of a solve that C ends: Python looks whether a longer one is stiff
+SHORT_SECONDS = 20e-6  # longest time of steps with the interpreter lock held
+LOOK_EVERY = 32  # solves by C after which Python decides whether to change the kernel
+MOST_STEPS = MANY - 1  # most steps of a solve that C ends: Python examines longer solves
 
 
 class Kept(NamedTuple):
     """A Run with its functions, whose arguments can be replaced; `words` are for C.
 
-    `own` has what the words point to, and `turns`, the number of Python's solves.
+    `own` has the objects that the words point to, and `turns`, the number of solves by Python.
     """
 
     words: np.ndarray
@@ -43,7 +43,7 @@ class Kept(NamedTuple):
     own: dict
 
     def take(self, args):
-        """Give the functions these arguments; False if the arguments need other code."""
+        """Pass arguments to the functions; False if the arguments need other code."""
         return all(rebind(bound, fun, args) for bound, fun in self.pairs)
 
     def given_back(self, fun, args):
@@ -87,7 +87,7 @@ class Kept(NamedTuple):
             self.words[OF_RUN.index(name)] = word
 
     def renew(self):
-        """Give C another memory, and what has changed since."""
+        """Give C another memory, and the words that have changed."""
         run, words, own = self.run, self.words, self.own
         run.make_room()
         if own["laid"] is not run.words()[1]:
@@ -101,7 +101,7 @@ class Kept(NamedTuple):
         words[REST] = most - short
 
     def take_spans(self, sizes):
-        """Let C take another span, and other times, at each solve.
+        """Allow C another span, and other times of output, at each solve.
 
         `sizes` are the least and the largest size of a state, or None.
         """
@@ -127,7 +127,7 @@ class Kept(NamedTuple):
         return problem._replace(t0=t0, tf=tf, h_max=h_max, t_eval=times)
 
     def let_go(self):
-        """Drop what belongs to the last solve."""
+        """Drop the data of the last solve."""
         self.run.memory = None
         for bound in self.run.bounds:
             bound.keepalive[:] = None, (), bound.function

@@ -1,6 +1,7 @@
-"""The machine code of the entry in this process: kept as all code, and made without Numba.
+"""The machine code of the entry in this process: kept on disk as other code, made without Numba.
 
-No solve waits: a thread loads the code, or makes it in a fresh installation, while Python solves.
+No solve waits for the code: while Python solves, a thread loads the code, or compiles it in a fresh
+installation.
 """
 
 import ctypes
@@ -9,7 +10,7 @@ import os
 from typing import Any
 
 from fastdyn import code_store
-from fastdyn.compile import behind
+from fastdyn.compile import background
 
 from . import objects
 
@@ -18,7 +19,7 @@ FASTCALL = 0x80 | 0x02  # METH_FASTCALL with METH_KEYWORDS
 
 
 class _State:
-    """The code, the thread's task, and whether there is no entry in this process."""
+    """The code, the task of the thread, and whether this process cannot have an entry."""
 
     code: Any = None
     job: Any = None
@@ -37,7 +38,7 @@ def is_here(wait=0.0):
     s = _State
     if s.code is None and not s.refused:
         if s.job is None or (s.job.wait(wait) and s.code is None and not s.refused):
-            s.job = behind.Job(_make)
+            s.job = background.Job(_make)
         s.job.wait(wait)
     return s.code is not None
 
@@ -76,7 +77,7 @@ def _method(address):
 
 
 def callable_of(words, *held):
-    """The entry with these words, as a function of Python that holds what the words point to."""
+    """The entry with given words, as a Python function that keeps the objects in `held` alive."""
     code = _State.code
     method = _method(code.address)
     new = ctypes.pythonapi.PyCFunction_NewEx

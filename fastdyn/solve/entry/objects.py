@@ -1,6 +1,6 @@
-"""The objects of Python as C sees them: where their fields lie, and the functions that read them.
+"""The layout of Python's objects for C: the places of their fields, and functions that read them.
 
-The places are probed once in a process; without the expected layout there is no entry.
+Each process checks the layout once; without the expected layout, the process has no entry.
 """
 
 import ctypes
@@ -48,7 +48,7 @@ PLACE = {name: 8 * i for i, name in enumerate(NAMES)}  # in the table
 
 
 class Unknown(Exception):
-    """Objects lie otherwise in this interpreter, or functions have other names."""
+    """Raised if objects have another layout in this interpreter, or functions other names."""
 
 
 @functools.cache
@@ -76,7 +76,7 @@ def _number(address):
 
 
 def _check_heads():
-    """Raise Unknown if tuples or functions lie otherwise, or threads run without the lock."""
+    """Raise Unknown if tuples or functions have another layout, or Python has no global lock."""
 
     def probe():
         pass
@@ -92,7 +92,7 @@ def _check_heads():
 
 
 def _check_arrays():
-    """Raise Unknown if arrays lie otherwise, or PyArray_New is elsewhere."""
+    """Raise Unknown if arrays have another layout, or PyArray_New is at another place."""
     for a in (
         np.zeros(3), np.zeros((2, 5)), np.zeros(9)[::2], np.zeros((3, 2)).T, np.zeros(2, "f4"),
         np.zeros(()), np.frombuffer(bytearray(33), np.int8)[1:].view(float),

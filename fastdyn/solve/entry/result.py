@@ -43,7 +43,7 @@ class Result(Emitter):
         self.returns(self.found)
 
     def _need(self, failed):
-        """Give the result up if a call has failed."""
+        """Emit: return without a result if a call has failed."""
         with self.b.if_then(self.b.icmp_signed("!=", failed, SMALL(0)), likely=False):
             self.forget(self.found)
             self.returns(0)

@@ -25,8 +25,8 @@ ITEMS = {tuple: (c.IN_TUPLE, c.TUPLE), list: (c.IN_LIST, c.LIST)}
 class Rows(NamedTuple):
     """The rows as words, and the number of rows.
 
-    `arrays` has the offsets, in bytes, of arrays among the objects that C finds; `held` keeps alive
-    what the words point to.
+    `arrays` has the offsets, in bytes, of arrays among the objects that C finds.  `held` keeps the
+    objects alive that the words point to.
     """
 
     words: list
@@ -165,7 +165,7 @@ class _Writer:
     def _fixed(self, first, count):
         """(index, value) of the parameters that must keep their values.
 
-        The code holds for these values only, or was compared with the function at 0 only.
+        The code holds for the present values only, or was compared with the function only at 0.
         """
         known = self._reads.graph.values
         values = {slot: known[slot] for slot in self._reads.fixed}

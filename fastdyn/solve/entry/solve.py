@@ -13,9 +13,9 @@ from .words import ENTRY, RUN
 
 
 class Run(Emitter):
-    """``run(table, record)``: the status after the first chunk of a solve from the room's state.
+    """``run(table, record)``: the status after the first chunk of a solve from the stored state.
 
-    The interpreter lock is held for a few steps, and let go for the others.
+    The interpreter lock is held for a few steps, and released for further steps.
     """
 
     def __init__(self, module):
@@ -41,10 +41,11 @@ class Run(Emitter):
 
 
 class Plain(Emitter):
-    """``plain(table, record)``: 1 after a solve with which Python has nothing to do.
+    """``plain(table, record)``: 1 after a solve that Python need not examine.
 
-    Python compares the code with the function where a comparison is due, and where a decision took
-    a side for the first time; and now and then, whether another kernel pays.
+    Python compares the code with the function when a comparison is due, and when a decision took a
+    side for the first time.  After every LOOK_EVERY solves, Python decides whether to change the
+    kernel.
     """
 
     def __init__(self, module):
@@ -65,9 +66,10 @@ class Plain(Emitter):
 class Entry(Emitter):
     """``entry(self, given, n_given, names)``: ``entry(y0, args, fun, t_span, t_eval)`` in Python.
 
-    The first three are the prepared ones, if there are any, unless given; without the last two, the
-    prepared span.  A call that is not plain goes to `slow` with all its arguments, or gives None
-    where there is no `slow`.  A solve that has begun and is not plain goes to `finish`.
+    Missing arguments are the prepared arguments, if any; without `t_span` and `t_eval`, the span is
+    the prepared span.  A call that is not plain goes to `slow` with all its arguments; without
+    `slow` it returns None.  If a solve turns out not to be plain after its start, the solve goes to
+    `finish`.
     """
 
     def __init__(self, module, name, functions):
@@ -87,7 +89,7 @@ class Entry(Emitter):
         self.returns(self.python("PyObject_Vectorcall", *given))
 
     def require(self, condition):
-        """Go the slow way unless the condition holds."""
+        """Emit: continue by the slow way unless the condition holds."""
         after = self.b.append_basic_block()
         self.b.cbranch(condition, after, self.refused)
         self.b.position_at_end(after)
@@ -102,11 +104,11 @@ class Entry(Emitter):
         return self.b.call(self.functions[name].function, [self.table, *args])
 
     def _needs(self, name, *args):
-        """Go the slow way unless a function gives 1."""
+        """Emit: continue by the slow way unless a function returns 1."""
         self.require(self.some(self._call(name, *args)))
 
     def _argument(self, place, name):
-        """An argument by its place; where it is missing or None, the prepared one, if any."""
+        """An argument by its place; if the argument is missing or None, the prepared argument."""
         b, prepared = self.b, self._of_entry(name)
         with b.if_else(b.icmp_signed(">", self.n_given, WORD(place))) as (there, missing):
             with there:
@@ -122,7 +124,7 @@ class Entry(Emitter):
         return value
 
     def _calm(self):
-        """Go the slow way if NumPy's errors raise, or are heard."""
+        """Emit: continue by the slow way if NumPy's errors raise or call a handler."""
         now = self.room(1)
         failed = self.python("PyContextVar_Get", self.known("errors"), WORD(0), now, returns=SMALL)
         self.require(self.b.icmp_signed("==", failed, SMALL(0)))
@@ -151,7 +153,7 @@ class Entry(Emitter):
             self._give_back(idle, kept)
             self.b.branch(slow)
         self.require(self.some(self.load(record, RUN["live"])))
-        left = self.load(self.known("left"))  # functions that run in Python since then
+        left = self.load(self.known("left"))  # count of functions left to Python
         self.require(self.equal(left, self.load(record, RUN["left_then"])))
         self._read(record, y0, args, fun)
         with self.b.if_then(self.equal(self.n_given, 5)):
@@ -181,7 +183,7 @@ class Entry(Emitter):
         self._needs("follow", rows, n_rows, found, self.b.add(n_args, WORD(1)))
 
     def _arrays(self, record, function):
-        """Hold the arrays that the kernels read in place, or let go of them."""
+        """Take or release references to the arrays that the kernels read in place."""
         found, arrays = self.load(record, RUN["found"]), self.load(record, RUN["arrays"])
         with self.each(self.load(record, RUN["n_arrays"])) as i:
             at = self.load(self.b.add(arrays, self.b.shl(i, WORD(3))))
@@ -192,7 +194,7 @@ class Entry(Emitter):
         self.forget(kept)
 
     def _finish(self, record, kept, status, fun, args):
-        """Let Python go on."""
+        """Emit the call of `finish`, by which Python continues the solve."""
         number, given = self.python("PyLong_FromLongLong", status), self.room(4)
         for i, thing in enumerate((kept, number, fun, args)):
             self.store(thing, given, 8 * i)

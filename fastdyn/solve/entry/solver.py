@@ -1,4 +1,4 @@
-"""A solver of one problem for any state and arguments: plain solves in C, the others in Python."""
+"""A solver of one problem for any state and arguments; C makes plain solves, Python the others."""
 
 import numpy as np
 
@@ -14,16 +14,16 @@ from . import load, objects
 from .kept import LOOK, LOOK_EVERY, REST, SHORT, Kept, kept_of
 
 FLOAT = np.dtype(float)
-MOST_GIVEN = 5  # arguments of an entry
+MOST_GIVEN = 5  # most arguments of an entry
 
 
 class Solver:
-    """``solve(y0, args)`` in Python, and `finish`, with which Python goes on from C.
+    """``solve(y0, args)`` in Python, and `finish`, with which Python continues a solve of C.
 
     Attributes
     ----------
     idle : list of Kept
-        The runs that no thread has.
+        The runs that no thread uses.
     """
 
     def __init__(self, problem):
@@ -31,7 +31,7 @@ class Solver:
         self.idle = [kept_of(problem)]
 
     def entry(self):
-        """``entry(y0, args)`` in C, which leaves the rest to `solve`; None without the code."""
+        """``entry(y0, args)`` in C, which leaves other calls to `solve`; None without the code."""
         if not load.is_here():
             return None
         p, y0 = self.problem, np.empty(self.shape)
@@ -106,7 +106,7 @@ class Solver:
 
 
 def finished(problem, kept, status):
-    """Go on in Python with a solve of C's; the result."""
+    """Continue in Python a solve that C has begun; return the result."""
     run, p = kept.run, problem
     run.memory, run.problem = kept.own["memory"], p
     for bound in run.bounds:
@@ -122,10 +122,11 @@ def finished(problem, kept, status):
 
 
 def entry_of(solver, n_args, prepared=None):
-    """The function in C for a solver with `idle` and `finish`; its function has `n_args` arguments.
+    """The entry in C for a solver with `idle` and `finish`, for a function of `n_args` arguments.
 
-    `prepared` are the slow way, and the function, its arguments and the state where a call gives
-    none.  Without them, a call gives all, with a span and times, and gets None if it is not plain.
+    `prepared` has the function for slow calls, and the defaults of the user's function, its
+    arguments and the state.  Without `prepared`, a call must give all of these, a span and times,
+    and the call returns None if it is not plain.
     """
     table, finish = objects.table(), solver.finish
     slow, *rest = prepared or (None,) * 4

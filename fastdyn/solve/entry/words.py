@@ -1,4 +1,4 @@
-"""The words that C reads, by name: of an entry, of a run, and of a row, which is one read."""
+"""The names of the words that C reads: the words of an entry, of a run, and of a row (one read)."""
 
 OF_ENTRY = "table idle slow finish fun args y0 n_args most_given".split()
 OF_RUN = (

@@ -1,4 +1,4 @@
-"""What a system is, how it is declared, and how it is solved."""
+"""The base of the systems: declaration, solution, results."""
 
 from .declare import State, constraint, derived, event, initial, invariant, parameter, quantity
 from .system import System

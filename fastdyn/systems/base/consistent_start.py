@@ -1,4 +1,4 @@
-"""Starts that obey the constraints: checked, or taken to them."""
+"""Checks that a start satisfies the constraints, or projects the start onto the constraints."""
 
 import dataclasses
 import warnings
@@ -9,10 +9,10 @@ from fastdyn.compile.callables.diagnostics import levels_inside
 
 from .solve_arguments import full_state
 
-WIGGLE = 2.0**-20  # relative change of a component, to learn how much it counts in a constraint
-TOLERANCE = 1e-7  # of the largest term of a constraint
-PASSES = 10  # of a projection
-CHECKED = 100  # starts of an ensemble that are looked at
+WIGGLE = 2.0**-20  # relative change of a component, to measure its effect on a constraint
+TOLERANCE = 1e-7  # largest residual of a constraint, as a share of its largest term
+PASSES = 10  # most passes of a projection
+CHECKED = 100  # number of starts of an ensemble that are checked
 
 
 def residuals(system, t0, start):
@@ -42,7 +42,7 @@ def start(system, t0, y0, project):
         if project is True:
             y0 = _projected(system, t0, y0)
         wrong = residuals(system, t0, y0)
-    except (TypeError, ValueError, ArithmeticError):  # what is wrong with it, the solver says
+    except (TypeError, ValueError, ArithmeticError):  # the solver reports the mistake
         return y0
     if wrong:
         far = "it is too far from them to be projected"

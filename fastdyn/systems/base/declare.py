@@ -27,15 +27,15 @@ def parameter(default, unit, meaning, *, positive=False, negative=True) -> Any:
     Parameters
     ----------
     default : float
-        Value when none is given.
+        The default value.
     unit : str
-        SI unit, as it appears in tables and on axes.
+        SI unit, for tables and axes.
     meaning : str
-        What the number is, in a few words.
+        A few words about the parameter.
     positive : bool
-        Refuse values that are not greater than zero.
+        True if values must be greater than zero.
     negative : bool
-        Take values below zero.
+        False if values must not be below zero.
     """
     about = {"unit": unit, "meaning": meaning, "positive": positive, "negative": negative}
     return dataclasses.field(default=default, metadata=about)
@@ -43,9 +43,9 @@ def parameter(default, unit, meaning, *, positive=False, negative=True) -> Any:
 
 def initial(default, unit, meaning, *, positive=False, negative=True) -> Any:
     """
-    Declare one number that sets the initial state and nothing else, as a field of a `System`.
+    Declare one number that only sets the initial state, as a field of a `System`.
 
-    The functions of the system are not given it; `System.initial_state` uses it.
+    `System.initial_state` uses the number; the functions of the system do not get the number.
 
     Parameters
     ----------
@@ -69,17 +69,17 @@ def quantity(unit, label=None, *, group="quantities"):
 
 
 def invariant(unit, label=None):
-    """As `quantity`, for what the exact motion keeps constant."""
+    """As `quantity`, for a function that the exact motion keeps constant."""
     return quantity(unit, label, group="invariants")
 
 
 def constraint(unit, label=None):
-    """As `quantity`, for what is zero where a constraint holds: its residual."""
+    """As `quantity`, for the residual of a constraint."""
     return quantity(unit, label, group="constraints")
 
 
 def event(*, direction=0, terminal=False):
-    """Give an event function the attributes that `solve_ivp` looks for."""
+    """Give an event function the attributes `direction` and `terminal` of `solve_ivp`."""
 
     def attach(function) -> Any:
         function.direction = direction
@@ -96,7 +96,7 @@ def derived(unit) -> type[property]:
 
 
 class of_instance:
-    """A method, which says what to do where it is called on the class."""
+    """A method that raises a helpful sentence when it is called on the class."""
 
     def __init__(self, method):
         self._method = method
@@ -129,7 +129,7 @@ class Derived(property):
 
 
 def checked(system, field, value):
-    """Value of a parameter as a float, or a sentence about what is wrong with it."""
+    """The value of a parameter as a float; raises a sentence for a wrong value."""
     if "unit" not in field.metadata:
         return value
     unit = field.metadata["unit"]
@@ -156,7 +156,7 @@ def checked(system, field, value):
 
 
 def documented(cls) -> str:
-    """Docstring of a system with its source, and the parameters that it does not describe yet."""
+    """The docstring of a system, completed by its source and by parameters without description."""
     own = {name: one for name, one in vars(cls).items() if isinstance(one, dataclasses.Field)}
     fields = getattr(cls, "__dataclass_fields__", {}) | own
     text, notes, rest = inspect.cleandoc(cls.__doc__).partition("\n\nNotes\n-----\n")
@@ -180,7 +180,7 @@ def _described(name, default, unit, meaning, positive, negative, **_):
 
 @dataclasses.dataclass(frozen=True)
 class Declared:
-    """What has a name, and numbers with units as its fields: checked, and told apart."""
+    """The base of declared classes: a name, and fields that are checked numbers with units."""
 
     name: ClassVar[str]
 

@@ -5,12 +5,12 @@ import inspect
 
 def driver_of(function, about):
     """
-    A driver as a function of (t, w): itself, or of a function of t alone what gives it t.
+    A driver as a function of (t, w); a function of t alone is wrapped.
 
     Raises
     ------
     TypeError
-        For what can be called in neither way; `about` says what it must return.
+        For an object that takes neither (t, w) nor t; `about` describes the result of a driver.
     """
     for arguments in ((0.0, ()), (0.0,)):
         try:
@@ -22,7 +22,7 @@ def driver_of(function, about):
 
 
 class OfTime:
-    """A driver that looks at the time alone."""
+    """A driver that depends on the time alone."""
 
     def __init__(self, function):
         self.function = function

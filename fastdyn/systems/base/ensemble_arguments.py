@@ -40,7 +40,7 @@ def split(system, given):
 
 
 def _checked_column(system, field, value):
-    """Values of a field as an array, refused as the single ones are."""
+    """Values of a field as an array, checked as a single value is."""
     if "unit" not in field.metadata:
         raise ValueError(f"`{field.name}` of the {system.name} is the same for all trajectories.")
     column = np.asarray(value)
@@ -90,13 +90,13 @@ def _shared(system, field):
 
 
 def _initial_states(system, columns):
-    """States at the start, (M, n), or (n,) where they do not depend on what varies."""
+    """Initial states, (M, n), or (n,) if they do not depend on the varying fields."""
     varied = copy.copy(system)
     for name, column in columns.items():
         object.__setattr__(varied, name, column)
     try:
         parts = np.broadcast_arrays(*varied.initial_state())
-    except (TypeError, ValueError):  # it is written for one value at a time
+    except (TypeError, ValueError):  # the method takes one value at a time
         rows = zip(*np.broadcast_arrays(*columns.values()), strict=True)
         single = (
             dataclasses.replace(system, **dict(zip(columns, row, strict=True))) for row in rows

@@ -1,4 +1,4 @@
-"""What solving a system returns: the run, and what the system knows of it."""
+"""The result of a system's solve: the run, with invariants, errors and figures."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ MANY = 200_000  # points, between which a curve needs no others
 
 
 def asked(result, t_span, y0, method, project, options):
-    """The arguments by which `System.solve` repeats a run up to its end; None if there are none.
+    """The arguments by which `System.solve` repeats a run up to its end, or None.
 
     Options of output, and events that only watch, are left out.
     """
@@ -46,8 +46,8 @@ class SystemResult(OdeResult):
         """
         The solution as a function of time, shape (n,) or (n, k): for curves between the steps.
 
-        `sol` if the solve was asked for a dense output; else the same is solved once more, with
-        one. None for a result that does not know how it was solved.
+        `sol` if the solve had a dense output; otherwise the problem is solved once more, with a
+        dense output. None if the arguments of the solve are unknown.
         """
         if self.sol is None and isinstance(self._asked, dict):
             again = self.system.solve(**self._asked, dense_output=True)
@@ -61,7 +61,7 @@ class SystemResult(OdeResult):
         Raises
         ------
         ValueError
-            Where no exact solution is known, or the run started elsewhere.
+            If no exact solution is known, or the run has another start.
         """
         return self.system.columns(self.y) - self.system.exact_along(self.t)
 
@@ -74,7 +74,7 @@ class SystemResult(OdeResult):
         return self._along(self.system.quantities)
 
     def residuals(self) -> dict[str, np.ndarray]:
-        """By how much the constraints are off, each of shape (n_points,), by name."""
+        """Residuals of the constraints along the run, each of shape (n_points,), by name."""
         return self._along(self.system.constraints)
 
     def animate(self, path=None, **options):

@@ -1,4 +1,4 @@
-"""How a system is shown: the figure of its runs, and its picture in one state."""
+"""The figures of a system's runs, and the picture of a system in one state."""
 
 from typing import Any, ClassVar
 
@@ -35,7 +35,7 @@ class Shown:
         raise ValueError(f"The {self.name} has no view to animate.")
 
     def stage(self, t, y) -> Any:
-        """The function of (t, w) that gives the scenes of a run, whose columns are those of y."""
+        """``scene(t, w)`` for the run with the times t and the columns of y."""
         return self.scene
 
     def scenes(self, t, y) -> list:
@@ -46,7 +46,7 @@ class Shown:
     @of_instance
     def explore(self) -> Any:
         """The page of `fastdyn explore` for this system, a Panel object that a notebook shows."""
-        from fastdyn.explore import explore  # above: a door to what is built on systems
+        from fastdyn.explore import explore  # `explore` is built on systems, and so imported late
 
         return explore(self)
 

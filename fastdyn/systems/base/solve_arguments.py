@@ -17,7 +17,7 @@ MATLAB_TOLERANCES = {"rtol": 1e-3, "atol": 1e-6}
 def completed(system, method, options, of_ensemble=None) -> dict[str, Any]:
     """Options of a solver with the system's events and breakpoints, and default tolerances.
 
-    `of_ensemble` has the names of all that `ensemble` knows, if the options are for that.
+    `of_ensemble` has the names that `ensemble` takes, if the options are for an ensemble.
     """
     if "args" in options:
         raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
@@ -65,7 +65,7 @@ def span(system, t_span):
 
 
 def projection(system, project):
-    """The function that `project` asks for: none, that of the system, or one of the user."""
+    """The function for `project`: None, the function of the system, or a function of the user."""
     if project is None or project is False:
         return None
     if callable(project):
@@ -78,7 +78,7 @@ def projection(system, project):
 
 
 def full_state(system, y0):
-    """`y0`, refused if it is not of the length of the state."""
+    """`y0` as an array; raises ValueError if it has not the length of the state."""
     if np.shape(y0) != (len(system.states),):
         names = ", ".join(state.name for state in system.states)
         raise ValueError(
@@ -89,7 +89,7 @@ def full_state(system, y0):
 
 
 def event_functions(system, events):
-    """Events as functions: those of the system by name, others as they are."""
+    """Events as functions; names are replaced by the events of the system."""
     if isinstance(events, str) or callable(events):
         events = [events]
     if events is None or not isinstance(events, Iterable):

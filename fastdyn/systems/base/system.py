@@ -1,10 +1,10 @@
-"""What a mechanical system is: equations, parameters, invariants, exact solution, figure.
+"""The base class of systems: equations, parameters, invariants, exact solution, figure.
 
 A new system is one file in the folder `systems`: a frozen dataclass that inherits from `System`,
-whose fields are its parameters and initial conditions. Nothing else has to be told about it;
-`fastdyn list`, `fastdyn run`, `fastdyn tour` and the tests find it by what it defines. All are
-written in one order: equations, state, parameters, start, right-hand side, energy and other
-functions of the state, events, exact solution, derived answers, pictures.
+whose fields are its parameters and initial conditions. No other file has to name the system:
+`fastdyn list`, `fastdyn run`, `fastdyn tour` and the tests find the class. All systems have one
+order: equations, state, parameters, start, right-hand side, energy and other functions of the
+state, events, exact solution, derived answers, pictures.
 """
 
 import dataclasses
@@ -28,9 +28,9 @@ class System(Declared, Shown):
     """
     One system of the course; subclasses fill in the class attributes and methods below.
 
-    The functions of the state are written in the class, with one of the decorators `invariant`,
-    `quantity`, `constraint` and `event`, which also list them below; `derived` does for a method
-    what `property` does, and lists it.
+    Functions of the state have one of the decorators `invariant`, `quantity`, `constraint` and
+    `event`, which enter the functions into the dicts below. `derived` makes a method a property,
+    and enters the property.
 
     Attributes
     ----------
@@ -45,27 +45,27 @@ class System(Declared, Shown):
     rhs : callable
         Plain function ``rhs(t, y, *parameters)``; unpacks y, returns a list.
     invariants : dict of str to callable
-        Functions of ``(t, y, *parameters)`` that the exact motion keeps constant. They see one
-        state of shape (n,) when compiled, or all columns at once, shape (n, n_points), in Python.
+        Functions of ``(t, y, *parameters)`` that the exact motion keeps constant. Compiled code
+        calls the functions with one state, shape (n,), Python with all columns, (n, n_points).
     quantities : dict of str to callable
-        Other functions of the same form: reactions, distances, angles.
+        Other functions of ``(t, y, *parameters)``: reactions, distances, angles.
     events : dict of str to callable
         Event functions by name, in SciPy's form with ``terminal`` and ``direction``.
     derived : dict of str to str
         Answers that follow from the parameters alone, properties of the class, and their units.
     constraints : dict of str to callable
-        Functions of the same form that are zero where the constraints hold: their residuals.
+        Residuals of the constraints, functions of ``(t, y, *parameters)``.
     choices : dict of str to dict
-        Of fields that are functions, those that are there, by name.
+        For each field that is a function, the functions to choose from, by name.
     project : callable
-        ``project(t, y, *parameters)`` takes a state to the nearest one on its constraints; only
-        where there are any.
+        ``project(t, y, *parameters)`` moves a state to the nearest state on the constraints; only
+        for systems with constraints.
 
     Notes
     -----
-    All parameters, in the order of the fields, are passed to every one of these functions, so
-    that changing a value never recompiles anything. Fields declared by `initial` set the initial
-    state and are passed to none of them. A docstring gets sections on parameters and source.
+    Every function gets all parameters, in the order of the fields, so that a new value needs no
+    other code. Fields declared by `initial` set the initial state and are not passed. Sections on
+    parameters and source are appended to the docstring of a subclass.
     """
 
     title: ClassVar[str]
@@ -102,7 +102,7 @@ class System(Declared, Shown):
         return None
 
     def baumgarte(self) -> "System":
-        """Itself with Baumgarte's stabilisation of the constraints switched on."""
+        """The system with Baumgarte's stabilisation of its constraints."""
         raise ValueError(f"The {self.name} has no Baumgarte stabilisation.")
 
     def exact(self, t) -> np.ndarray:
@@ -120,7 +120,7 @@ class System(Declared, Shown):
         Raises
         ------
         ValueError
-            Where no exact solution is known, for this system or for these parameters.
+            If no exact solution is known for this system or these parameters.
         """
         raise ValueError(f"No exact solution of the {self.name} is known to fastdyn.")
 
@@ -140,15 +140,15 @@ class System(Declared, Shown):
         method : str
             As for `fastdyn.solve_ivp`.
         project : bool or callable, optional
-            True takes the state back to the constraints at the start and after each step; without
-            it they are held by the accelerations alone, and a start that violates them is warned
-            of. A function is one of your own, as for `fastdyn.solve_ivp`. For Baumgarte's pull
-            instead, solve `baumgarte()`.
+            True: the state is projected onto the constraints at the start and after each step.
+            False: the accelerations alone hold the constraints, and a start that violates the
+            constraints gives a warning. A function is used as by `fastdyn.solve_ivp`. For
+            Baumgarte's stabilisation, solve `baumgarte()`.
         **options
             As for `fastdyn.solve_ivp`, with two differences: `events` may also name events of
             the system (``events="slack"``), and the default tolerances of the adaptive methods
-            are rtol = 1e-6 and atol = 1e-9, because SciPy's 1e-3 and 1e-6 let the course's
-            satellite fall onto its planet; "ode45" and "ode23" have MATLAB's, 1e-3 and 1e-6.
+            are rtol = 1e-6 and atol = 1e-9, because with SciPy's 1e-3 and 1e-6 the course's
+            satellite falls onto its planet; "ode45" and "ode23" have MATLAB's 1e-3 and 1e-6.
 
         Returns
         -------
@@ -173,11 +173,11 @@ class System(Declared, Shown):
         t_span, method
             As for `solve`.
         y0 : array_like, shape (M, n) or (n,), optional
-            Initial states, those that belong to the parameters unless given.
+            Initial states; by default, the parameters determine them.
         **given
-            Parameters and initial conditions by name, each a number or an array of M numbers, one
-            a trajectory, and options as for `fastdyn.solve_ensemble`, with the default tolerances
-            of `solve`.
+            Parameters and initial conditions by name, each a number, or an array of M numbers, one
+            for each trajectory; and options as for `fastdyn.solve_ensemble`, with the default
+            tolerances of `solve`.
 
         Returns
         -------
@@ -206,12 +206,12 @@ class System(Declared, Shown):
 
     def exact_along(self, t) -> np.ndarray:
         """
-        Exact solution of a run, as `exact`, refused for a run that started elsewhere.
+        Exact solution along a run: see `exact`.
 
         Raises
         ------
         ValueError
-            Where `exact` does, and if the run did not start from `initial_state()` at t = 0.
+            As `exact`, and if the run did not start from `initial_state()` at t = 0.
         """
         if getattr(self, "_started_elsewhere", False):
             raise ValueError(
@@ -221,7 +221,7 @@ class System(Declared, Shown):
         return self.exact(np.asarray(t, float))
 
     def as_started(self, begin, y0, on_event=None):
-        """Itself, or a copy that knows that `exact` does not hold for its run."""
+        """The system, or a copy for a run with another start, for which `exact` does not hold."""
         own = y0 is None or np.array_equal(y0, self.initial_state())
         if begin == 0.0 and own and on_event is None:
             return self

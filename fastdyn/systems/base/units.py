@@ -16,13 +16,13 @@ NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\
 
 
 def is_number(text):
-    """Whether a text is a number, with or without a unit."""
+    """Whether a text is a number with or without a unit."""
     return bool(NUMBER.fullmatch(text))
 
 
 def in_unit(text, unit):
     """
-    The number that a text stands for, in a unit.
+    The number in a text, converted to a unit.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def in_unit(text, unit):
     Raises
     ------
     ValueError
-        For what is no number, and for a unit that cannot be taken into the other one.
+        For a text that is no number, and for a unit that cannot be converted.
     """
     found = NUMBER.fullmatch(text)
     if not found:
@@ -48,7 +48,7 @@ def in_unit(text, unit):
 
 
 def said_in_unit(about, text, unit):
-    """As `in_unit`, with the warning of an angle that has no unit and is beyond a full turn."""
+    """As `in_unit`; warns of an angle without a unit that exceeds a full turn."""
     value = in_unit(text, unit)
     found = NUMBER.fullmatch(text)
     if found and found[2] is None:
@@ -57,12 +57,12 @@ def said_in_unit(about, text, unit):
 
 
 def other_unit_of(unit):
-    """The unit in which fastdyn counts what is given in another one: "rad" for "deg"; or None."""
+    """The unit to which fastdyn converts a unit, such as "rad" for "deg"; or None."""
     return next((own for own, others in FACTORS.items() if unit in others and unit != own), None)
 
 
 def warn_of_degrees(about, value, unit):
-    """Warn of an angle beyond a full turn, which somebody means in degrees."""
+    """Warn of an angle beyond a full turn, which was probably meant in degrees."""
     if unit == "rad" and abs(value) > TURN:
         warnings.warn(
             f"{about} is {value:g} rad, more than a full turn: angles are in radians. For degrees "
@@ -72,6 +72,6 @@ def warn_of_degrees(about, value, unit):
 
 
 def with_degrees(value, unit):
-    """A value with its unit, of an angle also in degrees."""
+    """A value with its unit; an angle also in degrees."""
     beside = f" ({math.degrees(value):.6g}°)" if unit == "rad" and math.isfinite(value) else ""
     return f"{value:.10g} {unit}".rstrip() + beside

@@ -11,7 +11,7 @@ import numpy as np
 from .pieces import place_of
 from .table import IN_MEMORY
 
-SMALL = 16  # a box is an edge if its loop has this many times as many points
+SMALL = 16  # a box is an edge if the whole loop has this many times the points of the box
 FEWEST = 3  # edges with the same operations that become one loop
 MOST_BOXES = 200
 
@@ -117,7 +117,7 @@ class Formula:
         """The axes of the loops, outermost first, and their lengths.
 
         Two axes merge if all reads and stores traverse them as one axis.  Of the remaining axes,
-        the one with the most unit strides becomes the innermost loop.
+        the axis with the most unit strides becomes the innermost loop.
         """
         shape, axes = list(self.shape), [i for i, n in enumerate(self.shape) if n > 1]
         strides = [v.data[-1] for v in self.values if v.kind in ("read", "gather")]
@@ -145,7 +145,7 @@ class Formula:
                 values.append(("read", v.data[0]))
             elif v.kind == "gather":
                 return None
-            elif v.kind == "op" and v.data[0] == "select":  # whichever decision it is
+            elif v.kind == "op" and v.data[0] == "select":  # the number of the decision is left out
                 values.append((v.kind, "select", v.args))
             else:
                 values.append((v.kind, v.data, v.args))

@@ -12,12 +12,12 @@ from ..scipy.distances import DISTANCES
 from ..symbols.masks import Masked
 from ..symbols.symbolic import BATCHES, NOW, Batched, refuse
 from .columns import Columns
+from .complex_arrays import calls as of_complexes
+from .complex_arrays.columns import ComplexColumns, as_complex, is_of_complexes
+from .complex_arrays.fourier import fourier
 from .filters import FILTERS
 from .formulas import as_columns, elementwise
 from .library import OWN, reduced, stored
-from .pairs import calls as of_complexes
-from .pairs.columns import ComplexColumns, as_complex, is_of_complexes
-from .pairs.fourier import fourier
 from .products import matmul
 from .structure import JOINING, STRUCTURE, joined, structured
 

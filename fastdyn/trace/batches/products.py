@@ -116,7 +116,7 @@ def sparse(table, matrix, x):
 
 
 def whole(table, x):
-    """The number of the batch that equals an array; if there is none, of a new copy."""
+    """The number of the batch that equals an array, or else of a new copy."""
     x = as_columns(table, x)
     operand = operand_of(x, x.shape)
     if isinstance(operand, int):
@@ -127,8 +127,8 @@ def whole(table, x):
 def island(table, parts, data):
     """The results of an island for numbers, arrays and single symbols, as one array.
 
-    `data` are the slot of its address, and how many numbers it is given and gives, without the
-    last, which says whether it failed.
+    `data` are the slot of the island's address and the numbers of its inputs and outputs, without
+    the last output, the failure flag.
     """
     found = [ids_and_truth(table, part) for part in parts]
     if any(truth for _, truth in found):

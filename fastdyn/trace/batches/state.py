@@ -8,14 +8,14 @@ from ..graph.refusal import Refusal
 from ..symbols.real import symbol
 from . import numpys  # noqa: F401  # registers itself in BATCHES
 from .columns import Columns, ids_of
-from .pairs.columns import as_complex, is_of_complexes, viewed
+from .complex_arrays.columns import as_complex, is_of_complexes, viewed
 from .table import ID, Table, numbers
 
 
 class LongArrays:
     """A state of n numbers as one long array; results are arrays of node numbers.
 
-    A complex state, and what becomes of it, has real and imaginary parts in turn.
+    A complex state and its results alternate real and imaginary parts.
     """
 
     def __init__(self, g, n, complex_state=False):

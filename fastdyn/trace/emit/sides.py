@@ -1,4 +1,4 @@
-"""Emits the note of which sides decisions in loops take: true somewhere, false somewhere."""
+"""Emits code that notes, for each decision in a loop, whether it was true, and was false."""
 
 from llvmlite import ir
 
@@ -18,7 +18,7 @@ class Sides:
     ----------
     builder : ir.IRBuilder
     most : int
-        Decisions that can be told apart; others share their notes with one of these.
+        The number of decisions with notes of their own; further decisions share notes.
     """
 
     def __init__(self, builder, most):

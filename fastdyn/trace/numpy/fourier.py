@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 
 from ..symbols.arrays import Array
-from ..symbols.budget import check_operations
 from ..symbols.complex_pair import Pair, parts
-from ..symbols.symbolic import refuse
+from ..symbols.symbolic import check_operations, refuse
 
 LARGEST_FACTOR = 32
 

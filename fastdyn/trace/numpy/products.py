@@ -6,9 +6,8 @@ import numpy as np
 
 from ..islands.calls import or_apart
 from ..symbols.arrays import Array
-from ..symbols.budget import check_operations
 from ..symbols.complex_pair import is_complex, product, total
-from ..symbols.symbolic import is_symbolic, refuse
+from ..symbols.symbolic import check_operations, is_symbolic, refuse
 
 FEW = 4096  # largest matrix that is written out without a check
 

@@ -216,7 +216,7 @@ def instance_of(outside, thing, row):
         if name not in mine and not name.startswith("__"):
             if name in own:
                 load(mine, name)
-            else:  # the class has it, and the object must not get its own
+            else:  # the class has the attribute, and the object must not get an own attribute
                 outside.reads.expect(outside.reads.step(row, "own", name), "absent")
         return base.__getattribute__(self, name)
 

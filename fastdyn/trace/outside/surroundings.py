@@ -135,7 +135,7 @@ class Outside:
     def pairs_of(self, value, row, real=False):
         """The complex numbers of an array, as Pairs of parameters."""
         g, reads = self.graph, self.reads
-        if real:  # without imaginary parts, as long as they are zero
+        if real:  # imaginary parts are zero, and later solves check that they are
             slots = reads.parameters(reads.step(row, "real parts"), real_parts(value))
             return [Pair(Symbol(g, g.make("par", (), slot)), 0.0) for slot in slots]
         slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(value))

@@ -3,9 +3,8 @@
 import numpy as np
 
 from ..symbols.arrays import Array
-from ..symbols.budget import check_operations
 from ..symbols.complex_pair import product, total
-from ..symbols.symbolic import is_symbolic, refuse
+from ..symbols.symbolic import check_operations, is_symbolic, refuse
 
 
 def convolved_2d(in1, in2, mode="full", boundary="fill", fillvalue=0):

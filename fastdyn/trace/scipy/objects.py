@@ -14,7 +14,7 @@ from ..symbols.arrays import Array
 from ..symbols.complex_pair import product, total
 from ..symbols.lazy import complete
 from ..symbols.symbolic import BATCHES, Batched, Unwritten, in_batches, is_symbolic, refuse
-from . import others
+from . import called_objects
 from .convolution import convolved_2d
 from .distances import DISTANCES
 from .functions import WRITTEN_OUT
@@ -105,7 +105,7 @@ def _beside(plain, of_symbols):
 
 def is_of_scipy(value, kind):
     """Whether a value is an object of SciPy; a factor's type does not tell its module."""
-    return (kind.__module__ or "").startswith("scipy") or others.is_factor(kind)
+    return (kind.__module__ or "").startswith("scipy") or called_objects.is_factor(kind)
 
 
 def _content_of_polynomial(value):
@@ -122,7 +122,11 @@ def content_of(value):
     if type(value).__module__.startswith("numpy"):
         return _content_of_polynomial(value)
     names = () if type(value).__name__ == "Rotation" else numbers_in(value)
-    return others.content_of(value) if names is None and others.is_known(value) else names
+    return (
+        called_objects.content_of(value)
+        if names is None and called_objects.is_known(value)
+        else names
+    )
 
 
 def expect_content(reads, value, row):
@@ -147,7 +151,7 @@ def _expect(reads, part, where):
         reads.expect(where, "same", part)
         expect_content(reads, part, where)
     else:
-        reads.expect(where, "equal" if part == part else "same", others.kept(part))
+        reads.expect(where, "equal" if part == part else "same", called_objects.kept(part))
 
 
 def copy_of(value, watched):
@@ -156,8 +160,8 @@ def copy_of(value, watched):
         return Rotation(Array.of(value.as_quat()))
     if hasattr(value, "tocsr") and hasattr(value, "nnz"):
         return Sparse(value)
-    if others.is_known(value) and (numbers_in(value) is None):
-        return others.Object(value, watched)
+    if called_objects.is_known(value) and (numbers_in(value) is None):
+        return called_objects.Object(value, watched)
     if content_of(value) is None:
         refuse(f"it uses an object of type {type(value).__name__}", final=True)
     return Interpolator(value, watched)

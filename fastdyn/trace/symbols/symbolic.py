@@ -6,6 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from ..graph.expressions import MAX_NODES
 from ..graph.refusal import Refusal
 
 _handlers: dict[str, Callable] = {}
@@ -27,6 +28,12 @@ def hand_over(ufunc, function):
 def refuse(why, **flags) -> NoReturn:
     """Refuse to trace the function; the flags are those of a Refusal."""
     raise Refusal(why, **flags)
+
+
+def check_operations(count):
+    """Refuse an operation, before its first node is made, if a graph may not have so many nodes."""
+    if count > MAX_NODES:
+        refuse("it takes too many operations", final=True, said=False)
 
 
 class AnswersNumPy:

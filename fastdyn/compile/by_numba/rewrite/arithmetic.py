@@ -1,11 +1,11 @@
-"""Arithmetic that means something else on Numba's types than in Python.
+"""Arithmetic that Numba's types define otherwise than Python.
 
-Whole numbers of Python have no end, those of compiled code have 64 bits: where a result does not
-fit, the compiled function raises, and the solve goes on in Python.  Arithmetic on lists, which
-arrive as arrays, and on truth values is refused.
+A whole number has any size in Python, and 64 bits in compiled code.  If a result does not fit, the
+compiled function raises, and the solve goes on in Python.  Arithmetic on lists (Numba would get
+arrays) and on truth values is refused.
 """
 
-# Numba's types say less than they are.
+# Numba's annotations are incomplete.
 # pyright: reportArgumentType=false, reportIncompatibleMethodOverride=false, reportOptionalCall=false
 
 import operator
@@ -26,7 +26,7 @@ OF_TRUTHS = (operator.add, operator.iadd, operator.mul, operator.imul)  # NumPy'
 
 
 def _with_flag(name):
-    """The operation of LLVM that says whether its result fits."""
+    """LLVM's operation `name` with a flag that tells whether the result fits."""
 
     @intrinsic
     def operation(typingctx, a, b):
@@ -62,7 +62,7 @@ def _shift_left(a, b):
 
 @njit(**INTERNAL)
 def _power(a, b):
-    """a ** b by products; Python's is no whole number if b < 0."""
+    """a ** b by products, for b >= 0: otherwise Python's result is no whole number."""
     if b < 0:
         raise OverflowError(TOO_LARGE)
     result = 1
@@ -73,7 +73,7 @@ def _power(a, b):
 
 @njit(**INTERNAL)
 def _fitting(x):
-    """x, of which int(x), floor(x) and their kin are whole numbers of 64 bits."""
+    """x, or OverflowError if int(x), floor(x) or ceil(x) would not fit into 64 bits."""
     if not abs(x) < LIMIT:
         raise OverflowError(TOO_LARGE)
     return x
@@ -123,7 +123,7 @@ def _refuse(value, types_of):
 
 
 def _checked(value, state):
-    """The checked form of an expression on whole numbers; the expression itself of others."""
+    """The checked form of an expression on whole numbers; any other expression unchanged."""
     function = CHECKED.get(value.fn)
     names = ["value"] if value.op == "unary" else ["lhs", "rhs"]
     operands = [getattr(value, name) for name in names]
@@ -138,7 +138,7 @@ def _checked(value, state):
 
 
 def _typed(expression, function, operands, state, kind=types.int64):
-    """An expression whose function takes operands of one type."""
+    """Note the signature of an expression, `function` of operands of the type `kind`."""
     context = state.typingctx
     found = context.resolve_value_type(function).get_call_type(context, (kind,) * len(operands), {})
     state.calltypes[expression] = found
@@ -146,7 +146,7 @@ def _typed(expression, function, operands, state, kind=types.int64):
 
 
 def _fitted(call, scope, state):
-    """The statements before a conversion of a float to a whole number, which then takes a check."""
+    """The statements that check a float before its conversion to a whole number."""
     signature, function = state.calltypes[call], state.typemap[call.func.name]
     floats = [isinstance(ty, types.Float) for ty in signature.args if signature is not None]
     if isinstance(function, types.Dispatcher) or floats != [True]:

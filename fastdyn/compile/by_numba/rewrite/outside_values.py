@@ -46,7 +46,7 @@ def _named(path):
 def _constant(array, path):
     """A contiguous array of at most LARGEST bytes, as a constant.
 
-    Of other arrays, Numba would put only the address into the code.
+    Numba would put only the address of a larger array into the code.
     """
     if array.nbytes > LARGEST:
         size = f"{array.nbytes} bytes, which are too many for code"

@@ -28,7 +28,7 @@ from .arithmetic import Arithmetic
 from .outside_values import join_tuples, replace_outside
 from .unassigned_variables import check_assigned
 
-SOURCE = "__fastdyn_source__"  # of a clone: the function of the user, and its `self`
+SOURCE = "__fastdyn_source__"  # attribute of a clone: the user's function, and its `self`
 
 _called = memory.Table()  # compiled forms of functions that others call, by their content
 
@@ -74,7 +74,7 @@ def dispatcher(function, owner, options, filled=False):
     owner : object
         The `self` of a method, or None.
     options : dict
-        Of Numba.
+        Options of Numba.
     filled : bool
         True if callers give all arguments, so that defaults are not used.
 
@@ -118,7 +118,7 @@ def _all_positional(function, filled):
 
 
 def called_function(value: Any):
-    """The compiled form of a function that a user's function calls; None of another value.
+    """The compiled form of a function that a user's function calls; None if it is no function.
 
     A jitted function is compiled anew: its own machine code may hold other values of its globals,
     or come from Numba's cache, where the names of functions are not unique.

@@ -1,4 +1,4 @@
-"""Variables that may be read before they are assigned: compiled code would take them for zero."""
+"""Checks of variables that may be read before an assignment, which Numba would read as zero."""
 
 from numba.core import ir
 from numba.core.analysis import compute_cfg_from_blocks, compute_use_defs

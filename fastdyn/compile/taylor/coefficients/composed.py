@@ -1,7 +1,7 @@
 """The series of a function of t and y, an event, from the series of y along a step.
 
-The kernel is ``int64 series(t_old, h, work, block address, out)``; `kernels/output/all_roots.py`
-calls it.
+The kernel is ``int64 series(t_old, h, work, block address, out)``.
+`kernels/output/series_roots/all_roots.py` calls the kernel.
 """
 
 from fastdyn.kernels.state.record import K
@@ -16,7 +16,7 @@ WORDS = {"t": (0, "double"), "h": (1, "double"), "work": (2, "ptr"), "n": (4, "i
 
 
 class _Terms:
-    """Takes the coefficients of the function; it replaces `Kinks`."""
+    """Takes the coefficients of the function, in place of `Kinks`."""
 
     def __init__(self, plan, text, x, invariant):
         self.plan, self.text, self.x, self.invariant = plan, text, x, invariant

@@ -1,13 +1,13 @@
-"""Conditions that no numbers fulfil: a sum of squares is never negative.
+"""Conditions that no numbers fulfil, such as a negative sum of squares.
 
-Without such conditions of raising, a step neither watches their sides nor asks the function.
-Floating-point arithmetic keeps what is said here: a square or its sum is at least zero, or NaN,
-which no comparison fulfils.
+If such a condition decides whether the function raises, the condition is dropped: a step then
+neither watches its sides nor asks the function.  The rule also holds in floating-point arithmetic:
+a square, or a sum of squares, is at least zero, or NaN, and no comparison with NaN is true.
 """
 
 
 def possible(graph, condition):
-    """A condition without those of its alternatives that never hold."""
+    """A condition without the alternatives that never hold."""
     alternatives, todo = {}, [condition]
     while todo:
         one = todo.pop()
@@ -25,7 +25,7 @@ def possible(graph, condition):
 
 
 def _never_holds(condition):
-    """True if one of the conditions that must hold together is that of a negative square."""
+    """True if a condition requires, among others, that a square is negative."""
     todo = [condition]
     while todo:
         one = todo.pop()

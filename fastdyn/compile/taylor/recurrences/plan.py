@@ -6,10 +6,9 @@ from collections import Counter
 from fastdyn.trace.graph.refusal import refused_as
 
 from . import deceptive
+from .factors import Scaled, share_factors
 from .operations import Choice, Integral, Power, Quotient, Root, Sum, operands
 from .rewrite import NotSmooth, Rewriter
-from .scaled import Scaled
-from .shared_factors import share_factors
 
 SUMS = frozenset(("add", "sub", "mul"))
 

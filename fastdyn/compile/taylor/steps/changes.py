@@ -4,7 +4,7 @@ from ..text.instructions import MINUS, ONE, ZERO, Text, hexadecimal
 
 ROUNDS = 100  # of the search, after which the step ends before the change
 BEYOND = 2.0**-50  # distance from a change to the step's end, as a share of step and time
-TAIL = 2.0**50  # weight of the last two terms in the size of which VANISHING is a share
+TAIL = 2.0**50  # weight of the last two terms in the size of a polynomial: see VANISHING
 VANISHING = 2.0**-48  # at this share of its size, the argument of a root counts as zero
 CHAINS, FIRST_TERMS = 4, 3
 LEAST_BOUND = 1e-300  # of a second derivative
@@ -63,7 +63,7 @@ class FirstSign(_Function):
 
 
 class NotFar(_Function):
-    """The end, or a share 2^-i of it, up to which the polynomial stays near its value at 0.
+    """Emits the largest x = 2^-i end up to which the polynomial stays near its value at 0.
 
     The bound sum(|c[k]| |x|^k), k > 0, is at most the larger of `width` and `share` |c[0]|.
     """

@@ -38,7 +38,7 @@ def predict(driver, pace, x, inverse, cut):
     """Store the slopes that the series predicts at x, for `check`.
 
     `inverse` is one over the unit of the series.  `cut` is true if the step ends where the function
-    may jump: then there is nothing to compare.
+    may jump: then no slopes are compared.
     """
     _store_slopes(driver, x, inverse)
     text, allowed = driver.text, _allowed(driver, pace)
@@ -46,14 +46,14 @@ def predict(driver, pace, x, inverse, cut):
 
 
 def _allowed(driver, pace):
-    """The `allowed_share`; of a step along a tangent, a finer one."""
+    """The `allowed_share`; a smaller share for a step along a tangent."""
     text = driver.text
     allowed = allowed_share(text, pace.h, driver.order)
     return text.mul(allowed, text.load(driver.var["finer"])) if driver.rooted else allowed
 
 
 def allowed_share(text, h, order):
-    """The factor of slopes' distances, in units of the tolerance: 1 is the most allowed."""
+    """The factor that scales distances of slopes, in units of the tolerance, to 1 at the limit."""
     return text.mul(h, hexadecimal(1.0 / (DOUBT * order)))
 
 
@@ -68,7 +68,7 @@ def _store_slopes(driver, x, inverse):
 
 
 def _excess(driver, slopes, share):
-    """The distance of slopes from the predicted ones, in units of the allowed distance."""
+    """The distance of slopes from the predicted slopes, in units of the allowed distance."""
     text, total = driver.text, None
     for i, slope in enumerate(slopes):
         predicted, weight = (
@@ -110,9 +110,9 @@ def within(driver, step, pace, x, inverse):
 
 
 def check(driver, slopes):
-    """Compare the slopes at the start of a step with the predicted ones.
+    """Emit the comparison of the slopes at the start of a step with the predicted slopes.
 
-    Go on to `proved`, or to `doubtful`.
+    The code continues at `proved` or at `doubtful`.
     """
     text = driver.text
     text.put(f"br i1 {_differ(driver, slopes)}, label %doubtful, label %proved")
@@ -121,7 +121,7 @@ def check(driver, slopes):
 
 
 def _differ(driver, slopes):
-    """A truth value: slopes differ from the predicted ones, and a prediction is pending."""
+    """A truth value: a prediction is pending, and the slopes differ from the predicted slopes."""
     text = driver.text
     pending = text.load(driver.var["pending"])
     off = text.compare("uge", _excess(driver, slopes, pending), ONE)
@@ -151,7 +151,7 @@ def take_back(driver):
 
 
 def back_to_start(driver):
-    """Undo the accounts of a step, and take a shorter one."""
+    """Emit the way back to the time before a step: undo its counts, and limit the next step."""
     text, var = driver.text, driver.var
     text.store(text.load(var["t_old"]), var["t"])
     text.store(ZERO, var["pending"])

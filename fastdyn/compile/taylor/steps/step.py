@@ -67,9 +67,10 @@ class Step:
         return text.load(length_at), text.load(size_at)
 
     def _earlier(self, x, weights, allowance):
-        """The terms before the last ones, at x, in units of the largest that a regular series has.
+        """The terms before the last terms, at x, in units of the largest terms of a regular series.
 
-        The bound of `length` at the smallest tolerance of the order, and a geometric series.
+        A regular series has geometric terms, with the last terms at the bound of `length` for the
+        smallest tolerance of the order.
         """
         text, wide, least = self.text, self.wide, self.order - LAST + 1
         ratio = math.e * SMALLEST[self.order] ** (-1.0 / least)

@@ -110,7 +110,7 @@ class Text(Lines):
         return self.call(f"llvm.{name}.{self._suffix}", self.kind, *map(self.given, args))
 
     def elementary(self, name, *args):
-        """Call an elementary function: LLVM's or C's, for vectors one of the module."""
+        """Call an elementary function of LLVM or C; for vectors, a function of the module."""
         if self.lanes > 1:
             return self.call(f"{OF_VECTORS}{name}", self.kind, *map(self.given, args))
         name = f"llvm.{name}.f64" if name in INTRINSIC else name

@@ -1,1 +1,1 @@
-"""Single nodes of one formula as batches."""
+"""Turns single nodes with a common formula into batches."""

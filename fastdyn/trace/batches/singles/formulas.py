@@ -1,4 +1,4 @@
-"""Which single nodes have one formula: the same operations, of numbers of the same arrays."""
+"""Groups single nodes by formula: equal operations on numbers of equal arrays."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from ...graph.clock import EVERY, look
 
 COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
 ALONE = frozenset(("t", "par", "island"))
-FEWEST = 8  # nodes of a formula that become a batch, although no other batch reads them
+FEWEST = 8  # a formula with so many nodes becomes a batch, even if no batch reads the nodes
 
 
 class Formulas:
@@ -27,19 +27,19 @@ class Formulas:
     args : list of list of int
         The operands of each node.
     leaf : list
-        The array and the place in it where the number of a node lies; None of operations.
+        The array, and the place in the array, of a number; None for the result of an operation.
     depth : list of int
-        How many operations a node needs one after another.
+        The length of the longest chain of operations that ends at a node.
     formula : list of int
         The number of the formula of each node.
     groups : list of list of int
         The nodes of each formula, in the order in which they are read.
     are_batches : list of bool
-        The formulas of which the nodes become a batch.
+        Whether the nodes of a formula become a batch.
     ordered : set of int
-        The formulas whose order matters to what is stored.
+        The formulas whose nodes are stored in the order of their group.
     rank : dict
-        The depths of the batches that there are, by their numbers.
+        The depths of the batches of the table, by their numbers.
     """
 
     def __init__(self, needed, array_of):
@@ -50,16 +50,16 @@ class Formulas:
         self._order([self.at[node.key] for node in needed.sides])
 
     def _label(self):
-        """Tell formulas apart: `_groups` are lists of nodes of one formula."""
+        """Number the formulas, and list the nodes of each formula in `groups`."""
         n, formulas = len(self.nodes), {}
         self.groups: list[list[int]] = []
         self.args: list = [()] * n
         self.leaf: list = [None] * n  # (array, place)
         self.depth, self.formula = [0] * n, [0] * n
-        self.rank: dict = {}  # the depths of the batches that there are
+        self.rank: dict = {}  # depths by batch
         steps = [(b.at, 0, b.number) for b in self.needed.batches]
         steps += [(node.key, 1, i) for i, node in enumerate(self.nodes)]
-        for count, (_, single, i) in enumerate(sorted(steps)):  # as they were made
+        for count, (_, single, i) in enumerate(sorted(steps)):  # in the order of creation
             if count % EVERY == 0:
                 look()
             if not single:
@@ -89,7 +89,7 @@ class Formulas:
         return 1 + max([self.rank[b.number] for b in self.needed.read_by(batch)], default=-1)
 
     def _leaf_of(self, node):
-        """The array in which a number lies, and its place; None of the result of an operation."""
+        """The array of a number, and its place; None for the result of an operation."""
         if node.op == "item":
             batch = self.table.batch_of(node.data)
             return ("batch", batch), node.data - batch.first
@@ -102,9 +102,9 @@ class Formulas:
         return (("y", None), node.data) if node.op == "y" else None
 
     def _order(self, sides):
-        """Mark the formulas that become batches, and order their nodes as they are read.
+        """Mark the formulas that become batches, and order their nodes in the order of reading.
 
-        A formula becomes a batch where it has many nodes, or where a batch reads several of them.
+        A formula becomes a batch if it has many nodes, or if a batch reads several of its nodes.
         """
         self.are_batches = [
             len(m) >= FEWEST and self.nodes[m[0]].op not in ALONE for m in self.groups
@@ -126,7 +126,7 @@ class Formulas:
         self.groups = [list(members) for members in order]
 
     def _read(self, ends, order):
-        """Append to the order of each formula what `ends` read of it; later formulas first."""
+        """Append to the order of each formula the nodes that `ends` read; later formulas first."""
         for i in ends:
             order[self.formula[i]][i] = None
         depths = [self.depth[members[0]] for members in self.groups]
@@ -139,7 +139,7 @@ class Formulas:
                     order[self.formula[i]][i] = None
 
     def _mark(self, members):
-        """Let formulas with different nodes among those that are read together become batches."""
+        """Mark the formulas of which `members`, which are read together, contain several nodes."""
         first: dict = {}
         for i in members:
             if first.setdefault(self.formula[i], i) != i:

@@ -14,7 +14,7 @@ class Needed:
     outputs : list of Node, or array of int
         Single nodes, or node numbers.
     condition : Node
-        A truth value that is needed besides, most often whether one of many conditions holds.
+        A further truth value that is needed, most often whether one of many conditions holds.
     """
 
     def __init__(self, table, outputs, condition):
@@ -54,7 +54,7 @@ class Needed:
 
 
 def alternatives(node):
-    """The nodes of which a truth value is the disjunction."""
+    """The nodes whose disjunction a truth value is."""
     found, todo = {}, [node]
     while todo:
         each = todo.pop()

@@ -1,6 +1,6 @@
-"""Single nodes as batches: the nodes of one formula become the nodes of one batch.
+"""Rebuilds a table such that the single nodes of one formula are the nodes of one batch.
 
-A function that loops over its components, or that reads components one by one, gives single nodes.
+Functions that loop over components, or read single components, have single nodes.
 """
 
 import functools
@@ -25,7 +25,7 @@ class Settled:
     needed : Needed
     array_of : callable
         ``array_of(slot)``: the array, ("array", slots) or ("block", words), in which a parameter
-        lies, and its place there; None of a parameter that lies in no array of doubles.
+        lies, and its place there; None if the parameter lies in no array of doubles.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Settled:
         self.table = Table(graph, needed.table.state.size)
         self._ids = np.full(len(self._nodes), NONE, ID)
         self._alone: dict = {}  # nodes in no batch, which read the batches of their operands
-        self._moved = np.full(needed.table.next, NONE, ID)  # numbers of nodes, by those before
+        self._moved = np.full(needed.table.next, NONE, ID)  # new node numbers, by old numbers
         self._next = len(graph.nodes)
         steps = [(formulas.depth[members[0]], members) for members in formulas.groups]
         steps += [(formulas.rank[b.number], b) for b in needed.batches if b.op != "one"]
@@ -59,13 +59,13 @@ class Settled:
         return self._renumbered(self._needed.outputs)
 
     def alone(self):
-        """Nodes that give what the outputs give, one by one."""
+        """The outputs as single nodes."""
         return [self._one(self._at[node.key]) for node in self._needed.outputs]
 
     # -- from nodes to batches
 
     def _settle(self, members):
-        """Give nodes of one formula, whose operands are settled, their node numbers."""
+        """Assign node numbers to the nodes of one formula, whose operands are settled."""
         i = members[0]
         first, leaf, formula = self._nodes[i], self._leaf[i], self._formula[i]
         if leaf is not None:
@@ -105,7 +105,7 @@ class Settled:
         return self.table.make("block", None, (data,), ()).first
 
     def _operand(self, column):
-        """An operand of a batch: one node for all, or the numbers of their nodes."""
+        """An operand of a batch: one node for all elements, or an array of node numbers."""
         node = self._nodes[column[0]]
         if (column == column[0]).all():
             return np.array(self._number(column[0]), ID)
@@ -131,7 +131,7 @@ class Settled:
         return functools.reduce(lambda a, b: self._new("or", (a, b), None), found)
 
     def _move(self, batch):
-        """Make a batch anew, of operands that are settled."""
+        """Make a batch again from settled operands."""
         operands = []
         for operand in batch.operands:
             if isinstance(operand, int):
@@ -145,7 +145,7 @@ class Settled:
         )
 
     def _renumbered(self, ids):
-        """The numbers of nodes, in the shape of those before."""
+        """The new node numbers for an array of old node numbers."""
         found = self._moved[ids]
         for i in np.unique(ids[found == NONE]).tolist():
             self._moved[i] = self._number(self._at[self._before.batch_of(i).data.key])
@@ -158,7 +158,7 @@ class Settled:
         return self.table.one(self._one(i)) if self._ids[i] == NONE else self._ids[i]
 
     def _one(self, i):
-        """A node that gives what a node of the graph gives; it reads operands that are in batches.
+        """A single node equal to a node of the graph; reads operands that are in batches.
 
         A chain of nodes may be longer than Python's stack.
         """

@@ -1,6 +1,6 @@
 """Fourier transforms of long arrays: each factor of the length is one operation on all numbers.
 
-Stockham's form, in which the numbers come out in order: C. Van Loan, "Computational frameworks for
+Stockham's form, whose results are in order: C. Van Loan, "Computational frameworks for
 the fast Fourier transform" (1992), section 1.7.
 """
 
@@ -19,7 +19,7 @@ NORMS = {None: (0.0, 1.0), "backward": (0.0, 1.0), "ortho": (0.5, 0.5), "forward
 
 
 def _factors(n):
-    """Factors of a length, as few as possible; none if a large one is left."""
+    """The fewest factors of a length; an empty list if a large prime factor is left."""
     found = []
     for p in FACTORS:
         while n % p == 0:
@@ -77,7 +77,7 @@ def _resized(z, n):
 
 
 def transform(function):
-    """A function of one axis on long arrays; the library's own where lengths are odd."""
+    """The stand-in of a transform along one axis; for other lengths, it calls the library."""
     name = function.__name__
 
     def of_arrays(a, n=None, axis=-1, norm=None, **more):
@@ -97,7 +97,7 @@ def transform(function):
 
 
 def _last(array, axis, back=False):
-    """An array with an axis moved to the end, or from there."""
+    """An array with `axis` moved to the end, or the last axis moved back to `axis`."""
     if axis in (-1, array.ndim - 1):
         return array
     order = list(range(array.ndim))
@@ -106,7 +106,7 @@ def _last(array, axis, back=False):
 
 
 def over_axes(function, one):
-    """A function of several axes, by that of one."""
+    """The stand-in of a transform along several axes, from the transform along one axis."""
     of_one = transform(one)
 
     def of_arrays(a, s=None, axes=None, norm=None, **more):

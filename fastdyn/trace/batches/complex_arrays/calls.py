@@ -17,7 +17,7 @@ from ..products import matmul, sparse
 from ..structure import JOINING, STRUCTURE
 from .columns import ComplexColumns, as_complex, is_of_complexes, joint, kept, parts_of
 
-ONE_BY_ONE = {  # of each part, as they are linear in it
+ONE_BY_ONE = {  # linear functions, which act on the real and on the imaginary part
     np.sum, np.mean, np.cumsum, np.diff, np.gradient, TRAPEZOID,
 }  # fmt: skip
 
@@ -46,7 +46,7 @@ def _stored(table, result, out):
 
 
 def _elementwise(table, function, values):
-    """A function of numbers on the elements, complex ones given in two parts."""
+    """Apply a function of numbers to the elements; a complex element is given as two parts."""
     pairs = [is_of_complexes(v) for v in values]
     given = [p for v in values for p in parts_of(table, v)]
 
@@ -60,7 +60,7 @@ def _elementwise(table, function, values):
 
 
 def linear(table, function, array, *args, **kwargs):
-    """A function that is linear in its first argument, and has real ones besides."""
+    """Apply a function that is linear in its first argument and has real further arguments."""
     if any(map(is_of_complexes, (*args, *kwargs.values()))):
         refuse("complex numbers beside a long array, in this way")
     if kwargs.get("dtype") in (complex, np.complex128):
@@ -90,7 +90,7 @@ def multilinear(table, function, arrays, *args):
 
 
 def _product(table, a, b):
-    """A product of matrices, whose numbers lie side by side for it."""
+    """A product of matrices, whose elements are first copied into contiguous batches."""
     if np.ndim(a) == 2 and np.ndim(b) == 2:
         a, b = (kept(v) if isinstance(v, Columns) else v for v in (a, b))
     return matmul(table, a, b)
@@ -208,7 +208,7 @@ OF_COMPLEXES: dict[Any, Any] = {
 
 
 def by_sparse(table, matrix, x):
-    """A sparse matrix of numbers times a vector, one or both complex."""
+    """A constant sparse matrix times a vector; matrix, vector or both are complex."""
     if matrix.dtype.kind != "c" and not isinstance(x, ComplexColumns):
         return sparse(table, matrix, x)
     real = matrix if matrix.dtype.kind != "c" else matrix.real

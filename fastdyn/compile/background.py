@@ -1,4 +1,4 @@
-"""A background thread that makes code for which no solve waits any longer.
+"""The background thread, which makes code that no solve waits for.
 
 The thread ends when its queue is empty.  While functions run in Python, the thread alternates short
 work with long rests: compiled code that calls Python releases the interpreter at each call, and
@@ -23,11 +23,11 @@ from fastdyn.code_store import quiet
 from fastdyn.trace.graph.clock import CLOCK
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
-WORK, REST = 0.001, 5.0  # seconds of work before a rest; a rest as a multiple of the work
+WORK, REST = 0.001, 5.0  # seconds of work before a rest; length of a rest over the work before
 EVENTS = 100  # calls in Python between two looks at the clock
 LONGEST = 0.5  # most seconds of work that count for the length of a rest
 AT_EXIT, AT_FORK = 1.0, 60.0  # seconds to wait for the thread
-MOST_IDLE = 8  # tasks for which no solve will ever wait
+MOST_IDLE = 8  # most idle tasks in the queue
 
 _lock = threading.Lock()
 _jobs: deque = deque()
@@ -49,7 +49,7 @@ _state = _State()
 
 
 class Job:
-    """A task of the thread, queued when it is created; `idle` tasks come after all others."""
+    """A task of the thread, queued at its creation; `idle` tasks run after all other tasks."""
 
     make: Any
     _context: Any
@@ -98,7 +98,7 @@ def _n_idle():
 
 
 def idle_job(make):
-    """A Job for which no solve will ever wait; None while many such are queued."""
+    """A Job that no solve will ever wait for; None if MOST_IDLE such jobs are in the queue."""
     with _lock:
         full = _n_idle() >= MOST_IDLE
     return None if full else Job(make, True)
@@ -111,7 +111,7 @@ def is_here():
 
 @contextlib.contextmanager
 def without_collecting():
-    """Switch off garbage collection: a graph is many objects without reference cycles."""
+    """Switch off garbage collection, because a graph is many objects without reference cycles."""
     on = gc.isenabled() and not is_here()
     if on:
         gc.disable()
@@ -123,7 +123,7 @@ def without_collecting():
 
 
 def give_way(one):
-    """Count a function that begins (1) or stops (-1) to run in Python, while the thread rests."""
+    """Count a function that begins (1) or ceases (-1) to run in Python; the thread rests for it."""
     with _lock:
         _state.busy += one
 
@@ -178,7 +178,7 @@ def _rest():
 
 
 def watch_numba():
-    """Make the thread rest while Numba compiles, too: between Numba's passes, and in calls."""
+    """Let the thread rest also while Numba compiles: between Numba's passes, and in calls."""
     _watch_calls()
     _listen()
 

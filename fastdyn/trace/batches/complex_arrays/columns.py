@@ -14,7 +14,7 @@ from ..table import ID
 
 
 class ComplexColumns(Batched):
-    """A complex array: `real` and `imag` are Columns of one shape, which its views share."""
+    """A complex array: `real` and `imag` are Columns of one shape, shared by all views."""
 
     __slots__ = ("imag", "real")
     _called = "long complex array"
@@ -32,7 +32,7 @@ class ComplexColumns(Batched):
     nbytes = property(lambda self: 16 * self.size)
 
     def both(self, function):
-        """The results of a function for both parts, as one."""
+        """The complex array of the results of a function for both parts."""
         return joint(function(self.real), function(self.imag))
 
     def written(self):
@@ -100,7 +100,7 @@ for _name in "sum mean dot cumsum trace".split():
 
 
 def joint(real: Any, imag: Any) -> Any:
-    """A real and an imaginary part as one: arrays, numbers, or lists of them."""
+    """A complex value from its real and imaginary part: arrays, numbers, or lists of either."""
     if isinstance(real, list | tuple):
         return type(real)([joint(*pair) for pair in zip(real, imag, strict=True)])
     return ComplexColumns(real, imag) if isinstance(real, Columns) else Pair(real, imag)
@@ -162,7 +162,7 @@ def _numbers(table, values, shape):
 
 
 def _of_parameters(table, nodes, shape):
-    """Parameters that lie in one array from outside, in any order; None of all others."""
+    """The Columns of parameters that lie in one array from outside; None for other nodes."""
     if any(node is None or node.op != "par" for node in nodes):
         return None
     reads, slots = table.g.reads, [node.data for node in nodes]
@@ -185,7 +185,7 @@ def kept(part):
 
 
 def as_complex(table, value):
-    """Anything as a ComplexColumns."""
+    """Any array or number as ComplexColumns."""
     real, imag = parts_of(table, value)
     real = as_columns(table, real)
     imag = as_columns(table, imag) if np.ndim(imag) else filled(table, real.shape, imag)
@@ -193,7 +193,7 @@ def as_complex(table, value):
 
 
 def viewed(real):
-    """Real numbers in turn as complex ones, which share them."""
+    """A view of real numbers, alternately real and imaginary parts, as complex numbers."""
     if not real.ndim or real.shape[-1] % 2:
         raise ValueError("the last axis has no even number of real numbers")
     return ComplexColumns(real[..., 0::2], real[..., 1::2])

@@ -1,6 +1,7 @@
-"""Further objects of SciPy: factors, distributions, linear systems, interpolators in space.
+"""Objects of SciPy whose methods compiled code calls, as islands.
 
-Compiled code calls the methods of these objects as islands.
+The objects are matrix factors, distributions, linear systems, and interpolators of several
+variables.
 """
 
 import copy
@@ -44,7 +45,7 @@ def content_of(value):
 
 
 def _is_distribution(value):
-    return hasattr(value, "rvs") and hasattr(value, "numargs")  # not a frozen one
+    return hasattr(value, "rvs") and hasattr(value, "numargs")  # not frozen
 
 
 def _holds_numbers(part):
@@ -88,7 +89,7 @@ class Object(Unwritten):
         method = getattr(self._original, name)
         if is_symbolic([*args, *kwargs.values()]):
             if name in OF_SPLINES:
-                refuse(f"{name} of a spline by what depends on the state")
+                refuse(f"{name} of a spline, with arguments that depend on the state")
             return apart(method, args, kwargs, name, (self._original, name))
         named = {k: lowered(v) for k, v in kwargs.items()}
         found = method(*map(lowered, args), **named)
