@@ -6,15 +6,15 @@ from fastdyn.ensemble.solve import solve_ensemble
 
 from .equations import shared
 
-LENGTH, POINTS = 4.2, 841  # of a trajectory: in sizes of the box, to both sides
-CLOSED = 5e-4  # in sizes of the box: a curve that passes so near to its start is closed
-CROWDED = 0.2  # share of a closed curve in cells of others: more, and it is left out
-CELLS = 45  # a side: a trajectory ends where another passes through its cell
-SHORTEST = 0.15  # trajectory that is drawn, in sizes of the box
+LENGTH, POINTS = 4.2, 841  # length of a trajectory to each side, in sizes of the box; its points
+CLOSED = 5e-4  # a curve that returns to its start within this distance, in sizes, is closed
+CROWDED = 0.2  # a closed curve with a larger share in the cells of other curves is left out
+CELLS = 45  # cells on each side of the box; a trajectory ends in a cell of another trajectory
+SHORTEST = 0.15  # shortest trajectory that is drawn, in sizes of the box
 
 
 class Along:
-    """``fun`` at about unit speed, in sizes of the box: the same curves, without blow-up."""
+    """``fun`` scaled to about unit speed, in sizes of the box, with the curves of ``fun``."""
 
     def __init__(self, fun):
         self.fun = fun
@@ -27,7 +27,7 @@ class Along:
 
 
 def follower(equations, region, t, slow, options):
-    """``follow(states)`` gives for each state (the curve before, the curve after), from there."""
+    """``follow(states)`` returns, for each state, the curves backwards and forwards from it."""
     size = np.ptp(region, axis=1)
 
     def follow(states, length=LENGTH):
@@ -44,7 +44,7 @@ def follower(equations, region, t, slow, options):
 
 
 def cut(pair, region):
-    """Two curves from one state, each up to where it leaves the box, and one point more."""
+    """Two curves from one state, each cut one point after it leaves the box."""
     parts = []
     for curve in pair:
         inside = ((curve >= region[:, :1]) & (curve <= region[:, 1:])).all(axis=0)
@@ -55,7 +55,7 @@ def cut(pair, region):
 
 
 def closed(curve, region):
-    """A curve up to its return to where it begins, as a whole; None if it does not return."""
+    """The closed curve, up to the return to its start; None if the curve does not return."""
     size = np.ptp(region, axis=1)[:, None]
     away = np.hypot(*((curve - curve[:, :1]) / size))
     far = away > 10.0 * LENGTH / POINTS

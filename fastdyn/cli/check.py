@@ -1,4 +1,4 @@
-"""The command that compares a worksheet that was handed in."""
+"""The command ``fastdyn check``: compares a student's worksheet with the exercises."""
 
 import inspect
 
@@ -6,7 +6,7 @@ from . import checks
 
 
 def add_options(parser):
-    """Teach a parser the worksheet, and whose exercises it answers."""
+    """Add the arguments: the worksheet, and the file of exercises."""
     parser.add_argument("worksheet", nargs="?", metavar="FILE",
                         help="functions or models; none lists the exercises")  # fmt: skip
     parser.add_argument("--exercises", metavar="FILE", help="a lecturer's own exercises")

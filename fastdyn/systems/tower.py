@@ -26,8 +26,8 @@ class Tower(System):
     The stone lands at D = V cos a [V sin a + sqrt((V sin a)² + 2 g h)] / g, farthest for
     tan a = V / sqrt(V² + 2 g h), at D = V sqrt(V² + 2 g h) / g.
 
-    The course prints 36 m (118 ft); 25 mph gives 37.10 m. The printed figure is that of 25 mph
-    rounded to 11 m/s, 36.40 m. The best angle, 16 degrees, makes it 44.39 m.
+    The course prints 36 m (118 ft); 25 mph gives 37.10 m. The printed distance belongs to 25 mph
+    rounded to 11 m/s, 36.40 m. At the best angle, 16 degrees, the distance is 44.39 m.
     """
 
     name = "tower"
@@ -70,7 +70,7 @@ class Tower(System):
         return w[3]
 
     def exact(self, t):
-        """Exact state, as `System.exact`; it goes on through the ground."""
+        """Exact state, as `System.exact`; the motion goes on through the ground."""
         t = np.asarray(t, float)
         _, h, vx, vz = self.initial_state()
         return np.array([vx * t, h + vz * t - 0.5 * self.g * t**2, vx + 0.0 * t, vz - self.g * t])

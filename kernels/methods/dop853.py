@@ -121,7 +121,7 @@ TABLE = Table(STAGES, B, (E5, E3), D, EXTRA)
 
 
 def both_estimates(table, norm):
-    """The error of order 5, made smaller by that of order 3."""
+    """The norm of the error of order 5, reduced by its ratio to the error of order 3."""
     squares, parts, fifth = norm.squares, norm.parts, Row.of(E5.exact, to_the_end=True)
 
     @njit(**INLINED)

@@ -1,4 +1,4 @@
-"""The derivatives at the start of a step of Rodas5P, df/dy and df/dt, and the rows of its work."""
+"""The derivatives df/dy and df/dt at the start of a step of Rodas5P; the rows of the work array."""
 
 import numpy as np
 

@@ -16,7 +16,7 @@ class Function:
     key : str or None
         Names the code on disk; None if only this process can identify the function.
     address : int
-        Of the machine code ``function(t, y, n, block, out)``; 0 for a constant matrix.
+        The address of the machine code ``function(t, y, n, block, out)``; 0 for a constant matrix.
     n_words : int
         Words of the parameters in a block.
     build : callable

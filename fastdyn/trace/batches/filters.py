@@ -26,7 +26,7 @@ def correlated(a, weights, mode="reflect", cval=0.0, origin=0, flipped=False) ->
     weights : array
         At most 81 weights.
     mode, cval
-        Those of `scipy.ndimage.correlate`.
+        As for `scipy.ndimage.correlate`.
     origin : int or sequence of int
         Must be 0.
     flipped : bool

@@ -1,4 +1,4 @@
-"""Finds what a run changed in the copies that it was given."""
+"""Finds the changes that a run made in copies of outside objects."""
 
 import collections
 import types
@@ -42,7 +42,7 @@ def facts(function):
 
 
 def _same(a, b):
-    """Whether two values cannot be told apart."""
+    """Whether two values are equal, down to the sign of zeros."""
     if a is b:
         return True
     if type(a) is not type(b) or not (type(a) in PLAIN or isinstance(a, np.generic)):

@@ -54,7 +54,7 @@ def real_parts(value):
 def remembered(cached, args, named):
     """The value that a function of ``functools.lru_cache`` holds; KeyError if there is none."""
     before = cached.cache_info()
-    if not before.currsize:  # a call would make it hold a value, and the user's call a later one
+    if not before.currsize:  # a call here would fill the cache before the user's call does
         raise KeyError(args)
     try:
         found = cached(*args, **dict(named))

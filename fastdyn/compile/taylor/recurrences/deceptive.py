@@ -1,10 +1,11 @@
 """Plans whose series may look right although the function changes within the step.
 
-Far from its transition a saturated tanh is constant to rounding, and a pulse vanishes: no term of
-the series tells.  A step must not carry the argument of such a function to its transition: the
-argument moves by half of itself at most, or by the width of the transition.  Sums, products,
-quotients, powers, sines and cosines of low degree cannot deceive: their terms decay slowly, and a
-zero or pole of low degree is seen from afar.  For other functions the step is compared within.
+Far from its transition, a saturated tanh is constant to rounding, and a pulse vanishes: no term of
+the series shows the transition.  A step must not carry the argument of such a function to its
+transition: the argument may change by half of its value, or by the width of the transition.  Sums,
+products, quotients, powers, sines and cosines of low degree cannot deceive: their terms decay
+slowly, and a zero or pole of low degree affects the series at a distance.  For all other functions,
+the slopes are compared at a point inside the step.
 """
 
 from typing import Any, NamedTuple
@@ -32,8 +33,8 @@ class Hold(NamedTuple):
 def root(step):
     """The `Hold` of a root or power that must not touch zero: see `Plan.rooted`; or None.
 
-    For a root, the node is the root itself, which changes more slowly than its argument; for a
-    pole, the argument.
+    For a root, the node is the root itself, which changes more slowly than its argument.  For a
+    pole, the node is the argument.
     """
     if isinstance(step, Root):
         return Hold(step.node, 0.0, 1.0)
