@@ -1,7 +1,7 @@
 """Basins of attraction: an ensemble of starts on a grid, classified by attractor."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -9,9 +9,6 @@ from fastdyn.ensemble.solve import solve_ensemble
 
 from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
 from .equations import Equations, box_of, count, equations_of, positive, shared
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ESCAPED = -2  # label
 NEAR = 0.05  # share of the range of all ends: nearer ends belong to one attractor
@@ -93,7 +90,7 @@ class Basin:
                 lines.append(f"  {share:6.1%}  {what}")
         return "\n".join(lines)
 
-    def plot(self, **options) -> "Figure":
+    def plot(self, **options) -> Any:
         """Draw the plane of the starts, with a colour for each attractor.
 
         Parameters

@@ -1,16 +1,13 @@
 """Branches of periodic orbits over a parameter: continuation by pseudo-arclength."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from .equations import NotConvergedError, count, positive
 from .orbit import PeriodicOrbit
 from .path import Path, Special
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FAST = 3  # passes of Newton's method after which the step becomes longer
 LONGER, SHORTER, SHORTEST = 1.6, 0.5, 1e-6  # factors of the step; its least share of the first
@@ -62,7 +59,7 @@ class Branch:
         head = f"Branch of {len(self.orbits)} orbits over {self.parameter}. {self.message}"
         return "\n".join([head, *(f"  {s.kind} at {s.value:.8g}" for s in self.special)])
 
-    def plot(self, component=0, **options) -> "Figure":
+    def plot(self, component=0, **options) -> Any:
         """Draw the amplitude of a component, and the period, over the parameter.
 
         Parameters

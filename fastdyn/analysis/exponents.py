@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from fastdyn.solve.sensitivities import NEEDS
 
 from .equations import Equations, NotConvergedError, equations_of, positive, state_of
 from .flow import METHOD, Flow, OverUnit, options_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 GROWTH = 4.0  # exponent of the fastest growth or decay within an interval
 LOOKS = 40  # states at which the Jacobian is evaluated, to choose the interval
@@ -93,7 +90,7 @@ class Exponents:
         said = ", ".join(f"{value:.5f} ± {error:.5f}" for value, error in pairs)
         return f"Lyapunov exponents after t = {self.t[-1]:g}: {said}"
 
-    def plot(self, **options) -> "Figure":
+    def plot(self, **options) -> Any:
         """Draw the exponents up to a time over this time.
 
         Parameters

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from .equations import Equations, NotConvergedError, equations_of, positive, sta
 from .flow import METHOD, Flow, options_of
 from .period import check_period
 from .shooting import return_time, shoot
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ADVICE = "Give the period of the equations, or a multiple of that."
 ON_CIRCLE = 1e-4  # distance from 1 of a multiplier's size that is not told from 1
@@ -81,7 +78,7 @@ class PeriodicOrbit:
             f"multipliers {multipliers}"
         )
 
-    def plot(self, components=(0, 1), **options) -> "Figure":
+    def plot(self, components=(0, 1), **options) -> Any:
         """Draw the orbit in a plane, and the multipliers beside the unit circle.
 
         Parameters

@@ -1,7 +1,7 @@
 """Phase portraits: field, trajectories, equilibria, separatrices of two equations."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -9,9 +9,6 @@ from .equations import Equations, NotConvergedError, box_of, count, equations_of
 from .orbit import PeriodicOrbit, periodic_orbit
 from .rest.equilibria import Equilibria, equilibria
 from .trajectories import cut, follower, joined, spread
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FINE = 121  # points a side of the field
 LATER = 0.7318  # a later time, at which the field is compared
@@ -65,7 +62,7 @@ class Portrait:
         found = [self.equilibria] if self.equilibria is not None else []
         return "\n".join(map(str, [head, *self.cycles, *found]))
 
-    def plot(self, nullclines=True, **options) -> "Figure":
+    def plot(self, nullclines=True, **options) -> Any:
         """Draw field, trajectories, separatrices, equilibria and nullclines.
 
         Parameters

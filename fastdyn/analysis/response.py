@@ -3,7 +3,7 @@
 import collections
 import dataclasses
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from .flow import METHOD, Flow, options_of
 from .forcing import exact, is_linear
 from .orbit import POINTS, found_orbit
 from .period import check_period
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 AGAIN = 5  # factor by which a transient that was too short is prolonged
 ADVICE = "The period is 2 pi / frequency: is `parameter` the angular frequency of the forcing?"
@@ -95,7 +92,7 @@ class Response:
         how = "linear equations, exact" if self.linear else f"sweeps {', '.join(self.sweeps)}"
         return f"Response at {len(self.frequencies)} frequencies, {how}. {self.message}".strip()
 
-    def plot(self, components=None, **options) -> "Figure":
+    def plot(self, components=None, **options) -> Any:
         """Draw amplitude and phase over the frequency.
 
         Parameters

@@ -1,7 +1,7 @@
 """Poincaré sections: by a function of the state, or once in each period of the equations."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from .equations import Equations, count, equations_of, positive, state_of
 from .flow import METHOD, options_of
 from .period import check_period
 from .shooting import longest
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ADVICE = "Give the period of the equations, or a multiple; `solve_ivp` samples at any times."
 STEPS = 2000  # between two crossings on the average, before a run is given up
@@ -61,7 +58,7 @@ class Section:
     def __str__(self):
         return f"Section of {len(self.t)} points from {len(self.y0)} starts. {self.message}".strip()
 
-    def plot(self, components=(0, 1), angles=(), **options) -> "Figure":
+    def plot(self, components=(0, 1), angles=(), **options) -> Any:
         """Draw the points in the plane of two components.
 
         Parameters

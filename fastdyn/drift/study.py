@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from fastdyn.run.loop import counters
 
 from .growth import Growth, growth
 from .phase import phase
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclasses.dataclass(frozen=True)
@@ -106,7 +103,7 @@ class Study:
     def __str__(self):
         return table({self.method: self})
 
-    def plot(self, **options) -> "Figure":
+    def plot(self, **options) -> Any:
         """Draw the drift of each invariant over time: see `plot_studies`.
 
         Parameters

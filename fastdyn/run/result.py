@@ -2,12 +2,9 @@
 
 import functools
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Missing(KeyError, AttributeError):
@@ -103,7 +100,7 @@ class OdeResult(dict):
             lines.append(f"{name:>{width}}: {text}")
         return "\n".join(lines)
 
-    def plot(self, **options) -> "Figure":
+    def plot(self, **options) -> Any:
         """Draw the components over time; the result of a system draws the figure of the system.
 
         Parameters

@@ -1,7 +1,7 @@
 """Equilibria: Newton's method with exact Jacobians, from many starts."""
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from scipy.optimize import root
@@ -9,9 +9,6 @@ from scipy.stats import qmc
 
 from ..equations import Equations, box_of, count, equations_of, state_of
 from .linear import Linearisation, linearised
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SAME = 1e-6  # equilibria closer than this share of the box count as one equilibrium
 EDGE = 1e-9  # an equilibrium may lie outside of the box by this share of the box
@@ -52,7 +49,7 @@ class Equilibria:
     def __str__(self):
         return "\n".join([self.message, *(str(each) for each in self.found)])
 
-    def plot(self, **options) -> "Figure":
+    def plot(self, **options) -> Any:
         """Draw the eigenvalues of all equilibria in the complex plane.
 
         Parameters

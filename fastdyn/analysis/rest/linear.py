@@ -2,15 +2,12 @@
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from ..equations import Derivatives, Equations, equations_of, state_of
 from .kinds import kind_of, not_differentiable, vanishing
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROUNDING = 1e-13  # of the largest eigenvalue: real parts of modes below are given as 0
 AT_REST = 1e-8  # of the terms of f: rates below are rounding
@@ -123,7 +120,7 @@ class Linearisation:
         head = f"{self.title} at {place}"
         return "\n".join([head, *(f"  {mode}" for mode in self.modes)])
 
-    def plot(self, **options) -> "Figure":
+    def plot(self, **options) -> Any:
         """Draw the eigenvalues in the complex plane, and the shapes of the modes.
 
         `options` are those of ``matplotlib.pyplot.figure``; returns a Figure.
