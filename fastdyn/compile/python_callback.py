@@ -51,16 +51,17 @@ class Callback:
     def __init__(self, fun, mode, n, announce=None, n_out=None):
         self.exception, self.inside, self.pending, self.writes = None, False, None, True
         self.after: Any = None
-        self._time, self.later = float, np.float64
+        self.later = np.float64
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._announcement = announce
         self._n_out = n_out or mode.n_results(n)
+        self.begin()
         self._function = SIGNATURE(self._call)
         self.address: Any = ctypes.cast(self._function, ctypes.c_void_p).value
 
     def begin(self):
         """Begin a solve: the first time is passed as a float, as in SciPy."""
-        self._time = float
+        self._time = np.float64 if self._mode.acts_at_events else float
 
     def announce(self):
         """Tell the user, once, that the function runs in Python."""

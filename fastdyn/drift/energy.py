@@ -235,7 +235,7 @@ class _Run:
             if bar is not None:
                 bar.close()
         if status == RAISED:
-            raise_kept(survey.bounds)
+            raise_kept(survey.bounds, p)
         if file is not None:
             file.save(survey.arrays())
         seconds = time.perf_counter() - began

@@ -215,7 +215,7 @@ class LaidOut(PythonBetween):
                     raise called.exception
             raise_interrupts(islands_of(self.bounds))
             with self.not_repeated():
-                raise_kept(self.bounds)
+                raise_kept(self.bounds, self.problem)
         if status == FAILED:
             raise MemoryError("a kernel had no memory left")
 

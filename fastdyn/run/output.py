@@ -41,6 +41,12 @@ def points_in(plan, memory):
     return plan.view(memory, "output.t")[:n], plan.view(memory, "output.y")[:n]
 
 
+def occurrences_in(plan, memory):
+    """All occurrences of events as (index, t, y), of a solve whose output lies in its memory."""
+    n = int(plan.view(memory, "output.record")["n_events"][0])
+    return tuple([plan.view(memory, name)[:n] for name in OCCURRENCES])
+
+
 class Output:
     """The stored output of a solve, in pieces: growth adds a piece and copies nothing.
 

@@ -128,4 +128,4 @@ def _loop(run, members, call, queue):
     if status == RAISED:
         for bound in run.bounds:
             bound.keepalive[1] = members.args(int(queue[0]))
-        raise_kept(run.bounds)
+        raise_kept(run.bounds, run.problem)

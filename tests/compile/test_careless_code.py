@@ -202,3 +202,18 @@ def test_whole_numbers_are_exact_on_each_path(power):
         mine = machine_value(bound, t, y)
         assert mine is None or np.allclose(mine, fun(t, y), rtol=1e-12)
     same_as_scipy(fun, (), (0, 2), (5.2, 2.0))
+
+
+def test_times_after_the_first_are_numpys():
+    def fun(t, y):  # from 0.5 on NumPy's infinity, where Python's floats would raise
+        return [-0.1 * min((float(y[0]) * (t < 0.5)) ** -1, 3.0)]
+
+    same_as_scipy(fun, start=[1.0])
+    kinds = set()
+
+    def action(t, y):
+        kinds.add(type(t))
+        return y
+
+    fastdyn.solve_ivp(lambda t, y: -y, (0, 1), [1.0], every=0.3, on_event=action)
+    assert kinds == {np.float64}

@@ -58,3 +58,22 @@ def test_a_drift_study_is_repeated_in_python(wrong_choices):
     with WRONG:
         study = fastdyn.energy_drift(fun, "RK45", **given)
     assert study.drifts["E"].largest < 1e-3
+
+
+def test_actions_are_compared_where_they_act(monkeypatch):
+    seen = []
+    monkeypatch.setattr(
+        compared, "compare_along", lambda bound, t, y, _: seen.append((bound.mode, [*t], [*y]))
+    )
+
+    def ground(t, y):
+        return y[0]
+
+    ground.direction = -1
+    found = fastdyn.solve_ivp(
+        lambda t, y: [y[1], -9.81], (0, 2), [1.0, 0.0], events=ground,
+        on_event=lambda t, y: [0.0, -0.8 * y[1]],
+    )  # fmt: skip
+    (at,) = [each[1:] for each in seen if each[0].acts_at_events]
+    assert np.array_equal(at[0], found.t_events[0])
+    assert np.array_equal(at[1], found.y_events[0])

@@ -113,6 +113,23 @@ def test_a_singleton():
     assert type(One.made.last) in (float, np.float64)
 
 
+def test_objects_that_notice_their_end():
+    ended = []
+
+    class Rate:
+        def __init__(self, k):
+            self.k = k
+
+        def __del__(self):
+            ended.append(self.k)
+
+    def fun(t, y):
+        return -Rate(2.0).k * y
+
+    nfev = fastdyn.solve_ivp(fun, (0.0, 1.0), START).nfev
+    assert len(ended) == nfev
+
+
 def test_a_class_that_registers_who_inherits_from_it():
     registered = []
 

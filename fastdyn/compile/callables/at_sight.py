@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.trace.outside.identities import compared_by_identity
 from fastdyn.trace.paths.places import of_user
 
 from .. import memory
@@ -74,6 +75,8 @@ def refuse_at_sight(parts):
 
 def _look(function, owner, depth):
     code = function.__code__
+    if any(each is not None for each in compared_by_identity(code)):
+        raise Uncompilable("it compares identities with `is`, and compiled code has values only")
     for chain in chains(code):
         value, taken = _value(chain, function, owner)
         if isinstance(value, python.FunctionType):

@@ -1,5 +1,7 @@
 """The functions of a problem, bound: its equations, and those that are called between steps."""
 
+import numpy as np
+
 from fastdyn.compile.bind import bind, bind_matrix
 from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
 from fastdyn.compile.python_callback import evaluate
@@ -14,6 +16,7 @@ from fastdyn.compile.traced.met import writes_to_state
 from fastdyn.compile.variations.saltation import bind_saltation
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.problem.events import between_steps
+from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.problem.second_order_and_pairs import bind_equations
 
 from .followed import with_room
@@ -59,10 +62,10 @@ def _bind(problem, fun, mode, near):
     return bound
 
 
-def raise_kept(bounds):
+def raise_kept(bounds, problem):
     """Raise the exception of a user's function: the kept one, or by a call of the function.
 
-    Raises GaveUp if the Python function raises nothing.
+    The call has the type of time of SciPy's solver.  Raises GaveUp if the function raises nothing.
     """
     for bound in bounds:
         if bound.block[RAISED_WORD]:
@@ -70,5 +73,7 @@ def raise_kept(bounds):
                 raise bound.callback.exception
             t = float(bound.block[TIME : TIME + 1].view(float)[0])
             y = bound.block[bound.block[FAULT] :].view(float)
-            evaluate(bound.python, bound.mode, t, y.copy())
+            first = t == problem.t0 and not bound.mode.acts_at_events
+            time = float if first or problem.method.name == LSODA else np.float64
+            evaluate(bound.python, bound.mode, time(t), y.copy())
             raise GaveUp(bound, t)

@@ -12,7 +12,7 @@ from fastdyn.kernels.calls.block import FAULT, SIDES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.lsoda import NAME as LSODA
 
-from ..output import points_in
+from ..output import occurrences_in, points_in
 
 MOST_NUMBERS = 2**18  # numbers in all states of a comparison
 OFF = 0.1  # by how much of its size a derivative is displaced
@@ -105,13 +105,14 @@ def compare(run, count, fresh) -> dict[int, int]:
     p, bounds = run.problem, run.compiled()
     if not any(b.mode.compared or b.mode.sensitivities for b in bounds):
         return hidden
-    (t, y), derivatives = states_of(run, count), count == AT_FIRST
+    solution, derivatives = states_of(run, count), count == AT_FIRST
     time = float if p.method.name == LSODA else np.float64
     for bound in bounds:
         if bound.mode.sensitivities and derivatives:
-            compare_sensitivities(bound, p.fun, p.args, t, y)
+            compare_sensitivities(bound, p.fun, p.args, *solution)
         if not bound.mode.compared:
             continue
+        t, y = _given(run, bound, count) if bound.mode.acts_at_events else solution
         half, more, given = bound.mode.half, ([], []), _parts(bound, y)
         missing = fresh.get(id(bound.block), 0)
         if missing and half is None:
@@ -157,7 +158,7 @@ def _showing(run, bound, missing, t, y):
     n, found = _length(bound), ([], [])
     for at, state in zip(t, y, strict=True):
         missing &= ~sides_at(bound, at, state[:n])
-    for at, state in zip(*states_of(run, LOOKED_AT), strict=True) if missing else ():
+    for at, state in zip(*_given(run, bound, LOOKED_AT), strict=True) if missing else ():
         new = missing & sides_at(bound, at, state[:n])
         if new:
             missing &= ~new
@@ -170,6 +171,17 @@ def _showing(run, bound, missing, t, y):
 
 def _length(bound):
     return len(bound.block) - int(bound.block[FAULT])
+
+
+def _given(run, bound, count):
+    """Times and states that a function was given in a solve: those of events, if it acts there."""
+    if bound.mode.acts_at_events:
+        o = run.grown
+        _, t, y = o.found_so_far() if o else occurrences_in(run.plan, run.memory)
+        if len(t):
+            chosen = np.unique(np.linspace(0, len(t) - 1, count).astype(int))
+            return t[chosen].tolist(), [*y[chosen]]
+    return states_of(run, count)
 
 
 def states_of(run, count):

@@ -21,7 +21,6 @@ LEFT_OUT = (
     "__init_subclass__",
     "__class_getitem__",
     "__getattribute__",
-    "__del__",
     "_abc_impl",
 )
 
@@ -122,8 +121,10 @@ def shadow_of(outside, cls, row=None):
         for name, value in vars(base).items():
             if of_tuple and (name in OF_NAMED_TUPLES or name in getattr(base, "_fields", ())):
                 continue
-            if name == "__new__":  # `__new__` would make an object of the original class
-                body[name] = lambda *_, **__: refuse("a class with a `__new__` of its own")
+            if name in ("__new__", "__del__"):  # for objects that the call makes, and deletes
+                body["__new__"] = lambda *_, name=name, **__: refuse(
+                    f"a class with a `{name}` of its own", effect=name == "__del__"
+                )
                 continue
             if name in LEFT_OUT:
                 continue

@@ -4,7 +4,6 @@ import builtins
 import dis
 import functools
 import types
-from typing import Any
 
 from ..graph.kinds import INT
 from ..numpy.builtins import BUILTINS, impure, vectorized
@@ -13,6 +12,7 @@ from ..reads.reads import STABLE
 from ..symbols.real import Symbol
 from ..symbols.symbolic import refuse
 from .changes import facts
+from .identities import compared_by_identity
 
 GLOBAL = frozenset(
     "LOAD_GLOBAL LOAD_NAME LOAD_FROM_DICT_OR_GLOBALS STORE_GLOBAL DELETE_GLOBAL".split()
@@ -20,7 +20,6 @@ GLOBAL = frozenset(
 
 
 ORIGINAL = dict(vars(builtins))
-CONSTANTS = (None, True, False, Ellipsis)
 
 
 class Functions:
@@ -69,7 +68,9 @@ class Functions:
             elif name not in f.__globals__ and name not in scope:
                 reads.expect(step(row, "global", name), "absent")
                 self._builtin(name, scope["__builtins__"], step(row, "builtin", name))
-        reads.identities |= _compares_identities(f.__code__)
+        compared = compared_by_identity(f.__code__)
+        reads.identities |= f.__code__ in compared
+        reads.truths |= any(isinstance(each, bool) for each in compared)
         for i, (cell, old) in enumerate(zip(cells, f.__closure__ or (), strict=True)):
             self._fill(cell, old, step(row, "cell", i))
         return new
@@ -200,19 +201,6 @@ def _plain(value):
     if not isinstance(value, bool | int | float | str | None):
         refuse("it keeps what it gave")
     return value
-
-
-@functools.lru_cache(1024)
-def _compares_identities(code):
-    """Whether code compares the identity of two objects, neither of them a constant."""
-    before: Any = None
-    for i in dis.get_instructions(code):
-        if i.opname == "IS_OP" and not (
-            before.opname == "LOAD_CONST" and any(before.argval is c for c in CONSTANTS)
-        ):
-            return True
-        before = i
-    return any(isinstance(c, types.CodeType) and _compares_identities(c) for c in code.co_consts)
 
 
 @functools.lru_cache(1024)

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from ..graph.domains import WHOLE, bound
 from ..graph.expressions import Graph
 from ..graph.refusal import Abandoned, Refusal
@@ -32,7 +34,7 @@ class Paths(Graph):
     def begin(self, script):
         self.script, self.known, self.taken, self.raising = script, {}, [], self.false
         self.implied = Implied(self)
-        self.texts, self.abandoned = False, None
+        self.texts, self.abandoned, self.conditions = False, None, False
         self.bounds = {}  # bounds were checked on another path, not on this one
 
     def condition(self, node, python=False):
@@ -43,7 +45,7 @@ class Paths(Graph):
         if node.varies:
             return Condition(self, node, python)
         self.assume(node)
-        return bool(node.value)
+        return bool(node.value) if python else np.bool_(node.value)
 
     def pair(self, real, imag):
         """A complex number."""

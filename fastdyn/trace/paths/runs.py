@@ -139,6 +139,8 @@ def _run(g, script, outside, fun, args, states, shape):
             result = copy(Symbol(g, g.make("t")), y, *given)
         if g.texts:
             raise Refusal("a value that depends on t or y is needed as text")
+        if g.conditions and g.reads.truths:
+            raise Refusal("it asks whether something `is True` or `is False`")
         if isinstance(result, Masked):
             raise Refusal("it returns a selection by a mask")
         results = states.results(result, shape)

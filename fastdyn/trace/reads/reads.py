@@ -48,7 +48,7 @@ class Reads:
         self._known, self._of_row, self._firsts, self.fixed = {}, {}, [], set()
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that hold one object
-        self.lasting, self.identities = True, False
+        self.lasting, self.identities, self.truths = True, False, False
         self._pattern: tuple | None = None
 
     def root(self, i):

@@ -107,8 +107,6 @@ class Pair(Symbolic):
         o = self._parts(other)
         return NotImplemented if o is None else (self.real != o[0]) | (self.imag != o[1])
 
-    __hash__ = object.__hash__
-
     def conjugate(self):
         return Pair(self.real, -self.imag)
 
@@ -120,7 +118,7 @@ class Pair(Symbolic):
     def _no(self, *_):
         refuse("a complex number is needed as a real one")
 
-    __bool__ = __float__ = __int__ = __complex__ = __index__ = _no
+    __bool__ = __float__ = __int__ = __complex__ = __index__ = __hash__ = _no
     __lt__ = __le__ = __gt__ = __ge__ = _no
 
 

@@ -17,6 +17,7 @@ class Condition(Symbolic):
 
     def __init__(self, g, node, python=False):
         self.g, self.node, self.python = g, node, python
+        g.conditions = True
 
     def __bool__(self):
         return self.g.decide(self.node)
@@ -96,7 +97,8 @@ class Condition(Symbolic):
             raise AttributeError(name)
         return getattr(self.number(), name)
 
-    __hash__ = object.__hash__
+    def __hash__(self):
+        return hash(bool(self))  # a dict finds the entry of True, or of False
 
 
 def _of_number(name):
