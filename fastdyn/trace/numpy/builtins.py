@@ -90,8 +90,11 @@ def of_type(value, kinds):
         known = (complex, np.complexfloating, np.complex128, np.number, np.generic, object)
         return any(getattr(k, "plain", k) in known or k is numbers.Complex for k in kinds)
     if not isinstance(value, Symbol):
-        return any(k in (bool, np.bool_, object) for k in kinds)
+        known = (bool, int) if value.python else (np.bool_, np.generic)
+        return any(getattr(k, "plain", k) in (*known, object) for k in kinds)
     whole = value.kind == INT
+    if whole and len({int, np.integer}.intersection(getattr(k, "plain", k) for k in kinds)) == 1:
+        refuse("it asks whether a whole number is Python's or NumPy's")
     known = (int, np.integer) if whole else (float, np.floating, np.float64)
     known += (object, np.number, np.generic)
     abstract = ("Number", "Complex", "Real", "Rational", "Integral")[: 5 if whole else 3]
@@ -145,8 +148,13 @@ def _exact_sum(values):
 
 def bool_of(value=False):
     if isinstance(value, Symbol):
-        return value != 0
-    return value if isinstance(value, Condition) else bool(value)
+        value = value != 0
+    return _of_python(value) if isinstance(value, Condition) else bool(value)
+
+
+def _of_python(truth):
+    """A truth value as a bool of Python."""
+    return truth.g.condition(truth.node, True) if isinstance(truth, Condition) else truth
 
 
 vars(bool_of)["plain"] = bool  # acts as a type in `dtype=`
@@ -160,6 +168,8 @@ def _sorted(values, **kwargs):
 
 
 def _pow(a, b, *modulo):
+    if modulo and is_symbolic([a, b, *modulo]):
+        refuse("a power modulo a number")
     return a**b if is_symbolic([a, b]) else pow(a, b, *modulo)
 
 
@@ -171,8 +181,8 @@ def impure(name):
 BUILTINS = {
     "float": Float, "int": Int, "complex": Complex, "type": Type, "max": _extreme(max, operator.gt),
     "min": _extreme(min, operator.lt), "sum": _sum, "bool": bool_of, "pow": _pow,
-    "any": lambda values: functools.reduce(either, values, False),
-    "all": lambda values: functools.reduce(both, values, True),
+    "any": lambda values: _of_python(functools.reduce(either, values, False)),
+    "all": lambda values: _of_python(functools.reduce(both, values, True)),
     "sorted": _sorted, "isinstance": of_type,
     **{
         name: impure(name)
@@ -206,7 +216,7 @@ def _of_math(name, plain):
         else:
             result = first.call(NAMES.get(name, name), *others, python=True)
         whole = name in ("floor", "ceil", "trunc")
-        return result if whole or isinstance(result, Condition) else Float(result)
+        return _of_python(result) if whole or isinstance(result, Condition) else Float(result)
 
     return function
 

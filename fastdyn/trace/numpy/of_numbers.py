@@ -122,6 +122,7 @@ def of_numbers(ufunc):
             refuse("whole numbers of NumPy, which have a width")
         # a NumPy number would call the ufunc again, with the symbol
         values = [v.item() if isinstance(v, np.generic) else v for v in values]
+        values = [v.as_numpy() if isinstance(v, Condition) else v for v in values]
         of_complexes = any(map(is_complex, values))
         if of_complexes and by_operator is operator.pow:
             result = power(*values)
@@ -133,6 +134,9 @@ def of_numbers(ufunc):
             refuse(f"{name} of what depends on the state")
         else:
             result = known(*values)
+        if isinstance(result, Symbol) and all(isinstance(v, Condition | bool) for v in values):
+            if name in ("maximum", "minimum", "fmax", "fmin"):
+                refuse(f"{name} of truth values")  # which adds as a truth value does
         if not isinstance(result, Symbol) or (result.kind == INT and all(map(_is_exact, values))):
             return result
         return Symbol(result.g, result.node, NUMPY)

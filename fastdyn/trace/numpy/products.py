@@ -7,6 +7,7 @@ import numpy as np
 from ..islands.calls import or_apart
 from ..symbols.arrays import Array
 from ..symbols.complex_pair import is_complex, product, total
+from ..symbols.conditions import Condition
 from ..symbols.symbolic import check_operations, is_symbolic, refuse
 
 FEW = 4096  # largest matrix that is written out without a check
@@ -23,6 +24,8 @@ def _written_out(a, b, dot=False):
         return a * b
     _check(a, b)
     a, b = (np.asarray(x, dtype=object).view(np.ndarray) for x in (a, b))
+    if all(isinstance(v, Condition | bool) for x in (a, b) for v in x.flat):
+        refuse("a product of arrays of truth values")  # True or False, no sum
     if a.ndim > 2 or b.ndim > 2:
         return _stacked(a, b, dot)
     rows = a.reshape(1, -1) if a.ndim == 1 else a

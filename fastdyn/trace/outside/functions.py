@@ -37,6 +37,8 @@ class Functions:
             return made
         if _asks_who_inherits(f.__code__):
             refuse("it asks which classes inherit from one", alive=True)
+        if "super" in f.__code__.co_names and root_of(f) not in PURE | IMPURE:
+            refuse("it calls super()", final=True)  # which passes the copies of a class by
         n_defaults = len(f.__defaults__ or ()), len(f.__kwdefaults__ or ())
         reads.expect(row, "code", (f.__code__, f.__globals__, *n_defaults))
         if root_of(f) in IMPURE:
@@ -46,6 +48,7 @@ class Functions:
         scope, seen = self._scope(f.__globals__)
         cells = tuple([self._cell(c) for c in f.__closure__ or ()])
         new = types.FunctionType(f.__code__, scope, f.__name__, None, cells or None)
+        new.__doc__, new.__module__, new.__qualname__ = f.__doc__, f.__module__, f.__qualname__
         outside.keep(f, new)
         self._attributes(f, new, step(row, "inside", "__dict__"))
         if f.__defaults__ is not None:

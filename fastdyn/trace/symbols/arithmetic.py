@@ -32,6 +32,7 @@ class Arithmetic(Symbolic):
         kind = max([self.kind, *[o.kind for o in others]])
         if kind == INT:
             self.g.keep_exact(node)
+            node = self.g.add(node, self.g.const(0.0)) if node.op in ("neg", "mul") else node
         return self.made(node, kind)
 
     def number(self):
@@ -44,7 +45,9 @@ class Arithmetic(Symbolic):
     def lift(self, other) -> Self | None:
         """Convert `other` to a number of this graph; None if it is no real number."""
         if isinstance(other, Symbolic):
-            return other.number()
+            found = other.number()
+            of_numpy = self.kind == FLOAT and getattr(other, "python", True) is False
+            return found.as_numpy() if of_numpy else found  # a float and a truth value of NumPy
         if isinstance(other, np.ndarray) and other.ndim == 0:
             return self.lift(other.item())
         if isinstance(other, bool | int | float | Fraction | np.bool_ | np.integer | np.floating):
@@ -87,9 +90,15 @@ class Arithmetic(Symbolic):
             return NotImplemented
         kind = max(self.kind, o.kind, FLOAT)
         if kind == FLOAT:
+            self._not_caught(o)
             zero = self.g.compare(o.node, self.g.const(0.0), "eq")
             self.g.raises_if(zero, divided_by_zero)
         return self.made(self.g.div(self.node, o.node), kind)
+
+    def _not_caught(self, o):
+        """Refuse a division by zero that raises for Python's whole numbers and not for NumPy's."""
+        if any(v.kind == INT and v.node.varies for v in (self, o)) and self.g.in_handler():
+            refuse("a division of whole numbers where an exception may be caught")
 
     def __rtruediv__(self, other):
         o = self.lift(other)
@@ -108,6 +117,8 @@ class Arithmetic(Symbolic):
         g, value = self.g, o.node.value
         whole = self.kind == o.kind == INT
         kind = max(self.kind, o.kind, INT if not o.node.varies and value >= 0 else FLOAT)
+        if whole and self.node.varies and not o.node.varies and value < 0:
+            refuse("a negative power of a whole number")  # NumPy raises, Python gives a float
         if whole and o.node.varies:
             g.leaves_to_python_if(g.compare(o.node, g.const(0.0), "lt"))
             kind = INT
@@ -146,6 +157,7 @@ class Arithmetic(Symbolic):
         g = self.g
         kind = max(self.kind, o.kind)
         if kind < NUMPY:
+            self._not_caught(o)
             g.raises_if(g.compare(o.node, g.const(0.0), "eq"), divided_by_zero)
         whole, rest = floor_division(self, o)
         if kind == INT:
@@ -185,6 +197,10 @@ class Arithmetic(Symbolic):
         """The number under NumPy's rules, where nothing raises."""
         return self.made(self.node, NUMPY)
 
+    def as_python(self):
+        """The number under Python's rules, where a division by zero raises."""
+        return self.made(self.node, min(self.kind, FLOAT))
+
     def as_int(self):
         g, size = self.g, self.g.make("abs", (self.node,))
         if g.in_handler():
@@ -193,7 +209,7 @@ class Arithmetic(Symbolic):
         if bound(g, self.node) > INDEX:
             g.leaves_to_python_if(g.negation(g.compare(size, g.const(float(INDEX)), "le")))
             g.bounds[self.node.key] = INDEX
-        return self.made(self.node, INT)
+        return self.made(g.add(self.node, g.const(0.0)), INT)  # no whole number is -0.0
 
     # -- functions
 

@@ -110,10 +110,18 @@ class Array(AnswersNumPy, np.ndarray):
         return round(self.item(), digits)
 
     def tolist(self):
-        return self.view(np.ndarray).tolist()
+        return elementwise(_as_python, self).view(np.ndarray).tolist()
 
     def item(self, *at):
-        return self.view(np.ndarray).item(*at)
+        return _as_python(self.view(np.ndarray).item(*at))
+
+    def _memory(self, *_, **__) -> Any:
+        refuse("the memory of an array that depends on the state is used")
+
+    tobytes = tofile = byteswap = _memory
+    data: Any = property(_memory)
+    base: Any = property(_memory)
+    ctypes: Any = property(_memory)
 
     def conj(self) -> Any:
         return elementwise(lambda v: v.conjugate(), self)
@@ -131,6 +139,10 @@ class Array(AnswersNumPy, np.ndarray):
 
     real: Any = property(_real)
     imag: Any = property(_imag)
+
+
+def _as_python(value):
+    return value.as_python() if isinstance(value, Symbol) else value
 
 
 def _only_read(part):

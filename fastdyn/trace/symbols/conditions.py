@@ -29,14 +29,30 @@ class Condition(Symbolic):
             return self.g.const(bool(other))
         return other.node if isinstance(other, Condition) else None
 
-    def __add__(self, other):
-        if isinstance(other, Condition):
-            if not (self.python and other.python):
-                refuse("a sum of two truth values")  # 2 in Python, True in NumPy
-            return self.number() + other.number()
-        return self.number() + other
+    def _truth_of_numpy(self, other):
+        """Whether NumPy's rules hold for this and another truth value; False beside a number."""
+        python = self.python and getattr(other, "python", isinstance(other, bool))
+        return isinstance(other, Condition | bool | np.bool_) and not python
 
-    __radd__ = __add__
+    def _beside(self, other):
+        """The number of the truth value in arithmetic with another value."""
+        if self._truth_of_numpy(other):
+            refuse("arithmetic of two truth values")  # True + True is 2 in Python, True in NumPy
+        return self.number()
+
+    def __add__(self, other):
+        return self._beside(other) + other
+
+    def __sub__(self, other):
+        return self._beside(other) - other
+
+    def __rsub__(self, other):
+        return other - self._beside(other)
+
+    def __mul__(self, other):
+        return self & other if self._truth_of_numpy(other) else self.number() * other
+
+    __radd__, __rmul__ = __add__, __mul__
 
     def _combine(self, other, op):
         node = self._truth(other)
@@ -62,6 +78,10 @@ class Condition(Symbolic):
 
     def __invert__(self) -> Any:
         return -1 - self.number() if self.python else self.negation()
+
+    def as_numpy(self):
+        """The truth value under NumPy's rules."""
+        return Condition(self.g, self.node)
 
     def negation(self):
         """The opposite truth value."""
@@ -109,8 +129,7 @@ def _of_number(name):
 
 
 for _name in (
-    "sub rsub mul rmul truediv rtruediv pos pow rpow abs lt le gt ge eq ne "
-    "float int index mod floordiv round"
+    "truediv rtruediv pos pow rpow abs lt le gt ge eq ne float int index mod floordiv round"
 ).split():
     setattr(Condition, f"__{_name}__", _of_number(f"__{_name}__"))
 

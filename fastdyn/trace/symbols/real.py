@@ -66,7 +66,7 @@ class Symbol(Arithmetic):
         return self.g.as_text() if self.node.varies else repr(self._plain())
 
     def is_integer(self):
-        return self == self.round("floor")
+        return (self == self.round("floor")) & self.finite()
 
     def __iter__(self):
         raise TypeError("'float' object is not iterable")
@@ -130,7 +130,8 @@ OF_NUMPY: dict[str, Any] = {
     "reshape": lambda number: lambda *shape: np.reshape(
         number, shape[0] if len(shape) == 1 else shape
     ),
-    **dict.fromkeys("item squeeze copy flatten ravel sum max min mean prod".split(), _itself),
+    "item": lambda number: lambda *_: number.as_python(),
+    **dict.fromkeys("squeeze copy flatten ravel sum max min mean prod".split(), _itself),
 }  # fmt: skip
 for _name, _of in OF_NUMPY.items():
     _attribute = OfNumPy(_of)
