@@ -3,7 +3,6 @@
 import builtins
 import functools
 import math
-import numbers
 import operator
 from typing import Any
 
@@ -14,6 +13,7 @@ from ..symbols.arrays import elementwise
 from ..symbols.complex_functions import made
 from ..symbols.complex_pair import Pair, total
 from ..symbols.conditions import Condition, both, either, select
+from ..symbols.instances import of_type
 from ..symbols.real import NAMES, Symbol, by_name, symbol
 from ..symbols.symbolic import Symbolic, graph_of, is_symbolic, refuse
 from .of_numbers import BY_FORMULA, hypotenuse
@@ -79,29 +79,6 @@ class Type(metaclass=_PlainType):
         if isinstance(value, Symbolic):
             refuse("it asks for the type of what depends on the state")
         return type(value, *more)
-
-
-def of_type(value, kinds):
-    """isinstance(value, kinds); a symbol counts as a number of its kind."""
-    if not isinstance(value, Symbolic):
-        return isinstance(value, kinds)
-    kinds = kinds if isinstance(kinds, tuple) else (kinds,)
-    if isinstance(value, Pair):
-        known = (complex, np.complexfloating, np.complex128, np.number, np.generic, object)
-        return any(getattr(k, "plain", k) in known or k is numbers.Complex for k in kinds)
-    if not isinstance(value, Symbol):
-        known = (bool, int) if value.python else (np.bool_, np.generic)
-        return any(getattr(k, "plain", k) in (*known, object) for k in kinds)
-    whole = value.kind == INT
-    if whole and len({int, np.integer}.intersection(getattr(k, "plain", k) for k in kinds)) == 1:
-        refuse("it asks whether a whole number is Python's or NumPy's")
-    known = (int, np.integer) if whole else (float, np.floating, np.float64)
-    known += (object, np.number, np.generic)
-    abstract = ("Number", "Complex", "Real", "Rational", "Integral")[: 5 if whole else 3]
-    return any(
-        getattr(k, "plain", k) in known or (k.__module__ == "numbers" and k.__name__ in abstract)
-        for k in kinds
-    )
 
 
 def _extreme(plain, sign):

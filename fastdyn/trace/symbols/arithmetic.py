@@ -8,7 +8,7 @@ import numpy as np
 
 from ..graph.domains import INDEX, WHOLE, bound, divided_by_zero, failures
 from ..graph.kinds import FLOAT, INT, NUMPY
-from .division import floor_division, to_decimals
+from .division import floor_division, not_caught, to_decimals
 from .powers import note_power
 from .symbolic import Symbolic, refuse
 
@@ -90,15 +90,10 @@ class Arithmetic(Symbolic):
             return NotImplemented
         kind = max(self.kind, o.kind, FLOAT)
         if kind == FLOAT:
-            self._not_caught(o)
+            not_caught(self, o)
             zero = self.g.compare(o.node, self.g.const(0.0), "eq")
             self.g.raises_if(zero, divided_by_zero)
         return self.made(self.g.div(self.node, o.node), kind)
-
-    def _not_caught(self, o):
-        """Refuse a division by zero that raises for Python's whole numbers and not for NumPy's."""
-        if any(v.kind == INT and v.node.varies for v in (self, o)) and self.g.in_handler():
-            refuse("a division of whole numbers where an exception may be caught")
 
     def __rtruediv__(self, other):
         o = self.lift(other)
@@ -157,7 +152,7 @@ class Arithmetic(Symbolic):
         g = self.g
         kind = max(self.kind, o.kind)
         if kind < NUMPY:
-            self._not_caught(o)
+            not_caught(self, o)
             g.raises_if(g.compare(o.node, g.const(0.0), "eq"), divided_by_zero)
         whole, rest = floor_division(self, o)
         if kind == INT:

@@ -10,7 +10,7 @@ from .conditions import Condition, both, cast, either, select
 from .lazy import complete
 from .looking_up import by_elements, check_bounds, index_of, table_of, without_dots
 from .masks import Masked
-from .real import Symbol
+from .real import Symbol, as_python
 from .symbolic import BATCHES, NOW, AnswersNumPy, in_batches, is_symbolic, refuse
 
 MAX_CHOICES = 64  # most symbols among which a symbolic index chooses
@@ -110,18 +110,16 @@ class Array(AnswersNumPy, np.ndarray):
         return round(self.item(), digits)
 
     def tolist(self):
-        return elementwise(_as_python, self).view(np.ndarray).tolist()
+        return elementwise(as_python, self).view(np.ndarray).tolist()
 
     def item(self, *at):
-        return _as_python(self.view(np.ndarray).item(*at))
+        return as_python(self.view(np.ndarray).item(*at))
 
     def _memory(self, *_, **__) -> Any:
         refuse("the memory of an array that depends on the state is used")
 
     tobytes = tofile = byteswap = _memory
-    data: Any = property(_memory)
-    base: Any = property(_memory)
-    ctypes: Any = property(_memory)
+    data = base = ctypes = property(_memory)  # type: ignore
 
     def conj(self) -> Any:
         return elementwise(lambda v: v.conjugate(), self)
@@ -139,10 +137,6 @@ class Array(AnswersNumPy, np.ndarray):
 
     real: Any = property(_real)
     imag: Any = property(_imag)
-
-
-def _as_python(value):
-    return value.as_python() if isinstance(value, Symbol) else value
 
 
 def _only_read(part):

@@ -4,7 +4,16 @@ import operator
 
 import numpy as np
 
+from ..graph.kinds import INT
+from .symbolic import refuse
+
 EXACT = 2.0**50  # below, the rounding error of x 10^k is less than a half
+
+
+def not_caught(a, b):
+    """Refuse a division by zero that raises for Python's whole numbers and not for NumPy's."""
+    if any(v.kind == INT and v.node.varies for v in (a, b)) and a.g.in_handler():
+        refuse("a division of whole numbers where an exception may be caught")
 
 
 def floor_division(a, b):

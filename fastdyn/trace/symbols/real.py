@@ -100,6 +100,11 @@ class Symbol(Arithmetic):
         return np.reshape(self, ())[key]
 
 
+def as_python(value):
+    """A value under Python's rules."""
+    return value.as_python() if isinstance(value, Symbol) else value
+
+
 class OfNumPy:
     """An attribute of NumPy's numbers that Python's numbers lack."""
 
