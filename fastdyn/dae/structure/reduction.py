@@ -1,6 +1,11 @@
 """Reduction: a function F(t, y, y') of any index as an ordinary differential equation."""
 
+from typing import Any, NamedTuple
+
 import numpy as np
+
+from fastdyn.compile import memory
+from fastdyn.compile.derivatives.jacobian import GROWING
 
 from . import choice, formulas
 from .differentiate import differentiated
@@ -9,9 +14,31 @@ from .equations import equations, without_aliases
 from .signature import offsets, signature
 from .start import check_regular, guess
 
+NODES = 100  # of a graph, which take as much memory as a small function
+
+
+class Structure(NamedTuple):
+    """What the graph of F alone determines, for all values of parameters.
+
+    Attributes
+    ----------
+    found : signature.Offsets
+        Of the equations as they are given.
+    system : Differentiated
+    """
+
+    found: Any
+    system: Any
+
+
+_structures = memory.Table()  # by the keys of graphs
+_formulas = memory.Table()  # by the keys of graphs, and pivots
+
 
 class Reduction:
     """The index reduction of ``fun(t, y, yp, *args)``: see `reduce_index`.
+
+    The structure is remembered; the pivots are those of the present values.
 
     Attributes
     ----------
@@ -23,17 +50,22 @@ class Reduction:
         The number of states: so many components of a start are free.
     """
 
-    def __init__(self, fun, t0, y0, yp0, args):
-        whole = equations(fun, t0, y0, yp0, args)
-        found = offsets(signature(whole), whole.rows, whole.columns)
-        self.index, self.differentiated = found.structural_index, found.equations
+    def __init__(self, given):
+        whole, key = equations(given)
+        known = _structures.get(key)
+        if known is None:
+            with GROWING:
+                known = _structures.put(key, _structure(whole), _size(whole))
+        found, system = known
+        self.index, self.differentiated = found.structural_index, found.equations.copy()
         self.freedom = found.freedom
-        self.system = _smallest(whole)
-        order = pivots(self.system, t0, guess(self.system, y0, yp0))
-        self.motion = formulas.motion(self.system, order)
-        self.components = formulas.components(self.system, order)
-        constrained = self.system.offsets.equations.any()
-        self.projection = formulas.projection(self.system) if constrained else None
+        self.system = system._replace(given=system.given._replace(values=whole.values))
+        order = tuple(pivots(self.system, given.t0, guess(self.system, given.y0, given.yp0)))
+        functions = _formulas.get((key, order))
+        if functions is None:
+            with GROWING:
+                functions = _formulas.put((key, order), _functions(system, order), _size(whole))
+        self.motion, self.components, self.projection = functions
 
     def __repr__(self):
         counts = ", ".join(map(str, self.differentiated))
@@ -55,6 +87,26 @@ class Reduction:
         matrix = self.system.matrices(np.array([float(t)]), z[:, None])[0]
         check_regular(self.system, t, matrix)
         return Choice(self.system, choice.choice(self.system.offsets, matrix))
+
+
+def _structure(whole):
+    found = offsets(signature(whole), whole.rows, whole.columns)
+    return Structure(found, _smallest(whole))
+
+
+def _functions(system, order):
+    """The functions (motion, components, projection) of a system; None for no constraints."""
+    constrained = system.offsets.equations.any()
+    return (
+        formulas.motion(system, order),
+        formulas.components(system, order),
+        formulas.projection(system) if constrained else None,
+    )
+
+
+def _size(whole):
+    """The size of what is remembered of a graph, for `memory.Table`."""
+    return 1 + len(whole.graph.nodes) // NODES
 
 
 def _smallest(whole):

@@ -1,0 +1,250 @@
+"""`on_event`, schedules, `discrete`, `callback`, `breakpoints` with index reduction."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from fastdyn import solve_dae, solve_ivp
+from support.mechanisms import from_angle, pendulum
+from tests.support.impacts import marked
+
+reduced = functools.partial(solve_dae, method="DOP853")
+ARGS = (1.0, 9.81)
+TIGHT = {"rtol": 1e-10, "atol": 1e-10}
+
+
+def swing(t, y, length, g):
+    return [y[1], -g / length * np.sin(y[0])]
+
+
+def wall(t, y, length, g):
+    return y[0]  # x, or the angle
+
+
+def bounced(t, y, length, g):
+    return [y[0], y[1], -0.8 * y[2], -0.8 * y[3], y[4]]
+
+
+@pytest.mark.parametrize("method", [None, "DOP853", "Taylor", "Radau"])
+def test_a_pendulum_of_its_length_alone_bounces_off_a_wall(method):
+    """The wall at its lowest point, beside the pendulum of its angle."""
+    tight = {"rtol": 1e-8, "atol": 1e-8} if method == "Radau" else TIGHT
+    found = solve_dae(
+        pendulum, (0, 3), from_angle(1.2, 0.0, *ARGS), args=ARGS, method=method,
+        events=marked(wall, direction=-1), on_event=bounced, dense_output=True, **tight,
+    )  # fmt: skip
+    angle = solve_ivp(
+        swing, (0, 3), [1.2, 0.0], "DOP853", args=ARGS, events=marked(wall, direction=-1),
+        on_event=lambda t, y, length, g: [y[0], -0.8 * y[1]], dense_output=True,
+        rtol=1e-12, atol=1e-12,
+    )  # fmt: skip
+    assert found.success and found.index == 3 and len(found.t_events[0]) >= 3
+    assert found.t_events[0] == pytest.approx(angle.t_events[0], abs=1e-6)
+    times = np.linspace(0, 3, 200)
+    exact = from_angle(*angle.sol(times), *ARGS)
+    assert np.abs(found.sol(times) - exact)[:4].max() < 1e-5
+    x, z, u, v, force = found.y
+    assert np.abs(np.hypot(x, z) - 1).max() < 1e-13 and np.abs(x * u + z * v).max() < 1e-12
+    (twice,) = np.nonzero(np.diff(found.t) == 0)
+    assert found.y[2, twice + 1] == pytest.approx(-0.8 * found.y[2, twice], rel=1e-9)
+    speed = u**2 + v**2
+    assert force == pytest.approx(speed - 9.81 * z, rel=1e-6)  # of both sides, from the equations
+
+
+def test_the_state_behind_an_action_is_one_of_the_equations():
+    """Without `given` an action must satisfy the constraints; with numbers, the others move."""
+
+    def struck(t, y, length, g):
+        return [y[0], y[1], 3.0, 5.0, 0.0]
+
+    given = {
+        "args": ARGS, "events": marked(lambda t, y, length, g: t - 0.1), "on_event": struck,
+        "F": pendulum, "t_span": (0, 0.3), "y0": [0.6, -0.8, 0.0, 0.0, 0.0],
+    }  # fmt: skip
+    said = "`on_event` returned at t = 0.1 is none of the equations: .* component [23] would move"
+    with pytest.raises(ValueError, match=said):
+        solve_dae(**given)
+    found = solve_dae(**given, dense_output=True, given=[2])
+    (i,) = np.flatnonzero(np.diff(found.t) == 0)
+    x, z, u, v, _ = found.y[:, i + 1]
+    assert u == 3.0 and x * u + z * v == pytest.approx(0.0, abs=1e-13)
+    nearest = solve_dae(**given, given=[])
+    x, z, u, v, _ = nearest.y[:, i + 1]
+    along = (3.0 * -z + 5.0 * x) / (x * x + z * z)
+    assert [u, v] == pytest.approx([-z * along, x * along])
+
+
+def test_an_action_that_returns_nothing_usable():
+    given = {"args": ARGS, "events": marked(lambda t, y, *args: t - 0.1)}
+    start = [0.6, -0.8, 0.0, 0.0, 0.0]
+    found = reduced(
+        pendulum, (0, 1), start, on_event=lambda t, y, *args: [y[0], np.nan, 0, 0, 0], **given
+    )
+    assert found.status == -1 and "returned nan or inf at t = 0.1 (component 1)" in found.message
+    with pytest.raises(ValueError, match="`on_event` returned 2 values"):
+        reduced(pendulum, (0, 1), start, on_event=lambda t, y, *args: [0.0, 0.0], **given)
+    with pytest.raises(ZeroDivisionError):
+        reduced(pendulum, (0, 1), start, on_event=lambda t, y, *args: [1 / 0.0], **given)
+
+
+def test_kicks_on_a_schedule_backwards_and_forwards():
+    def kick(t, y, length, g):
+        return [y[0], y[1], y[2] - 0.3 * y[1], y[3] + 0.3 * y[0], 0.0]
+
+    def turned(t, y, length, g):
+        return [y[0], y[1] + 0.3]
+
+    given = {"args": ARGS, "at": [0.5, 1.25], "every": 0.8, "t_eval": [0.3, 1.0, 2.0], **TIGHT}
+    found = reduced(pendulum, (0, 2), from_angle(0.7, 0.2, *ARGS), on_event=[kick, None], **given)
+    angle = solve_ivp(swing, (0, 2), [0.7, 0.2], "DOP853", on_event=[turned, None], **given)
+    assert found.y[:4] == pytest.approx(from_angle(*angle.y, *ARGS)[:4], abs=1e-7)
+    assert [each.tolist() for each in found.t_events] == [[0.5, 1.25], [0.0, 0.8, 1.6]]
+    back = reduced(
+        pendulum, (2, 0), found.y[:, -1], args=ARGS, at=[0.5, 1.25],
+        on_event=lambda t, y, *a: [y[0], y[1], y[2] + 0.3 * y[1], y[3] - 0.3 * y[0], 0.0], **TIGHT,
+    )  # fmt: skip
+    assert back.y[:4, -1] == pytest.approx(from_angle(0.7, 0.2, *ARGS)[:4], abs=1e-7)
+
+
+def test_states_that_events_alone_change():
+    """A pendulum whose drive a sampled controller holds: `discrete` at index 3 and 1."""
+
+    def driven(t, y, yp, d, length, g):
+        x, z, u, v, force = y
+        return [
+            yp[0] - u, yp[1] - v, yp[2] + force * x + d[0] * z, yp[3] + force * z + g - d[0] * x,
+            x * x + z * z - length**2,
+        ]  # fmt: skip
+
+    def sample(t, y, d, length, g):
+        return y, [-2.0 * y[0] - 0.5 * (y[2] * -y[1] + y[3] * y[0])]
+
+    def turned(t, y, d, length, g):
+        return [y[1], -g / length * np.sin(y[0]) + d[0]]
+
+    def sampled(t, y, d, length, g):
+        return y, [-2.0 * np.sin(y[0]) - 0.5 * y[1]]
+
+    given = {"args": ARGS, "discrete": [0.0], "every": 0.1, **TIGHT}
+    for method in (None, "Vern9"):
+        found = solve_dae(
+            driven, (0, 2), from_angle(0.7, 0.0, *ARGS), on_event=sample, method=method,
+            t_eval=[0.55, 2.0], **given,
+        )  # fmt: skip
+        angle = solve_ivp(
+            turned, (0, 2), [0.7, 0.0], "DOP853", on_event=sampled, t_eval=[0.55, 2.0], **given
+        )
+        assert found.y.shape == (5, 2) and found.discrete.shape == (1, 2) and found.index == 3
+        assert found.y[:4] == pytest.approx(from_angle(*angle.y, *ARGS)[:4], abs=1e-7)
+        assert found.discrete == pytest.approx(angle.discrete, abs=1e-7)
+        assert found.differentiated.tolist() == [1, 1, 0, 0, 2]
+        assert {k for _, states in found.states for k in states} <= {0, 1, 2, 3}
+
+
+def test_discrete_states_at_index_1():
+    def tank(t, y, yp, d):
+        level, outflow = y
+        return [yp[0] - d[0] + outflow, outflow**2 - level]
+
+    low, high = (marked(lambda t, y, d, at=at: y[0] - at, direction=way)
+                 for at, way in ((0.25, -1), (1.0, 1)))  # fmt: skip
+    acts = [lambda t, y, d: (y, [2.0]), lambda t, y, d: (y, [0.2])]
+    for given in (None, "y", "yp", [0]):
+        found = solve_dae(
+            tank, (0, 20), [0.5, 0.5**0.5], [2.0 - 0.5**0.5, 0.0] if given == "yp" else None,
+            discrete=[2.0], events=[low, high], on_event=acts, given=given, dense_output=True,
+            rtol=1e-8, atol=1e-10,
+        )  # fmt: skip
+        assert found.success and found.y[0].min() > 0.2499 and found.y[0].max() < 1.0001
+        assert set(np.round(found.discrete[0], 12)) == {0.2, 2.0}
+        assert found.sol(1.0).shape == found.sol.derivative(1.0).shape == (2,)
+        assert [len(each) for each in found.t_events] == [len(e) for e in found.discrete_events]
+
+
+@pytest.mark.parametrize("method", [None, "DOP853"])
+def test_a_callback_sees_all_components(method):
+    seen = []
+
+    def look(solver):
+        seen.append((solver.t, *solver.y))
+        middle = (solver.t + solver.t_old) / 2
+        x, z = solver.interpolate(middle)[:2]
+        assert solver.n == 5 and solver.y.shape == (5,)
+        assert np.hypot(x, z) == pytest.approx(1.0, abs=1e-6)
+        return solver.t > 0.5
+
+    found = solve_dae(
+        pendulum, (0, 2), from_angle(1.0, 0.0, *ARGS), args=ARGS, callback=look, method=method
+    )
+    assert found.status == 1 and 0.5 < found.t[-1] < 2.0
+    assert np.array_equal(np.array(seen)[:, 0], found.t[1:])
+    assert np.array(seen)[:, 1:] == pytest.approx(found.y[:, 1:].T, rel=1e-9, abs=1e-12)
+
+
+def test_a_callback_at_index_1():
+    seen = []
+    found = solve_dae(
+        lambda t, y, yp: [yp[0] + y[1], y[1] - y[0]], (0, 1), [1.0, 1.0],
+        callback=lambda solver: seen.append(solver.y) or solver.interpolate(solver.t).shape == (3,),
+    )  # fmt: skip
+    assert found.status == 0 and np.array_equal(np.array(seen), found.y[:, 1:].T)
+
+
+def switched(t, y, yp):
+    """A current that a resistance determines, which changes at t = 1."""
+    charge, current = y
+    resistance = 2.0 if t < 1.0 else 0.5
+    return [yp[0] - current, resistance * current + charge - (3.0 if t >= 2.0 else 0.0)]
+
+
+def charges(t):
+    first = np.exp(-t / 2)
+    at_one, at_two = np.exp(-0.5), np.exp(-2.5)
+    second = at_one * np.exp(-2 * (t - 1))
+    third = 3.0 + (at_two - 3.0) * np.exp(-2 * (t - 2))
+    return np.where(t < 1, first, np.where(t < 2, second, third))
+
+
+@pytest.mark.parametrize("on_event", [None, lambda t, y: y])
+def test_breakpoints_at_index_1(on_event):
+    given = {"rtol": 1e-9, "atol": 1e-11, "dense_output": True}
+    events = None if on_event is None else marked(lambda t, y: y[0] - 0.9)
+    found = solve_dae(
+        switched, (0, 3), [1.0, -0.5], breakpoints=[1.0, 2.0], events=events, on_event=on_event,
+        **given,
+    )  # fmt: skip
+    assert found.success and found.y[0] == pytest.approx(charges(found.t), abs=1e-7)
+    ends = np.flatnonzero(np.isin(found.t, [1.0, 2.0]))
+    assert found.t[ends].tolist() == [1.0, 1.0, 2.0, 2.0]
+    q = charges(np.array([1.0, 2.0]))
+    currents = [-q[0] / 2, -2 * q[0], -2 * q[1], 2 * (3 - q[1])]
+    assert found.y[1, ends] == pytest.approx(currents, abs=1e-7)
+    assert found.yp[0] == pytest.approx(found.y[1], abs=1e-6)
+    times = np.linspace(0, 3, 50)
+    assert found.sol(times)[0] == pytest.approx(charges(times), abs=1e-7)
+    assert (found.t_events is None) == (on_event is None)
+    if on_event is not None:
+        assert len(found.t_events) == len(found.y_events) == len(found.yp_events) == 1
+    back = solve_dae(
+        switched, (3, 0), found.y[:, -1], breakpoints=[1.0, 2.0], rtol=1e-10, atol=1e-12
+    )
+    assert back.y[0] == pytest.approx(charges(back.t), abs=1e-5)
+
+
+def test_breakpoints_of_forces_at_index_3():
+    def pushed(t, y, yp):
+        x, z, u, v, force = y
+        push = 5.0 if t < 0.5 else -3.0
+        return [
+            yp[0] - u, yp[1] - v, yp[2] + force * x - push, yp[3] + force * z + 9.81,
+            x * x + z * z - 1,
+        ]  # fmt: skip
+
+    def turned(t, y):
+        return [y[1], -9.81 * np.sin(y[0]) + (5.0 if t < 0.5 else -3.0) * np.cos(y[0])]
+
+    given = {"breakpoints": [0.5], **TIGHT}
+    found = reduced(pushed, (0, 1), from_angle(0.3, 0.0, *ARGS), **given)
+    angle = solve_ivp(turned, (0, 1), [0.3, 0.0], "DOP853", **given)
+    assert found.y[:4, -1] == pytest.approx(from_angle(*angle.y[:, -1], *ARGS)[:4], abs=1e-8)
