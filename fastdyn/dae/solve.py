@@ -10,9 +10,9 @@ from .breakpoints import Breakpoints
 from .discrete import solve_with_discrete
 from .index import HighIndexError
 from .problem import checked, problem_of_residual
+from .reduced.solve import solve_reduced
 from .result import result_of
 from .start import run_of
-from .structure.solve import solve_reduced
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types

@@ -248,3 +248,55 @@ def test_breakpoints_of_forces_at_index_3():
     found = reduced(pushed, (0, 1), from_angle(0.3, 0.0, *ARGS), **given)
     angle = solve_ivp(turned, (0, 1), [0.3, 0.0], "DOP853", **given)
     assert found.y[:4, -1] == pytest.approx(from_angle(*angle.y[:, -1], *ARGS)[:4], abs=1e-8)
+
+
+def test_taylor_finds_events_of_states_and_refuses_events_of_forces():
+    """The sentence names the force, and no kink that the user did not write."""
+
+    def crossing(t, y, *args):
+        return y[0] - 0.3
+
+    def taut(t, y, *args):
+        return y[4] - 12.0
+
+    given = {"args": ARGS, **TIGHT}
+    start = from_angle(1.0, 0.0, *ARGS)
+    series, steps = (
+        solve_dae(pendulum, (0, 2), start, method=method, events=crossing, **given)
+        for method in ("Taylor", "Vern9")
+    )
+    assert len(series.t_events[0]) >= 2
+    assert series.t_events[0] == pytest.approx(steps.t_events[0], abs=1e-8)
+    assert series.y_events[0][:, 0] == pytest.approx(0.3)
+    with pytest.raises(ValueError, match="component 4 of y, which an event uses, has none"):
+        solve_dae(pendulum, (0, 2), start, method="Taylor", events=[crossing, taut], **given)
+    forces = reduced(pendulum, (0, 2), start, events=[crossing, taut], **given)
+    assert len(forces.t_events[1]) and forces.y_events[1][:, 4] == pytest.approx(12.0)
+
+
+def test_an_event_that_an_action_changes_is_followed():
+    """The event asks for another component once the action has run."""
+    asked = ["x"]
+
+    def event(t, y, *args):
+        return y[0] - 0.3 if asked[0] == "x" else y[1] + 0.9
+
+    def act(t, y, *args):
+        asked[0] = "z"
+        return y
+
+    found = reduced(
+        pendulum, (0, 1), from_angle(1.0, 0.0, *ARGS), args=ARGS, events=event, on_event=act,
+        **TIGHT,
+    )  # fmt: skip
+    assert found.y_events[0][0, 0] == pytest.approx(0.3)
+    assert len(found.t_events[0]) > 1 and found.y_events[0][1:, 1] == pytest.approx(-0.9)
+
+    def forced(t, y, *args):
+        return y[0] - 0.3 if asked[0] == "x" else y[4] - 9.0
+
+    asked[0] = "x"
+    with pytest.raises(ValueError, match="uses component 4 of y since another function has"):
+        reduced(
+            pendulum, (0, 1), from_angle(1.0, 0.0, *ARGS), args=ARGS, events=forced, on_event=act
+        )

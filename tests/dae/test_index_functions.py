@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dae
-from fastdyn.dae.structure.compare import check_with_function
+from fastdyn.dae.reduced.compare import check_with_function
 from support.mechanisms import pendulum
 
 reduced = functools.partial(solve_dae, method="DOP853")

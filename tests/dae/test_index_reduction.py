@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_dae, solve_ivp
+from fastdyn.dae.reduced.trajectory import places
 from fastdyn.dae.structure import formulas, reduce_index
 from fastdyn.dae.structure.eliminate import pivots
 from fastdyn.dae.structure.start import consistent, guess
-from fastdyn.dae.structure.trajectory import places
 from support.mechanisms import (
     ANDREWS_END,
     ANDREWS_START,

@@ -83,7 +83,9 @@ def test_a_start_is_mended_when_asked():
 
 
 @pytest.mark.parametrize("given, said", [
-    ([4], "component 4 cannot be `given`"), ([5], "components of `y0`, 0 to 4"), ([0, 1], "0, 1 held"),
+    ([4], "component 4 cannot be `given`"),
+    ([5], "components of `y0`, 0 to 4"),
+    ([0, 1], "0, 1 held"),
 ])  # fmt: skip
 def test_components_that_cannot_be_held(given, said):
     with pytest.raises(ValueError, match=said):

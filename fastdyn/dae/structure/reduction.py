@@ -1,18 +1,25 @@
 """Reduction: a function F(t, y, y') of any index as an ordinary differential equation."""
 
-from typing import Any, NamedTuple
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from fastdyn.compile import memory
 from fastdyn.compile.derivatives.jacobian import GROWING
 
+from ..problem import checked
 from . import choice, formulas
 from .differentiate import differentiated
 from .eliminate import pivots
 from .equations import equations, without_aliases
 from .signature import offsets, signature
 from .start import check_regular, guess
+
+if TYPE_CHECKING:
+    from fastdyn.problem import argument_types as types
 
 NODES = 100  # of a graph, which take as much memory as a small function
 
@@ -32,7 +39,7 @@ class Structure(NamedTuple):
 
 
 _structures = memory.Table()  # by the keys of graphs
-_formulas = memory.Table()  # by the keys of graphs, and pivots
+_formulas = memory.Table()  # functions of the reduced state, by the keys of graphs and more
 
 
 class Reduction:
@@ -60,12 +67,24 @@ class Reduction:
         self.index, self.differentiated = found.structural_index, found.equations.copy()
         self.freedom = found.freedom
         self.system = system._replace(given=system.given._replace(values=whole.values))
-        order = tuple(pivots(self.system, given.t0, guess(self.system, given.y0, given.yp0)))
-        functions = _formulas.get((key, order))
-        if functions is None:
+        self._key, self._size = key, _size(whole)
+        self._order = tuple(pivots(self.system, given.t0, guess(self.system, given.y0, given.yp0)))
+        self.motion = self._function(formulas.motion, self._order)
+        constrained = system.offsets.equations.any()
+        self.projection = self._function(formulas.projection) if constrained else None
+
+    def components(self, used):
+        """The function (t, x, p) that returns y; nan for components that are not `used`."""
+        return self._function(formulas.components, self._order, tuple(sorted(used)))
+
+    def _function(self, formula, *given):
+        """The function of a formula, remembered."""
+        place = (self._key, formula.__name__, *given)
+        found = _formulas.get(place)
+        if found is None:
             with GROWING:
-                functions = _formulas.put((key, order), _functions(system, order), _size(whole))
-        self.motion, self.components, self.projection = functions
+                found = _formulas.put(place, formula(self.system, *given), self._size)
+        return found
 
     def __repr__(self):
         counts = ", ".join(map(str, self.differentiated))
@@ -92,16 +111,6 @@ class Reduction:
 def _structure(whole):
     found = offsets(signature(whole), whole.rows, whole.columns)
     return Structure(found, _smallest(whole))
-
-
-def _functions(system, order):
-    """The functions (motion, components, projection) of a system; None for no constraints."""
-    constrained = system.offsets.equations.any()
-    return (
-        formulas.motion(system, order),
-        formulas.components(system, order),
-        formulas.projection(system) if constrained else None,
-    )
 
 
 def _size(whole):
@@ -150,3 +159,36 @@ class Choice:
     def residual(self):
         """A residual of index 1, and its unknowns: see `formulas.residual`."""
         return formulas.residual(self._system, self._places)
+
+
+def reduce_index(
+    fun: Callable,
+    y0: types.State,
+    yp0: types.State | None = None,
+    args: types.Arguments | None = None,
+    t0: float = 0.0,
+) -> Reduction:
+    """Analyse and reduce the index of ``fun(t, y, yp, *args) = 0``, from a plain Python function.
+
+    The function is traced. Its equations are differentiated by time, exactly, as often as their
+    structure says, so that they determine the derivative of each component.
+
+    Parameters
+    ----------
+    fun : callable
+        ``fun(t, y, yp, *args)`` returns n residuals for n components of y and their derivatives.
+    y0, yp0 : array_like, shape (n,)
+        A state near which the function is called; `yp0` is zero by default.
+
+    Returns
+    -------
+    Reduction
+        With `index`, `differentiated` and `freedom`.
+
+    Raises
+    ------
+    ValueError
+        If the structure is singular, or the function cannot be traced.
+    """
+    span = (t0, float(t0) + 1.0)
+    return Reduction(checked(fun, span, y0, yp0, None, False, None, args, None, {}))

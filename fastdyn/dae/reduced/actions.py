@@ -5,7 +5,7 @@ import numpy as np
 from fastdyn.compile.mode import JUMP
 from fastdyn.compile.python_callback import derivative
 
-from .start import Unsolved, consistent
+from ..structure.start import Unsolved, consistent
 from .trajectory import components, orders, places
 
 

@@ -2,53 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fastdyn.problem.validate import method_named
 
-from ..problem import checked, held_components
+from ..problem import held_components
+from ..structure.reduction import Reduction
+from ..structure.start import consistent, guess
 from .compare import check_with_function
-from .reduction import Reduction
 from .run import run
-from .start import consistent, guess
 
 if TYPE_CHECKING:
-    from fastdyn.problem import argument_types as types
     from fastdyn.run.result import OdeResult
-
-
-def reduce_index(
-    fun: Callable,
-    y0: types.State,
-    yp0: types.State | None = None,
-    args: types.Arguments | None = None,
-    t0: float = 0.0,
-) -> Reduction:
-    """Analyse and reduce the index of ``fun(t, y, yp, *args) = 0``, from a plain Python function.
-
-    The function is traced. Its equations are differentiated by time, exactly, as often as their
-    structure says, so that they determine the derivative of each component.
-
-    Parameters
-    ----------
-    fun : callable
-        ``fun(t, y, yp, *args)`` returns n residuals for n components of y and their derivatives.
-    y0, yp0 : array_like, shape (n,)
-        A state near which the function is called; `yp0` is zero by default.
-
-    Returns
-    -------
-    Reduction
-        With `index`, `differentiated` and `freedom`.
-
-    Raises
-    ------
-    ValueError
-        If the structure is singular, or the function cannot be traced.
-    """
-    span = (t0, float(t0) + 1.0)
-    return Reduction(checked(fun, span, y0, yp0, None, False, None, args, None, {}))
 
 
 def solve_reduced(given, method) -> OdeResult:

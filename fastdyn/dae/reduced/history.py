@@ -7,8 +7,8 @@ from fastdyn.compile.derivatives.jacobian import GROWING
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import first_jump
 
-from .choice import growth, signs
-from .start import Unsolved
+from ..structure.choice import growth, signs
+from ..structure.start import Unsolved
 from .trajectory import MANY, orders
 
 PARTS = 32  # of a step within which states are chosen anew

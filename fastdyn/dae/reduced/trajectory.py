@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .formulas import NEWTON, constraints
+from ..structure.formulas import NEWTON, constraints
 
 MANY = 4096  # times that are evaluated at once
 

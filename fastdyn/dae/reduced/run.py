@@ -1,7 +1,6 @@
 """The run of a reduced system, and its result."""
 
 import contextlib
-from typing import Any
 
 import numpy as np
 
@@ -10,19 +9,20 @@ from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 from fastdyn.problem import validate
-from fastdyn.problem.schedules import Schedule, listed
+from fastdyn.problem.schedules import listed
 from fastdyn.run.functions.bound import bind_functions
-from fastdyn.run.functions.python_between import of_python_between
 from fastdyn.run.loop import Run
 from fastdyn.run.outcome import result_of
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import load_kernels, solve_problem
+from fastdyn.specialise.series import NoSeries
 
 from ..callbacks import with_observed
 from ..jumps import with_acting, with_jumps
+from ..structure.start import Unsolved
 from .actions import Action
+from .events import check_still, watched
 from .history import along, decisions
-from .start import Unsolved
 from .trajectory import Solution, components, places
 
 COUNTS = ("nfev", "njev", "nlu", "n_accepted", "n_rejected")
@@ -37,6 +37,12 @@ JUMP = (
     "behind with a start that satisfies the constraints."
 )
 
+NO_SERIES = (
+    "Taylor finds events by their series, and component {} of y, which an event uses, has none: a "
+    "system of equations determines the component, by an elimination that chooses among the "
+    "equations. Take Vern9 or DOP853."
+)
+
 
 def run(reduction, given, z, method, held):
     """The OdeResult from a consistent start z, all orders of all components.
@@ -44,15 +50,22 @@ def run(reduction, given, z, method, held):
     `held` are the components that keep their values behind an event.
     """
     kinks = decisions(reduction.system)
-    actions: list = []
-    problem = _problem(reduction, given, z, method, held, bool(kinks), actions)
+    actions, asked = [], []
+    problem = _problem(reduction, given, z, method, held, bool(kinks), actions, asked)
     try:
         found = _solved(problem)
+    except NoSeries as reason:
+        solved = sorted({k for each in asked for k in each.solved})
+        if not (solved and "events" in str(reason)):
+            raise
+        raise NoSeries(NO_SERIES.format(solved[0])) from None
     except SingularMatrixError as error:
         raise Unsolved(
             f"the equations become singular on the way ({error}): their index changes there, or "
             "there is no solution beyond."
         ) from None
+    if actions or problem.callback:
+        check_still(asked)
     for action in actions:
         if action.bad is not None:
             found.message = action.bad
@@ -68,8 +81,8 @@ def run(reduction, given, z, method, held):
     return _result(reduction, given, found, last, log)
 
 
-def _problem(reduction, given, z, method, held, kinks, actions):
-    """The Problem of the reduced state; its Actions are appended to `actions`."""
+def _problem(reduction, given, z, method, held, kinks, actions, asked):
+    """The Problem of the reduced state; lists get its Actions, and an Asked for each event."""
     system, options = reduction.system, _options(given.options, reduction.system, given.n)
 
     def own(t, x):
@@ -84,7 +97,7 @@ def _problem(reduction, given, z, method, held, kinks, actions):
     p = validate.problem(
         reduction.motion, given.t0, given.tf, z[places(system)], validate.method_named(method),
         None, given.dense_output or given.t_eval is not None or kinks,
-        events and [_of_components(each, reduction) for each in events],
+        events and [watched(each, reduction, given, asked) for each in events],
         (reduction.parameters, *given.args), DERIVATIVE, options,
     )  # fmt: skip
 
@@ -106,29 +119,13 @@ def _solved(problem):
                 limits.enter_context(budget.limited(0.0))
             bound, others = bind_functions(plain)
         others = with_acting(problem, others)
-        run = Run(of_python_between(problem, bound, others), bound, others)
-        return result_of(run.problem, run.solve(run.problem.y0), run)
+        run = Run(problem, bound, others)  # what runs in Python changes no formula of the motion
+        return result_of(problem, run.solve(problem.y0), run)
 
     if problem.t0 == problem.tf:
         return _of_no_time(problem)
     acts = any(problem.on_event) or any(each.jump for each in problem.schedules)
     return or_in_python(solve) if acts else solve_problem(problem)
-
-
-def _of_components(event, reduction):
-    """An event of y as an event of the reduced state; a Schedule stays."""
-    if isinstance(event, Schedule):
-        return event
-    all_components = reduction.components
-
-    def watched(t, x, p, *args):
-        return event(t, np.array(all_components(t, x, p)), *args)
-
-    found: Any = watched
-    for name in ("terminal", "direction"):
-        if hasattr(event, name):
-            setattr(found, name, getattr(event, name))
-    return found
 
 
 def _options(options, system, n):
