@@ -69,10 +69,14 @@ def solve_dae(
         numbers hold components of `y0`, and without them a start that violates the constraints is
         refused.
     **options
-        `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `max_steps`, `progress` and
-        `on_interrupt`, as in `solve_ivp`.  The error of all components is controlled, algebraic
-        ones included.  A function of `on_event` returns `y`; behind the event, its differential
-        components are held, and the others and `yp` are computed, in Python.
+        `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `at`, `every`, `discrete`,
+        `breakpoints`, `max_steps`, `progress`, `on_interrupt` and `callback`, as in `solve_ivp`;
+        with `method`, also `step` and `compile`.  The error of all components is controlled,
+        algebraic ones included.  A function of `on_event` returns `y`; behind the event, its
+        differential components are held, and the others and `yp` are computed, in Python.  At a
+        higher index all constraints hold behind the event; `given` says what is held.  With
+        `discrete`, F is ``F(t, y, yp, d, *args)``.  At `breakpoints` of F, its differential
+        components are held; the result has the time twice.
 
     Returns
     -------

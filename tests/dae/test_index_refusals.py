@@ -45,6 +45,30 @@ def test_redundant_equations_are_named():
         reduced(twice, (0, 1), np.zeros(4))
 
 
+def test_a_third_parallel_crank_is_named():
+    """What `derive` refuses, constraints of which one follows from the others, stays refused."""
+
+    def coupler(t, y, yp):
+        x, z, turn, *velocities = y[:6]
+        forces, c, s = y[6:], np.cos(turn), np.sin(turn)
+        ends = [(x + a * c, z + a * s, a) for a in (-1.0, 0.0, 1.0)]
+        pull = [0.0, -9.81, 0.0]
+        for (u, v, a), force in zip(ends, forces, strict=True):
+            pull[0] += force * (u - a)
+            pull[1] += force * v
+            pull[2] += force * a * (v * c - (u - a) * s)
+        return [
+            *(yp[i] - velocities[i] for i in range(3)), *(yp[3 + i] - pull[i] for i in range(3)),
+            *((u - a) ** 2 + v**2 - 1 for u, v, a in ends),
+        ]  # fmt: skip
+
+    said = "equations are singular: equation 8 and component y.8. do not determine each other"
+    with pytest.raises(ValueError, match=said):
+        solve_dae(coupler, (0, 1), [0.6, -0.8, *[0.0] * 7])
+    with pytest.raises(ValueError, match="equations 6, 7, 8 do not determine the components"):
+        reduced(coupler, (0, 1), [0.6, -0.8, *[0.0] * 7])
+
+
 def test_functions_that_cannot_be_traced():
     def by_text(t, y, yp):
         return [yp[0] - y[1], y[0] - float(str(t))]
