@@ -182,3 +182,10 @@ def test_kinks_that_jump_nowhere_are_allowed():
 def test_no_time_at_all():
     found = reduced(pendulum, (1, 1), ON, **GIVEN)
     assert found.success and found.y[:2, -1].tolist() == ON[:2]
+
+
+@pytest.mark.parametrize("span", [(0, 0.1), (1, 1)])
+def test_what_never_happens_is_an_empty_list(span):
+    found = reduced(pendulum, span, ON, events=lambda t, y, *args: y[0] - 9.0, t_eval=[], **GIVEN)
+    assert found.success and found.t.size == 0 and found.y.shape == (5, 0)
+    assert [each.size for each in (*found.t_events, *found.y_events)] == [0, 0]

@@ -14,6 +14,7 @@ from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.problem.schedules import Schedule
 from fastdyn.trace.graph.expressions import live
 
+from ..functions import named
 from .trajectory import places
 
 
@@ -39,7 +40,7 @@ def watched(event, reduction, given, asked):
     def of_state(t, x, p, *args):
         return event(t, np.array(components(t, x, p)), *args)
 
-    found: Any = of_state
+    found: Any = named(of_state, event)
     asked.append(Asked(used - states, lambda: _used(event, given) - states))
     for name in ("terminal", "direction"):
         if hasattr(event, name):

@@ -158,9 +158,12 @@ def _result(reduction, given, found, last, log):
     system, end, t_eval = reduction.system, found.t[last], given.t_eval
     sign = 1.0 if found.t[-1] >= found.t[0] else -1.0
     sol = None if found.sol is None else Solution(system, found.sol)
-    if sol is None or t_eval is None:
+    if t_eval is None:
         t = found.t[: last + 1]
         x = found.y[:, : last + 1]
+    elif sol is None:  # without a step
+        t = t_eval[t_eval == found.t[0]]
+        x = np.repeat(found.y[:, :1], len(t), axis=1)
     else:
         t = t_eval[sign * t_eval <= sign * end]
         x = np.asarray(found.sol(t))  # pyright: ignore[reportOptionalCall]
