@@ -204,7 +204,7 @@ def test_taylor_finds_events_of_states_and_refuses_events_of_forces():
     assert len(forces.t_events[1]) and forces.y_events[1][:, 4] == pytest.approx(12.0)
 
 
-@pytest.mark.filterwarnings("ignore:forced")
+@pytest.mark.filterwarnings("ignore:.*forced")
 def test_an_event_that_an_action_changes_is_followed():
     """The event asks for another component once the action has run."""
     asked = ["x"]
