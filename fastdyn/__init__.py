@@ -24,7 +24,7 @@ from fastdyn.solve.separable import solve_separable
 if TYPE_CHECKING:
     from fastdyn import analysis, systems
     from fastdyn.dae.solve import solve_dae
-    from fastdyn.dae.structure.solve import reduce_index
+    from fastdyn.dae.structure.reduction import reduce_index
     from fastdyn.drift.compare import compare_drift
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.reductions import Fold
@@ -47,7 +47,7 @@ _LAZY = {  # name: module, imported when the name is first asked for
     "compare_drift": "fastdyn.drift.compare",
     "energy_drift": "fastdyn.drift.energy",
     "prepare": "fastdyn.solve.prepare",
-    "reduce_index": "fastdyn.dae.structure.solve",
+    "reduce_index": "fastdyn.dae.structure.reduction",
     "solve_dae": "fastdyn.dae.solve",
     "solve_ensemble": "fastdyn.ensemble.solve",
     "solve_phases": "fastdyn.solve.phases",

@@ -18,7 +18,7 @@ def of_vector(F, n):
         found = F(*first, t, both[:n], both[n:], *args, **more)
         return np.concatenate((np.asarray(found), zeros))
 
-    return _named(residual, F)
+    return named(residual, F)
 
 
 def event_of_vector(event, n):
@@ -28,10 +28,10 @@ def event_of_vector(event, n):
     def watched(t, both, *args):
         return event(*first, t, both[:n], *args, **more)
 
-    return _named(watched, event)
+    return named(watched, event)
 
 
-def _named(wrapper, fun):
+def named(wrapper, fun):
     """A wrapper with the name of its function, for warnings."""
     for name in ("__name__", "__qualname__", "__module__"):
         setattr(wrapper, name, getattr(fun, name, getattr(wrapper, name)))

@@ -1,4 +1,4 @@
-"""Events that change the state of F(t, y, y') = 0: the functions of `on_event`, made consistent."""
+"""Functions of `on_event`, and breakpoints: the state behind them satisfies the equations."""
 
 import numpy as np
 
@@ -10,30 +10,42 @@ from fastdyn.kernels.calls.block import FIRST
 from .consistent import consistent
 
 
-def consistent_jumps(problem, equations, on_event):
-    """The functions of [y, y'] that act at the events, None where there is none.
+def with_jumps(problem, change):
+    """The problem with ``change(jump)`` in the place of each function that acts; None stays."""
+    of_events = tuple([act and change(act) for act in problem.on_event])
+    schedules = [each._replace(jump=each.jump and change(each.jump)) for each in problem.schedules]
+    return problem._replace(on_event=of_events, schedules=tuple(schedules))
 
-    The user's function gives y; components whose derivatives occur in F are held, others and all
-    derivatives are computed.
+
+def with_acting(problem, others):
+    """The Bounds of all functions between steps, from those of a problem without jumps.
+
+    The jumps of `problem` run in Python.
     """
-    return tuple([act and _consistent(problem, equations, act) for act in on_event])
+    n, jumps = len(problem.events or ()), [*problem.on_event, *[s.jump for s in problem.schedules]]
+    acting = [_in_python(jump, problem.args, len(problem.y0)) for jump in jumps if jump is not None]
+    return [*others[:n], *acting, *others[n:]]
 
 
-def _consistent(p, equations, act):
+def consistent_jump(problem, equations, act):
+    """The function of [y, y'] for the user's function of y.
+
+    Components whose derivatives occur in F are held, others and all derivatives are computed.
+    """
     n = equations.n
 
     def jump(t, both, *args):
         y = derivative(act(t, both[:n].copy(), *args), n, JUMP)
         if not np.isfinite(y).all():
             return np.concatenate([y, both[n:]])  # the run ends and says why
-        start = p._replace(t0=t, y0=np.concatenate([y, both[n:]]))
+        start = problem._replace(t0=t, y0=np.concatenate([y, both[n:]]))
         return consistent(equations.at(t), start, "differential")
 
     return jump
 
 
-def bound_in_python(jump, args, n):
-    """The Bound of such a function of n numbers, which runs in Python."""
+def _in_python(jump, args, n):
+    """The Bound of a function of n numbers that runs in Python."""
     keepalive = [jump, args]
 
     def as_written(t, both):

@@ -1,4 +1,6 @@
-"""The arguments of `solve_dae`, checked: a Problem of the state [y, y']."""
+"""The arguments of `solve_dae`, checked once for both ways of solving; a Problem of [y, y']."""
+
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -8,43 +10,77 @@ from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods import RESIDUAL as METHOD
 from fastdyn.problem import validate
 
+from .callbacks import with_observed
 from .functions import event_of_vector, of_vector
 
 OPTIONS = {
-    "rtol", "atol", "max_step", "first_step", "on_event", "max_steps", "progress", "on_interrupt",
+    "rtol", "atol", "max_step", "first_step", "on_event", "at", "every", "breakpoints",
+    "max_steps", "progress", "on_interrupt", "callback",
 }  # fmt: skip
+OF_REDUCTION = {"step", "compile"}  # options of the methods of `solve_ivp`
 NOT_YET = {
-    "breakpoints": "end the run at the jump, and begin anew with given='differential'",
     "jac": "Jacobians are exact where F can be traced, and by differences elsewhere",
+    "checkpoint": "solve in parts, each from the end of the last one",
+    "sensitivity": "differences of two solves tell how a solution depends on a number",
 }
 GIVEN = ("differential", "y", "yp")
 
 
+class Given(NamedTuple):
+    """Checked arguments; `held` is `given` of `solve_dae`: None, a word, or 2 n booleans."""
+
+    F: Any
+    t0: float
+    tf: float
+    y0: np.ndarray
+    yp0: np.ndarray
+    t_eval: Any
+    dense_output: bool
+    events: Any
+    args: tuple
+    held: Any
+    options: dict
+
+    @property
+    def n(self):
+        return len(self.y0)
+
+
 def checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options):
-    """(the Problem, what of the start is held); raise a sentence for wrong arguments."""
+    """The Given; raise a sentence for wrong arguments."""
     _check_options(options)
     if not callable(F):
         raise TypeError(f"`F` must be a function of (t, y, yp); got {F!r}.")
     t0, tf = validate.time_span(t_span)
-    y0, yp0, given = _start(y0, yp0, given)
-    n = len(y0)
+    y0, yp0, held = _start(y0, yp0, given)
+    args = validate.extra_arguments(args)
+    t_eval = validate.output_times(t_eval, t0, tf)
+    _check_residual(F, t0, y0, yp0, args)
+    return Given(F, t0, tf, y0, yp0, t_eval, dense_output, events, args, held, options)
+
+
+def problem_of_residual(given):
+    """The Problem of the state [y, y'] that BDF solves."""
+    for name in sorted(OF_REDUCTION & set(given.options)):
+        raise TypeError(f"`solve_dae` has no option `{name}` without a method of `solve_ivp`.")
+    n = given.n
+    options = with_observed(given.options, lambda t, both: both[:n])
     p = validate.problem(
-        F, t0, tf, y0, BY_NAME[METHOD], t_eval, dense_output, events, args, RESIDUAL, options
-    )
-    _check_residual(p, F, y0, yp0)
+        given.F, given.t0, given.tf, given.y0, BY_NAME[METHOD], given.t_eval, given.dense_output,
+        given.events, given.args, RESIDUAL, options,
+    )  # fmt: skip
     watched = p.events and [(event_of_vector(event, n), *how) for event, *how in p.events]
-    problem = p._replace(
-        fun=of_vector(F, n), y0=np.concatenate([y0, yp0]), events=watched,
+    return p._replace(
+        fun=of_vector(given.F, n), y0=np.concatenate([given.y0, given.yp0]), events=watched,
         rtol=_twice(p.rtol), atol=_twice(p.atol),
     )  # fmt: skip
-    return problem, given
 
 
 def _check_options(options):
     for name in options:
         if name in NOT_YET:
             raise ValueError(f"`solve_dae` has no `{name}`: {NOT_YET[name]}.")
-        if name not in OPTIONS:
+        if name not in OPTIONS | OF_REDUCTION:
             raise TypeError(
                 f"`solve_dae` has no option `{name}`; it has {', '.join(sorted(OPTIONS))}."
             )
@@ -71,27 +107,28 @@ def _start(y0, yp0, given):
 def _held(given, n):
     """The booleans that say which of the 2 n numbers `y0`, `yp0` are held."""
     held = np.asarray(given)
+    if held.ndim == 1 and not held.size:
+        return np.zeros(2 * n, bool)
     if held.dtype.kind == "i" and held.ndim == 1 and np.all((held >= 0) & (held < n)):
         return np.isin(np.arange(2 * n), held)
     if held.dtype != bool or held.shape != (2 * n,):
         raise ValueError(
             f"`given` must be None, one of {', '.join(map(repr, GIVEN))}, numbers of components of "
-            f"`y0`, or {2 * n} booleans, for `y0` and then `yp0`; got {given!r}."
+            f"`y0`, 0 to {n - 1}, or {2 * n} booleans, for `y0` and then `yp0`; got {given!r}."
         )
     return held
 
 
-def held_components(given, n):
-    """The components of `y0` that `given` holds in an index reduction; None without an array."""
-    if given is None or (isinstance(given, str) and given in GIVEN[:2]):
+def held_components(given):
+    """The components of `y0` that are held in an index reduction; None without an array."""
+    held, n = given.held, given.n
+    if held is None or (isinstance(held, str) and held in GIVEN[:2]):
         return None
-    held = np.ones(2 * n, bool) if isinstance(given, str) else _held(given, n)
-    if held[n:].any():
+    if isinstance(held, str) or held[n:].any():
         raise ValueError(
-            f"`given={given!r}` holds derivatives: at an index above 1 components of `y0` alone "
-            "are held."
+            "`given` holds derivatives: at an index above 1 components of `y0` alone are held."
         )
-    return np.flatnonzero(held[:n]).tolist()
+    return set(np.flatnonzero(held[:n]).tolist())
 
 
 def _real(values, name):
@@ -101,13 +138,13 @@ def _real(values, name):
     return values
 
 
-def _check_residual(p, F, y0, yp0):
+def _check_residual(F, t0, y0, yp0, args):
     """Evaluate F once in Python, to report its mistakes."""
-    found = derivative(F(p.t0, y0.copy(), yp0.copy(), *p.args), len(y0), RESIDUAL)
+    found = derivative(F(t0, y0.copy(), yp0.copy(), *args), len(y0), RESIDUAL)
     bad = np.flatnonzero(~np.isfinite(found))
     if bad.size:
         raise ValueError(
-            f"`F` returned nan or inf at the start, t = {p.t0:.10g} (equation {bad[0]})."
+            f"`F` returned nan or inf at the start, t = {t0:.10g} (equation {bad[0]})."
         )
 
 

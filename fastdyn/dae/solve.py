@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from fastdyn.compile.bind import or_in_python
 
+from .breakpoints import Breakpoints
+from .discrete import solve_with_discrete
 from .index import HighIndexError
-from .problem import checked, held_components
+from .problem import checked, problem_of_residual
+from .reduced.solve import solve_reduced
 from .result import result_of
 from .start import run_of
-from .structure.solve import solve_reduced
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
@@ -69,10 +69,14 @@ def solve_dae(
         numbers hold components of `y0`, and without them a start that violates the constraints is
         refused.
     **options
-        `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `max_steps`, `progress` and
-        `on_interrupt`, as in `solve_ivp`.  The error of all components is controlled, algebraic
-        ones included.  A function of `on_event` returns `y`; behind the event, its differential
-        components are held, and the others and `yp` are computed, in Python.
+        `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `at`, `every`, `discrete`,
+        `breakpoints`, `max_steps`, `progress`, `on_interrupt` and `callback`, as in `solve_ivp`;
+        with `method`, also `step` and `compile`.  The error of all components is controlled,
+        algebraic ones included.  A function of `on_event` returns `y`; behind the event, its
+        differential components are held, and the others and `yp` are computed, in Python.  At a
+        higher index all constraints hold behind the event; `given` says what is held.  With
+        `discrete`, F is ``F(t, y, yp, d, *args)``.  At `breakpoints` of F, its differential
+        components are held; the result has the time twice.
 
     Returns
     -------
@@ -100,28 +104,32 @@ def solve_dae(
     >>> result = solve_dae(circuit, (0, 10), [0.0, 0.0], rtol=1e-6, atol=1e-9)
     """
 
-    def reduced(method):
-        held = held_components(given, np.size(y0))
-        return solve_reduced(
-            F, t_span, y0, yp0, method, t_eval, dense_output, events, args, held, **options
-        )  # fmt: skip
-
-    def solve():
-        problem, start = checked(
-            F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options
-        )  # fmt: skip
-        run, index = run_of(problem, start)
-        return result_of(run.problem, run.solve(run.problem.y0), run, index)
-
+    if options.get("discrete") is not None:
+        arguments = {
+            "F": F, "t_span": t_span, "y0": y0, "yp0": yp0, "method": method, "t_eval": t_eval,
+            "dense_output": dense_output, "events": events, "args": args, "given": given,
+        }  # fmt: skip
+        return solve_with_discrete(solve_dae, arguments, options)
+    options.pop("discrete", None)
+    asked = checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, options)
     if method not in (None, "BDF"):
-        return reduced(method)
+        return solve_reduced(asked, method)
     try:
-        return or_in_python(solve)
+        return or_in_python(lambda: _by_residual(asked))
     except HighIndexError as found:
-        if method is not None or np.size(y0) > LARGEST:
+        if method is not None or asked.n > LARGEST:
             raise
         reason = found
     try:
-        return reduced("DOP853")
+        return solve_reduced(asked, "DOP853")
     except ValueError as why:
         raise HighIndexError(f"{reason} Differentiated, they are not solved: {why}") from None
+
+
+def _by_residual(asked):
+    """The OdeResult of BDF; HighIndexError if the index is above 1."""
+    problem = problem_of_residual(asked)
+    breakpoints = Breakpoints.of(problem, asked.options)
+    run, index = run_of(problem, asked.held, breakpoints)
+    result = result_of(run.problem, run.solve(run.problem.y0), run, index)
+    return result if breakpoints is None else breakpoints.of_result(result)

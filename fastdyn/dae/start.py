@@ -11,21 +11,21 @@ from fastdyn.run.solve_problem import load_kernels
 from .consistent import consistent
 from .equations import Equations
 from .index import index_of
-from .jumps import bound_in_python, consistent_jumps
+from .jumps import consistent_jump, with_acting, with_jumps
 
 
-def run_of(problem, given):
-    """(a Run from a consistent start, the index); `given` says what of the start is held."""
+def run_of(problem, held, breakpoints=None):
+    """(a Run from a consistent start, the index); `held` says what of the start is held."""
     load_kernels(problem)  # first: no other thread compiles kernels meanwhile
     with budget.limited(0.0):
         near = off_the_solution(problem.y0)  # where code is compared with F
-        bound, others = bind_functions(problem._replace(y0=near, on_event=()))
+        plain = with_jumps(problem, lambda act: None)
+        bound, others = bind_functions(plain._replace(y0=near, on_event=()))
     p = of_python_between(problem, bound, others)
     equations = Equations(p, bound, jacobian_of(p, bound, others))
-    p = p._replace(
-        y0=consistent(equations, p, given),
-        on_event=consistent_jumps(p, equations, problem.on_event),
-    )
-    acting = [bound_in_python(jump, p.args, len(p.y0)) for jump in p.on_event if jump is not None]
+    p = p._replace(y0=consistent(equations, p, held))
+    p = with_jumps(p, lambda act: consistent_jump(p, equations, act))
+    if breakpoints is not None:
+        p = breakpoints.scheduled(p, equations)
     index = index_of(equations.jacobian(p.y0), equations.n, equations.noise, equations.rates(p.y0))
-    return Run(p, bound, [*others, *acting]), index
+    return Run(p, bound, with_acting(p, others)), index

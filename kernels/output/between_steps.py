@@ -116,8 +116,10 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
                     return at_border(kernels, solve, scratch, STEP_TOO_SMALL)
                 if kept == RAISES:
                     return RAISED
-            elif kernels.project != 0 and not project_state(kernels, solve, scratch[0]):
-                return RAISED
+            elif kernels.project != 0:
+                by_series = len(events.table) > 0 and events.table[0].find != 0
+                if not project_state(kernels, solve, scratch[0], by_series):
+                    return RAISED
         status = _sample(kernels, solve, output, events, scratch, status)
         if events is not None:
             if kept == CHANGED and status <= FINISHED and not settle(kernels, solve, scratch):

@@ -26,9 +26,14 @@ def project_row(project, t, y, scratch):
 
 
 @njit(**INTERNAL)
-def project_state(kernels, solve, scratch):
-    """Project the new state; False if a function raised."""
+def project_state(kernels, solve, scratch, by_series):
+    """Project the new state; False if a function raised.
+
+    Where events are found `by_series`, the rows of the step stay: a derivative has no row there.
+    """
     if not evaluate(kernels.project, solve.state[0].t, slot(None, solve.work, Y), scratch):
         return False
     copy_row(scratch, solve.work[Y])
+    if by_series:
+        return True
     return derive(solve, kernels.fsal_stage) == RUNNING

@@ -34,7 +34,12 @@ REFUSED = [
     (ValueError, "`first_step` exceeds bounds", {"first_step": 10}),
     (ValueError, "`on_event` must have a function", {"on_event": lambda t, y: y}),
     (TypeError, "`on_event` must be a function", {"events": abs, "on_event": [3]}),
-    (ValueError, "no `breakpoints`", {"breakpoints": [0.5]}),
+    (ValueError, "`breakpoints` must be a 1-D array", {"breakpoints": [[0.5]]}),
+    (ValueError, "no `checkpoint`", {"checkpoint": "file"}),
+    (TypeError, "`callback` must be a function", {"callback": 3}),
+    (TypeError, "no option `step` without a method", {"step": 0.1}),
+    (ValueError, "`at` has the time 2.0, behind the end", {"at": [2.0]}),
+    (ValueError, "`discrete` never changes", {"discrete": [1.0]}),
     (ValueError, "no `jac`: Jacobians are exact", {"jac": np.eye(2)}),
     (ValueError, "`method=.Euler.` is unknown", {"method": "Euler"}),
 ]

@@ -1,15 +1,16 @@
 """Solves of equations of index above 1, against exact and published solutions."""
 
+import functools
 import math
 
 import numpy as np
 import pytest
 
 from fastdyn import solve_dae, solve_ivp
-from fastdyn.dae.structure import formulas, reduce_index, solve_reduced
+from fastdyn.dae.reduced.trajectory import places
+from fastdyn.dae.structure import formulas, reduce_index
 from fastdyn.dae.structure.eliminate import pivots
 from fastdyn.dae.structure.start import consistent, guess
-from fastdyn.dae.structure.trajectory import places
 from support.mechanisms import (
     ANDREWS_END,
     ANDREWS_START,
@@ -22,6 +23,7 @@ from support.mechanisms import (
     slider_crank,
 )
 
+reduced = functools.partial(solve_dae, method="DOP853")
 TIGHT = {"rtol": 1e-9, "atol": 1e-9}
 
 
@@ -35,7 +37,7 @@ def swing(t, y, length, g):
 def test_pendulum_of_its_length_alone(angle, speed, length):
     start = from_angle(angle, speed, length, 9.81)
     start[4] = 0.0  # the force is computed
-    found = solve_reduced(pendulum, (0, 3), start, args=(length, 9.81), dense_output=True, **TIGHT)
+    found = reduced(pendulum, (0, 3), start, args=(length, 9.81), dense_output=True, **TIGHT)
     times = np.linspace(0, 3, 50)
     exact = solve_ivp(
         swing, (0, 3), [angle, speed], "Vern9", t_eval=times, args=(length, 9.81),
@@ -50,7 +52,7 @@ def test_pendulum_of_its_length_alone(angle, speed, length):
 
 
 def test_states_change_with_the_angle():
-    found = solve_reduced(pendulum, (0, 3), [1.0, 0, 0, 0, 0], args=(1.0, 9.81), **TIGHT)
+    found = reduced(pendulum, (0, 3), [1.0, 0, 0, 0, 0], args=(1.0, 9.81), **TIGHT)
     assert {states for _, states in found.states} == {(0, 2), (1, 3)}
     for (time, states), (after, _) in zip(found.states, found.states[1:], strict=False):
         inside = (found.t >= time) & (found.t < after)
@@ -59,12 +61,12 @@ def test_states_change_with_the_angle():
 
 
 def test_car_axis_at_its_reference_solution():
-    found = solve_reduced(car_axis, (0, 3), CAR_AXIS_START, **TIGHT)
+    found = reduced(car_axis, (0, 3), CAR_AXIS_START, **TIGHT)
     assert abs(found.y[:, -1] - CAR_AXIS_END).max() < 5e-7
 
 
 def test_andrews_squeezer_at_its_reference_solution():
-    found = solve_reduced(andrews, (0, 0.03), ANDREWS_START, **TIGHT)
+    found = reduced(andrews, (0, 0.03), ANDREWS_START, **TIGHT)
     assert abs(found.y[:14, -1] / ANDREWS_END - 1).max() < 1e-6
     assert found.y[14:16, 0] == pytest.approx([14222.4439199541, -10666.8329399656], rel=1e-12)
     assert found.y[21:23, 0] == pytest.approx([98.566870396241, -6.12268834425566], rel=1e-12)
@@ -73,7 +75,7 @@ def test_andrews_squeezer_at_its_reference_solution():
 def test_slider_crank_keeps_its_energy():
     r, length, m1, m2, m3, g = args = (1.0, 2.0, 1.0, 1.5, 0.8, 9.81)
     start = [0.5, -0.2, 3.0, 8.0, 0, 0, 0, 0]
-    found = solve_reduced(slider_crank, (0, 5), start, args=args, given=[0, 3], **TIGHT)
+    found = reduced(slider_crank, (0, 5), start, args=args, given=[0, 3], **TIGHT)
     a, b, x, va, vb, vx, *_ = found.y
     assert found.y[[0, 3], 0].tolist() == [0.5, 8.0]
     assert abs(r * np.sin(a) + length * np.sin(b)).max() < 1e-14
@@ -99,7 +101,7 @@ def hessenberg(t, y, yp):
 
 @pytest.mark.parametrize("method", ["DOP853", "Taylor"])
 def test_index_2_with_an_exact_solution(method):
-    found = solve_reduced(hessenberg, (0, 1), [1.0, 1.0, 0.0], method=method, **TIGHT)
+    found = reduced(hessenberg, (0, 1), [1.0, 1.0, 0.0], method=method, **TIGHT)
     e = np.exp(found.t)
     assert found.index == 2
     assert abs(found.y - [e, e, -e / (2 - found.t)]).max() < 1e-8
@@ -110,27 +112,25 @@ def test_differentiator(factor):
     def chain(t, y, yp):
         return [factor * yp[0] - y[1], yp[1] - y[2], yp[2] - y[3], y[0] - np.sin(t)]
 
-    found = solve_reduced(chain, (0, 2), [0.0, factor, 0, 0], **TIGHT)
+    found = reduced(chain, (0, 2), [0.0, factor, 0, 0], **TIGHT)
     s, c = np.sin(found.t), np.cos(found.t)
     assert found.index == 4 and found.states == [(0.0, ())]
     assert abs(found.y - [s, factor * c, -factor * s, -factor * c]).max() < 1e-8
 
 
 def test_equations_that_are_not_linear_in_the_highest_orders():
-    found = solve_reduced(
-        lambda t, y, yp: [yp[0] ** 2 + y[0] ** 2 - 1], (0, 1), [0.0], [1.0], **TIGHT
-    )
+    found = reduced(lambda t, y, yp: [yp[0] ** 2 + y[0] ** 2 - 1], (0, 1), [0.0], [1.0], **TIGHT)
     assert abs(found.y[0] - np.sin(found.t)).max() < 1e-8
 
     def implicit(t, y, yp):
         return [yp[0] - y[1], y[1] + y[1] ** 3 - np.cos(t) - np.cos(t) ** 3]
 
-    found = solve_reduced(implicit, (0, 1), [0.0, 0.5], **TIGHT)
+    found = reduced(implicit, (0, 1), [0.0, 0.5], **TIGHT)
     assert abs(found.y - [np.sin(found.t), np.cos(found.t)]).max() < 1e-8
 
 
 def test_equations_without_derivatives():
-    found = solve_reduced(
+    found = reduced(
         lambda t, y, yp: [y[0] + y[1] - t, y[0] * y[1] - t * t / 4 + 1],
         (0, 2),
         [1.0, -1.0],
@@ -145,20 +145,20 @@ def test_arguments_events_times_and_direction_are_those_of_solve_ivp():
 
     given = {"args": (1.0, 9.81), **TIGHT}
     start = [1.0, 0, 0, 0, 0]
-    found = solve_reduced(pendulum, (0, 3), start, events=lowest, **given)
+    found = reduced(pendulum, (0, 3), start, events=lowest, **given)
     angle = solve_ivp(
         swing, (0, 3), [np.pi / 2, 0.0], "Vern9", events=lambda t, y, length, g: y[0], **given
     )
     assert abs(found.t_events[0] - angle.t_events[0]).max() < 1e-7
     assert abs(found.y_events[0][:, 1] + 1).max() < 1e-13
     lowest.terminal = 2
-    ended = solve_reduced(pendulum, (0, 3), start, events=[lowest], **given)
+    ended = reduced(pendulum, (0, 3), start, events=[lowest], **given)
     assert ended.status == 1 and ended.t[-1] == pytest.approx(found.t_events[0][1], abs=1e-8)
     times = np.linspace(0, 3, 7)
-    at = solve_reduced(pendulum, (0, 3), start, t_eval=times, **given)
+    at = reduced(pendulum, (0, 3), start, t_eval=times, **given)
     assert at.t.tolist() == times.tolist() and at.sol is None
     assert abs(at.y[:, -1] - found.y[:, -1]).max() < 1e-12
-    back = solve_reduced(pendulum, (3, 0), at.y[:, -1], **given)
+    back = reduced(pendulum, (3, 0), at.y[:, -1], **given)
     assert abs(back.y[:4, -1] - start[:4]).max() < 1e-6
     assert back.states[0][0] == 3.0
 
@@ -176,7 +176,7 @@ def test_residual_of_index_1_is_solved_by_bdf():
         return residual(t, np.concatenate((y, yp)), p)
 
     found = solve_dae(F, (0, 0.3), z[places], given="differential", rtol=1e-7, atol=1e-9)
-    exact = solve_reduced(pendulum, (0, 0.3), start, args=(1.0, 9.81), **TIGHT)
+    exact = reduced(pendulum, (0, 0.3), start, args=(1.0, 9.81), **TIGHT)
     x, y = (places.index(k) for k in (0, 1))
     assert abs(found.y[[x, y], -1] - exact.y[:2, -1]).max() < 1e-5
 
@@ -203,7 +203,7 @@ def hanging(n):
 
 def test_a_chain_of_pendulums_keeps_energy_and_lengths():
     n = 6
-    found = solve_reduced(hanging(n), (0, 1), [*range(1, n + 1), *[0.0] * (4 * n)], **TIGHT)
+    found = reduced(hanging(n), (0, 1), [*range(1, n + 1), *[0.0] * (4 * n)], **TIGHT)
     x, z, u, v, _ = found.y.reshape(5, n, -1)
     assert found.index == 3 and len(found.states[0][1]) == 2 * n
     energy = (u**2 + v**2).sum(axis=0) / 2 + 9.81 * z.sum(axis=0)

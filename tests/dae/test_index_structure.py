@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fastdyn.dae.problem import checked
 from fastdyn.dae.structure import reduce_index
 from fastdyn.dae.structure.equations import equations
 from fastdyn.dae.structure.signature import ABSENT, offsets
@@ -81,7 +82,8 @@ def test_time_derivatives_are_exact():
     def one(t, y, yp, a):
         return [np.sin(a * t) * y[0] ** 2 / (1 + yp[0] ** 2) + np.exp(-t) * np.sqrt(1 + y[0])]
 
-    given = equations(one, 0.0, np.ones(1), np.ones(1), (1.5,))
+    asked = checked(one, (0, 1), np.ones(1), np.ones(1), None, False, None, (1.5,), None, {})
+    given, _ = equations(asked)
     g = given.graph
     motion = [(g.make("t"), g.const(1.0))]
     motion += [(given.node(0, k), given.node(0, k + 1)) for k in range(3)]

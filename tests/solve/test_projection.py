@@ -115,3 +115,19 @@ def test_interpolated_ends_and_events_are_projected_too():
     assert np.abs(np.hypot(*run.y_events[0].T) - 1.0).max() <= 2 * EPS
     run = solve_ivp(turn, (0, 1), [1.0, 0.0], "RK4", step=0.3, project=circle)
     assert np.abs(np.hypot(*run.y) - 1.0).max() <= 2 * EPS
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_events_of_projected_solutions_are_where_they_belong(method):
+    """Also those that Taylor finds by the series of a step, which a projection must not change."""
+
+    def circle(t, y):
+        r = math.hypot(y[0], y[1])
+        return [y[0] / r, y[1] / r]
+
+    run = solve_ivp(
+        lambda t, y: [2 * y[1], -2 * y[0]], (0, 4), [1.0, 0.0], method, project=circle,
+        events=lambda t, y: y[0] - 0.5, rtol=1e-8, atol=1e-8,
+    )  # fmt: skip
+    exact = np.array([1, 5, 7]) * math.pi / 6
+    assert run.t_events[0] == pytest.approx(exact, abs=1e-6)

@@ -9,16 +9,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.compile.mode import RESIDUAL
+from fastdyn.compile.traced import met
+from fastdyn.compile.traced.make import Near, traced_function
+from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.trace.graph.derivatives import jacobian
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
-from fastdyn.trace.graph.refusal import Untraceable
-from fastdyn.trace.paths.runs import Where, trace
 from fastdyn.trace.reads.reads import flat
 
+from ..functions import of_vector
 from .substitute import substituted
-
-LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
 
 
 class Equations(NamedTuple):
@@ -64,33 +65,31 @@ class Equations(NamedTuple):
         return self.alias.get(k, (k, 0))
 
 
-def equations(fun, t0, y0, yp0, args):
-    """The Equations of ``fun(t, y, yp, *args)``, one for each residual.
+def equations(given):
+    """(The Equations of a problem.Given, one for each residual; the key of their graph).
+
+    The trace is that of the residual that BDF solves: one trace serves both, and is remembered.
+    Two functions with one key have equal graphs.
 
     Raises
     ------
     ValueError
         If the function cannot be traced.
     """
-    n = len(y0)
-
-    def stacked(t, z, *args):
-        return fun(t, z[:n], z[n:], *args)
-
-    where, first = Where((t0, np.concatenate([y0, yp0]))), None
-    for lifted in LIFTED:
-        try:
-            found = trace(stacked, tuple(args), 2 * n, (n,), lifted=lifted, where=where)
-        except Untraceable as reason:
-            first = first or reason
-            continue
-        values = flat(found.reads.values())
-        rows = list(range(n))
-        return Equations(found.graph, n, rows, found.outputs, rows, values, {})
-    raise ValueError(
-        "index reduction needs a function that can be traced, and this one cannot: "
-        f"{first}. Equations of index 1 need no reduction."
-    )
+    n, both = given.n, np.concatenate([given.y0, given.yp0])
+    residual = of_vector(given.F, n)
+    near = Near(given.t0, given.tf, off_the_solution(both))
+    found = traced_function(residual, given.args, RESIDUAL, 2 * n, near)
+    if found is None:
+        reason = met.refusal(residual, given.args, RESIDUAL, 2 * n)
+        raise ValueError(
+            "index reduction needs a function that can be traced, and this one cannot"
+            f"{': ' * bool(reason)}{reason or ''}. Equations of index 1 need no reduction."
+        )
+    function, parameters, _ = found
+    values, trace = flat([value for _, value in parameters]), function.traced.trace
+    rows = list(range(n))
+    return Equations(trace.graph, n, rows, trace.outputs[:n], rows, values, {}), function.key
 
 
 def without_aliases(given, barred=()):

@@ -19,17 +19,19 @@ def motion(reduced, pivots=()):
     ])  # fmt: skip
 
 
-def components(reduced, pivots=()):
-    """``components(t, x, p)``: all components of y."""
+def components(reduced, pivots=(), used=None):
+    """``components(t, x, p)``: the components of y; nan for those that are not `used`."""
     given, place = reduced.given, {each: i for i, each in enumerate(reduced.states)}
-    wanted = [given.place(k) for k in range(given.n)]
+    wanted: list = [given.place(k) for k in range(given.n)]
     wanted = [(given.columns.index(column), order) for column, order in wanted]
+    used = range(given.n) if used is None else used
     text, highest = _text(reduced), []
-    if any(each not in place for each in wanted):
+    if any(wanted[k] not in place for k in used):
         text, highest = _with_highest(reduced, pivots)
-    return text.function("components", [
-        f"x[{place[each]}]" if each in place else highest[each[0]] for each in wanted
-    ])  # fmt: skip
+    names = ["float('nan')"] * given.n
+    for k in used:
+        names[k] = f"x[{place[wanted[k]]}]" if wanted[k] in place else highest[wanted[k][0]]
+    return text.function("components", names)
 
 
 def projection(reduced):

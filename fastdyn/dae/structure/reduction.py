@@ -1,7 +1,16 @@
 """Reduction: a function F(t, y, y') of any index as an ordinary differential equation."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
 import numpy as np
 
+from fastdyn.compile import memory
+from fastdyn.compile.derivatives.jacobian import GROWING
+
+from ..problem import checked
 from . import choice, formulas
 from .differentiate import differentiated
 from .eliminate import pivots
@@ -9,9 +18,34 @@ from .equations import equations, without_aliases
 from .signature import offsets, signature
 from .start import check_regular, guess
 
+if TYPE_CHECKING:
+    from fastdyn.problem import argument_types as types
+
+NODES = 100  # of a graph, which take as much memory as a small function
+
+
+class Structure(NamedTuple):
+    """What the graph of F alone determines, for all values of parameters.
+
+    Attributes
+    ----------
+    found : signature.Offsets
+        Of the equations as they are given.
+    system : Differentiated
+    """
+
+    found: Any
+    system: Any
+
+
+_structures = memory.Table()  # by the keys of graphs
+_formulas = memory.Table()  # functions of the reduced state, by the keys of graphs and more
+
 
 class Reduction:
     """The index reduction of ``fun(t, y, yp, *args)``: see `reduce_index`.
+
+    The structure is remembered; the pivots are those of the present values.
 
     Attributes
     ----------
@@ -23,17 +57,34 @@ class Reduction:
         The number of states: so many components of a start are free.
     """
 
-    def __init__(self, fun, t0, y0, yp0, args):
-        whole = equations(fun, t0, y0, yp0, args)
-        found = offsets(signature(whole), whole.rows, whole.columns)
-        self.index, self.differentiated = found.structural_index, found.equations
+    def __init__(self, given):
+        whole, key = equations(given)
+        known = _structures.get(key)
+        if known is None:
+            with GROWING:
+                known = _structures.put(key, _structure(whole), _size(whole))
+        found, system = known
+        self.index, self.differentiated = found.structural_index, found.equations.copy()
         self.freedom = found.freedom
-        self.system = _smallest(whole)
-        order = pivots(self.system, t0, guess(self.system, y0, yp0))
-        self.motion = formulas.motion(self.system, order)
-        self.components = formulas.components(self.system, order)
-        constrained = self.system.offsets.equations.any()
-        self.projection = formulas.projection(self.system) if constrained else None
+        self.system = system._replace(given=system.given._replace(values=whole.values))
+        self._key, self._size = key, _size(whole)
+        self._order = tuple(pivots(self.system, given.t0, guess(self.system, given.y0, given.yp0)))
+        self.motion = self._function(formulas.motion, self._order)
+        constrained = system.offsets.equations.any()
+        self.projection = self._function(formulas.projection) if constrained else None
+
+    def components(self, used):
+        """The function (t, x, p) that returns y; nan for components that are not `used`."""
+        return self._function(formulas.components, self._order, tuple(sorted(used)))
+
+    def _function(self, formula, *given):
+        """The function of a formula, remembered."""
+        place = (self._key, formula.__name__, *given)
+        found = _formulas.get(place)
+        if found is None:
+            with GROWING:
+                found = _formulas.put(place, formula(self.system, *given), self._size)
+        return found
 
     def __repr__(self):
         counts = ", ".join(map(str, self.differentiated))
@@ -55,6 +106,16 @@ class Reduction:
         matrix = self.system.matrices(np.array([float(t)]), z[:, None])[0]
         check_regular(self.system, t, matrix)
         return Choice(self.system, choice.choice(self.system.offsets, matrix))
+
+
+def _structure(whole):
+    found = offsets(signature(whole), whole.rows, whole.columns)
+    return Structure(found, _smallest(whole))
+
+
+def _size(whole):
+    """The size of what is remembered of a graph, for `memory.Table`."""
+    return 1 + len(whole.graph.nodes) // NODES
 
 
 def _smallest(whole):
@@ -98,3 +159,36 @@ class Choice:
     def residual(self):
         """A residual of index 1, and its unknowns: see `formulas.residual`."""
         return formulas.residual(self._system, self._places)
+
+
+def reduce_index(
+    fun: Callable,
+    y0: types.State,
+    yp0: types.State | None = None,
+    args: types.Arguments | None = None,
+    t0: float = 0.0,
+) -> Reduction:
+    """Analyse and reduce the index of ``fun(t, y, yp, *args) = 0``, from a plain Python function.
+
+    The function is traced. Its equations are differentiated by time, exactly, as often as their
+    structure says, so that they determine the derivative of each component.
+
+    Parameters
+    ----------
+    fun : callable
+        ``fun(t, y, yp, *args)`` returns n residuals for n components of y and their derivatives.
+    y0, yp0 : array_like, shape (n,)
+        A state near which the function is called; `yp0` is zero by default.
+
+    Returns
+    -------
+    Reduction
+        With `index`, `differentiated` and `freedom`.
+
+    Raises
+    ------
+    ValueError
+        If the structure is singular, or the function cannot be traced.
+    """
+    span = (t0, float(t0) + 1.0)
+    return Reduction(checked(fun, span, y0, yp0, None, False, None, args, None, {}))

@@ -3,17 +3,37 @@
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from fastdyn.compile.derivatives.jacobian import GROWING
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import first_jump
 
-from .choice import growth, signs
-from .start import Unsolved
+from ..structure.choice import growth, signs
+from ..structure.start import Unsolved
 from .trajectory import MANY, orders
 
 PARTS = 32  # of a step within which states are chosen anew
 ROOM = 100.0  # growth, in that at the choice, at which states are chosen anew
 
 LEAST = 1e-3  # in the unit of a constraint: jumps below a millionth of this are rounding
+
+
+def along(reduction, found, kinks):
+    """(Choices along a result, the last step end before a singularity or None, jump or None).
+
+    `kinks` are the `decisions`.  Between two actions of `on_event`, which store their time twice,
+    the solution is smooth; `jump` is the first time at which a constraint jumps by itself.
+    """
+    cuts = np.flatnonzero(np.diff(found.t) == 0) + 1
+    log: list = []
+    for first, end in zip([0, *cuts], [*cuts, len(found.t)], strict=True):
+        part = slice(first, end)
+        more, last = history(reduction, found.t[part], found.y[:, part])
+        log += more if not log or more[0][1] != log[-1][1] else more[1:]
+        last = None if last is None or last + 1 == end - first else int(first + last)
+        jump = _jump_of(reduction.system, kinks, found, part) if kinks else None
+        if last is not None or jump is not None:
+            return log, last, jump
+    return log, None, None
 
 
 def history(reduction, t, x, whole=True):
@@ -82,14 +102,19 @@ def decisions(reduced):
     return list(found.values())
 
 
-def jump_of(reduced, nodes, found):
-    """The first time of a result at which a constraint jumps, or None."""
-    graph, values = reduced.given.graph, reduced.given.values
-    outputs = [*_constraints(reduced), graph.const(LEAST)]
-    outputs += [reduced.node(*place) for place in reduced.states]  # by which a jump is measured
-    return first_jump(
-        graph, outputs, nodes, found.t, lambda t: orders(reduced, np.asarray(found.sol(t))), values
-    )
+def _jump_of(reduced, nodes, found, part):
+    """The first time of a smooth part of a result at which a constraint jumps, or None."""
+    graph, values, times = reduced.given.graph, reduced.given.values, found.t[part]
+    with GROWING:
+        outputs = [*_constraints(reduced), graph.const(LEAST)]
+        outputs += [reduced.node(*place) for place in reduced.states]  # the measure of a jump
+    begin = np.nextafter(times[0], times[-1])  # of two polynomials, the later
+
+    def solution(t):
+        late = np.maximum if times[-1] >= times[0] else np.minimum
+        return orders(reduced, np.asarray(found.sol(late(t, begin))))
+
+    return first_jump(graph, outputs, nodes, times, solution, values)
 
 
 def _constraints(reduced):

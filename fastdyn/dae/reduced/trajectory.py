@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .formulas import NEWTON, constraints
+from ..structure.formulas import NEWTON, constraints
 
 MANY = 4096  # times that are evaluated at once
 
@@ -19,6 +19,8 @@ def components(reduced, t, x, project=False, rates=False):
     With `rates` their derivatives, which are nan where the equations have none.
     """
     t = np.asarray(t, float)
+    if not len(t):
+        return np.zeros((reduced.given.n, 0))
     if len(t) > MANY:
         parts = [slice(k, k + MANY) for k in range(0, len(t), MANY)]
         found = [components(reduced, t[part], x[:, part], project, rates) for part in parts]

@@ -1,0 +1,1 @@
+"""Solves of equations whose index is reduced: the run of the reduced state, and its result."""
