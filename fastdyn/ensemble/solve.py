@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from fastdyn.compile.bind import or_in_python
 
 from .compared import compare_trajectories
+from .discrete import HybridTrajectories, with_discrete
 from .plan import planned, sizes
 from .results import Results
 from .threads import solve_here
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
 
     from .reductions import Fold
+
+NAMED = ("fun", "t_span", "method", "events", "y0")  # arguments that are no options
 
 
 def solve_ensemble(
@@ -75,7 +78,8 @@ def solve_ensemble(
     **options
         `rtol`, `atol`, `max_step`, `first_step`, `step`, `max_steps`, `breakpoints`, `project`,
         `on_event`, `at`, `every`, `on_interrupt`, as in `solve_ivp`.  Schedules of
-        ``fastdyn.at(rows)`` among the events have times of each trajectory.
+        ``fastdyn.at(rows)`` among the events have times of each trajectory; `discrete`, of shape
+        (M, m) or (m,), are discrete states, which the result has as `discrete`, too.
 
     Returns
     -------
@@ -94,12 +98,20 @@ def solve_ensemble(
     the state as an array, may run one trajectory at a time, some five times slower;
     `Trajectories.width` and `reason` tell.
     """
+    n_discrete, discrete = 0, options.pop("discrete", None)
+    if discrete is not None:
+        if store is not None:
+            raise ValueError("a `store` has states alone: `discrete` is for ensembles without it.")
+        given: Any = {"fun": fun, "t_span": t_span, "method": method, "events": events, **options}
+        longer, n_discrete = with_discrete(discrete, y0, given)
+        fun, y0, events = longer["fun"], longer["y0"], longer["events"]
+        options = {name: each for name, each in longer.items() if name not in NAMED}
     given = (fun, t_span, y0, args, method, t_eval, events, reduce, simd, options)
-    how = (threads, progress, client, store, block, options)
+    how = (threads, progress, client, store, block, options, n_discrete)
     return or_in_python(lambda: _solve(planned(*given), *how))
 
 
-def _solve(ensemble, threads, progress, client, store, block, options):
+def _solve(ensemble, threads, progress, client, store, block, options, n_discrete):
     if client is None and store is None:
         results = Results(*sizes(ensemble))
         solve = functools.partial(solve_here, ensemble, results, threads)
@@ -109,7 +121,8 @@ def _solve(ensemble, threads, progress, client, store, block, options):
         results, solve = in_blocks(ensemble, client, store, block, threads, options)
     p, vector = ensemble.problem, ensemble.vector
     width = vector.width if vector else 1
-    done = Trajectories(p, ensemble.members, results, width, ensemble.reason, ensemble.wanted)
+    of_results = p, ensemble.members, results, width, ensemble.reason, ensemble.wanted
+    done = HybridTrajectories(n_discrete, *of_results) if n_discrete else Trajectories(*of_results)
     bar = _bar(ensemble.members.count, p.method.name) if progress else None
     try:
         solve(bar)

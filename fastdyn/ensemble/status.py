@@ -4,7 +4,6 @@ import numpy as np
 
 from fastdyn.compile.callables.diagnostics import GaveUp
 from fastdyn.kernels.state.record import (
-    BAD_JUMP,
     BAD_STATE,
     BORDER,
     EVENT,
@@ -14,6 +13,7 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
+from fastdyn.run.actions import OF_ACTIONS
 from fastdyn.run.outcome import LEFT, SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
 from fastdyn.run.solve_problem import run_of
@@ -24,14 +24,16 @@ from .times import of_member
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2, BORDER: LEFT}
 
 
-SENTENCES = {status: text.format(t="t = {t:.10g}") for status, text in IN_WORDS.items()} | {
+_OF_EACH = {"action": "`on_event`", "t": "t = {t:.10g}", "component": "of the state"}
+SENTENCES = {
+    status: text.format(**_OF_EACH) for status, text in (IN_WORDS | OF_ACTIONS).items()
+} | {
     FINISHED: SUCCESS,
     EVENT: TERMINATED,
     INTERRUPTED: "Interrupted before it was done.",
     STEP_TOO_SMALL: TOO_SMALL + " At t = {t:.10g} no step is short enough for the tolerance.",
     RAISED: "Trajectory {i}: {raised} after t = {t:.10g}.",
     BAD_STATE: "Trajectory {i}: component {bad} of the initial state `y0` is not finite.",
-    BAD_JUMP: "`on_event` returned nan or inf at t = {t:.10g}.",
     STEP_LIMIT: "`max_steps` was reached at t = {t:.10g}.",
 }
 

@@ -196,13 +196,12 @@ class Trajectories:
 
     @functools.cached_property
     def _occurrences(self):
-        """(t, y) of each event, each a list with an array for each trajectory."""
-        found, n = self._results.occurrences(), self._members.n
+        """(t, y) of each event, arrays for each trajectory; y has what is integrated beside, too."""
+        found, n, p = self._results.occurrences(), self._members.n, self._problem
         where = np.concatenate([w for w, _, _ in found] or [np.empty((0, 2), int)])
         t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])
         y = np.concatenate([y for _, _, y in found] or [np.empty((0, n))])
         times, states = [], []
-        p = self._problem
         n_functions = len(p.events)
         behind = range(n_functions, n_functions + len(p.schedules))
         for k in in_order(range(n_functions), p.schedules, behind):
@@ -210,16 +209,22 @@ class Trajectories:
             order = np.argsort(where[mine, 0], kind="stable")
             ends = np.searchsorted(where[mine, 0][order], np.arange(1, len(self)))
             times.append(np.split(t[mine][order], ends))
-            states.append(np.split(self._components(y[mine][order][:, : self._n]), ends))
+            states.append(np.split(y[mine][order], ends))
         return times, states
+
+    def _parts_at_events(self, part):
+        """A part of the states at each event, a slice of their components."""
+        if self._problem.events is None:
+            return None
+        return [[self._components(y[:, part]) for y in each] for each in self._occurrences[1]]
 
     @property
     def t_events(self):
         return None if self._problem.events is None else self._occurrences[0]
 
-    @property
+    @functools.cached_property
     def y_events(self):
-        return None if self._problem.events is None else self._occurrences[1]
+        return self._parts_at_events(slice(self._n))
 
     def __getitem__(self, i):
         i = range(len(self))[i]

@@ -12,33 +12,94 @@ import numpy as np
 from . import validate
 from .domains.options import listed_components
 from .lsoda import NAME as LSODA
-from .schedules import Schedule, listed
+from .schedules import SHORTHANDS, Schedule, listed
 
 BESIDE = "behind y, every function gets `discrete`"
-REFUSED = ("lband", "uband")  # the band of the longer Jacobian is another
+REFUSED = ("lband", "uband", "vectorized")  # the band of the longer Jacobian is another
 
 
-def discrete_states(discrete, y0, events, options):
-    """`discrete` as a new array of m floats, and the events as a list; raises ValueError."""
-    d0, events = validate.initial_state(discrete, "discrete"), listed(events, options)
-    if d0.dtype.kind == "c" or y0.dtype.kind == "c":
-        raise ValueError("`discrete` is for real numbers and real states: split complex ones.")
-    if not d0.size or not y0.size:
-        raise ValueError("`discrete` must have one number at least, and `y0` one component.")
-    if options.get("on_event") is None:
+def longer(discrete, given):
+    """The arguments of `solve_ivp` for the longer state, and the lengths n and m of its parts.
+
+    `given` are those of the user without `discrete`.
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
+    given = dict(given)
+    y0, method = validate.initial_state(given["y0"]), given["method"]
+    d0 = discrete_states(discrete, y0, given)
+    if _never_acts(given.get("on_event")):
         raise ValueError(
             "`discrete` never changes: give `on_event` for an event or a schedule (`at`, `every`), "
             "or pass constants as `args`."
         )
+    n, m = len(y0), len(d0)
+    ours = method_for(method)
+    given["events"], given["on_event"] = extended_events(
+        listed(given["events"], given), given["on_event"], n, m
+    )
+    for name in SHORTHANDS:
+        given.pop(name, None)
+    given["fun"], given["y0"] = extended_function(given["fun"], n, m), np.concatenate([y0, d0])
+    return extended_options(given, ours, n, m), n, m
+
+
+def method_for(method):
+    """The Facts of a method that takes `discrete`; None for "auto"; raises ValueError."""
+    ours = None if method == "auto" else validate.method_named(method)
+    if method != "auto" and (ours is None or ours.second_order):
+        raise ValueError(
+            f"{method!r} takes no `discrete`; RK4, Gauss8 and fastdyn's adaptive methods do."
+        )
+    return ours
+
+
+def _never_acts(on_event):
+    return on_event is None or (isinstance(on_event, list | tuple) and not any(on_event))
+
+
+def discrete_states(discrete, y0, options):
+    """`discrete` as a new array of m floats; raises ValueError."""
+    d0 = validate.initial_state(discrete, "discrete")
+    if d0.dtype.kind == "c" or y0.dtype.kind == "c":
+        raise ValueError("`discrete` is for real numbers and real states: split complex ones.")
+    if not d0.size or not y0.size:
+        raise ValueError("`discrete` must have one number at least, and `y0` one component.")
     for name in REFUSED:
-        if options.get(name) is not None:
+        if options.get(name) not in (None, False):
             raise ValueError(f"`discrete` and `{name}` do not go together.")
-    return d0, events
+    return d0
 
 
-def extended_state(y0, d0):
-    """The state with the discrete states behind."""
-    return np.concatenate([y0, d0])
+def joined_rows(y0, discrete, n, m):
+    """States with discrete states behind, a row each, or one state of shape (n + m,).
+
+    Raises
+    ------
+    ValueError
+        For another number of columns than n or m, and for different numbers of rows.
+    """
+    states = [np.asarray(y0, float), np.asarray(discrete, float)]
+    for name, state, length in zip(("y0", "discrete"), states, (n, m), strict=True):
+        if state.ndim not in (1, 2) or state.shape[-1] != length:
+            raise ValueError(
+                f"`{name}` must have shape ({length},), or a row of {length} numbers for each "
+                f"trajectory; got {state.shape}."
+            )
+    counts = {len(state) for state in states if state.ndim == 2} - {1}
+    if len(counts) > 1:
+        raise ValueError(
+            "`y0` and `discrete` must have a row for each trajectory: "
+            f"`y0` has {len(states[0])}, `discrete` has {len(states[1])}."
+        )
+    if not np.isfinite(states[1]).all():
+        raise ValueError("All numbers of `discrete` must be finite.")
+    if all(state.ndim == 1 for state in states):
+        return np.concatenate(states)
+    rows = [np.broadcast_to(state, (max(counts, default=1), state.shape[-1])) for state in states]
+    return np.hstack(rows)
 
 
 def extended_events(events, on_event, n, m):

@@ -9,7 +9,6 @@ import numpy as np
 from fastdyn.kernels.state.record import (
     ATOL,
     BAD_JACOBIAN,
-    BAD_JUMP,
     BORDER,
     EVENT,
     FAILED_AGAIN,
@@ -30,6 +29,7 @@ from fastdyn.kernels.state.record import (
 from fastdyn.problem.domains.options import warn_of_cut
 from fastdyn.problem.schedules import in_order
 
+from .actions import OF_ACTIONS, after_action
 from .dense_output import PiecewisePolynomial, floors_of
 from .loop import counters
 from .output import OCCURRENCES, Output, occurrences
@@ -76,13 +76,13 @@ def outcome(status, state, work, problem):
         return -1, f"{TOO_SMALL} {_why(s, work, problem, t)}"
     if status == FAILED_AGAIN:
         return -1, f"{OF_LSODA} {_why(s, work, problem, t)}"
-    if status == BAD_JUMP:
-        (bad,) = np.nonzero(~np.isfinite(work[Y]))
-        return -1, f"`on_event` returned nan or inf at {t} (component {bad[0]})."
+    if status in OF_ACTIONS:
+        return -1, after_action(status, s, problem, t)
     bad = np.flatnonzero(~np.isfinite(work[K + problem.method.fsal_stage]))
     if status == NON_FINITE and s["t"] == s["t_old"] and bad.size:
-        where = "the start" if s["n_accepted"] == 0 else "the state that `on_event` returned"
-        outside = "" if problem.domain is None else ", or the state lies outside of `domain`"
+        start = s["n_accepted"] == 0
+        where = "the start" if start else "the state that `on_event` returned"
+        outside = ", or the state lies outside of `domain`" if start and problem.domain else ""
         return -1, f"`fun` returned nan or inf at {where}, {t} (component {bad[0]}){outside}."
     if status in SENTENCES:
         return LEFT if status == BORDER else -1, SENTENCES[status].format(t=t)
@@ -102,7 +102,7 @@ def _why(s, work, problem, t):
     if problem.h_least > 0.0 and s["h"] <= 1.1 * problem.h_least:
         return f"At {t}, `min_step={problem.h_least:g}` is too long for the tolerance."
     if problem.nonnegative is not None and (work[Y][problem.nonnegative] < 0.0).any():
-        return f"At {t}, a component that must not be negative is, from `y0` or from `on_event`."
+        return f"At {t}, a component that must not be negative is, from `y0`."
     if not np.isfinite(s["error"]):
         return f"`fun` returns nan or inf just after {t}."
     slope = ""

@@ -1,8 +1,8 @@
-"""solve_ivp with `discrete`: the problem of the longer state, and the parts of its result."""
+"""Solves with `discrete`: the problem of the longer state, and the parts of its results."""
 
 import numpy as np
 
-from fastdyn.problem import discrete as longer
+from fastdyn.problem import discrete as of_longer
 from fastdyn.problem import validate
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.result import OdeResult
@@ -13,27 +13,67 @@ def solve_with_discrete(solve, discrete, given):
 
     `solve` is `solve_ivp`.
     """
-    given = dict(given)
-    y0, method = validate.initial_state(given["y0"]), given["method"]
-    d0, events = longer.discrete_states(discrete, y0, given["events"], given)
-    n, m = len(y0), len(d0)
-    ours = None if method == "auto" else validate.method_named(method)
-    if method != "auto" and (ours is None or ours.second_order):
-        raise ValueError(
-            f"{method!r} takes no `discrete`; RK4, Gauss8 and fastdyn's adaptive methods do."
-        )
-    if given["vectorized"]:
-        raise ValueError("`discrete` and `vectorized` do not go together.")
-    on_event = given.pop("on_event")
-    for name in ("at", "every"):
-        given.pop(name, None)
-    given["events"], given["on_event"] = longer.extended_events(events, on_event, n, m)
-    given["fun"] = longer.extended_function(given["fun"], n, m)
-    given["y0"] = longer.extended_state(y0, d0)
-    return _parted(solve(**longer.extended_options(given, ours, n, m)), n)
+    given, n, _ = of_longer.longer(discrete, given)
+    return parted(solve(**given), n)
 
 
-def _parted(whole, n):
+class PreparedWithDiscrete:
+    """A solver of one problem: ``solver(y0=None, args=None, discrete=None)`` returns an OdeResult.
+
+    `prepare` with `discrete` makes it; see `fastdyn.solve.prepare.Prepared`.
+    """
+
+    def __init__(self, prepare, discrete, given):
+        self._given = prepare, discrete, given
+        extended, self._n, self._m = of_longer.longer(discrete, given)
+        self._start = extended["y0"]
+        self._solver = prepare(**extended)
+
+    def __reduce__(self):
+        """Pickle the arguments of `prepare`: a copy is prepared anew."""
+        return type(self), self._given
+
+    def __call__(self, y0=None, args=None, discrete=None):
+        """Solve from `y0` and `discrete` with `args`; the defaults are those of `prepare`."""
+        if y0 is None and discrete is None:
+            return parted(self._solver(None, args), self._n)
+        y, d = self._start[: self._n], self._start[self._n :]
+        parts = [y if y0 is None else _part("y0", y0, self._n)]
+        parts += [d if discrete is None else _part("discrete", discrete, self._m)]
+        return parted(self._solver(np.concatenate(parts), args), self._n)
+
+    def many(self, y0s=None, args=None, discrete=None):
+        """Solve from many states, one after the other; see `Prepared.many`.
+
+        Parameters
+        ----------
+        y0s : array_like, shape (k, n) or (n,)
+        discrete : array_like, shape (k, m) or (m,)
+            Initial and discrete states, or those of all solves; by default those of `prepare`.
+        args : tuple, optional
+
+        Returns
+        -------
+        OdeResult
+            Also with `discrete`, of shape (k, m), or (k, m, n_times) with `t_eval`.
+        """
+        n, whole = self._n, self._start
+        y0s = whole[:n] if y0s is None else y0s
+        rows = of_longer.joined_rows(y0s, whole[n:] if discrete is None else discrete, n, self._m)
+        result = OdeResult(self._solver.many(rows, args))
+        result.y, result.discrete = result.y[:, :n], result.y[:, n:]
+        return result
+
+
+def _part(name, given, length):
+    """One part of a longer state, checked."""
+    part = validate.initial_state(given, name)
+    if part.shape != (length,) or part.dtype.kind == "c":
+        raise ValueError(f"`{name}` must be {length} real numbers, as when it was prepared.")
+    return part
+
+
+def parted(whole, n):
     """The result with the first n components as the state, the others as discrete states."""
     result = OdeResult(whole)
     states = np.asarray(whole.y)

@@ -14,6 +14,7 @@ from fastdyn.problem.option_names import refuse_unknown
 from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 
+from .discrete import PreparedWithDiscrete
 from .entry.solver import Solver
 from .many import Ends, solve_many
 
@@ -34,7 +35,7 @@ def prepare(
     events: types.Functions | None = None,
     args: types.Arguments | None = None,
     **options: Any,
-) -> Prepared:
+) -> Prepared | PreparedWithDiscrete:
     """Make a solver of ``y' = fun(t, y, *args)``, to be called with other states and arguments.
 
     Most work of `solve_ivp` before and after the steps is done once, and the inlined kernel of this
@@ -49,11 +50,11 @@ def prepare(
         Default initial state and arguments of the solves.
     **options
         As in `solve_ivp`, except `callback`, `checkpoint` and `progress`.  `compile` is "inlined"
-        by default.
+        by default.  The solver of a problem with `discrete` takes, for each solve, `discrete`, too.
 
     Returns
     -------
-    Prepared
+    Prepared or PreparedWithDiscrete
 
     Raises
     ------
@@ -65,6 +66,13 @@ def prepare(
     >>> shot = prepare(lambda t, y, g: [y[1], -g], (0, 1), [0, 5], args=(9.81,))
     >>> shot([0, 6]).y[0, -1], shot(args=(1.62,)).y[0, -1]
     """
+    discrete = options.pop("discrete", None)
+    if discrete is not None:
+        of_state: Any = {
+            "fun": fun, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
+            "dense_output": dense_output, "events": events, "args": args, **options,
+        }  # fmt: skip
+        return PreparedWithDiscrete(prepare, discrete, of_state)
     given = fun, t_span, y0, method, t_eval, dense_output, events, args, dict(options)
     ours, t0, tf, y0 = checked(
         "a prepared solver", REFUSED, method, t_span, y0, options, "; solve_ivp takes the rest"

@@ -12,6 +12,12 @@ N_ITERATIONS = 100
 
 
 @njit(**INTERNAL)
+def resolution(t):
+    """The uncertainty of a root near t."""
+    return TOLERANCE + TOLERANCE * abs(t)
+
+
+@njit(**INTERNAL)
 def value(event, d, t_old, h, t, y, out):
     """The event function on the interpolant, at time t; y and out are scratch rows."""
     polynomial(d, (t - t_old) / h, y)

@@ -6,9 +6,22 @@ from ..calls.user_function import evaluate
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
-from .brent import TOLERANCE, crossing, crossing_from_zero
+from .brent import crossing, crossing_from_zero, resolution
 from .dense_output import interpolate, polynomial
-from .projection import project_row
+from .meetings import (
+    APART,
+    MET,
+    NEVER,
+    RAISES,
+    ROUNDING,
+    distance_to_meet,
+    has_rate,
+    meet_schedule,
+    near,
+    note_meeting,
+)
+from .projection import project_events
+from .segments import first_time
 
 # The value of an event function at the start of a step: any; zero, where the event has just
 # occurred, and the sign of `g` behind; or zero, to which another event has brought the function.
@@ -16,8 +29,6 @@ PLAIN, LEAVES, TOUCHES = range(3)
 PENDING = 2
 
 NONE, FAILED, ENDLESS = -1, -2, -3  # no event; a function raised; events accumulate at one time
-APART = 16  # least distance of two occurrences of one event, in tolerances of the root
-ROUNDING = 1e-10  # share of the change of an event function that cannot be told from zero
 MOST_REPEATS = 1000
 SIGN = 1e-300  # value of an event function of which only the sign is known
 
@@ -48,18 +59,6 @@ def open_events(events, t, y, scratch):
     for i in range(len(events)):
         events[i].count, events[i].t_jump = 0, np.nan
     return RUNNING
-
-
-@njit(**INTERNAL)
-def leave_zero(events, t, y, scratch):
-    """At the start of a segment, look anew at counted events whose function is exactly zero."""
-    for i in range(len(events)):
-        e = events[i]
-        if e.g == 0.0:
-            if not evaluate(e.block, t, y, scratch):
-                return False
-            e.g = scratch[0]
-    return True
 
 
 @njit(**INTERNAL)
@@ -101,14 +100,8 @@ def ends_run(e):
 @njit(**INTERNAL)
 def never_ends(e, t):
     """True if an event that changes the state did so immediately before t."""
-    just = e.jump != 0 and abs(t - e.t_jump) <= APART * resolution(t)
+    just = e.jump != 0 and abs(t - e.t_jump) <= near(t)
     return just and (e.begins != TOUCHES or e.repeats == MOST_REPEATS)
-
-
-@njit(**INTERNAL)
-def resolution(t):
-    """The uncertainty of a root near t."""
-    return TOLERANCE + TOLERANCE * abs(t)
 
 
 @njit(**INTERNAL)
@@ -122,15 +115,23 @@ def root_in(e, d, t_from, t, t_old, h, scratch):
 
 
 @njit(**INTERNAL)
-def locate(events, d, t_from, t, t_old, h, direction, jumps, scratch):
-    """Find the root of each active event in [t_from, t]; the first event that ends the step."""
+def locate(events, d, t_from, t, t_old, h, direction, jumps, meets, scratch):
+    """Find the root of each active event in [t_from, t]; the first event that ends the step.
+
+    Roots within the distance `meets` of t are at t.
+    """
     first = NONE
     for i in range(len(events)):
         e = events[i]
         if not e.active:
             continue
-        e.root = root_in(e, d, t_from, t, t_old, h, scratch)
-        if jumps != 0 and abs(e.root - t_old) <= resolution(t_old):
+        if e.active == MET:
+            e.active = 1
+        else:
+            e.root = root_in(e, d, t_from, t, t_old, h, scratch)
+        if abs(e.root - t) <= meets:
+            e.root = t
+        elif (jumps != 0 or e.begins == LEAVES) and abs(e.root - t_old) <= resolution(t_old):
             e.root = t_old
             if e.begins == LEAVES and e.jump == 0:
                 e.active = 0  # already recorded
@@ -152,7 +153,7 @@ def coincide(events, cut, d, t_old, h, direction, scratch):
     for i in range(len(events)):
         e = events[i]
         if e.active:
-            e.noise = abs(e.g_new - e.g) * (ROUNDING + APART * resolution(t) / abs(h))
+            e.noise = abs(e.g_new - e.g) * (ROUNDING + near(t) / abs(h))
     polynomial(d, (t - t_old) / h, scratch[0])
     if not evaluate_all(events, t, scratch[0], scratch[1]):
         return FAILED
@@ -208,27 +209,29 @@ def evaluate_end(solve, events, scratch, t, reached, d):
 
 
 @njit(**INTERNAL)
-def first_time(s, o, segments):
-    """The time at which the events of a step begin; between two segments, that of the second."""
-    if o.i_segment > 0 and s.t_old == segments[o.i_segment, 0]:
-        return segments[o.i_segment - 1, 2]
-    return s.t_old
-
-
-@njit(**INTERNAL)
 def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
     """Record the events of a step up to t; the event that ends it, NONE, FAILED or ENDLESS."""
     s, o, table = solve.state[0], output.record[0], events.table
     t_old, h = s.t_old, s.t - s.t_old
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
-    if find_active(table) == 0:
+    n_active, meets = find_active(table), distance_to_meet(s, output.segments, events.schedules, t)
+    if meets != NEVER:
+        by_rate = has_rate(o, reached)
+        if not ready and not by_rate:
+            interpolate(kernels, solve, d)
+            ready = True
+        met = meet_schedule(kernels, solve, table, d, t, s.direction * meets, by_rate, scratch)
+        if met == RAISES:
+            return FAILED
+        n_active += met
+    if n_active == 0:
         accept(table)
         return NONE
     if not ready:
         interpolate(kernels, solve, d)
     t_from = first_time(s, o, output.segments)
-    cut = locate(table, d, t_from, t, t_old, h, s.direction, o.jumps, scratch)
+    cut = locate(table, d, t_from, t, t_old, h, s.direction, o.jumps, meets, scratch)
     if cut >= 0 and table[cut].jump != 0:
         cut = coincide(table, cut, d, t_old, h, s.direction, scratch)
         if cut < 0:
@@ -238,14 +241,8 @@ def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
     if not project_events(kernels, events, first, o.n_events, scratch):
         return FAILED
     if cut < 0:
+        for i in range(len(table)):
+            if table[i].active and abs(table[i].root - t) <= meets:
+                note_meeting(table[i], t, h, abs(table[i].g_new - table[i].g))
         accept(table)
     return cut
-
-
-@njit(**INTERNAL)
-def project_events(kernels, events, first, end, scratch):
-    """Project the states of the recorded events; False if a function raised."""
-    for i in range(first, end):
-        if not project_row(kernels.project, events.t[i], events.y[i], scratch[1]):
-            return False
-    return True

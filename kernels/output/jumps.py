@@ -5,10 +5,22 @@ import numpy as np
 from ..calls.calling_convention import invoke
 from ..calls.user_function import evaluate
 from ..jit_options import INTERNAL, njit
-from ..state.record import BAD_JUMP, FINISHED, RAISED, RUNNING, K, Y
+from ..state.record import (
+    ATOL,
+    BAD_JUMP,
+    FINISHED,
+    NEGATIVE,
+    OUTSIDE,
+    RAISED,
+    RUNNING,
+    K,
+    Y,
+)
 from ..state.rows import copy_row, slot
+from .arguments import CLIPS
+from .brent import resolution
 from .dense_output import polynomial
-from .events import LEAVES, PENDING, PLAIN, SIGN, TOUCHES, evaluate_all, resolution
+from .events import LEAVES, PENDING, PLAIN, SIGN, TOUCHES, evaluate_all
 from .projection import derive, project_row
 from .segments import ends_segment, next_segment
 
@@ -19,7 +31,7 @@ AHEAD = 1e-3  # of the last step: the distance at which a zero event function is
 def jump(kernels, solve, output, events, scratch, d, t, t_old, h):
     """Let the event at time t of the step from t_old, of length h, change the state at t.
 
-    A new solve begins behind the jump; RUNNING, FINISHED, RAISED, BAD_JUMP or NON_FINITE.
+    A new solve begins behind the jump; RUNNING, FINISHED, NON_FINITE, or a failure of `act`.
     """
     y = slot(None, solve.work, Y)
     polynomial(d, (t - t_old) / h, y)
@@ -29,17 +41,62 @@ def jump(kernels, solve, output, events, scratch, d, t, t_old, h):
     for i in range(len(events.table)):
         e = events.table[i]
         if e.active == 1 and e.jump != 0:
-            copy_row(y, scratch[0])
-            if not evaluate(e.jump, t, scratch[0], y):
-                return RAISED
-    for i in range(len(y)):
-        if not np.isfinite(y[i]):
-            return BAD_JUMP
+            status = act(kernels, solve, scratch, e.jump, i, t)
+            if status != RUNNING:
+                return status
     store_behind(output, t, y)
     status = begin(kernels, solve, output, events, scratch, t)
     if status != RUNNING:
         return status
     return watch_from(kernels, solve, events.table, scratch, h)
+
+
+@njit(**INTERNAL)
+def act(kernels, solve, scratch, function, place, t):
+    """Let the function of `on_event` at an address change the state at t.
+
+    `place` is the index of its event.  RUNNING; or RAISED, BAD_JUMP, OUTSIDE or NEGATIVE, and the
+    state is that before.
+    """
+    s, y = solve.state[0], slot(None, solve.work, Y)
+    s.acted = place
+    copy_row(y, scratch[0])
+    if not evaluate(function, t, scratch[0], y):
+        return RAISED
+    status = _admit(kernels, solve, t, y, scratch[1])
+    if status != RUNNING:
+        copy_row(scratch[0], y)
+    return status
+
+
+@njit(**INTERNAL)
+def _admit(kernels, solve, t, y, found):
+    """Check a state that `on_event` returned; a status.
+
+    As at the end of a step, what is less negative than `atol` becomes 0.
+    """
+    s = solve.state[0]
+    for i in range(len(y)):
+        if not np.isfinite(y[i]):
+            s.component = i
+            return BAD_JUMP
+    if kernels.keeps & CLIPS:
+        if not evaluate(kernels.project, t, y, found):
+            return RAISED
+        for i in range(len(y)):
+            if found[i] - y[i] > solve.work[ATOL, i]:
+                s.component = i
+                return NEGATIVE
+        for i in range(len(y)):
+            if found[i] != y[i]:
+                s.cut += (found[i] - y[i]) / solve.work[ATOL, i]
+                y[i] = found[i]
+    if kernels.inside != 0:
+        if not evaluate(kernels.inside, t, y, found):
+            return RAISED
+        if not found[0] > 0.0:
+            return OUTSIDE
+    return RUNNING
 
 
 @njit(**INTERNAL)

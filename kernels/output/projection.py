@@ -37,3 +37,12 @@ def project_state(kernels, solve, scratch, by_series):
     if by_series:
         return True
     return derive(solve, kernels.fsal_stage) == RUNNING
+
+
+@njit(**INTERNAL)
+def project_events(kernels, events, first, end, scratch):
+    """Project the states of the recorded events; False if a function raised."""
+    for i in range(first, end):
+        if not project_row(kernels.project, events.t[i], events.y[i], scratch[1]):
+            return False
+    return True

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from ..calls.user_function import evaluate, numbers_at
+from ..calls.user_function import numbers_at
 from ..jit_options import INTERNAL, njit
-from ..state.record import BAD_JUMP, EVENT, RAISED, RUNNING, Y
+from ..state.record import EVENT, RAISED, RUNNING, Y
 from ..state.rows import copy_row, slot
 from .dense_output import polynomial
-from .jumps import begin, store_behind, watch_from
+from .jumps import act, begin, store_behind, watch_from
+from .meetings import has_rate, have_met, near
 from .projection import project_row
 
 
@@ -46,14 +47,19 @@ def arrive(kernels, solve, output, events, scratch, d, t, t_old, h):
 @njit(**INTERNAL)
 def _begin_behind(kernels, solve, output, events, scratch, t, h):
     """Begin a new solve at a schedule's time t; a status."""
-    for i in range(len(events.table)):
-        e = events.table[i]
-        if e.t_jump != t:  # what the event did in the last step is no matter
-            e.active = 0
     status = begin(kernels, solve, output, events, scratch, t)
     if status != RUNNING:
         return status
-    return watch_from(kernels, solve, events.table, scratch, h)
+    return _watch_on(kernels, solve, events.table, scratch, t, h if h != 0.0 else solve.state[0].h)
+
+
+@njit(**INTERNAL)
+def _watch_on(kernels, solve, table, scratch, t, h):
+    """Set the values of the events behind a schedule's time t; RUNNING or RAISED."""
+    for i in range(len(table)):
+        if not abs(table[i].t_jump - t) <= near(t):  # an occurrence earlier in the step
+            table[i].active = 0
+    return watch_from(kernels, solve, table, scratch, h)
 
 
 @njit(**INTERNAL)
@@ -76,16 +82,16 @@ def act_on_schedule(kernels, solve, output, events, scratch):
             return EVENT
         if e.jump != 0:
             acted = True
-            copy_row(y, scratch[0])
-            if not evaluate(e.jump, t, scratch[0], y):
-                return RAISED
-            for j in range(len(y)):
-                if not np.isfinite(y[j]):
-                    return BAD_JUMP
+            status = act(kernels, solve, scratch, e.jump, len(events.table) + i, t)
+            if status != RUNNING:
+                return status
     aim(s, o, output.segments, schedules)
-    if not acted:
+    if acted:
+        store_behind(output, t, y)
+    elif not have_met(events.table, t):
         return RUNNING
-    store_behind(output, t, y)
+    elif has_rate(o, s.t != s.t_old):
+        return _watch_on(kernels, solve, events.table, scratch, t, s.t - s.t_old)
     return _begin_behind(kernels, solve, output, events, scratch, t, s.t - s.t_old)
 
 

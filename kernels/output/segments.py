@@ -1,8 +1,8 @@
 """The segments of a span with breakpoints: the end of a segment, the start of the next."""
 
+from ..calls.user_function import evaluate
 from ..jit_options import INTERNAL, njit
 from ..state.record import RAISED, K, Y
-from .events import leave_zero
 from .projection import derive
 
 
@@ -28,10 +28,30 @@ def time_reached(s, o, segments, over):
 
 
 @njit(**INTERNAL)
+def first_time(s, o, segments):
+    """The time at which the events of a step begin; between two segments, that of the second."""
+    if o.i_segment > 0 and s.t_old == segments[o.i_segment, 0]:
+        return segments[o.i_segment - 1, 2]
+    return s.t_old
+
+
+@njit(**INTERNAL)
 def _extrapolate(work, fsal_stage, gap):
     """Advance y by y' times `gap`, a few units in the last place of t."""
     for i in range(work.shape[1]):
         work[Y, i] += gap * work[K + fsal_stage, i]
+
+
+@njit(**INTERNAL)
+def _leave_zero(events, t, y, scratch):
+    """At the start of a segment, look anew at counted events whose function is exactly zero."""
+    for i in range(len(events)):
+        e = events[i]
+        if e.g == 0.0:
+            if not evaluate(e.block, t, y, scratch):
+                return False
+            e.g = scratch[0]
+    return True
 
 
 @njit(**INTERNAL)
@@ -46,6 +66,6 @@ def next_segment(kernels, solve, output, events, scratch):
     s.order = 0
     status = derive(solve, fsal_stage)
     _extrapolate(solve.work, fsal_stage, gap)
-    if not leave_zero(events.table, s.t, solve.work[Y], scratch):
+    if not _leave_zero(events.table, s.t, solve.work[Y], scratch):
         return RAISED
     return status

@@ -58,6 +58,9 @@ STATE = np.dtype(
         ("n_standing", "i8"),  # consecutive trials that are too short to change the time
         # For components that must not be negative:
         ("cut", "f8"),  # sum of the corrections that returned them to 0, in units of atol
+        # For the function of `on_event` that was called last:
+        ("acted", "i8"),  # the place of its event: event functions first, then schedules
+        ("component", "i8"),  # the component of its state that is refused
     ]
 )
 
@@ -90,6 +93,8 @@ SINGULAR = 12  # the matrix of a linearly implicit step is singular, however sho
 FAILED_AGAIN = 13  # a step of LSODA failed ten times, or at the shortest size
 NO_TOLERANCE = 14  # atol and a component of the state are zero
 BORDER = 15  # the solution leaves the domain of the equations
+OUTSIDE = 16  # the state after an event lies outside of the domain
+NEGATIVE = 17  # a component of the state after an event is negative, and must not be
 
 # Status codes of the loops above the steps.
 STEP_LIMIT, INTERRUPTED, STOPPED = 100, 101, 102

@@ -225,7 +225,9 @@ def test_what_is_not_there_is_refused():
 def test_a_state_that_is_no_number_ends_the_run():
     run = drop(on_event=lambda t, y, e: [0.0, np.nan])
     assert run.status == -1 and run.y[0, -1] == pytest.approx(0.0, abs=1e-15)
-    assert run.message == "`on_event` returned nan or inf at t = 0.451523641 (component 1)."
+    assert run.message == (
+        "`on_event` of event 0, `ground`, returned nan or inf at t = 0.451523641 (component 1)."
+    )
     run = solve_ivp(
         lambda t, y: [y[1], -np.sqrt(y[1] + 9.0)], (0, 9), [1.0, 0.0], events=lambda t, y: y[0],
         on_event=lambda t, y: [0.0, -10.0],

@@ -167,7 +167,8 @@ def test_a_negative_state_that_nobody_checked_ends_with_a_sentence():
 
     found = solve_ivp(tank, (0, 10), [1.0], events=low, on_event=lambda t, y: [-1.0],
                       nonnegative=True)  # fmt: skip
-    assert found.status == -1 and "from `y0` or from `on_event`" in found.message
+    assert found.status == -1 and found.y.min() >= 0.0
+    assert "`on_event` of event 0, `low`, returned a negative number" in found.message
     solver = prepare(tank, (0, 1), [1.0], nonnegative=True)
     assert solver([-1.0]).status == -1
     many = solve_ensemble(tank, (0, 1), [[1.0], [-1.0]], nonnegative=True)

@@ -21,6 +21,7 @@ from ...calls.calling_convention import invoke
 from ...jit_options import INTERNAL, njit
 from ...state.rows import rows_on_stack, slot
 from ..arguments import MOST_ROOTS, MOST_TERMS
+from ..brent import resolution
 from ..dense_output import interpolate, polynomial
 from ..events import (
     FAILED,
@@ -31,11 +32,17 @@ from ..events import (
     accept,
     changes_sign,
     evaluate_end,
-    first_time,
-    project_events,
-    resolution,
     root_in,
 )
+from ..meetings import (
+    NEVER,
+    RAISES,
+    crosses_behind,
+    distance_to_meet,
+    note_meeting,
+)
+from ..projection import project_events
+from ..segments import first_time
 from .bernstein import WIDTH
 from .in_order import count, count_met, meet, sort
 from .polynomial_roots import GIVEN, PLACES, ROWS, TURNS, polynomial_roots
@@ -53,13 +60,18 @@ def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
         return FAILED
     t_from = first_time(s, o, output.segments)
     end, by_sign = _note_series(solve, o, events, t_from, t, scratch)
-    if end == first and not by_sign:
+    meets = distance_to_meet(s, output.segments, events.schedules, t)
+    if end == first and not by_sign and meets == NEVER:
         accept(table)
         return NONE
     if not ready:
         interpolate(kernels, solve, d)
     if by_sign:
         end = _note_others(s, o, events, d, t_from, t, end, scratch)
+    if meets != NEVER:
+        end = _note_met(s, events, d, t, meets, first, end, scratch)
+        if end == RAISES:
+            return FAILED
     sort(events, first, end, s.direction)
     n, cut = count(events, first, end)
     if cut >= 0 and table[cut].jump != 0:
@@ -73,8 +85,33 @@ def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
     if not project_events(kernels, events, first, n, scratch):
         return FAILED
     if cut < 0:
+        for i in range(first, n):
+            if abs(events.t[i] - t) <= meets:
+                e = table[events.index[i]]
+                note_meeting(e, t, s.t - s.t_old, e.size)
         accept(table)
     return cut
+
+
+@njit(**INTERNAL)
+def _note_met(s, events, d, t, meets, first, end, scratch):
+    """Note the events that meet a schedule at t; return the new end of the notes, or RAISES."""
+    behind, noted = t + s.direction * meets, end
+    for k in range(first, end):
+        if abs(events.t[k] - t) <= meets:
+            events.t[k], events.table[events.index[k]].active = t, 1
+    polynomial(d, (behind - s.t_old) / (s.t - s.t_old), scratch[0])
+    for i in range(len(events.table)):
+        e = events.table[i]
+        if e.active == 0:
+            found = crosses_behind(e, behind, scratch[0], scratch[1])
+            if found == RAISES:
+                return RAISES
+            if found == 1:
+                events.index[noted], events.t[noted] = i, t
+                noted += 1
+        e.active = 0
+    return noted
 
 
 @njit(**INTERNAL)

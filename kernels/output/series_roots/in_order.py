@@ -7,19 +7,8 @@ import numpy as np
 
 from ...jit_options import INTERNAL, njit
 from ..dense_output import polynomial
-from ..events import (
-    APART,
-    ENDLESS,
-    FAILED,
-    NONE,
-    PENDING,
-    ROUNDING,
-    SIGN,
-    ends_run,
-    evaluate_all,
-    never_ends,
-    resolution,
-)
+from ..events import ENDLESS, FAILED, NONE, PENDING, SIGN, ends_run, evaluate_all, never_ends
+from ..meetings import APART, ROUNDING, near
 
 
 @njit(**INTERNAL)
@@ -60,14 +49,14 @@ def meet(events, first, n, end, d, s, scratch):
     function raised; ENDLESS if an event that changes the state did so immediately before.
     """
     table, t, cut, final = events.table, events.t[n], events.index[n], NONE
-    near, h = APART * resolution(t), s.t - s.t_old
+    h = s.t - s.t_old
     polynomial(d, (t - s.t_old) / h, scratch[0])
     if not evaluate_all(table, t, scratch[0], scratch[1]):
         return FAILED
     for k in range(first, end):
-        if abs(events.t[k] - t) <= near:
+        if abs(events.t[k] - t) <= near(t):
             e = table[events.index[k]]
-            e.noise = e.size * (ROUNDING + near / abs(h)) + APART * abs(e.g_new)
+            e.noise = e.size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
             if k >= n:
                 e.active, e.root = 1, t
     for i in range(len(table)):
@@ -102,6 +91,6 @@ def count_met(events, first, n, cut):
             events.index[n], events.t[n] = i, t
             n += 1
     for k in range(first, before):
-        if abs(events.t[k] - t) <= APART * resolution(t):
+        if abs(events.t[k] - t) <= near(t):
             table[events.index[k]].active = 1
     return n

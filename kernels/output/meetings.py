@@ -1,0 +1,97 @@
+"""Events at the times of schedules.
+
+An event function whose zero cannot be told from the time of a schedule occurs at that time, before
+the schedules act, whether rounding puts the zero before or behind the time.
+"""
+
+from ..calls.user_function import evaluate
+from ..jit_options import INTERNAL, njit
+from ..state.record import K, Y
+from .brent import resolution
+from .dense_output import polynomial
+from .segments import end_of_span
+
+APART = 16  # least distance of two occurrences of one event, in uncertainties of the root
+ROUNDING = 1e-10  # share of the change of an event function that cannot be told from zero
+NEVER = -1.0  # distance within which no event meets a schedule
+MET, RAISES = 3, -1
+
+
+@njit(**INTERNAL)
+def near(t):
+    """The distance from t within which a root is at t."""
+    return APART * resolution(t)
+
+
+@njit(**INTERNAL)
+def distance_to_meet(s, segments, schedules, t):
+    """The distance from t within which events occur at t: NEVER if no schedule acts at t."""
+    for i in range(len(schedules)):
+        if schedules[i].t_next == t and t != end_of_span(s, segments):
+            return near(t)
+    return NEVER
+
+
+@njit(**INTERNAL)
+def has_rate(o, reached):
+    """True if the rows of a step have the derivative at t; those of a series have none."""
+    return reached and o.ends == 0
+
+
+@njit(**INTERNAL)
+def crosses_behind(e, t, y, out):
+    """1 if an event function crosses zero between t and a time behind, where the state is y.
+
+    -1 if the function raised.
+    """
+    if not ((e.g > 0.0 and e.g_new > 0.0) or (e.g < 0.0 and e.g_new < 0.0)):
+        return 0
+    if not evaluate(e.block, t, y, out):
+        return RAISES
+    down = e.g_new > 0.0 and out[0] <= 0.0 and e.direction <= 0.0
+    up = e.g_new < 0.0 and out[0] >= 0.0 and e.direction >= 0.0
+    return 1 if down or up else 0
+
+
+@njit(**INTERNAL)
+def meet_schedule(kernels, solve, events, d, t, ahead, by_rate, scratch):
+    """Mark the events that cross zero within a distance behind the time t of a schedule.
+
+    The state there is found `by_rate`, or by the interpolant d.  Returns the number of events, or
+    RAISES.
+    """
+    s, work, y, n = solve.state[0], solve.work, scratch[0], 0
+    if by_rate:
+        for i in range(len(y)):
+            y[i] = work[Y, i] + ahead * work[K + kernels.fsal_stage, i]
+    else:
+        polynomial(d, (t + ahead - s.t_old) / (s.t - s.t_old), y)
+    for i in range(len(events)):
+        e = events[i]
+        if e.active == 0:
+            found = crosses_behind(e, t + ahead, y, scratch[1])
+            if found == RAISES:
+                return RAISES
+            if found == 1:
+                e.active, e.root = MET, t
+                n += 1
+    return n
+
+
+@njit(**INTERNAL)
+def note_meeting(e, t, h, size):
+    """Note that an event which changes no state has occurred at the time t of a schedule.
+
+    `size` is the change of the event function in the step of length h.
+    """
+    e.active, e.t_jump = 1, t
+    e.noise = size * (ROUNDING + near(t) / abs(h)) + APART * abs(e.g_new)
+
+
+@njit(**INTERNAL)
+def have_met(events, t):
+    """True if an event has occurred at the time t of a schedule."""
+    for i in range(len(events)):
+        if abs(events[i].t_jump - t) <= near(t):
+            return True
+    return False
