@@ -196,7 +196,7 @@ class Trajectories:
 
     @functools.cached_property
     def _occurrences(self):
-        """(t, y) of each event, arrays for each trajectory; y has what is integrated beside, too."""
+        """(t, y) of each event, arrays for each trajectory; y has all that is integrated."""
         found, n, p = self._results.occurrences(), self._members.n, self._problem
         where = np.concatenate([w for w, _, _ in found] or [np.empty((0, 2), int)])
         t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])

@@ -180,7 +180,7 @@ def _listed(found):
 
 def _sign(longer, fun):
     """Give a function the name and, but for `discrete`, the parameters of the user's."""
-    longer.__name__ = getattr(fun, "__name__", "fun")
+    _name(longer, fun)
     try:
         signature = inspect.signature(fun)
     except (TypeError, ValueError):
@@ -190,12 +190,17 @@ def _sign(longer, fun):
         longer.__signature__ = signature.replace(parameters=[*parameters[:2], *parameters[3:]])
 
 
+def _name(longer, function):
+    """Give a function the name of the user's, which warnings and results show."""
+    for name in ("__name__", "__qualname__"):
+        setattr(longer, name, getattr(function, name, getattr(longer, name)))
+
+
 def _event(event, n):
     if not callable(event):
         return event
 
     watched = _of_parts(event, n)
-    watched.__name__ = getattr(event, "__name__", "event")
     for name in ("terminal", "direction"):
         if hasattr(event, name):
             setattr(watched, name, getattr(event, name))
@@ -208,6 +213,7 @@ def _of_parts(function, n):
     def of_parts(t, z, *args):
         return function(t, z[:n], z[n:], *args)
 
+    _name(of_parts, function)
     return of_parts
 
 
@@ -224,7 +230,7 @@ def _jump(jump, n, m):
             )
         return [*y, *d]
 
-    jumped.__name__ = getattr(jump, "__name__", "on_event")
+    _name(jumped, jump)
     return jumped
 
 
@@ -232,6 +238,7 @@ def _projection(project, n):
     def projected(t, z, *args):
         return [*_listed(project(t, z[:n], z[n:], *args)), *z[n:]]
 
+    _name(projected, project)
     return projected
 
 
@@ -239,4 +246,5 @@ def _matrices(given, n, m, diagonal):
     def matrix(t, z, *args):
         return _padded(given(t, z[:n], z[n:], *args), m, diagonal)
 
+    _name(matrix, given)
     return matrix

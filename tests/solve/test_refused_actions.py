@@ -39,9 +39,7 @@ def test_a_state_outside_of_the_domain_ends_the_run_before_the_action(method, sc
 def test_what_rounding_makes_negative_is_zero_as_at_a_step(method):
     """All is taken out at once, but for rounding."""
     given = {"at": [1.0], "nonnegative": True, "rtol": 1e-6, "atol": 1e-9}
-    run = solve_ivp(
-        eliminated, (0.0, 3.0), [1.0], method, on_event=lambda t, y: [-1e-12], **given
-    )
+    run = solve_ivp(eliminated, (0.0, 3.0), [1.0], method, on_event=lambda t, y: [-1e-12], **given)
     assert run.success and run.y.min() == 0.0 and run.y[0, -1] == 0.0
     twice = np.flatnonzero(np.diff(run.t) == 0.0)
     assert run.y[0, twice + 1] == 0.0
