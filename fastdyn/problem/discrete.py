@@ -104,7 +104,7 @@ def joined_rows(y0, discrete, n, m):
 
 def extended_events(events, on_event, n, m):
     """The events and the functions of `on_event`, as functions of the longer state."""
-    longer = [e if isinstance(e, Schedule) else _event(e, n) for e in events or ()]
+    longer = [e if isinstance(e, Schedule) else extended_event(e, n) for e in events or ()]
     if callable(on_event):
         return longer, _jump(on_event, n, m)
     try:
@@ -196,7 +196,7 @@ def _name(longer, function):
         setattr(longer, name, getattr(function, name, getattr(longer, name)))
 
 
-def _event(event, n):
+def extended_event(event, n):
     if not callable(event):
         return event
 

@@ -73,6 +73,54 @@ def _part(name, given, length):
     return part
 
 
+def phases_with_discrete(solve, phases, discrete, given):
+    """The result of ``solve(phases, **given)`` with discrete states that `after` changes.
+
+    `solve` is `solve_phases`.
+    """
+    y0 = validate.initial_state(given["y0"])
+    d0 = of_longer.discrete_states(discrete, y0, given)
+    n, m = len(y0), len(d0)
+    events, usual = given["events"], {k: v for k, v in given.items() if k not in OF_ALL_PHASES}
+    longer = {}
+    for name, phase in phases.items():
+        options = {**usual, **phase.options}
+        method = of_longer.method_for(options["method"])
+        longer[name] = phase._replace(
+            fun=of_longer.extended_function(phase.fun, n, m),
+            event=of_longer.extended_event(phase.event, n),
+            after=_after(name, phase.after, n, m),
+            options=of_longer.extended_options(options, method, n, m),
+        )
+    events = [events] if callable(events) else events
+    given = {
+        **given, "y0": np.concatenate([y0, d0]),
+        "events": events and [of_longer.extended_event(each, n) for each in events],
+    }  # fmt: skip
+    return parted(solve(longer, **given), n)
+
+
+OF_ALL_PHASES = (
+    "first", "t_span", "y0", "t_eval", "dense_output", "events", "args", "max_phases", "max_steps",
+)  # fmt: skip
+
+
+def _after(name, after, n, m):
+    """The function between two phases, for the longer state."""
+
+    def longer(t, z, *args):
+        found = after(t, z[:n], z[n:], *args)
+        parts = found[1:] if isinstance(found, tuple | list) and len(found) == 3 else ()
+        if [np.size(part) for part in parts] != [n, m]:
+            raise ValueError(
+                f"with `discrete`, `after` of phase '{name}' must return (name, y, d), with {n} "
+                f"and {m} numbers; got {found!r}."
+            )
+        return found[0], np.concatenate([np.ravel(part) for part in parts])
+
+    return longer
+
+
 def parted(whole, n):
     """The result with the first n components as the state, the others as discrete states."""
     result = OdeResult(whole)

@@ -21,6 +21,7 @@ from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
 from fastdyn.run.result import OdeResult
 
+from .discrete import phases_with_discrete
 from .ivp import solve_ivp
 
 if TYPE_CHECKING:
@@ -72,7 +73,9 @@ def solve_phases(
         Largest number of phases; then the run ends with status -1.  A motion whose phases become
         ever shorter would never end.
     t_span, y0, method, t_eval, dense_output, events, args, **options
-        As for `solve_ivp`; all phases share the components of the state and `args`.
+        As for `solve_ivp`; all phases share the components of the state and `args`.  With
+        `discrete`, m numbers that `after` changes, all functions of the phases get them behind y,
+        and `after` returns ``(name, y, d)``.
 
     Returns
     -------
@@ -85,6 +88,14 @@ def solve_phases(
     ValueError, TypeError
         For wrong arguments, and for a phase whose event is not terminal.
     """
+    discrete = options.pop("discrete", None)
+    if discrete is not None:
+        given = {
+            "first": first, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
+            "dense_output": dense_output, "events": events, "args": args,
+            "max_phases": max_phases, **options,
+        }  # fmt: skip
+        return phases_with_discrete(solve_phases, phases, discrete, given)
     if method_named(method) is None:
         raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
     for name in ("on_event", *SHORTHANDS):
