@@ -28,9 +28,14 @@ def summary(found):
 
 def table(found):
     """Lines of a table in Markdown: microseconds at equal errors."""
-    head = ["problem", "solver", *(f"error {level:g}" for level in LEVELS)]
+    return lines_of(equal_error(found, LEVELS), LEVELS)
+
+
+def lines_of(reached, levels):
+    """A table in Markdown of the result of `equal_error`."""
+    head = ["problem", "solver", *(f"error {level:g}" for level in levels)]
     lines = [head, ["---"] * len(head)]
-    for problem, solvers in equal_error(found, LEVELS).items():
+    for problem, solvers in reached.items():
         for name, times in solvers.items():
             lines.append([problem, name, *(f"{x:.0f}" if x else "-" for x in times)])
     return [f"| {' | '.join(line)} |" for line in lines]

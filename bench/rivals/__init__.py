@@ -16,6 +16,8 @@ A module here has one or more of:
     atol = tol times its floor.
 ``dae(dae)``
     ``{name: prepare}`` for a `problems.daes.Dae`, with tolerances as for `stiff`.
+``hybrid(hybrid)``
+    ``{name: prepare}`` for a `problems.hybrids.Hybrid`, with rtol = atol = tol.
 ``orbits(orbit)``
     ``{name: make}``; ``make()`` puts a satellite at its start and returns ``go(t)``, which carries
     it on to t and returns [x, y, vx, vy].
@@ -67,6 +69,11 @@ def stiff(given):
 def dae(given):
     """{name: prepare} of everything that is installed and takes F(t, y, y') = 0."""
     return _joined("dae", given)
+
+
+def hybrid(given):
+    """{name: prepare} of everything that is installed and can act between two steps."""
+    return _joined("hybrid", given)
 
 
 def orbits(orbit):

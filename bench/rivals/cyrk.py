@@ -7,6 +7,7 @@ from CyRK import cyjit, nbsolve2_ivp
 from numba import carray, njit
 
 from ..problems import in_place
+from ..problems.hybrids import in_place_with_discrete
 from . import MANY_ATOL, MANY_RTOL, MAX_STEPS
 from .parameters import to_tuple_of
 
@@ -86,3 +87,45 @@ def trajectories(many):
         return out
 
     return {"CyRK": lambda: run(rates.address, many.y0, many.parameters)}
+
+
+def hybrid(given):
+    """RK45 and DOP853 by a compiled loop over the samples."""
+    h, n, m = given, len(given.y0), len(given.d0)
+    if h.period is None:
+        return {}
+    n_samples, period, begin = round(h.end / h.period), h.period, np.array(h.d0)
+
+    @functools.cache
+    def loop():
+        into, act, start = in_place_with_discrete(h.fun, n), njit(h.act(np)), np.array(h.y0)
+
+        @cyjit
+        def rates(d, t, y, args):
+            into(t, carray(y, n), carray(args, m), carray(d, n))
+
+        @njit
+        def run(address, method, tol):
+            y, d = start.copy(), begin.copy()
+            for k in range(n_samples):
+                state, numbers = act(k * period, y, d)
+                for i in range(n):
+                    y[i] = state[i]
+                for i in range(m):
+                    d[i] = numbers[i]
+                span = (k * period, (k + 1) * period)
+                result = nbsolve2_ivp(
+                    address, span, y, method, np.array([span[1]]), args=d, rtol=tol, atol=tol
+                )
+                y = result.y[:, -1].copy()
+                result.free()
+            return y
+
+        return run, rates.address
+
+    def prepare(method, tol):
+        run, address = loop()
+        return lambda: run(address, method, tol)
+
+    names = ("RK45", "DOP853", "Tsit5")
+    return {f"CyRK {name} in a loop": functools.partial(prepare, name) for name in names}

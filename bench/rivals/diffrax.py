@@ -6,6 +6,7 @@ import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optimistix
 
 from . import MAX_STEPS
 
@@ -92,3 +93,59 @@ def _prepare(problem, solve, tol, times=None):
     times = None if times is None else jnp.array(times)
     solve(y0, tol, times).block_until_ready()
     return lambda: np.asarray(solve(y0, tol, times).block_until_ready())[-1]
+
+
+def hybrid(given):
+    """The pairs in a compiled loop: `scan` over the samples, or `while` over the impacts."""
+    return {
+        f"diffrax {name} in a loop": functools.partial(_hybrid, given, _loop(given, name))
+        for name in METHODS
+    }
+
+
+def _loop(h, name):
+    act = h.act(jnp)
+    term = diffrax.ODETerm(lambda t, y, d: jnp.stack(h.fun(t, y, d)))
+
+    def acted(t, y, d):
+        return tuple(jnp.stack([jnp.asarray(x, float) for x in each]) for each in act(t, y, d))
+
+    def to(t, end, y, d, tol, **options):
+        return diffrax.diffeqsolve(
+            term, getattr(diffrax, name)(), t, end, None, y, d, max_steps=MAX_STEPS, throw=False,
+            stepsize_controller=diffrax.PIDController(rtol=tol, atol=tol),
+            saveat=diffrax.SaveAt(t1=True), **options,
+        )  # fmt: skip
+
+    def sample(tol, carried, k):
+        y, d = acted(k * h.period, *carried)
+        found = to(k * h.period, (k + 1) * h.period, y, d, tol)
+        return (found.ys[-1], d), None
+
+    def impact(tol, carried):
+        t, y, d = carried
+        event = diffrax.Event(
+            lambda t, y, args, **_: y[0], optimistix.Newton(tol, 1e-14), direction=False
+        )
+        found = to(t, h.end, y, d, tol, event=event)
+        t = found.ts[-1]
+        behind, more = acted(t, found.ys[-1], d)
+        over = t >= h.end
+        return t, jnp.where(over, found.ys[-1], behind), jnp.where(over, d, more)
+
+    @jax.jit
+    def solve(y, d, tol):
+        if h.period is not None:
+            samples = jnp.arange(round(h.end / h.period))
+            return jax.lax.scan(functools.partial(sample, tol), (y, d), samples)[0][0]
+        return jax.lax.while_loop(
+            lambda carried: carried[0] < h.end, functools.partial(impact, tol), (0.0, y, d)
+        )[1]
+
+    return solve
+
+
+def _hybrid(h, solve, tol):
+    y0, d0 = jnp.array(h.y0, dtype=float), jnp.array(h.d0, dtype=float)
+    solve(y0, d0, tol).block_until_ready()
+    return lambda: np.asarray(solve(y0, d0, tol).block_until_ready())

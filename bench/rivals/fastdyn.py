@@ -137,3 +137,33 @@ def dae(given):
         return run
 
     return {"fastdyn solve_dae": prepare}
+
+
+def hybrid(given):
+    """Prepared, with schedules or an event, and discrete states; RK45 through the plain call."""
+    h = given
+    acts: dict = {"on_event": h.act(np), "discrete": h.d0, "t_eval": [h.end]}
+    if h.period is None:
+        acts["events"] = _on_the_ground
+    else:
+        acts["every"] = h.period
+
+    def prepare(method, tol):
+        options = {"rtol": tol, "atol": tol, **acts}
+        solve = fastdyn.prepare(h.fun, (0.0, h.end), h.y0, method, **options)
+        return lambda: end_of(solve())
+
+    def plain(tol):
+        options = {"rtol": tol, "atol": tol, **acts}
+        return lambda: end_of(fastdyn.solve_ivp(h.fun, (0.0, h.end), h.y0, **options))
+
+    names = ("RK45", "DOP853", "Tsit5", "Vern7", "Taylor")
+    made = {f"fastdyn {name}": functools.partial(prepare, name) for name in names}
+    return made | {"fastdyn RK45 by solve_ivp": plain}
+
+
+def _on_the_ground(t, y, d):
+    return y[0]
+
+
+vars(_on_the_ground)["direction"] = -1

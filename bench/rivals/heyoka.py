@@ -109,3 +109,43 @@ def orbits(orbit):
         return go
 
     return {"heyoka high_accuracy": make}
+
+
+def hybrid(given):
+    """A loop in Python over the samples; impacts are an event of heyoka's with a callback."""
+    return {
+        name: functools.partial(_hybrid, given, options) for name, options in MODES.items()
+    }  # fmt: skip
+
+
+def _hybrid(h, options, tol):
+    act, n, d = h.act(np), len(h.y0), np.array(h.d0)
+    y = hy.make_vars(*(f"y{i}" for i in range(n)))
+    system = list(zip(y, h.fun(hy.time, y, [hy.par[i] for i in range(len(d))]), strict=True))
+
+    def change(run):
+        run.state[:], d[:] = act(run.time, run.state.copy(), d)
+        run.pars[:] = d[: len(run.pars)]
+
+    def bounce(run, _):
+        change(run)
+        return True
+
+    events = {}
+    if h.period is None:
+        falls = hy.event_direction.negative
+        events = {"t_events": [hy.t_event(y[0], callback=bounce, direction=falls)]}
+    start = [float(each) for each in h.y0]
+    run = hy.taylor_adaptive(system, start, tol=tol, **events, **options)
+
+    def solve():
+        run.time, run.state[:], d[:] = 0.0, h.y0, h.d0
+        if h.period is None:
+            run.propagate_until(h.end)
+            return run.state.copy()
+        for k in range(round(h.end / h.period)):
+            change(run)
+            run.propagate_until((k + 1) * h.period)
+        return run.state.copy()
+
+    return solve

@@ -4,9 +4,11 @@ import functools
 
 import numpy as np
 import scipy.sparse
+from numba import njit
 from scipy.integrate import ode, odeint, solve_ivp
 
 from ..problems import compiled
+from ..problems.hybrids import in_place_with_discrete
 from . import MANY_ATOL, MANY_RTOL, MAX_STEPS
 
 FIRST_CALL = {
@@ -125,3 +127,55 @@ def one_by_one(many):
         ])  # fmt: skip
 
     return run
+
+
+def hybrid(given):
+    """A loop in Python over the samples, or the impacts: a solve for each, compiled equations."""
+    h, act = given, given.act(np)
+
+    @functools.cache
+    def jitted():
+        into, n = in_place_with_discrete(h.fun, len(h.y0)), len(h.y0)
+
+        @njit
+        def fun(t, y, d):
+            out = np.empty(n)
+            into(t, y, d, out)
+            return out
+
+        return fun
+
+    def to(method, fun, t, end, y, d, tol):
+        if method == "odeint":
+            found = odeint(fun, y, (t, end), (d,), tfirst=True, rtol=tol, atol=tol)
+            return end, found[-1]
+        events = None if h.period else _on_the_ground
+        run = solve_ivp(
+            fun, (t, end), y, method, args=(d,), events=events, rtol=tol, atol=tol,
+        )  # fmt: skip
+        return run.t[-1], run.y[:, -1]
+
+    def prepare(method, tol):
+        fun = jitted()
+
+        def run():
+            t, y, d, k = 0.0, np.array(h.y0), np.array(h.d0), 0
+            while t < h.end:
+                if h.period is not None or k:
+                    y, d = map(np.array, act(t, y, d))
+                k += 1
+                end = h.end if h.period is None else min(k * h.period, h.end)
+                t, y = to(method, fun, t, end, y, d, tol)
+            return y
+
+        return run
+
+    names = ("RK45", "DOP853", *(["odeint"] if h.period else []))
+    return {f"SciPy {name} in a loop, njit": functools.partial(prepare, name) for name in names}
+
+
+def _on_the_ground(t, y, d):
+    return y[0]
+
+
+vars(_on_the_ground).update(direction=-1, terminal=True)
