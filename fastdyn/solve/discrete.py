@@ -1,10 +1,13 @@
 """Solves with `discrete`: the problem of the longer state, and the parts of its results."""
 
+import functools
+
 import numpy as np
 
 from fastdyn.problem import discrete as of_longer
 from fastdyn.problem import validate
 from fastdyn.run.dense_output import PiecewisePolynomial
+from fastdyn.run.outcome import PARTS as OF_SOLVE
 from fastdyn.run.result import OdeResult
 
 
@@ -122,22 +125,63 @@ def _after(name, after, n, m):
 
 
 def parted(whole, n):
-    """The result with the first n components as the state, the others as discrete states."""
-    result = OdeResult(whole)
-    states = np.asarray(whole.y)
-    if len(whole.t):
-        result.y, result.discrete = states[:n], states[n:]
-    else:
-        result.discrete = whole.y
-    result.y_events = [y[:, :n] if y.size else y for y in whole.y_events]
-    result.discrete_events = [y[:, n:] if y.size else y for y in whole.y_events]
-    if "sensitivity" in result:
-        found = {name: each[:n] for name, each in whole.sensitivity.items()}
-        if "y0" in found:
-            found["y0"], found["discrete"] = np.split(found["y0"], [n], axis=1)
-        result.sensitivity = found
-    if whole.sol is not None:
-        sol = whole.sol
-        floors = None if sol.floors is None else sol.floors[:, :n]
-        result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans, floors)
-    return result
+    """The result with the first n components as the state, the others as discrete states.
+
+    Parts are made at their first use, as those of `whole`.
+    """
+    made = [name for name in dict.keys(whole) if name not in PARTS]
+    parts = {name: functools.partial(_same, name) for name in (*OF_SOLVE, *made)} | PARTS
+    parts |= {name: CUT[name] for name in made if name in CUT}
+    return OdeResult.of_parts(parts, (whole, n))
+
+
+def _same(name, given):
+    return given[0][name]
+
+
+def _cut(name, part):
+    """A function that gives a part of the rows of a field; fields without points are lists."""
+
+    def cut(given):
+        whole, n = given
+        return whole[name][part(n)] if len(whole["t"]) else whole[name]
+
+    return cut
+
+
+def _cut_each(part):
+    """A function that gives a part of the columns of the states at events."""
+
+    def cut(given):
+        whole, n = given
+        found = whole["y_events"]
+        return found and [y[:, part(n)] if y.size else y for y in found]
+
+    return cut
+
+
+def _solution(given):
+    whole, n = given
+    sol = whole["sol"]
+    if sol is None:
+        return None
+    floors = None if sol.floors is None else sol.floors[:, :n]
+    return PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans, floors)
+
+
+def _sensitivity(given):
+    whole, n = given
+    found = {name: each[:n] for name, each in whole["sensitivity"].items()}
+    if "y0" in found:
+        found["y0"], found["discrete"] = np.split(found["y0"], [n], axis=1)
+    return found
+
+
+PARTS = {
+    "y": _cut("y", slice),
+    "sol": _solution,
+    "y_events": _cut_each(slice),
+    "discrete": _cut("y", lambda n: slice(n, None)),
+    "discrete_events": _cut_each(lambda n: slice(n, None)),
+}
+CUT = {"sensitivity": _sensitivity, "error_estimate": _cut("error_estimate", slice)}
