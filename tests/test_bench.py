@@ -7,6 +7,7 @@ import fastdyn
 from bench import rivals
 from bench.groups.stiff import relative_to
 from bench.problems import WORK, compiled, error, reference
+from bench.problems.hybrids import HYBRIDS
 from bench.problems.reaction_diffusion import brusselator_square
 from bench.problems.stiff import STIFF, brusselator
 from bench.problems.stiff_physics import PHYSICS
@@ -89,3 +90,12 @@ def test_rivals_for_stiff_problems():
         far = relative_to(np.array(given.end), given.floor)
         for name, prepare in rivals.stiff(given).items():
             assert far(prepare(1e-6)()) < 1e-3, name
+
+
+@pytest.mark.parametrize("given", HYBRIDS, ids=lambda given: given.name)
+def test_hybrid_systems_by_all(given):
+    """Each comes within some hundred tolerances of the exact end state."""
+    far = relative_to(np.array(given.solution), 1.0)
+    for name, prepare in rivals.hybrid(given).items():
+        if "SciPy DOP853" not in name:  # a second in a loop
+            assert far(prepare(1e-8)()) < 2e-5, name

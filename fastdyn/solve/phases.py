@@ -96,20 +96,7 @@ def solve_phases(
             "max_phases": max_phases, **options,
         }  # fmt: skip
         return phases_with_discrete(solve_phases, phases, discrete, given)
-    if method_named(method) is None:
-        raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
-    for name in ("on_event", *SHORTHANDS):
-        if options.get(name) is not None:
-            raise ValueError(f"phases take no `{name}`: `after` of a phase changes the state.")
-    refuse_schedules(events, "a schedule belongs to one span, and each phase has its own")
-    for name in OF_ONE_SOLVE:
-        if options.get(name) is not None and options[name] is not False:
-            raise ValueError(f"phases take no `{name}`: it is of one solve_ivp.")
-    if not max_phases >= 1:
-        raise ValueError(f"`max_phases` must be at least 1; got {max_phases}.")
-    for name, phase in phases.items():
-        if not getattr(phase.event, "terminal", False):
-            raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
+    _check(phases, method, events, max_phases, options)
     args = extra_arguments(args)
     t, tf = time_span(t_span)
     y, name = initial_state(y0), first
@@ -159,6 +146,24 @@ def solve_phases(
         status = -1
     keep_start = [t_eval is not None or jump or i == 0 for i, jump in enumerate(jumps)]
     return _joined(segments, log, status, message, keep_start, len(events))
+
+
+def _check(phases, method, events, max_phases, options):
+    """Raise ValueError for what phases do not take."""
+    if method_named(method) is None:
+        raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
+    for name in ("on_event", *SHORTHANDS):
+        if options.get(name) is not None:
+            raise ValueError(f"phases take no `{name}`: `after` of a phase changes the state.")
+    refuse_schedules(events, "a schedule belongs to one span, and each phase has its own")
+    for name in OF_ONE_SOLVE:
+        if options.get(name) is not None and options[name] is not False:
+            raise ValueError(f"phases take no `{name}`: it is of one solve_ivp.")
+    if not max_phases >= 1:
+        raise ValueError(f"`max_phases` must be at least 1; got {max_phases}.")
+    for name, phase in phases.items():
+        if not getattr(phase.event, "terminal", False):
+            raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
 
 
 def _counted(event, n):
