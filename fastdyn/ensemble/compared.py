@@ -92,8 +92,9 @@ def _compare_alone(ensemble, results, i, bound):
     mine, (alone, *others) = np.array(results.y_end[i]), ends
     spread = max(float(np.max(np.abs(other - alone))) for other in others)
     size = np.max(np.abs(alone), initial=0.0)
-    counts = np.isfinite(np.broadcast_to(p.atol, alone.shape))  # in the error of a step
-    atol = np.max(p.atol, where=counts, initial=0.0)
-    allowed = APART * (np.max(p.rtol) * size + atol) + ROUNDINGS * spread + 1e-9 * size
+    atol = np.broadcast_to(p.atol, alone.shape)
+    counts = np.isfinite(atol)  # in the error of a step
+    largest = np.max(atol, where=counts, initial=0.0)
+    allowed = APART * (np.max(p.rtol) * size + largest) + ROUNDINGS * spread + 1e-9 * size
     if not (np.abs(mine - alone) <= allowed)[counts].all():
         raise Different(bound, float(results.t_end[i]), members.state(i), alone, mine)

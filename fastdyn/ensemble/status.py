@@ -13,7 +13,7 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
 )
-from fastdyn.run.actions import OF_ACTIONS
+from fastdyn.run.actions import OF_ACTIONS, OF_EACH
 from fastdyn.run.outcome import LEFT, SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
 from fastdyn.run.solve_problem import run_of
@@ -24,10 +24,8 @@ from .times import of_member
 CODES = {FINISHED: 0, EVENT: 1, INTERRUPTED: -2, BORDER: LEFT}
 
 
-_OF_EACH = {"action": "`on_event`", "t": "t = {t:.10g}", "component": "of the state"}
-SENTENCES = {
-    status: text.format(**_OF_EACH) for status, text in (IN_WORDS | OF_ACTIONS).items()
-} | {
+OF_RUNS = {**IN_WORDS, **OF_ACTIONS}
+SENTENCES = {code: text.format(t="t = {t:.10g}", **OF_EACH) for code, text in OF_RUNS.items()} | {
     FINISHED: SUCCESS,
     EVENT: TERMINATED,
     INTERRUPTED: "Interrupted before it was done.",
