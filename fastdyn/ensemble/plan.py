@@ -10,7 +10,7 @@ from fastdyn.compile.mode import ACCELERATION, COMPLEX_NUMBERS, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.taylor.steps.accuracy import order_of_many
 from fastdyn.kernels.methods import COMPLEX
-from fastdyn.problem import validate
+from fastdyn.problem import mass, validate
 from fastdyn.problem.complex_states import REFUSED, on_pairs
 from fastdyn.problem.members import Members
 from fastdyn.problem.option_names import refuse_unknown
@@ -67,6 +67,11 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     smallest = abs(usual).min(axis=0) if len(usual) else np.ones(members.n)
     events, members.times = times.common(events, options, t0, tf, members.count)
     options = {name: value for name, value in options.items() if name not in SHORTHANDS}
+    mass.refuse(options, ours, members.y0)
+    if callable(options.get("mass")) and members.count:
+        start = members.state(members.usual)
+        fun, _ = mass.given(fun, t0, start, members.first, options, ours, DERIVATIVE)
+        options = {name: value for name, value in options.items() if name != "mass"}
     mode, n = COMPLEX_NUMBERS if members.complex else DERIVATIVE, members.n
     if ours.second_order and not members.complex:
         mode, n = ACCELERATION, members.n // 2
@@ -160,6 +165,8 @@ def _vector_kernel(problem, members, wanted):
     from fastdyn.specialise.vector import kernel, series_kernel
 
     p = problem
+    if p.mass is not None:
+        raise Uncompilable("a mass matrix is for one at a time")
     if p.method.n_matrices and (p.jac is not None or p.differences):
         raise Uncompilable("a Jacobian that is given, or by differences, is for one at a time")
     varying = tuple(j in members.varying for j in range(len(members.first)))

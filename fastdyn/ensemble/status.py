@@ -14,6 +14,7 @@ from fastdyn.kernels.state.record import (
     STEP_TOO_SMALL,
 )
 from fastdyn.run.actions import OF_ACTIONS, OF_EACH
+from fastdyn.run.matrices.inconsistent import Inconsistent
 from fastdyn.run.outcome import LEFT, SUCCESS, TERMINATED, TOO_SMALL
 from fastdyn.run.outcome import SENTENCES as IN_WORDS
 from fastdyn.run.solve_problem import run_of
@@ -47,6 +48,8 @@ def what_raised(members, problem, i):
         run_of(p).solve(p.y0)
     except GaveUp:
         raise
+    except Inconsistent as error:
+        return str(error).rstrip(".") + "; it ends"
     except Exception as error:
         return f"a function raised {type(error).__name__}: {error}".rstrip(": ")
     return "a function raised an exception"  # of a Fold, which a single solve does not call

@@ -21,6 +21,7 @@ from fastdyn.problem.step_options import last_time
 from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table
 from fastdyn.run.loop import next_chunk
 from fastdyn.run.matrices.layouts import full_matrices
+from fastdyn.run.matrices.mass import mass_of
 from fastdyn.run.output import OUTPUT_RECORD
 from fastdyn.specialise.scalar import (
     already_kernel,
@@ -69,7 +70,7 @@ class Worker:
         width, n_events = vector.width if vector else 1, len(p.events or ())
         state, work = begin(p)
         places = self._bind(p, members, folds)
-        scheduled = of_members(schedule_table(p, self.bounds[1:]), members)
+        scheduled = of_members(schedule_table(p, self._between), members)
         at_events = n_events > 0 and vector is not None and vector.watches
         at_folds = len(folds) > 0 and vector is not None and vector.accumulates
         self.record = self._record(p, vector, results, at_events, at_folds, folds)
@@ -112,6 +113,8 @@ class Worker:
             places += [(address + 8 * at, column, 0) for at, column in offsets]
         others = self.bounds[1 : len(self.bounds) - len(folds)]
         self._matrices = full_matrices(p, self.bounds[0], others)
+        self._mass = mass_of(p, self.bounds[0])
+        self._between = self._mass.consistent(self.bounds[1:])
         return places
 
     def _addresses(self, p, vector):
@@ -129,6 +132,7 @@ class Worker:
             events_kernel(), scalar,
         )  # fmt: skip
         blocks = [bound.block.ctypes.data for bound in self.bounds]
+        blocks += [block.ctypes.data for block in self._mass.blocks]
         return np.array([*(kernel.address for kernel in kernels), *blocks], np.int64)
 
     def _record(self, p, vector, results, at_events, at_folds, folds):
@@ -155,7 +159,7 @@ class Worker:
         block, places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
         if vector:
             places = members.places(vector, block)
-        events = event_table(p, self.bounds[1:], order_of_many(p.rtol, p.atol))
+        events = event_table(p, self._between, order_of_many(p.rtol, p.atol))
         rows_of_lanes = K + p.method.n_rows + N_EXTREMA
         many = np.zeros((rows_of_lanes, n * width))
         for row in (RTOL, ATOL):

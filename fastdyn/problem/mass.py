@@ -58,13 +58,12 @@ def given(fun, t0, y0, args, options, method, mode):
     if callable(found):
         return _divided(fun, found, _matrix(found(t0, y0.copy(), *args), n), options, mode), None
     matrix = _matrix(found, n)
-    if is_singular(matrix):
-        for name in ("on_event", "project"):
-            if options.get(name) is not None:
-                raise ValueError(
-                    f"`{name}` does not go with a singular `mass`: the state behind it need not "
-                    "fulfil the algebraic equations. Solve from one event to the next."
-                )
+    if options.get("project") is not None and is_singular(matrix):
+        raise ValueError(
+            "`project` does not go with a singular `mass`: write the constraint among the "
+            "algebraic equations, with an unknown that fulfils it; `solve_dae` takes it as it is, "
+            "of any index."
+        )
     return fun, matrix
 
 
@@ -103,6 +102,17 @@ def _matrix(found, n):
 def is_singular(matrix):
     """True if some equations are algebraic."""
     return np.linalg.matrix_rank(equilibrated(matrix)[0]) < len(matrix)
+
+
+def null_vectors(matrix):
+    """Rows x with matrix x = 0, as many as the rank lacks; unit vectors for columns of zeros."""
+    n, used = len(matrix), matrix.any(axis=0)
+    missing = int(used.sum()) - int(np.linalg.matrix_rank(matrix))
+    units, mixed = np.eye(n)[~used], np.zeros((missing, n))
+    if missing:
+        found = np.linalg.svd(matrix[:, used])[2][-missing:]
+        mixed[:, used] = np.where(np.abs(found) > n * np.finfo(float).eps, found, 0.0)
+    return np.concatenate([units, mixed])
 
 
 def equilibrated(matrix):

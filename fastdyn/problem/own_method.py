@@ -1,6 +1,6 @@
 """Arguments for compiled methods only: a real state, and a span that is not empty."""
 
-from . import validate
+from . import mass, validate
 
 
 def checked(who, refused, method, t_span, y0, options, otherwise=""):
@@ -33,4 +33,5 @@ def checked(who, refused, method, t_span, y0, options, otherwise=""):
             f"{who} takes one of fastdyn's methods, a real state and a span that is not "
             f"empty{otherwise}."
         )
+    mass.refuse(options, ours, y0)
     return ours, t0, tf, y0

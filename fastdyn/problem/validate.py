@@ -24,8 +24,8 @@ COMMON = {"project", "on_event", "at", "every", *domains.NAMES} | RUNNING
 ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
 FIXED = {"step"} | COMMON
 OF_JACOBIANS = {"jac", "jac_sparsity"}
-OF_ONE_SOLVE = ("sensitivity", "error_estimate", "mass", "discrete")  # options of solve_ivp alone
-ALL = ADAPTIVE | FIXED | OF_JACOBIANS | lsoda.OPTIONS | {*OF_ONE_SOLVE}  # names of options
+OF_ONE_SOLVE = ("sensitivity", "error_estimate", "discrete")  # options of solve_ivp alone
+ALL = ADAPTIVE | FIXED | OF_JACOBIANS | lsoda.OPTIONS | {*OF_ONE_SOLVE, "mass"}  # names of options
 DEFAULTS = (math.inf, False, "raise", "auto", None, None)  # max_steps, progress, ... as in Problem
 COMPILE = ("auto", "shared", "inlined")
 

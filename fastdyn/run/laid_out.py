@@ -64,7 +64,8 @@ class LaidOut(PythonBetween):
         self._others, self._n_extra = others, n_extra
         last = len(others) - (problem.jac is not None)
         self._matrices = matrices_of(problem, bound, jacobian_of(problem, bound, others))
-        self._mass = mass_of(problem, bound)
+        self.mass = mass_of(problem, bound)
+        self._between = self.mass.consistent(others)
         self._projection = others[last - 1] if problem.project is not None else None
         last -= problem.project is not None
         self._keeps = keeps(problem)
@@ -120,9 +121,9 @@ class LaidOut(PythonBetween):
         limits = p.events and [each[1:] for each in p.events]
         if limits and (self._limits != limits or p.method.series):
             self._limits = limits
-            self.plan.view(self._image, "events.table")[:] = event_table(p, self._others)
+            self.plan.view(self._image, "events.table")[:] = event_table(p, self._between)
         if p.schedules:
-            self.plan.view(self._image, "events.schedules")[:] = schedule_table(p, self._others)
+            self.plan.view(self._image, "events.schedules")[:] = schedule_table(p, self._between)
         self.watched = p.progress or p.checkpoint is not None or p.callback is not None
         self.cost = math.inf if self.watched else self._seconds
 
@@ -216,6 +217,7 @@ class LaidOut(PythonBetween):
             raise_interrupts(islands_of(self.bounds))
             with self.not_repeated():
                 raise_kept(self.bounds, self.problem)
+            self.mass.raise_kept()
         if status == FAILED:
             raise MemoryError("a kernel had no memory left")
 

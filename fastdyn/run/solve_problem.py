@@ -24,7 +24,6 @@ from .functions.bound import bind_functions, leave_writers_to_scipy
 from .functions.python_between import of_python_between
 from .loop import Run
 from .matrices.check_jacobian import check_jacobian
-from .matrices.mass import with_mass
 from .memory import plan
 from .outcome import result_of
 from .stiffness import gives_up, notice, watch
@@ -67,8 +66,6 @@ def run_of(problem, to_the_end=False):
         check_jacobian(p, bound, others[-1])
     if _between_steps(p):
         leave_writers_to_scipy(p, bound, others)
-    if p.mass is not None:
-        p = with_mass(p, bound)
     asked = p.mode.second_order and bound.function is None  # by `check_second_order`, twice
     return Run(p, bound, others, 2 if asked else 0)
 

@@ -129,3 +129,4 @@ def _loop(run, members, call, queue):
         for bound in run.bounds:
             bound.keepalive[1] = members.args(int(queue[0]))
         raise_kept(run.bounds, run.problem)
+        run.mass.raise_kept()

@@ -156,7 +156,7 @@ def _check(phases, method, events, max_phases, options):
         if options.get(name) is not None:
             raise ValueError(f"phases take no `{name}`: `after` of a phase changes the state.")
     refuse_schedules(events, "a schedule belongs to one span, and each phase has its own")
-    for name in OF_ONE_SOLVE:
+    for name in (*OF_ONE_SOLVE, "mass"):
         if options.get(name) is not None and options[name] is not False:
             raise ValueError(f"phases take no `{name}`: it is of one solve_ivp.")
     if not max_phases >= 1:

@@ -1,7 +1,8 @@
 """A constant mass matrix M of M y' = f(t, y), which may be singular, as a list of its entries.
 
-In words: their number, the diagonals below and above the main one, the place of each, column * n
-+ row, and the numbers.  Address 0 stands for the identity.
+In words: their number, the diagonals below and above the main one, the address of a block (see
+`pencil.py`), the place of each entry, column * n + row, and the numbers.  Address 0 stands for the
+identity.
 """
 
 from ..calls.block import LOWER, PLACES, UPPER, N
@@ -20,17 +21,22 @@ def widened(mass, lower, upper):
 
 
 @njit(**INTERNAL)
+def _entries(mass):
+    """The number of entries, their places, and the numbers."""
+    count = words_at(mass)[N]
+    return count, words_at(mass + 8 * PLACES), numbers_at(mass + 8 * (PLACES + count))
+
+
+@njit(**INTERNAL)
 def add_mass(mass, factor, a, ld, n):
     """Add a multiple of M to a matrix as `factorise.py` stores it."""
     if mass == 0:
         for j in range(n):
             after(a, j * ld)[j] += factor
         return
-    words = words_at(mass)
-    count = words[N]
-    numbers = numbers_at(mass + 8 * (PLACES + count))
+    count, places, numbers = _entries(mass)
     for e in range(count):
-        j, i = divmod(words[PLACES + e], n)
+        j, i = divmod(places[e], n)
         after(a, j * ld)[i] += factor * numbers[e]
 
 
@@ -43,11 +49,9 @@ def add_mass_to_pairs(mass, b, c, pairs, base, ld, n):
             pairs[place] += b
             pairs[place + 1] = c
         return
-    words = words_at(mass)
-    count = words[N]
-    numbers = numbers_at(mass + 8 * (PLACES + count))
+    count, places, numbers = _entries(mass)
     for e in range(count):
-        j, i = divmod(words[PLACES + e], n)
+        j, i = divmod(places[e], n)
         place = 2 * (base + j * ld + i)
         pairs[place] += b * numbers[e]
         pairs[place + 1] += c * numbers[e]
@@ -61,8 +65,6 @@ def add_product(mass, row, out):
         for i in range(n):
             out[i] += row[i]
         return
-    words = words_at(mass)
-    count = words[N]
-    numbers = numbers_at(mass + 8 * (PLACES + count))
+    count, places, numbers = _entries(mass)
     for e in range(count):
-        out[words[PLACES + e] % n] += numbers[e] * row[words[PLACES + e] // n]
+        out[places[e] % n] += numbers[e] * row[places[e] // n]

@@ -43,6 +43,24 @@ ORDERED, ORDER = 11, 12
 OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
 
 # Words of a mass matrix, see `algebra/mass.py`.
-N, LOWER, UPPER, PLACES = 0, 1, 2, 3
+N, LOWER, UPPER, PENCIL, PLACES = range(5)
+
+# Words behind FIRST of the block of a pencil, see `algebra/pencil.py`, which names `rates`: the
+# addresses of `change` and `settle`, and of the block of the equations; the number of algebraic
+# equations; the address of the numbers; evaluations of the equations that nobody counted yet; what
+# failed: the start is not consistent, or Newton's iteration finds no consistent state.
+CHANGE, SETTLE, EQUATIONS, N_ALGEBRAIC, NUMBERS, EVALUATIONS, FAILURE = range(FIRST, FIRST + 7)
+WORDS_OF_PENCIL = FIRST + 7
+NO_START, NOT_FOUND = 1, 2
+
+# Words behind FIRST of the block of an action whose state is made consistent: the addresses of the
+# block of the user's function, and of that of the pencil.
+ACTION, PENCIL_OF_ACTION = FIRST, FIRST + 1
+WORDS_OF_ACTION = FIRST + 2
 
 FAILED = -(2**62)  # status of a kernel that raised an exception, which no kernel of fastdyn does
+
+
+def shapes_of_pencil(n, r):
+    """The shapes of the numbers of a pencil of n components with r algebraic equations."""
+    return (1,), (n,), (n,), (n, n), (r, n), (r, n), (r, r), (4, r), (5, n)

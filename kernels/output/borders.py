@@ -10,7 +10,9 @@ Byrne, "Non-negative solutions of ODEs", Appl. Math. Comput. 170 (2005): a step 
 
 import numpy as np
 
+from ..calls.block import MASS
 from ..calls.calling_convention import invoke
+from ..calls.consistent import rates_of
 from ..calls.user_function import by_pointer, evaluate
 from ..jit_options import INTERNAL, njit
 from ..state.record import (
@@ -70,7 +72,10 @@ def _clings(kernels, solve, scratch):
     y_1 = y_0 - h sqrt(y_1) has: the run would crawl along the border, each step rejected at first.
     """
     s, work, steepest = solve.state[0], solve.work, 0.0
-    rate = work[K + kernels.fsal_stage]
+    rate = slot(None, work, K + kernels.fsal_stage)
+    if solve.block[MASS] != 0:
+        rate = scratch[0]
+        rates_of(solve.block[MASS], s.t, slot(None, work, Y), rate)
     for i in range(len(rate)):
         tolerance = work[ATOL, i] + work[RTOL, i] * abs(work[Y, i])
         steepest = max(steepest, abs(rate[i]) / tolerance)
@@ -171,8 +176,11 @@ def at_border(kernels, solve, scratch, status):
         return BORDER  # nearer than the differences reach
     s, work, y = solve.state[0], solve.work, slot(None, solve.work, Y)
     rate = slot(None, work, STAGE)
-    by_pointer(s.t, y, solve.block, rate)
-    s.n_extra += 1
+    if solve.block[MASS] != 0:
+        rates_of(solve.block[MASS], s.t, y, rate)
+    else:
+        by_pointer(s.t, y, solve.block, rate)
+        s.n_extra += 1
     for i in range(len(y)):
         if not np.isfinite(rate[i]):
             return status

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from ..calls.block import MASS, RAISED_WORD
 from ..calls.calling_convention import invoke
+from ..calls.consistent import rates_of
 from ..calls.user_function import evaluate
 from ..jit_options import INTERNAL, njit
 from ..state.record import (
@@ -148,6 +150,11 @@ def watch_from(kernels, solve, table, scratch, h):
     step = s.direction * max(AHEAD * abs(h), 4.0 * resolution(s.t))
     if not evaluate_all(table, s.t, y, scratch[1]):
         return RAISED
+    if len(table) > 0 and solve.block[MASS] != 0:
+        rate = scratch[0]
+        rates_of(solve.block[MASS], s.t, y, rate)
+        if solve.block[RAISED_WORD] != 0:
+            return RAISED
     for i in range(len(y)):
         scratch[0, i] = y[i] + step * rate[i]
     for i in range(len(table)):

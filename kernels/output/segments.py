@@ -1,8 +1,11 @@
 """The segments of a span with breakpoints: the end of a segment, the start of the next."""
 
+from ..calls.block import MASS
+from ..calls.consistent import made_consistent
 from ..calls.user_function import evaluate
 from ..jit_options import INTERNAL, njit
 from ..state.record import RAISED, K, Y
+from ..state.rows import slot
 from .projection import derive
 
 
@@ -56,16 +59,20 @@ def _leave_zero(events, t, y, scratch):
 
 @njit(**INTERNAL)
 def next_segment(kernels, solve, output, events, scratch):
-    """Start anew behind a breakpoint; RUNNING, or RAISED."""
-    s, o = solve.state[0], output.record[0]
+    """Start anew behind a breakpoint, where algebraic components may jump; RUNNING, or RAISED."""
+    s, o, mass = solve.state[0], output.record[0], solve.block[MASS]
     segments, fsal_stage = output.segments, kernels.fsal_stage
     o.i_segment += 1
     gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # crossed with the slopes of both sides
-    _extrapolate(solve.work, fsal_stage, gap)
+    if mass == 0:
+        _extrapolate(solve.work, fsal_stage, gap)
     s.t, s.t_end = segments[o.i_segment, 0], segments[o.i_segment, 1]
     s.order = 0
+    if mass != 0 and not made_consistent(mass, s.t, slot(None, solve.work, Y)):
+        return RAISED
     status = derive(solve, fsal_stage)
-    _extrapolate(solve.work, fsal_stage, gap)
+    if mass == 0:
+        _extrapolate(solve.work, fsal_stage, gap)
     if not _leave_zero(events.table, s.t, solve.work[Y], scratch):
         return RAISED
     return status

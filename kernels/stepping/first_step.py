@@ -8,7 +8,8 @@ NON_FINITE if the derivative is not finite.
 
 import numpy as np
 
-from ..calls.block import RAISED_WORD
+from ..calls.block import MASS, RAISED_WORD
+from ..calls.consistent import evaluations_since, is_consistent, rates_of
 from ..calls.user_function import by_pointer
 from ..jit_options import INTERNAL, njit
 from ..state.elementwise import halves
@@ -106,7 +107,28 @@ def forget(s, pairs):
 def implicit(state, work, block, order, fsal_stage):
     """`hairer`, for a method that factorises matrices."""
     forget(state[0], 0)
+    if block[MASS] != 0:
+        return _with_mass(state, work, block, order, fsal_stage)
     return hairer(state, work, block, order, fsal_stage)
+
+
+@njit(**INTERNAL)
+def _with_mass(state, work, block, order, fsal_stage):
+    """`implicit` for M y' = f: the start of a run is checked, the step follows from y'."""
+    s, mass = state[0], block[MASS]
+    status = plain(state, work, block, order, fsal_stage)
+    if status != RUNNING:
+        return status
+    y, rate = slot(None, work, Y), slot(None, work, STAGE)
+    at_start = s.n_accepted == 0 and s.n_rejected == 0
+    consistent = not at_start or is_consistent(mass, s.t, y, rate)
+    if consistent and s.h <= 0.0:
+        rates_of(mass, s.t, y, rate)
+        size, slope = _scaled_rms(y, work), _scaled_rms(rate, work)
+        h = 0.01 * size / slope if size >= 1e-5 and slope >= 1e-5 else 1e-6
+        s.h = min(h, min(abs(s.t_end - s.t), s.h_max))
+    s.n_extra += evaluations_since(mass)
+    return RAISED if block[RAISED_WORD] != 0 or not consistent else RUNNING
 
 
 @njit(**INTERNAL)

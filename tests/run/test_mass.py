@@ -223,16 +223,16 @@ def test_what_does_not_go_with_it_is_refused():
     given = (robertson_dae, (0, 1), [1.0, 0, 0])
     with pytest.raises(ValueError, match="not for this method"):
         solve_ivp(*given, OdeSolver, mass=ROBERTSON_MASS)
-    for name, option in (("on_event", lambda t, y: y), ("project", lambda t, y: y)):
-        with pytest.raises(ValueError, match=f"`{name}` does not go with a singular `mass`"):
-            solve_ivp(
-                *given, "Rodas5P", mass=ROBERTSON_MASS, events=lambda t, y: y[0], **{name: option}
-            )
+    with pytest.raises(ValueError, match=r"`project` does not go .* among the algebraic equations"):
+        solve_ivp(*given, "Rodas5P", mass=ROBERTSON_MASS, project=lambda t, y: y)
     with pytest.raises(ValueError, match="`sensitivity` and `mass`"):
         solve_ivp(*given, "Rodas5P", mass=ROBERTSON_MASS, sensitivity="y0")
     for call in (fastdyn.prepare, fastdyn.solve_ensemble):
-        with pytest.raises(TypeError, match="takes no `mass`"):
-            call(*given, method="Rodas5P", mass=ROBERTSON_MASS)
+        with pytest.raises(ValueError, match="`mass` is not for RK45: take method='Rodas5P'"):
+            call(*given, method="RK45", mass=ROBERTSON_MASS)
+    phases = {"one": fastdyn.Phase(given[0], lambda t, y: y[0], after="one")}
+    with pytest.raises(ValueError, match="phases take no `mass`"):
+        fastdyn.solve_phases(phases, "one", *given[1:], method="Rodas5P", mass=ROBERTSON_MASS)
 
 
 def test_a_checkpoint_is_of_one_matrix(tmp_path):

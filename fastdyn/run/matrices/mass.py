@@ -1,130 +1,139 @@
-"""Equations with a mass matrix: the words for kernels, a consistent start, the first step."""
+"""A mass matrix as the kernels of a solve take it, with what makes states consistent."""
+
+import functools
+import math
+from typing import Any
 
 import numpy as np
 
+from fastdyn import code_store
+from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
-from fastdyn.compile.python_callback import evaluate
-from fastdyn.kernels.calls.block import MASS, PLACES
-from fastdyn.problem.mass import equilibrated
+from fastdyn.kernels.calls import block as words
+from fastdyn.problem.mass import equilibrated, null_vectors
+from fastdyn.specialise.scalar import evaluate_kernel
 
-from .check_jacobian import evaluated
+from .inconsistent import refuse_action, refuse_start
 
-STEP = np.finfo(float).eps ** (1 / 3)
-SINGULAR = 1e-9  # a smaller pivot is singular, with rows and columns scaled to size 1
-ITERATIONS = 20
-NOT_OF_INDEX_1 = (
-    "With this `mass` the equations are no DAE of index 1 at the start: the algebraic ones do not "
-    "determine the algebraic variables. Differentiate the constraints by hand until they do, or "
-    "leave out what is said twice."
-)
+
+@functools.cache
+def _function(name):
+    """A function of `kernels/algebra/pencil.py`, compiled."""
+
+    def build():
+        from numba import types
+
+        from fastdyn.kernels.algebra import pencil
+        from fastdyn.kernels.calls.user_function import FORM
+
+        return getattr(pencil, name), types.none(*FORM)
+
+    return code_store.compiled(f"pencil {name}", build, kernel=False)
+
+
+class Mass:
+    """The matrix M of M y' = f, named in the block of the equations.
+
+    Parameters
+    ----------
+    problem : validate.Problem
+    bound : bind.Bound
+        The equations.
+
+    Attributes
+    ----------
+    left, right : ndarray, shape (r, n)
+        Combinations of the equations without y', and directions that M maps to 0.
+    blocks : list of ndarray
+        The blocks of functions that may raise.
+    """
+
+    def __init__(self, problem, bound):
+        p, n = problem, len(problem.y0)
+        mass, rows, columns = equilibrated(p.mass)
+        self.left, self.right = null_vectors(mass.T) * rows, null_vectors(mass) * columns
+        self.problem, self.bound = p, bound
+        sizes = [math.prod(shape) for shape in words.shapes_of_pencil(n, len(self.left))]
+        self._numbers = np.zeros(sum(sizes))
+        parts = np.split(self._numbers, np.cumsum(sizes)[:-1])
+        span = p.tf - p.t0 if math.isfinite(p.tf) else math.copysign(1.0, p.tf)
+        inverse = columns[:, None] * np.linalg.pinv(mass) * rows
+        given = span, p.rtol, p.atol, inverse, self.left, self.right
+        for part, value in zip(parts, given, strict=False):
+            part[:] = np.broadcast_to(np.ravel(value), part.shape)
+        self._failed = parts[-1][-n:]
+        self._kept: list = [_function(name) for name in ("rates", "change", "settle")]
+        self.block: Any = np.zeros(words.WORDS_OF_PENCIL, np.int64)
+        places = [words.ADDRESS, words.CHANGE, words.SETTLE]
+        self.block[places] = [code.address for code in self._kept]
+        self.block[words.EQUATIONS] = address_of(bound.block)
+        self.block[words.N_ALGEBRAIC] = len(self.left)
+        self.block[words.NUMBERS] = address_of(self._numbers)
+        self.blocks = [self.block]
+        self._words = _entries(p.mass)
+        self._words[words.PENCIL] = address_of(self.block)
+        bound.block[words.MASS] = address_of(self._words)
+
+    def consistent(self, others):
+        """The Bounds `others`, with blocks of actions that make the state behind consistent."""
+        if not len(self.left):
+            return others
+        return [self._acting(each) if each.mode.acts_at_events else each for each in others]
+
+    def _acting(self, action):
+        block, code = np.zeros(words.WORDS_OF_ACTION, np.int64), _function("act")
+        block[words.ADDRESS], block[words.ACTION] = code.address, address_of(action.block)
+        block[words.PENCIL_OF_ACTION] = address_of(self.block)
+        self._kept += [code, action]
+        self.blocks.append(block)
+        return action._replace(block=block)
+
+    def called(self, name, t, y):
+        """The result of a function of the pencil at a time and a state; what it raises is lost."""
+        block, out = self.block.copy(), np.zeros(len(y))
+        block[words.ADDRESS] = _function(name).address
+        Call(evaluate_kernel(), block, t, np.ascontiguousarray(y), out)()
+        return out
+
+    def fun(self, t, y):
+        """The equations at a time and a state."""
+        out = np.zeros(len(y))
+        Call(evaluate_kernel(), self.bound.block, t, np.ascontiguousarray(y), out)()
+        return out
+
+    def raise_kept(self):
+        """Raise ValueError if a start, or the state behind an action, was not consistent."""
+        if self.block[words.RAISED_WORD]:
+            self.block[words.RAISED_WORD] = 0
+            refuse = refuse_start if self.block[words.FAILURE] == words.NO_START else refuse_action
+            refuse(self, float(self.block.view(float)[words.TIME]), self._failed.copy())
+
+
+class NoMass:
+    """The identity."""
+
+    blocks: tuple = ()
+
+    def __init__(self, bound):
+        bound.block[words.MASS] = 0
+
+    def consistent(self, others):
+        return others
+
+    def raise_kept(self):
+        pass
 
 
 def mass_of(problem, bound):
-    """The words of the mass matrix, named in the block of the equations; None without one."""
-    words = None if problem.mass is None else _words(problem.mass)
-    bound.block[MASS] = 0 if words is None else address_of(words)
-    return words
+    """The mass matrix of a problem whose equations are bound."""
+    return NoMass(bound) if problem.mass is None else Mass(problem, bound)
 
 
-def _words(matrix):
-    """The words of a mass matrix: see `kernels/algebra/mass.py`."""
+def _entries(matrix):
+    """The words of `kernels/algebra/mass.py`."""
     columns, rows = np.nonzero(matrix.T)
     numbers = np.ascontiguousarray(matrix[rows, columns]).view(np.int64)
     far = rows - columns
-    head = [len(rows), max(0, far.max(initial=0)), max(0, -far.min(initial=0))]
-    assert len(head) == PLACES
+    head = [len(rows), max(0, far.max(initial=0)), max(0, -far.min(initial=0)), 0]
+    assert len(head) == words.PLACES
     return np.concatenate([np.array(head, np.int64), columns * len(matrix) + rows, numbers])
-
-
-def with_mass(problem, bound):
-    """Check the start of a problem with a mass matrix, and choose the size of its first step."""
-    p = problem
-
-    def fun(y):
-        if bound.function is None:
-            return evaluate(bound.python, bound.mode, p.t0, y.copy())
-        return evaluated(bound, p.t0, y, len(y))
-
-    f = fun(p.y0)
-    if not np.isfinite(f).all():
-        return p  # the solve reports the failure
-    _check_start(p, fun, f)
-    if p.h > 0.0:
-        return p
-    scale = p.atol + p.rtol * np.abs(p.y0)
-    mass, rows, columns = equilibrated(p.mass)
-    rate = columns * np.linalg.lstsq(mass, rows * f, rcond=None)[0]
-    size, slope = (np.sqrt(np.mean((x / scale) ** 2)) for x in (p.y0, rate))
-    h = 1e-6 if min(size, slope) < 1e-5 else 0.01 * size / slope
-    return p._replace(h=float(min(h, abs(p.tf - p.t0), p.h_max)))
-
-
-def _check_start(problem, fun, f):
-    """Raise ValueError if the start does not satisfy the algebraic equations."""
-    p = problem
-    mass, rows, columns = equilibrated(p.mass)
-    left, sizes, right = np.linalg.svd(mass)
-    rank = int(np.sum(sizes > len(f) * np.finfo(float).eps * sizes[0])) if sizes[0] else 0
-    left, right = left[:, rank:].T * rows, columns[:, None] * right[rank:].T
-    if not left.size:
-        return
-
-    def newton(y, f):
-        x = _solution(left @ _jacobian(fun, y) @ right, -left @ f)
-        return None if x is None else right @ x
-
-    change = newton(p.y0, f)
-    if change is None:
-        raise ValueError(NOT_OF_INDEX_1)
-    far = np.abs(change) / (p.atol + p.rtol * np.abs(p.y0))
-    if far.max() > 1.0:
-        raise ValueError(
-            f"`y0` does not fulfil the algebraic equations, the rows where `mass` is singular: "
-            f"component {np.argmax(far)} is off by {far.max():.2g} times its tolerance. "
-            + _advice(_consistent(p.y0, change, newton, fun))
-        )
-
-
-def _advice(y):
-    if y is None:
-        return "Newton's iteration finds no state near it that does: start nearer to one."
-    return f"Start from {y.tolist()}, where they hold."
-
-
-def _consistent(y, change, newton, fun):
-    """The limit of Newton's iteration from y; None if the iteration does not converge."""
-    for _ in range(ITERATIONS):
-        y = y + change
-        f = fun(y)
-        change = newton(y, f) if np.isfinite(f).all() else None
-        if change is None:
-            return None
-        if np.abs(change).max() <= 1e-12 * np.abs(y).max():
-            return y
-    return None
-
-
-def _solution(matrix, b):
-    """x with matrix x = b; None if the matrix is singular in any units."""
-    rows = np.abs(matrix).max(axis=1)
-    if not (np.isfinite(rows).all() and rows.all()):
-        return None
-    scaled = matrix / rows[:, None]
-    columns = np.abs(scaled).max(axis=0)
-    if not columns.all() or np.linalg.svd(scaled / columns)[1].min() < SINGULAR:
-        return None
-    return np.linalg.solve(scaled / columns, b / rows) / columns
-
-
-def _jacobian(fun, y):
-    """The Jacobian by central differences, (n, n)."""
-    columns, least = [], STEP * max(1e-3, float(np.median(np.abs(y))))
-    for j, size in enumerate(np.abs(y)):
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = y.copy()
-            moved[j] += sign * max(STEP * size, least)
-            ends.append((moved[j], fun(moved)))
-        (high, above), (low, below) = ends
-        columns.append((above - below) / (high - low))
-    return np.array(columns).T

@@ -1,0 +1,39 @@
+"""Consistent states and derivatives of M y' = f, by the functions of `algebra/pencil.py`.
+
+All take the address of the words of M, the block's word MASS.
+"""
+
+from ..jit_options import INTERNAL, njit
+from .block import CHANGE, EVALUATIONS, PENCIL, SETTLE
+from .user_function import call_function, call_with, raised, words_at
+
+
+@njit(**INTERNAL)
+def rates_of(mass, t, y, out):
+    """The derivative of the state, of equations with the matrix of this address."""
+    call_function(words_at(mass)[PENCIL], t, y, out)
+
+
+@njit(**INTERNAL)
+def made_consistent(mass, t, y):
+    """Replace a state by the consistent one; False if none was found."""
+    pencil = words_at(mass)[PENCIL]
+    call_with(words_at(pencil)[SETTLE], pencil, t, y, y)
+    return not raised(pencil)
+
+
+@njit(**INTERNAL)
+def is_consistent(mass, t, y, scratch):
+    """Whether a start fulfils the algebraic equations to within the tolerance."""
+    pencil = words_at(mass)[PENCIL]
+    call_with(words_at(pencil)[CHANGE], pencil, t, y, scratch)
+    return not raised(pencil)
+
+
+@njit(**INTERNAL)
+def evaluations_since(mass):
+    """The evaluations of the equations since the last call."""
+    words = words_at(words_at(mass)[PENCIL])
+    found = words[EVALUATIONS]
+    words[EVALUATIONS] = 0
+    return found
