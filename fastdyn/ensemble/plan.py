@@ -165,8 +165,11 @@ def _vector_kernel(problem, members, wanted):
     from fastdyn.specialise.vector import kernel, series_kernel
 
     p = problem
+    of_mass = {}
     if p.mass is not None:
-        raise Uncompilable("a mass matrix is for one at a time")
+        if reductions.extrema(wanted):
+            raise Uncompilable("with `mass` the slopes of components are not in the lanes")
+        of_mass["mass"] = tuple([each.tolist() for each in np.nonzero(p.mass.T)[::-1]])
     if p.method.n_matrices and (p.jac is not None or p.differences):
         raise Uncompilable("a Jacobian that is given, or by differences, is for one at a time")
     varying = tuple(j in members.varying for j in range(len(members.first)))
@@ -178,13 +181,13 @@ def _vector_kernel(problem, members, wanted):
         order = order_of_many(p.rtol, p.atol)
         of_method: Any = functools.partial(series_kernel, order, *given)
     else:
-        of_method = functools.partial(kernel, p.method.name, *given)
+        of_method = functools.partial(kernel, p.method.name, *given, **of_mass)
     events, folds = [event for event, _, _ in p.events or ()], reductions.folds(wanted)
     others = [fold.of_state(members.n, reductions.n_copies(wanted)) for fold in folds]
     reason = ""
     if (events or others) and p.project is None:
         try:
-            return of_method(events, others), ""
+            return of_method((events, others)), ""
         except Uncompilable as error:
             reason = f"events and folds one by one: {error}"
     return of_method(), reason

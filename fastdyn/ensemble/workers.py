@@ -9,7 +9,7 @@ import numpy as np
 from fastdyn import code_store
 from fastdyn.compile.mode import EVENT
 from fastdyn.compile.taylor.steps.accuracy import order_of_many
-from fastdyn.kernels.calls.block import FIRST
+from fastdyn.kernels.calls.block import FIRST, MASS
 from fastdyn.kernels.ensemble import arguments, scheduler
 from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
 from fastdyn.kernels.output.arguments import OUTPUT, SCHEDULES
@@ -157,6 +157,7 @@ class Worker:
     def _lanes(self, p, members, vector, work, rows):
         n, width = len(p.y0), vector.width if vector else 1
         block, places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
+        block[MASS] = self.bounds[0].block[MASS]
         if vector:
             places = members.places(vector, block)
         events = event_table(p, self._between, order_of_many(p.rtol, p.atol))

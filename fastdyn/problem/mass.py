@@ -61,8 +61,8 @@ def given(fun, t0, y0, args, options, method, mode):
     if options.get("project") is not None and is_singular(matrix):
         raise ValueError(
             "`project` does not go with a singular `mass`: write the constraint among the "
-            "algebraic equations, with an unknown that fulfils it; `solve_dae` takes it as it is, "
-            "of any index."
+            "algebraic equations, with an unknown that fulfils it. `solve_dae` takes constraints "
+            "as they are, of any index."
         )
     return fun, matrix
 
@@ -72,7 +72,8 @@ def _divided(fun, mass, first, options, mode):
     if is_singular(first):
         raise ValueError(
             "`mass` is singular at the start: only a matrix that stays the same may be, not a "
-            "function of (t, y)."
+            "function of (t, y). Take `solve_dae` with a function F(t, y, yp) that returns "
+            "mass(t, y) @ yp - fun(t, y), and with given='differential'."
         )
     if mode is COLUMN or options.get("jac") is not None:
         other = "vectorized" if mode is COLUMN else "jac"
@@ -104,15 +105,36 @@ def is_singular(matrix):
     return np.linalg.matrix_rank(equilibrated(matrix)[0]) < len(matrix)
 
 
-def null_vectors(matrix):
-    """Rows x with matrix x = 0, as many as the rank lacks; unit vectors for columns of zeros."""
-    n, used = len(matrix), matrix.any(axis=0)
-    missing = int(used.sum()) - int(np.linalg.matrix_rank(matrix))
-    units, mixed = np.eye(n)[~used], np.zeros((missing, n))
-    if missing:
-        found = np.linalg.svd(matrix[:, used])[2][-missing:]
-        mixed[:, used] = np.where(np.abs(found) > n * np.finfo(float).eps, found, 0.0)
-    return np.concatenate([units, mixed])
+def parts_of(matrix):
+    """The pseudo-inverse of a matrix, and rows x with x matrix = 0 and with matrix x = 0.
+
+    Rows and columns of zeros give unit vectors.  Components that no equation couples, directly or
+    through others, stay apart.
+    """
+    n, units = len(matrix), np.eye(len(matrix))
+    inverse, left, right = np.zeros((n, n)), [], []
+    for rows, columns in _blocks(matrix):
+        if len(rows) == len(columns) == 1:
+            inverse[columns[0], rows[0]] = 1.0 / matrix[rows[0], columns[0]]
+            continue
+        u, sizes, v = np.linalg.svd(matrix[np.ix_(rows, columns)])
+        rank = int(np.sum(sizes > n * np.finfo(float).eps * sizes.max(initial=0.0)))
+        inverse[np.ix_(columns, rows)] = (v[:rank].T / sizes[:rank]) @ u[:, :rank].T
+        left += list(u.T[rank:] @ units[rows])
+        right += list(v[rank:] @ units[columns])
+    return inverse, np.reshape(left, (-1, n)), np.reshape(right, (-1, n))
+
+
+def _blocks(matrix):
+    """(rows, columns) of each set of equations and components that elements connect."""
+    from scipy.sparse import bmat, csr_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n, pattern = len(matrix), csr_matrix(matrix != 0.0)
+    count, label = connected_components(bmat([[None, pattern], [pattern.T, None]]), False)
+    order = np.argsort(label, kind="stable")
+    for members in np.split(order, np.searchsorted(label[order], np.arange(1, count))):
+        yield members[members < n], members[members >= n] - n
 
 
 def equilibrated(matrix):

@@ -78,21 +78,22 @@ def _with_another(before, one, function, row):
     return together
 
 
-def _check_elimination(jacobian, n):
-    places = zip(jacobian.rows, jacobian.columns, strict=True)
+def _check_elimination(jacobian, n, mass):
+    rows, columns = mass or ((), ())
+    places = zip([*jacobian.rows, *rows], [*jacobian.columns, *columns], strict=True)
     if structure(places, n).n_products > MOST_PRODUCTS:
         raise Uncompilable(f"{n} equations so coupled take more code than pays")
 
 
-def _derivatives(jacobian):
+def _derivatives(jacobian, mass):
     function = right_hand_side(named(JACOBIAN, jacobian.size))
-    return Derivatives(function, jacobian.rows, jacobian.columns, not jacobian.autonomous)
+    return Derivatives(function, jacobian.rows, jacobian.columns, not jacobian.autonomous, mass)
 
 
 _kernels = memory.Table()
 
 
-def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()):
+def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), mass=None):
     """The stepping kernel of a method for n vectors, with `fun` inlined.
 
     Parameters
@@ -109,8 +110,10 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         The start, the end and a state of the solves.
     extrema : bool
         The kernel also finds the largest and smallest values.
-    events, folds : sequence of callable
+    between : pair of sequences of callable
         Events, functions (t, y) of one number; and folds, functions (t, [value, y]) of one number.
+    mass : pair of lists of int, optional
+        The rows and the columns of the numbers of a mass matrix.
 
     Returns
     -------
@@ -126,6 +129,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
         raise Uncompilable(f"the steps of {name} are not written for vectors")
     if n > MAX_VECTORS:
         raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")
+    events, folds = between
     functions = [(fun, mode, n // 2 if mode.second_order else n)]
     functions += [(event, EVENT, n) for event in events]
     functions += [(fold, EVENT, n + 1) for fold in folds]
@@ -138,9 +142,9 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     derived = None
     if METHODS[name].n_matrices:
         derived = forms[0].jacobian(METHODS[name].by_time)
-        _check_elimination(derived[0], n)
+        _check_elimination(derived[0], n, mass)
     keys = [form.key for form in forms]
-    key = f"lanes {name} {n} {width()} {extrema} {len(events)} {keys}"
+    key = f"lanes {name} {n} {width()} {extrema} {len(events)} {mass} {keys}"
     sizes = [form.n_words for form in forms]
     compiled = _kernels.get(key)
     if compiled is None:
@@ -152,6 +156,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
             structure = (
                 *(list(map(int, places)) for places in (jacobian.rows, jacobian.columns)),
                 jacobian.autonomous,
+                mass,
             )
 
         def build():
@@ -164,7 +169,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
             accumulated = _in_turn(_accumulate, numbers[len(events) :], row)
             given = [extrema or None, watched, accumulated]
             if derived is not None:
-                given.append(_derivatives(derived[0]))
+                given.append(_derivatives(derived[0], mass))
             kernel = method.lane_kernel(right_hand_side(user), Form(n, width()), *given)
             return kernel, ADVANCE_VECTORS
 
@@ -184,9 +189,9 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, events=(), folds=()
     )
 
 
-def series_kernel(order, fun, args, varying, mode, n, near, extrema, events=(), folds=()):
+def series_kernel(order, fun, args, varying, mode, n, near, extrema, between=((), ())):
     """The kernel of the Taylor method of an order, without extrema, events and folds in lanes."""
-    if extrema or events or folds:
+    if extrema or any(between):
         raise Uncompilable("Taylor's vectors look out for nothing on the way")
     if n > MAX_VECTORS:
         raise Uncompilable(f"{n} components are more than {MAX_VECTORS}")

@@ -56,33 +56,42 @@ def _exchange(builder, pivot, column, k, rows):
     column[k] = new
 
 
-def _fill(builder, a, entries, diagonal):
-    """The matrix with `diagonal` on its diagonal, less the entries, {(row, column): value}."""
+def _fill(builder, a, entries, factor, mass):
+    """The matrix ``factor M - J`` of the entries of J, and of M or of None for the identity.
+
+    Entries are {(row, column): value}.
+    """
     zero = constant(a.kind, 0.0)
     for i, j in a.structure.places:
-        value = diagonal if i == j else zero
+        if mass is None:
+            value = factor if i == j else zero
+        else:
+            value = builder.fmul(factor, mass[i, j]) if (i, j) in mass else zero
         if (i, j) in entries:
             value = builder.fsub(value, entries[i, j])
         a[i, j] = value
 
 
-def make_elimination(rows, columns, form):
-    """The functions for matrices ``diagonal * identity - J``, J with entries in these places.
+def make_elimination(rows, columns, form, mass=None):
+    """The functions for matrices ``factor M - J``, J with entries in these places.
+
+    `mass` has the places of the numbers of M, rows and columns; without it, M is the identity.
 
     Returns
     -------
     room : int
         Rows of vectors that factors take.
     factorise : function
-        ``factorise(factors, entries, diagonal)`` fills the array `factors`, and returns whether any
-        lane has exchanged rows.  For a singular matrix, U has a zero on its diagonal, and solutions
-        are infinite or NaN.
+        ``factorise(factors, entries, factor, mass)`` fills the array `factors`, with the numbers of
+        M or None, and returns whether any lane has exchanged rows.  For a singular matrix, U has a
+        zero on its diagonal, and solutions are infinite or NaN.
     solve : function
         ``solve(factors, exchanged, b)`` gives x, with A x = b.
     """
     places = [*zip(map(int, rows), map(int, columns), strict=True)]
-    n, found = len(form.value), structure(places, len(form.value))
-    return len(found.places) + n, _make_factorise(found, places), _make_solve(found)
+    of_mass = None if mass is None else [*zip(*(map(int, each) for each in mass), strict=True)]
+    n, found = len(form.value), structure([*places, *(of_mass or ())], len(form.value))
+    return len(found.places) + n, _make_factorise(found, places, of_mass), _make_solve(found)
 
 
 def make_product(rows, columns):
@@ -108,21 +117,24 @@ def make_product(rows, columns):
     return multiply
 
 
-def _make_factorise(found, places):
+def _make_factorise(found, places, of_mass):
     @intrinsic
-    def factorise(typingctx, factors, entries, diagonal):
+    def factorise(typingctx, factors, entries, factor, mass):
         def codegen(context, builder, signature, args):
-            array, given, scale = args
-            a = _Elements(context, builder, diagonal, (factors, array), found)
-            values = [builder.extract_value(given, i) for i in range(len(places))]
-            _fill(builder, a, dict(zip(places, values, strict=True)), scale)
+            a = _Elements(context, builder, factor, (factors, args[0]), found)
+
+            def values(where, given):
+                return {place: builder.extract_value(given, i) for i, place in enumerate(where)}
+
+            numbers = None if of_mass is None else values(of_mass, args[3])
+            _fill(builder, a, values(places, args[1]), args[2], numbers)
             return straight_line.factorise(Reals(builder, a.kind, FUSE), a)
 
-        return types.boolean(factors, entries, diagonal), codegen
+        return types.boolean(factors, entries, factor, mass), codegen
 
     @njit(**INLINED)
-    def called(factors, entries, diagonal):
-        return factorise(factors, entries, diagonal)
+    def called(factors, entries, factor, mass):
+        return factorise(factors, entries, factor, mass)
 
     return called
 

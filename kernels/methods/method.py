@@ -230,10 +230,12 @@ class Derivatives(NamedTuple):
     """The Jacobian of a right-hand side on vectors, for the `lane_kernel` of an implicit method.
 
     ``function(t, y, block, out)`` gives the entries of the Jacobian at (rows, columns), and behind
-    the entries df/dt, n vectors.  `timed` tells whether df/dt may differ from zero.
+    the entries df/dt, n vectors.  `timed` tells whether df/dt may differ from zero.  `mass` has the
+    rows and the columns of the numbers of a mass matrix, or is None.
     """
 
     function: Any
     rows: Any
     columns: Any
     timed: bool
+    mass: Any = None

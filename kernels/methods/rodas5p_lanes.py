@@ -1,4 +1,4 @@
-"""The steps of Rodas5P with a trajectory in each lane of a vector, for y' = f(t, y).
+"""The steps of Rodas5P with a trajectory in each lane of a vector, for M y' = f(t, y).
 
 df/dy and df/dt are exact.  A lane with a number that is not finite, for example because its matrix
 is singular, is left to the step of `rodas5p.py`.
@@ -7,6 +7,7 @@ is singular, is left to the step of `rodas5p.py`.
 import numpy as np
 
 from ..algebra.elimination_in_lanes import make_elimination, make_product
+from ..algebra.mass_in_lanes import make_mass_product, make_numbers
 from ..ensemble import lanes
 from ..jit_options import INLINED, INTERNAL, njit
 from ..state.elementwise import apply, combine, weigh
@@ -53,6 +54,17 @@ def _sum(a, b):
     return apply(_add, (None,), (), (a, b))[0]
 
 
+@njit(**INLINED)
+def _without_mass(block):
+    return None
+
+
+@njit(**INLINED)
+def _add_to(block, x, total):
+    """``M x + total`` of an M that is the identity."""
+    return _sum(total, x)
+
+
 def _make_with_time(slope, timed):
     """``with_time(f, h, by_time)``: f + h slope df/dt."""
 
@@ -93,7 +105,7 @@ def _make_state(i):
     return combined if i <= len(A) else gone_on
 
 
-def _and_stage(before, i, solve, timed):
+def _and_stage(before, i, solve, timed, add_product):
     """A function that solves for the stages up to stage i.
 
     The function returns the stages, the state of stage i, and the sum of
@@ -107,14 +119,14 @@ def _and_stage(before, i, solve, timed):
         u, last, total = before(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged)
         now = state(y, last, u)
         f = with_time(rhs(t + time * h, now, block, None), h, by_time)
-        right = _sum(f, weigh(None, 1.0 / h, c, u))
+        right = add_product(block, weigh(None, 1.0 / h, c, u), f)
         total = apply(_add_multiple, (None,), (b,), (total, f))[0]
         return (*u, solve(factors, exchanged, right)), now, total
 
     return stages
 
 
-def _and_last_stage(before, solve, multiply):
+def _and_last_stage(before, solve, multiply, add_product):
     """A function that solves for all stages; for the last stage see `rodas5p.py`."""
     state, time = _make_state(N_STAGES - 1), TIMES.floats[-1]
 
@@ -125,32 +137,37 @@ def _and_last_stage(before, solve, multiply):
         f = rhs(t + time * h, now, block, None)
         total = multiply(jacobian, weigh(None, 1.0, END, u), total)
         moved = apply(_moved, (None,), (1.0 / (h * GAMMA),), (y, now))[0]
-        return (*u, solve(factors, exchanged, _sum(_sum(f, total), moved))), now
+        right = add_product(block, moved, _sum(f, total))
+        return (*u, solve(factors, exchanged, right)), now
 
     return stages
 
 
-def _make_stages(solve, multiply, timed):
+def _make_stages(solve, multiply, timed, add_product):
     """A function that returns all stages, and the state of the last stage."""
     stages = _make_first_stage(solve, timed)
     for i in range(1, N_STAGES - 1):
-        stages = _and_stage(stages, i, solve, timed)
-    return _and_last_stage(stages, solve, multiply)
+        stages = _and_stage(stages, i, solve, timed, add_product)
+    return _and_last_stage(stages, solve, multiply, add_product)
 
 
 def _make_step(derivatives, form):
     """The step for `lanes.adaptive`; its error is negative in lanes with a non-finite number."""
     width, n_entries = form.value.dtype.width, len(derivatives.rows)
-    places = derivatives.rows, derivatives.columns
-    room, factorise, solve = make_elimination(*places, form)
-    stages = _make_stages(solve, make_product(*places), derivatives.timed)
+    places, mass = (derivatives.rows, derivatives.columns), derivatives.mass
+    room, factorise, solve = make_elimination(*places, form, mass)
+    numbers_of_mass, add_product = _without_mass, _add_to
+    if mass is not None:
+        numbers_of_mass = make_numbers(len(mass[0]), form)
+        add_product = make_mass_product(*mass, form)
+    stages = _make_stages(solve, make_product(*places), derivatives.timed, add_product)
     derive = derivatives.function
 
     @njit(**INLINED)
     def step(rhs, t, y, h, k1, block, form, work, rtol, atol):
         found, factors = derive(t, y, block, None), rows_on_stack(room, width)
         jacobian, by_time = found[:n_entries], found[n_entries:]
-        exchanged = factorise(factors, jacobian, 1.0 / (h * GAMMA))
+        exchanged = factorise(factors, jacobian, 1.0 / (h * GAMMA), numbers_of_mass(block))
         u, last = stages(rhs, t, y, h, k1, block, jacobian, by_time, factors, exchanged)
         y_new = _sum(last, u[-1])
         # With an infinite entry of the Jacobian, stages and error would be zero.

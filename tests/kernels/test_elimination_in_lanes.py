@@ -34,7 +34,7 @@ def eliminated(places, diagonal, entries, b):
     def run(diagonal, entries, b, x):
         factors = rows_on_stack(room, WIDTH)
         given = fetch(form_of_entries, entries, 0)
-        exchanged = factorise(factors, given, field(form, diagonal, 0))
+        exchanged = factorise(factors, given, field(form, diagonal, 0), None)
         keep(x, 0, (solve(factors, exchanged, fetch(form, b, 0)),))
         return exchanged
 

@@ -10,7 +10,7 @@ from fastdyn import code_store
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls import block as words
-from fastdyn.problem.mass import equilibrated, null_vectors
+from fastdyn.problem.mass import equilibrated, parts_of
 from fastdyn.specialise.scalar import evaluate_kernel
 
 from .inconsistent import refuse_action, refuse_start
@@ -51,14 +51,16 @@ class Mass:
     def __init__(self, problem, bound):
         p, n = problem, len(problem.y0)
         mass, rows, columns = equilibrated(p.mass)
-        self.left, self.right = null_vectors(mass.T) * rows, null_vectors(mass) * columns
+        inverse, left, right = parts_of(mass)
+        self.left, self.right = left * rows, right * columns
         self.problem, self.bound = p, bound
         sizes = [math.prod(shape) for shape in words.shapes_of_pencil(n, len(self.left))]
         self._numbers = np.zeros(sum(sizes))
         parts = np.split(self._numbers, np.cumsum(sizes)[:-1])
         span = p.tf - p.t0 if math.isfinite(p.tf) else math.copysign(1.0, p.tf)
-        inverse = columns[:, None] * np.linalg.pinv(mass) * rows
-        given = span, p.rtol, p.atol, inverse, self.left, self.right
+        given = (
+            span, p.rtol, p.atol, columns[:, None] * inverse * rows, self.left, self.right,
+        )  # fmt: skip
         for part, value in zip(parts, given, strict=False):
             part[:] = np.broadcast_to(np.ravel(value), part.shape)
         self._failed = parts[-1][-n:]

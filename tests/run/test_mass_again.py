@@ -1,0 +1,137 @@
+"""M y' = f(t, y) by prepared solvers and by single steps: as solve_ivp, bit for bit."""
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from fastdyn import Stepper, prepare, solve_dae, solve_ivp
+
+TAKE = ("Rodas5P", "Radau", "BDF")
+GIVEN = {"rtol": 1e-8, "atol": 1e-10}
+MASS = np.diag([1.0, 0.0])
+
+
+def root(x):
+    """The z of z + z^3 = x."""
+    found = np.roots([1.0, 0.0, 1.0, -x])
+    return float(found[np.abs(found.imag).argmin()].real)
+
+
+def decaying(t, y, k):
+    x, z = y
+    return [-k * x, z + z**3 - x]
+
+
+STARTS = [[x, root(x)] for x in (1.0, 0.5, 2.0, 1e-6)]
+
+
+@pytest.mark.parametrize("method", TAKE)
+def test_a_prepared_solver(method):
+    solver = prepare(decaying, (0, 3), STARTS[0], method, args=(1.0,), mass=MASS, **GIVEN)
+    ends = []
+    for start in STARTS * 4:  # the first by Python, later ones in C
+        for k in (1.0, 2.5):
+            one, again = (
+                solve_ivp(decaying, (0, 3), start, method, args=(k,), mass=MASS, **GIVEN),
+                solver(start, args=(k,)),
+            )
+            assert np.array_equal(one.y, again.y) and np.array_equal(one.t, again.t)
+            assert (one.nfev, one.njev, one.nlu) == (again.nfev, again.njev, again.nlu)
+            ends.append(again.y[:, -1])
+            assert ends[-1][0] == pytest.approx(start[0] * math.exp(-3.0 * k), rel=1e-4, abs=1e-9)
+    many = solver.many(np.repeat(STARTS, 2, axis=0), args=(np.tile([1.0, 2.5], 4),))
+    assert np.array_equal(many.y, ends[:8]) and many.success.all()
+    copied = pickle.loads(pickle.dumps(solver)) if method == "Radau" else solver
+    assert np.array_equal(copied(STARTS[1]).y, solver(STARTS[1]).y)
+
+
+@pytest.mark.parametrize("method", TAKE)
+def test_a_start_that_is_not_consistent_is_refused_each_time(method):
+    solver = prepare(decaying, (0, 3), STARTS[0], method, args=(1.0,), mass=MASS, **GIVEN)
+    for _ in range(6):
+        assert solver(STARTS[1]).success
+        with pytest.raises(ValueError, match=r"component 1 is off by .* Start from \[0\.5, 0\.42"):
+            solver([0.5, 0.5])
+    with pytest.raises(ValueError, match="component 1 is off by"):
+        solver.many([STARTS[0], [0.5, 0.5]])
+    assert np.array_equal(solver.many([STARTS[1]]).y[0], solver(STARTS[1]).y[:, -1])
+    with pytest.raises(ValueError, match="component 1 is off by"):
+        Stepper(decaying, 0.0, [0.5, 0.5], 3.0, method=method, args=(1.0,), mass=MASS, **GIVEN)
+    with pytest.raises(ValueError, match="no DAE of index 1"):
+        prepare(lambda t, y: [y[1], y[0]], (0, 1), [0.0, 0.0], method, mass=MASS)()
+
+
+@pytest.mark.parametrize("method", TAKE)
+def test_a_prepared_solver_with_actions(method):
+    given = {
+        "args": (1.0,), "mass": MASS, "events": lambda t, y, k: y[0] - 0.3,
+        "on_event": lambda t, y, k: [4.0 * y[0], 0.0], **GIVEN,
+    }  # fmt: skip
+    solver = prepare(decaying, (0, 3), STARTS[0], method, **given)
+    for start in STARTS[:3] * 2:
+        one, again = solve_ivp(decaying, (0, 3), start, method, **given), solver(start)
+        assert np.array_equal(one.y, again.y) and len(one.t_events[0])
+        assert np.array_equal(one.t_events[0], again.t_events[0])
+
+
+@pytest.mark.parametrize("method", TAKE)
+def test_steps_are_those_of_a_whole_solve(method):
+    given = {"method": method, "args": (1.0,), "mass": MASS, **GIVEN}
+    whole = solve_ivp(decaying, (0, 3), STARTS[2], dense_output=True, **given)
+    stepper, found = Stepper(decaying, 0.0, STARTS[2], 3.0, **given), []
+    while stepper.status == "running":
+        stepper.step()
+        found.append(stepper.y)
+        if stepper.nstep == 5:
+            stepper = pickle.loads(pickle.dumps(stepper))
+        if stepper.nstep == 9:
+            stepper = copy.deepcopy(stepper)
+        middle = 0.5 * (stepper.t + stepper.t_old)
+        assert np.array_equal(stepper.interpolate(middle), whole.sol(middle))
+    assert np.array_equal(np.array(found).T, whole.y[:, 1:])
+    assert (stepper.njev, stepper.nlu) == (whole.njev, whole.nlu)
+
+
+def test_matrices_that_change_and_methods_without():
+    def mass(t, y):
+        return [[2.0 + y[1] ** 2, 0.5 * t], [y[0], 1.0 + t]]
+
+    def fun(t, y):
+        slope = -y[0], math.cos(t)
+        return [
+            (2.0 + y[1] ** 2) * slope[0] + 0.5 * t * slope[1], y[0] * slope[0] + (1 + t) * slope[1]
+        ]  # fmt: skip
+
+    for method in TAKE:
+        run = prepare(fun, (0, 2), [1.0, 0.0], method, mass=mass, **GIVEN)()
+        assert run.y[:, -1] == pytest.approx([math.exp(-2), math.sin(2)], abs=3e-6)
+        stepper = Stepper(fun, 0.0, [1.0, 0.0], 2.0, method=method, mass=mass, **GIVEN)
+        while stepper.status == "running":
+            stepper.step()
+        assert np.array_equal(stepper.y, run.y[:, -1])
+    with pytest.raises(ValueError, match="`mass` is not for Tsit5"):
+        prepare(fun, (0, 2), [1.0, 0.0], "Tsit5", mass=mass)
+    with pytest.raises(ValueError, match="`mass` is not for RK45"):
+        Stepper(fun, 0.0, [1.0, 0.0], 2.0, mass=np.eye(2))
+
+
+def test_a_singular_matrix_that_changes_is_for_solve_dae():
+    """x' (1 + z) = -x (1 + z), 0 = z - x: the sentence says what to call."""
+
+    def mass(t, y):
+        return np.array([[1.0 + y[1], 0.0], [0.0, 0.0]])
+
+    def fun(t, y):
+        return np.array([-y[0] * (1.0 + y[1]), y[1] - y[0]])
+
+    said = r"Take `solve_dae` with a function F\(t, y, yp\) that returns mass\(t, y\) @ yp - fun"
+    with pytest.raises(ValueError, match=said):
+        solve_ivp(fun, (0, 2), [1.0, 1.0], "Rodas5P", mass=mass)
+    dae = solve_dae(
+        lambda t, y, yp: mass(t, y) @ yp - fun(t, y), (0, 2), [1.0, 0.0], given="differential",
+        **GIVEN,
+    )  # fmt: skip
+    assert dae.y[:, -1] == pytest.approx([math.exp(-2.0)] * 2, rel=1e-5)
