@@ -141,8 +141,11 @@ def extended(problem, how, members):
     atol = np.full(times * n, math.inf)
     atol[:n] = np.broadcast_to(problem.atol, n) * share
     events = problem.events and [(of_own(e, n), *how) for e, *how in problem.events]
-    y0 = np.tile(problem.y0, times)
-    return problem._replace(y0=y0, rtol=rtol, atol=atol, mode=how, events=events)
+    y0, mass = np.tile(problem.y0, times), problem.mass
+    if mass is not None:
+        mass = np.eye(times * n)
+        mass[:n, :n] = problem.mass
+    return problem._replace(y0=y0, rtol=rtol, atol=atol, mode=how, events=events, mass=mass)
 
 
 def value(item, results, trajectories):

@@ -11,6 +11,7 @@ from .domains import options as domains
 
 METHODS = "'Rodas5P', 'Radau' or 'BDF'"  # that take a mass matrix
 OTHERWISE = f"take method={METHODS}, or solve for y' in `fun` where the matrix is regular"
+DIVIDED = "__fastdyn_divided__"  # marks a function M \\ f
 
 
 def refuse(options, method, y0):
@@ -56,6 +57,8 @@ def given(fun, t0, y0, args, options, method, mode):
     if mode not in (DERIVATIVE, COLUMN):
         raise ValueError("`mass` is for equations y' = fun(t, y), not for second order or pairs.")
     if callable(found):
+        if hasattr(fun, DIVIDED):  # in a worker of an ensemble
+            return fun, None
         return _divided(fun, found, _matrix(found(t0, y0.copy(), *args), n), options, mode), None
     matrix = _matrix(found, n)
     if options.get("project") is not None and is_singular(matrix):
@@ -86,6 +89,7 @@ def _divided(fun, mass, first, options, mode):
     def divided(t, y, *args):
         return np.linalg.solve(np.array(mass(t, y, *args)), np.array(fun(t, y, *args)))
 
+    setattr(divided, DIVIDED, True)
     return divided
 
 

@@ -150,3 +150,30 @@ def test_a_matrix_that_changes(method):
     assert many.y_end == pytest.approx(
         np.column_stack([np.exp(-2 * RATES), np.full(11, math.sin(2))]), abs=3e-5
     )
+
+
+def test_means_along_trajectories():
+    """The integrals of the moments stand beside M as y' = f does."""
+    given = {"rtol": 1e-8, "atol": 1e-10, "reduce": ["mean", "rms"]}
+    many = solve_ensemble(
+        decaying, (0, 1), [1.0, root(1.0)], (RATES,), "Rodas5P", mass=np.diag([1.0, 0.0]), **given
+    )
+    mean, square = (1.0 - np.exp(-RATES)) / RATES, (1.0 - np.exp(-2.0 * RATES)) / (2.0 * RATES)
+    assert many.reduced["mean"][:, 0] == pytest.approx(mean, rel=1e-6)
+    assert many.reduced["rms"][:, 0] == pytest.approx(np.sqrt(square), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["constant", "of the state"])
+def test_in_blocks_the_matrix_counts_once(name, tmp_path):
+    """Workers get the equations as they are solved here: a function is divided by M already."""
+    pytest.importorskip("zarr")
+
+    def fun(t, y, k):
+        return [-3.0 * k * y[0]]
+
+    mass = np.array([[3.0]]) if name == "constant" else lambda t, y, k: [[3.0 + 0.0 * y[0]]]
+    many = solve_ensemble(
+        fun, (0, 1), [1.0], (RATES,), "Rodas5P", mass=mass, store=tmp_path / "m.zarr", block=4,
+        **GIVEN,
+    )  # fmt: skip
+    assert np.ravel(many.y_end) == pytest.approx(np.exp(-RATES), rel=1e-5)
