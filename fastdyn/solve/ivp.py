@@ -108,8 +108,7 @@ def solve_ivp(
         For "LSODA", as in SciPy: the shortest step.
     mass : array_like, shape (n, n), or callable
         For "Rodas5P", "Radau", "BDF": M of M y' = fun(t, y), a regular ``mass(t, y, *args)``, or a
-        constant M.  If M is singular (a DAE of index 1), `y0` satisfies the algebraic equations,
-        and behind `on_event`, which gives M y, they give the rest.
+        constant M.  With a singular M (a DAE of index 1), `y0` satisfies the algebraic equations.
     step : float
         Size of constant steps.  Steps are never shortened: if the span is not a whole number of
         steps, the last step overshoots and the end is interpolated.

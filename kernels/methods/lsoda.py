@@ -11,10 +11,21 @@ array of this step.
 
 from ..jit_options import INTERNAL, njit
 from ..output.arguments import NOTHING
-from ..state.record import FAILED_AGAIN, NO_TOLERANCE, RAISED, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
+from ..state.record import (
+    ATOL,
+    FAILED_AGAIN,
+    NO_TOLERANCE,
+    RAISED,
+    RTOL,
+    RUNNING,
+    STEP_TOO_SMALL,
+    Y_OLD,
+    Y,
+)
 from ..state.rows import copy_row
 from ..stepping import first_step
 from ..stepping.differences import evaluate_row
+from ..stepping.implicit import weigh
 from ..stepping.jacobian import clear_matrix
 from .implicit import implicit
 from .lsoda_control import (
@@ -36,6 +47,7 @@ from .lsoda_past import (
     ORDER,
     RATE,
     SLOPE,
+    WEIGHT,
     J,
     K,
     Z,
@@ -44,7 +56,6 @@ from .lsoda_past import (
     predict,
     rescale,
     retract,
-    weigh,
 )
 from .lsoda_table import CORRECTION, ORDERS, SAME
 
@@ -150,7 +161,7 @@ def _go_on(s, work, t_new, error, predicted):
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`.  The option `min_step`, not `h_min`, bounds the step."""
     s = state[0]
-    if not weigh(work):
+    if not weigh(work, Y, WEIGHT, RTOL, ATOL):
         return NO_TOLERANCE
     if s.order == 0:
         status = _begin(state, work, block)

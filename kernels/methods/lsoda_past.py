@@ -6,7 +6,7 @@ K. Radhakrishnan and A. C. Hindmarsh, "Description and use of LSODE", NASA RP-13
 from ..jit_options import INLINED, INTERNAL, njit
 from ..output.dense_output import F as DENSE
 from ..output.dense_output import nest
-from ..state.record import ATOL, RTOL, Y_OLD, K, Y
+from ..state.record import Y_OLD, K, Y
 from .lsoda_table import HIGHEST
 
 # Rows: a row whose first number is the order of the last step; the derivative; the Nordsieck array;
@@ -16,17 +16,6 @@ ORDER, SLOPE, Z = K, K + 1, K + 2
 CHANGE, KEPT, RATE, TRIAL, WEIGHT, FACTOR, FOUND = (K + 15 + i for i in range(7))
 PIVOTS, N_ROWS = K + 23, 24
 J = K + N_ROWS  # the first row of the Jacobian; the factors of I - h l0 J lie behind the Jacobian
-
-
-@njit(**INTERNAL)
-def weigh(work):
-    """Store 1 / tolerance of each component at the state; False if a tolerance is 0."""
-    for i in range(work.shape[1]):
-        tolerance = work[RTOL, i] * abs(work[Y, i]) + work[ATOL, i]
-        if not tolerance > 0.0:
-            return False
-        work[WEIGHT, i] = 1.0 / tolerance
-    return True
 
 
 @njit(**INTERNAL)

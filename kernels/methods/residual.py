@@ -26,10 +26,12 @@ from ..state.record import (
 from ..state.rows import copy_row, in_halves
 from ..stepping import first_step
 from ..stepping.differences import evaluate_row
+from ..stepping.implicit import weigh
 from .implicit import implicit
 from .residual_control import after_failures, next_order_and_size, order_below
 from .residual_matrix import clear, factors_at, renew
 from .residual_past import (
+    ABSOLUTE,
     BOUND,
     CHANGE,
     CLIMBS,
@@ -44,6 +46,7 @@ from .residual_past import (
     PREDICTED_RATE,
     PSI,
     RATE,
+    RELATIVE,
     RESIDUAL,
     RISE,
     SLOPE,
@@ -52,13 +55,13 @@ from .residual_past import (
     TRIAL,
     TRIAL_RATE,
     USED,
+    WEIGHT,
     J,
     coefficients,
     dense_rows,
     fill_coefficients,
     norm,
     predict,
-    weigh,
 )
 
 MAX_ITERATIONS, DIVERGES = 4, 0.9
@@ -84,7 +87,7 @@ def begin(rhs, state, work, block):
     s, rows = state[0], in_halves(work)
     s.order, rows[USED, 0], rows[CLIMBS, 0], rows[BOUND, 0] = 1, 0.0, 1.0, FRESH
     clear(s, block, rows)
-    if not weigh(rows):
+    if not weigh(rows, STATE, WEIGHT, RELATIVE, ABSOLUTE):
         return NO_TOLERANCE
     if s.h <= 0.0:
         s.h = LONG * abs(s.t_end - s.t)
@@ -156,7 +159,7 @@ def _solve_formula(rhs, s, t, c, work, block):
 def step(rhs, state, work, block, h_min):
     """One step; see `implicit.kernel`."""
     s, rows, v = state[0], in_halves(work), coefficients()
-    if not weigh(rows):
+    if not weigh(rows, STATE, WEIGHT, RELATIVE, ABSOLUTE):
         return NO_TOLERANCE
     size = s.h_max if s.h > s.h_max else max(s.h, h_min)
     n_failed, last = 0, STEP_TOO_SMALL

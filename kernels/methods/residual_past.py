@@ -72,17 +72,6 @@ def predict(rows, order, v):
         rows[PREDICTED, i], rows[PREDICTED_RATE, i] = state, rate
 
 
-@njit(**INTERNAL)
-def weigh(rows):
-    """Store 1 / tolerance of each component; False if a tolerance is 0."""
-    for i in range(rows.shape[1]):
-        tolerance = rows[RELATIVE, i] * abs(rows[STATE, i]) + rows[ABSOLUTE, i]
-        if not tolerance > 0.0:
-            return False
-        rows[WEIGHT, i] = 1.0 / tolerance
-    return True
-
-
 @njit(**INLINED)
 def norm(rows, row, more, factor, less):
     """The norm of ``row + factor more - less`` in units of the tolerance.

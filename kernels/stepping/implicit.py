@@ -59,6 +59,20 @@ def newton_tolerance(work):
     return max(10.0 * EPS / rtol, min(0.03, np.sqrt(rtol)))
 
 
+@njit(**INTERNAL)
+def weigh(rows, state, weight, relative, absolute):
+    """Store 1 / tolerance at a state in the row `weight`; False if a tolerance is 0.
+
+    `relative` and `absolute` are the rows of the tolerances.
+    """
+    for i in range(rows.shape[1]):
+        tolerance = rows[relative, i] * abs(rows[state, i]) + rows[absolute, i]
+        if not tolerance > 0.0:
+            return False
+        rows[weight, i] = 1.0 / tolerance
+    return True
+
+
 @njit(**INLINED)
 def scaled_squares(s, work, row, sizes):
     """The sum of (|x| / (atol + rtol |sizes|))^2 over the numbers x of a row.
