@@ -111,6 +111,9 @@ def energy_drift(
     steps are never shortened: the run ends with the step that reaches its end.
     """
     refuse_unknown("`energy_drift`", options, validate.ALL | OWN)
+    for name in REFUSED:
+        if options.get(name) is not None:
+            raise TypeError(f"`energy_drift` takes no `{name}`: solve_ivp does.")
     run = _Run(system, method, y0, invariants, args, period)
     length = run.length(step, n_steps, t_end, periods, steps_per_period)
     if length[0] is not None:
@@ -121,6 +124,7 @@ def energy_drift(
     return or_in_python(lambda: run.follow(*given))
 
 
+REFUSED = "mass project domain nonnegative breakpoints at on_event callback sensitivity".split()
 OWN = {*inspect.signature(energy_drift).parameters} - {"options"}
 
 

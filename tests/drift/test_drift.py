@@ -230,3 +230,14 @@ def test_an_invariant_that_changes_what_the_equations_read():
         )  # fmt: skip
         ends.append(study.y)
     assert np.array_equal(*ends) and np.abs(ends[0]).max() > 1.1
+
+
+@pytest.mark.parametrize(
+    "option",
+    [{"mass": np.eye(4)}, {"project": lambda t, y: y}, {"domain": lambda t, y: True},
+     {"breakpoints": [0.5]}, {"at": [0.5]}],
+)  # fmt: skip
+def test_what_the_steps_of_a_study_do_not_know_is_refused(option):
+    (name,) = option
+    with pytest.raises(TypeError, match=f"`energy_drift` takes no `{name}`"):
+        fastdyn.energy_drift(ORBIT, "Rodas5P", t_end=1.0, **option)
