@@ -18,15 +18,15 @@ from .inconsistent import refuse_action, refuse_start
 
 @functools.cache
 def _function(name):
-    """A function of `kernels/algebra/pencil.py`, compiled."""
+    """A function of `kernels/algebra/consistent_states.py`, compiled."""
 
     def build():
         from numba import types
 
-        from fastdyn.kernels.algebra import pencil
+        from fastdyn.kernels.algebra import consistent_states
         from fastdyn.kernels.calls.user_function import FORM
 
-        return getattr(pencil, name), types.none(*FORM)
+        return getattr(consistent_states, name), types.none(*FORM)
 
     return code_store.compiled(f"pencil {name}", build, kernel=False)
 
