@@ -45,8 +45,9 @@ OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
 # Words of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PENCIL, PLACES = range(5)
 
-# Words behind FIRST of the block of a pencil, see `algebra/pencil.py`, which names `rates`: the
-# addresses of `change` and `settle`, and of the block of the equations; the number of algebraic
+# Words behind FIRST of the block of a pencil, see `algebra/pencil.py`.  Its function is `rates` of
+# `algebra/consistent_states.py`; then the addresses of `change` and `settle`, and of the block of
+# the equations; the number of algebraic
 # equations; the address of the numbers; evaluations of the equations that nobody counted yet; what
 # failed: the start is not consistent, or Newton's iteration finds no consistent state.
 CHANGE, SETTLE, EQUATIONS, N_ALGEBRAIC, NUMBERS, EVALUATIONS, FAILURE = range(FIRST, FIRST + 7)

@@ -1,4 +1,4 @@
-"""Consistent states and derivatives of M y' = f, by the functions of `algebra/consistent_states.py`.
+"""Consistent states and derivatives of M y' = f, by `algebra/consistent_states.py`.
 
 All take the address of the words of M, the block's word MASS.
 """
