@@ -124,7 +124,9 @@ def energy_drift(
     return or_in_python(lambda: run.follow(*given))
 
 
-REFUSED = "mass project domain nonnegative breakpoints at on_event callback sensitivity".split()
+REFUSED = (
+    "mass project domain nonnegative breakpoints at on_event callback sensitivity discrete".split()
+)
 OWN = {*inspect.signature(energy_drift).parameters} - {"options"}
 
 
