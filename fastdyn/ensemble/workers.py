@@ -128,6 +128,7 @@ class Worker:
             advance, start_kernel(name), watch_kernel(), dense_rows_kernel(name), already_kernel(),
             events_kernel(), scalar,
         )  # fmt: skip
+        self._kernels = kernels  # of which the kernel gets addresses
         blocks = [bound.block.ctypes.data for bound in self.bounds]
         return np.array([*(kernel.address for kernel in kernels), *blocks], np.int64)
 
