@@ -1,6 +1,6 @@
 # Everything runs in virtual environments, .venv and .venvs/*; `make` alone says what there is.
 PYTHON ?= python3
-LEVELS ?= x86-64-v2 x86-64-v3 x86-64-v4
+LEVELS ?= $(if $(filter aarch64,$(shell uname -m)),generic,x86-64-v2 x86-64-v3 x86-64-v4)
 PLATFORM ?= manylinux_2_17_$(shell uname -m)
 TESTS ?=
 SCRIPTS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)

@@ -3,6 +3,7 @@
 import functools
 
 import numpy as np
+import scipy
 import scipy.sparse
 from numba import njit
 from scipy.integrate import ode, odeint, solve_ivp
@@ -11,6 +12,7 @@ from ..problems import compiled
 from ..problems.hybrids import in_place_with_discrete
 from . import MANY_ATOL, MANY_RTOL, MAX_STEPS
 
+SCIPY = tuple(map(int, scipy.__version__.split(".")[:2]))
 FIRST_CALL = {
     "SciPy": (
         "import scipy.integrate",
@@ -70,7 +72,11 @@ def solvers(problem):
         made[f"SciPy {method}"] = functools.partial(_ivp, problem, method, None)
         made[f"SciPy {method}, njit"] = functools.partial(_ivp, problem, method, jitted)
     made["SciPy odeint, njit"] = functools.partial(_odeint, problem, jitted)
-    made["Hairer's DOP853, njit"] = functools.partial(_hairer, problem, jitted)
+    if SCIPY >= (
+        1,
+        17,
+    ):  # the Fortran code of earlier SciPy miscounts the arguments
+        made["Hairer's DOP853, njit"] = functools.partial(_hairer, problem, jitted)
     return made
 
 

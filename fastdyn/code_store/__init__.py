@@ -5,7 +5,7 @@ depends on.  All other symbols are internal, and each file is linked into a name
 the code of two processes cannot be mixed up, whatever names Numba gave the parts.
 """
 
-from .cache import COUNTS, Code, assembled, compiled, linked, stored, without_function
+from .cache import COUNTS, Code, assembled, compiled, first_kept, linked, stored, without_function
 from .call import Call
 from .object_file import Unsealable
 
@@ -16,6 +16,7 @@ __all__ = [
     "Unsealable",
     "assembled",
     "compiled",
+    "first_kept",
     "linked",
     "stored",
     "without_function",

@@ -9,6 +9,7 @@ Compilers are imported when there is code to make: kept code is loaded without N
 """
 
 import contextlib
+import functools
 import hashlib
 import os
 import threading
@@ -35,6 +36,22 @@ class Code(NamedTuple):
     address: int
     layout: dict
     library: Any
+
+
+def first_kept(make):
+    """A cache of code for a process: the first value for given arguments stays, in all threads.
+
+    functools.cache replaces the value that one thread has got by that of a slower thread.  The code
+    would then leave memory, while its address is in a block or an array.
+    """
+    values = {}
+
+    @functools.wraps(make)
+    def found(*given):
+        value = values.get(given)
+        return values.setdefault(given, make(*given)) if value is None else value
+
+    return found
 
 
 def compiled(key, build, kernel=True):

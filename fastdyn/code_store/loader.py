@@ -30,12 +30,21 @@ _numbers = itertools.count()  # of the libraries, including those that did not l
 _released: deque = deque()  # (linker, name) of libraries that nobody holds
 
 
+def _near_alone():
+    """True on ARM, whose code reaches its data within 4 GB only.
+
+    JITLink puts both side by side.  RuntimeDyld, LLVM's older linker, puts them anywhere, and ends
+    the process where the distance is too long.
+    """
+    return llvm.get_process_triple().startswith(("aarch64", "arm64"))
+
+
 class _Linker:
     """A linker of LLVM, and what keeps the libraries in it that somebody holds, by name."""
 
     def __init__(self):
         initialise()
-        self.llvms, self.left = llvm.create_lljit_compiler(), PIECES
+        self.llvms, self.left = llvm.create_lljit_compiler(use_jit_link=_near_alone()), PIECES
         self.trackers: dict = {}
 
 

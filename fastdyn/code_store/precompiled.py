@@ -1,4 +1,4 @@
-"""Compiled kernels of a wheel: object files for levels of x86-64, named by content.
+"""Compiled kernels of a wheel: object files for levels of a processor, named by content.
 
 The files depend on fastdyn's sources and on the level, not on the versions of Python, NumPy or
 Numba.  A kernel is compiled in the process if its sources have changed, if its file does not load,
@@ -13,11 +13,16 @@ from .environment import sources
 from .numba_settings import changed
 
 FOLDER = pathlib.Path(__file__).parent / "objects"
-TRIPLES = ("x86_64-unknown-linux-gnu", "x86_64-pc-linux-gnu")
 _V2 = ("cx16", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3")
 _V3 = (*_V2, "avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 _V4 = (*_V3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl")
-LEVELS = {"x86-64-v4": _V4, "x86-64-v3": _V3, "x86-64-v2": _V2}  # the System V ABI's, best first
+_X86 = {"x86-64-v4": _V4, "x86-64-v3": _V3, "x86-64-v2": _V2}  # the System V ABI's, best first
+_ARM = {"generic": ()}  # LLVM's name of Armv8-A with vectors of two numbers: any aarch64
+LEVELS = {  # what each needs, by LLVM's triple of the process
+    "x86_64-unknown-linux-gnu": _X86,
+    "x86_64-pc-linux-gnu": _X86,
+    "aarch64-unknown-linux-gnu": _ARM,
+}
 
 
 @functools.cache
@@ -27,13 +32,12 @@ def level():
 
 
 def best_level():
-    """The best level that this processor supports; None on machines other than x86-64 Linux."""
+    """The best level that this processor supports; None on systems without levels."""
     import llvmlite.binding as llvm
 
-    if llvm.get_process_triple() not in TRIPLES:
-        return None
-    features = llvm.get_host_cpu_features()
-    return next((k for k, needs in LEVELS.items() if all(map(features.get, needs))), None)
+    levels = LEVELS.get(llvm.get_process_triple(), {})
+    features = llvm.get_host_cpu_features() if any(levels.values()) else {}
+    return next((k for k, needs in levels.items() if all(map(features.get, needs))), None)
 
 
 def symbol_of(key, level):

@@ -142,8 +142,9 @@ class Archived(Results):
             rows = np.concatenate([np.column_stack(piece) for piece in part.found])
             rows[:, 0] += start
             self._group.create_array(
-                f"events/{start}", data=rows, overwrite=True, compressors=_compressors()
-            )
+                f"events/{start}", shape=rows.shape, dtype=rows.dtype, overwrite=True,
+                compressors=_compressors(),
+            )[...] = rows  # fmt: skip  # `data=` is younger than the lowest Zarr
         self._arrays["finished"][start // self.block] = True
         self._finished[start // self.block] = True
 

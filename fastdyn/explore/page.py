@@ -180,7 +180,7 @@ class Page:
 
     def tick(self):
         """Draw one picture: solve if something has changed, then advance the motion."""
-        with pn.io.hold():
+        with pn.io.hold(pn.state.curdoc):  # the lowest Panel finds no document by itself
             if self._late:
                 self.update()
             span = self.exploration.shown[0].t[-1]

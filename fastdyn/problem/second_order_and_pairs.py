@@ -4,7 +4,6 @@ Equations q'' = a(t, q) are one function of the whole state, whose result is che
 Hamiltonian H = T(p) + V(q) is a Pair of functions.
 """
 
-import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -145,7 +144,7 @@ def bind_equations(problem, refused=None, stores=False):
     )  # fmt: skip
 
 
-@functools.cache
+@code_store.first_kept
 def _both():
     def build():
         from numba import types

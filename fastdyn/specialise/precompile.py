@@ -18,7 +18,7 @@ from .scalar import every_kernel
 def write(level):
     """Write all files of a level; returns their number and size in bytes."""
     triple, cpu, features = target.processor()
-    if (cpu, features) != (level, "") or triple not in precompiled.TRIPLES:
+    if (cpu, features) != (level, "") or level not in precompiled.LEVELS.get(triple, ()):
         raise Unsealable(f"Numba is set to {cpu} {features!r} on {triple}, not to {level}")
     folder, total = precompiled.FOLDER / level, 0
     folder.mkdir(parents=True, exist_ok=True)

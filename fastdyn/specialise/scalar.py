@@ -67,19 +67,19 @@ def _for_all(name):
     return name, lambda made: made.FOR_ALL[name]
 
 
-@functools.cache
+@code_store.first_kept
 def start_kernel(name, pair=False):
     """``start(state, work, block, order, fsal_stage)`` of a method."""
     return _kept(*_start(name, pair))
 
 
-@functools.cache
+@code_store.first_kept
 def dense_rows_kernel(name, pair=False):
     """``dense_rows(t, h, work, block, d)``, the interpolant of a method."""
     return _kept(*_dense_rows(name, pair))
 
 
-@functools.cache
+@code_store.first_kept
 def shared_kernel(name, pair=False):
     """The stepping kernel for all functions, or for all pairs."""
     return _kept(*_shared(name, pair))
@@ -87,7 +87,7 @@ def shared_kernel(name, pair=False):
 
 def _kernel_for_all(name):
     """A function that returns the code of a kernel for all methods and functions."""
-    return functools.cache(lambda: _kept(*_for_all(name)))
+    return code_store.first_kept(lambda: _kept(*_for_all(name)))
 
 
 evaluate_kernel = _kernel_for_all("evaluate")

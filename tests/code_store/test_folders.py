@@ -213,7 +213,7 @@ def test_a_damaged_hash_of_the_sources_is_found_anew(places, damaged):
 def test_what_comes_compiled_is_loaded_and_what_is_damaged_is_not(places, tmp_path, monkeypatch):
     level = precompiled.best_level()
     if level is None:
-        pytest.skip("files are made for x86-64 Linux")
+        pytest.skip("no files are made for this system")
     monkeypatch.setattr(precompiled, "FOLDER", tmp_path / "objects")
     precompiled.level.cache_clear()
     symbol = precompiled.symbol_of("a key of this test", level)
@@ -234,8 +234,3 @@ def test_what_comes_compiled_is_loaded_and_what_is_damaged_is_not(places, tmp_pa
         assert made() == 1
     finally:
         precompiled.level.cache_clear()
-
-
-def test_levels_hold_each_other():
-    v4, v3, v2 = map(set, precompiled.LEVELS.values())
-    assert v4 > v3 > v2

@@ -2,8 +2,12 @@
 
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+
+from fastdyn import code_store
 
 CODE = """
 import random
@@ -40,3 +44,17 @@ def test_a_function_leaves_little():
     run = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     assert float(run.stdout) < 95.0, run.stdout
+
+
+def test_what_two_threads_make_at_once_is_one_and_stays():
+    """Else the address that one thread has got would be that of code which left memory."""
+    together = threading.Barrier(2)
+
+    @code_store.first_kept
+    def made(name):
+        together.wait(10)
+        return [name]
+
+    with ThreadPoolExecutor(2) as pool:
+        one, other = pool.map(made, ["a", "a"])
+    assert one is other is made("a")

@@ -178,7 +178,11 @@ def script(more=""):
     text = SCRIPT.format(function=function) + textwrap.dedent(more)
     environment = {**os.environ, "FASTDYN_BUDGET": "0.001"}
     done = subprocess.run(
-        [sys.executable, "-c", text], env=environment, capture_output=True, text=True, timeout=120
+        [sys.executable, "-W", "ignore::DeprecationWarning", "-c", text],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
     return done.returncode, done.stderr
 

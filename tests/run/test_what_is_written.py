@@ -11,6 +11,7 @@ import scipy.interpolate
 import fastdyn
 
 pytestmark = pytest.mark.filterwarnings("ignore")
+SCIPY = tuple(map(int, scipy.__version__.split(".")[:2]))
 SPAN, START = (0.0, 3.0), [1.5, 0.7]
 
 
@@ -139,6 +140,8 @@ def test_an_event_that_writes_to_the_state(method, start):
     given = start(START)
     ours = fastdyn.solve_ivp(fun, SPAN, given, method, events=event)
     assert list(given) == START
+    if method == "LSODA" and SCIPY < (1, 17):
+        start = list  # the Fortran code of earlier SciPy goes on from the given array itself
     theirs = scipy.integrate.solve_ivp(fun, SPAN, start(START), method, events=event)
     assert np.allclose(ours.y, theirs.y, rtol=1e-9, atol=1e-12) and ours.nfev == theirs.nfev
 

@@ -90,7 +90,7 @@ def test_functions_without_a_name_are_refused_as_pickle_does():
     local = lambda t, y: -y  # noqa: E731
     for made in (prepare(local, (0, 1), [1.0]), Stepper(local, 0, [1.0], 1)):
         with pytest.raises(
-            (AttributeError, pickle.PicklingError), match=r"[Cc]an't .*pickle .*lambda"
+            (AttributeError, pickle.PicklingError), match=r"[Cc]an't (.*pickle|get local) .*lambda"
         ):
             pickle.dumps(made)
         assert copy.deepcopy(made) is not made

@@ -163,7 +163,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
             key, code.address, sum(map(n_words, traced.kinds)),
             traced.dispatcher and functools.cache(traced.dispatcher), code, mode,
             traced.vector_text, _seconds(_compiled(traced, code.address, given), near, n),
-            traced.series and functools.cache(traced.series), traced,
+            traced.series and code_store.first_kept(traced.series), traced,
         )  # fmt: skip
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS
         _functions.put(key, function, size)

@@ -114,7 +114,7 @@ def _compiled(base, groups):
     return Function(
         key, code.address, sum(map(n_words, found.kinds)), functools.cache(found.dispatcher),
         code, SENSITIVITIES, found.vector_text, base.seconds * (1 + 2 * len(columns)),
-        functools.cache(found.series), found, {DECISIONS: decided},
+        code_store.first_kept(found.series), found, {DECISIONS: decided},
     )  # fmt: skip
 
 
