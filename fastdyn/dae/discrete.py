@@ -7,6 +7,7 @@ import numpy as np
 
 from fastdyn.problem import discrete as longer
 from fastdyn.problem import validate
+from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.run.result import OdeResult
 
 TOLERANCES = {"rtol": 1e-3, "atol": 1e-6}
@@ -19,14 +20,16 @@ def solve_with_discrete(solve, arguments, options):
     """
     given, options = dict(arguments), dict(options)
     y0 = validate.initial_state(given["y0"])
-    d0, events = longer.discrete_states(options.pop("discrete"), y0, given["events"], options)
+    d0 = longer.discrete_states(options.pop("discrete"), y0, options)
+    longer.expect_action(options.get("on_event"))
     n, m = len(y0), len(d0)
-    jumps = longer.extended_events(events, options.pop("on_event"), n, m)
+    events = listed(given["events"], options)
+    jumps = longer.extended_events(events, options.pop("on_event", None), n, m)
     given["events"], options["on_event"] = jumps
-    for name in ("at", "every"):
+    for name in SHORTHANDS:
         options.pop(name, None)
     given["F"] = _extended(given["F"], n, m)
-    given["y0"] = longer.extended_state(y0, d0)
+    given["y0"] = np.concatenate([y0, d0])
     if given["yp0"] is not None:
         given["yp0"] = np.r_[validate.initial_state(given["yp0"], "yp0"), np.zeros(m)]
     given["given"] = _held(given["given"], n, m)

@@ -30,11 +30,7 @@ def longer(discrete, given):
     given = dict(given)
     y0, method = validate.initial_state(given["y0"]), given["method"]
     d0 = discrete_states(discrete, y0, given)
-    if _never_acts(given.get("on_event")):
-        raise ValueError(
-            "`discrete` never changes: give `on_event` for an event or a schedule (`at`, `every`), "
-            "or pass constants as `args`."
-        )
+    expect_action(given.get("on_event"))
     n, m = len(y0), len(d0)
     ours = method_for(method)
     given["events"], given["on_event"] = extended_events(
@@ -56,8 +52,13 @@ def method_for(method):
     return ours
 
 
-def _never_acts(on_event):
-    return on_event is None or (isinstance(on_event, list | tuple) and not any(on_event))
+def expect_action(on_event):
+    """Raise ValueError if no function of `on_event` can change discrete states."""
+    if on_event is None or (isinstance(on_event, list | tuple) and not any(on_event)):
+        raise ValueError(
+            "`discrete` never changes: give `on_event` for an event or a schedule (`at`, `every`), "
+            "or pass constants as `args`."
+        )
 
 
 def discrete_states(discrete, y0, options):

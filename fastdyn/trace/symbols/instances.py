@@ -19,7 +19,7 @@ def of_type(value, kinds):
         known = (complex, np.complexfloating, np.complex128, np.number, np.generic, object)
         return any(getattr(k, "plain", k) in known or k is numbers.Complex for k in kinds)
     if not isinstance(value, Symbol):
-        known = (bool, int) if value.python else (np.bool_, np.generic)
+        known = (bool, int) if getattr(value, "python", False) else (np.bool_, np.generic)
         return any(getattr(k, "plain", k) in (*known, object) for k in kinds)
     whole = value.kind == INT
     if whole and len({int, np.integer}.intersection(getattr(k, "plain", k) for k in kinds)) == 1:
