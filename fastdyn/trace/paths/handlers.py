@@ -7,7 +7,7 @@ import sys
 from typing import Any
 
 OWN = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__)))) + os.sep
-GENERATORS = "CALL_INTRINSIC_1"  # handles a generator's exceptions, from Python 3.12 on
+CATCHES = "PUSH_EXC_INFO"  # the first instruction of a handler of ``try`` or ``with``
 LIBRARIES = tuple(f"{os.sep}{name}{os.sep}" for name in ("numpy", "scipy"))
 _entries: Any = vars(dis)["_parse_exception_table"]
 
@@ -21,8 +21,7 @@ def is_handled(until):
     while frame is not None and frame.f_code is not until:
         code = frame.f_code
         if code.co_exceptiontable and _counts(code.co_filename):
-            at = frame.f_lasti
-            if any(begin <= at < end for begin, end in _protected(code)):
+            if _is_caught(code, frame.f_lasti):
                 return True
         frame = frame.f_back
     return False
@@ -33,8 +32,18 @@ def _counts(filename):
     return not filename.startswith(OWN) and not any(name in filename for name in LIBRARIES)
 
 
-@functools.lru_cache(1024)
-def _protected(code):
-    """The ranges of bytecode that have an exception handler."""
+@functools.lru_cache(4096)
+def _is_caught(code, at):
+    """Whether a handler of ``try`` or ``with`` gets an exception that is raised at an offset.
+
+    Other handlers restore variables and raise again: in generators and, from Python 3.12 on, in
+    comprehensions.
+    """
     names = {i.offset: i.opname for i in dis.get_instructions(code)}
-    return [(e.start, e.end) for e in _entries(code) if names.get(e.target) != GENERATORS]
+    for entry in _entries(code):
+        if entry.start <= at < entry.end:
+            if names.get(entry.target) == CATCHES:
+                return True
+            again = [i for i, name in names.items() if i > entry.target and name == "RERAISE"]
+            return not again or _is_caught(code, again[0])
+    return False
