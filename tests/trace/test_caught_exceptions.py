@@ -12,7 +12,7 @@ from fastdyn.trace.paths.handlers import is_handled
 
 
 def comprehension(ask):
-    return [ask() for _ in range(1)][0]
+    return max([ask() for _ in range(1)])
 
 
 def generator(ask):
@@ -20,7 +20,7 @@ def generator(ask):
 
 
 def nested(ask):
-    return [[ask() for _ in range(1)][0] for _ in range(1)][0]
+    return max([max([ask() for _ in range(1)]) for _ in range(1)])
 
 
 def in_a_handler(ask):
@@ -39,7 +39,7 @@ def in_try(ask):
 
 def comprehension_in_try(ask):
     try:
-        return [ask() for _ in range(1)][0]
+        return max([ask() for _ in range(1)])
     except ValueError:
         return None
 
@@ -53,7 +53,7 @@ def called_in_try(ask):
 
 def in_with(ask):
     with contextlib.suppress(ValueError):
-        return [ask() for _ in range(1)][0]
+        return max([ask() for _ in range(1)])
 
 
 def handler_in_try(ask):
