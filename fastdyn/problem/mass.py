@@ -131,6 +131,12 @@ def parts_of(matrix):
 
 def _blocks(matrix):
     """(rows, columns) of each set of equations and components that elements connect."""
+    diagonal, none = np.diag(matrix), np.arange(0)
+    if not (matrix - np.diag(diagonal)).any():
+        for i, element in enumerate(diagonal):
+            place = np.array([i])
+            yield from [(place, place)] if element else [(place, none), (none, place)]
+        return
     from scipy.sparse import bmat, csr_matrix
     from scipy.sparse.csgraph import connected_components
 

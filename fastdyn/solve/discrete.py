@@ -184,4 +184,4 @@ PARTS = {
     "discrete": _cut("y", lambda n: slice(n, None)),
     "discrete_events": _cut_each(lambda n: slice(n, None)),
 }
-CUT = {"sensitivity": _sensitivity, "error_estimate": _cut("error_estimate", slice)}
+CUT = {"sensitivity": _sensitivity}

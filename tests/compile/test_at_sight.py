@@ -64,12 +64,12 @@ REFUSED = {
     "object": (lambda t, y, p: p.k * y, (plain,), "of type Plain"),
     "objects": (lambda t, y: sum([o.k for o in objects]) * y, (), "`objects`, of type list"),
     "set": (lambda t, y: y * (1 in members), (), "`members`, of type set"),
+    "enum": (lambda t, y: y if colour is Colour.RED else -y, (), "compares identities"),
 }
 FINE = {
     "attribute": (lambda t, y: plain.k * y, ()),
     "name space": (lambda t, y: space.k * y, ()),
     "self": (plain.fine, ()),
-    "enum": (lambda t, y: y if colour is Colour.RED else -y, ()),
     "jitclass": (lambda t, y: compiled.k * y, ()),
     "array": (lambda t, y, a, s: y, (np.ones(2), "text")),
     "function": (lambda t, y: np.linalg.norm(y) * y, ()),

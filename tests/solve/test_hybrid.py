@@ -232,14 +232,3 @@ def test_a_mass_of_functions_gets_discrete_states(method):
         rtol=1e-9, atol=1e-11,
     )  # fmt: skip
     assert run.y[0, -1] == pytest.approx(math.exp(-1.5), abs=1e-6)
-
-
-def test_estimates_of_the_error_are_of_the_state():
-    run = solve_ivp(
-        lambda t, y, d: [d[0] - y[0]], (0.0, 2.0), [1.0], at=[1.0], discrete=[0.0, 5.0],
-        on_event=lambda t, y, d: (y, [2.0, d[1]]), error_estimate=True, t_eval=[0.5, 2.0],
-    )  # fmt: skip
-    exact = [math.exp(-0.5), 2.0 + (math.exp(-1.0) - 2.0) * math.exp(-1.0)]
-    assert run.error_estimate.shape == run.y.shape == (1, 2) and run.discrete.shape == (2, 2)
-    assert run.y[0] - exact == pytest.approx(run.error_estimate[0], rel=0.2)
-    assert "discrete" in run.keys() and "sol" in dict(run) and len(repr(run)) > 100

@@ -110,7 +110,8 @@ class Array(AnswersNumPy, np.ndarray):
         return round(self.item(), digits)
 
     def tolist(self):
-        return elementwise(as_python, self).view(np.ndarray).tolist()
+        found: Any = elementwise(as_python, self)
+        return found.view(np.ndarray).tolist() if self.ndim else found
 
     def item(self, *at):
         return as_python(self.view(np.ndarray).item(*at))
