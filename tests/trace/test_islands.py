@@ -1,5 +1,6 @@
 """Calls of libraries that are not written out: compiled code calls them, once an evaluation."""
 
+import contextlib
 import subprocess
 import sys
 import threading
@@ -156,13 +157,15 @@ def test_an_exception_is_that_of_the_library():
 
 
 def test_a_result_of_another_form_is_python_s():
-    """Real eigenvalues turn complex: an array of another type."""
+    """Real eigenvalues turn complex: an array of another type, before NumPy 2.5."""
 
     def fun(t, y):
         return [np.abs(np.linalg.eigvals(np.array([[0.0, 1.0], [1.0 - y[0], 0.0]])))[0]]
 
     theirs = scipy.integrate.solve_ivp(fun, (0, 3), [0.0])
-    with pytest.warns(fastdyn.CompileWarning, match="could not go on"):
+    one_type = np.iscomplexobj(np.linalg.eigvals(np.eye(2)))
+    warned = pytest.warns(fastdyn.CompileWarning, match="could not go on")
+    with contextlib.nullcontext() if one_type else warned:
         mine = fastdyn.solve_ivp(fun, (0, 3), [0.0])
     np.testing.assert_allclose(mine.y, theirs.y, 1e-6)
 
