@@ -4,7 +4,7 @@ import numpy as np
 
 from .. import rivals
 from ..problems.daes import DAES
-from ..report.equal_error import equal_error
+from ..report.equal_error import table
 from ..report.work_precision import LIMIT, at_tolerance
 from .stiff import relative_to
 
@@ -23,19 +23,4 @@ def rows(quick):
 
 def summary(found):
     """Microseconds at equal errors."""
-    return "\n".join(table(found))
-
-
-def table(found):
-    """Lines of a table in Markdown: microseconds at equal errors."""
-    return lines_of(equal_error(found, LEVELS), LEVELS)
-
-
-def lines_of(reached, levels):
-    """A table in Markdown of the result of `equal_error`."""
-    head = ["problem", "solver", *(f"error {level:g}" for level in levels)]
-    lines = [head, ["---"] * len(head)]
-    for problem, solvers in reached.items():
-        for name, times in solvers.items():
-            lines.append([problem, name, *(f"{x:.0f}" if x else "-" for x in times)])
-    return [f"| {' | '.join(line)} |" for line in lines]
+    return "\n".join(table(found, LEVELS))

@@ -4,9 +4,8 @@ import numpy as np
 
 from .. import rivals
 from ..problems.hybrids import HYBRIDS
-from ..report.equal_error import equal_error
+from ..report.equal_error import table
 from ..report.work_precision import LIMIT, at_tolerance
-from .dae import lines_of
 from .stiff import relative_to
 
 TOLERANCES = [10.0**-k for k in (3, 4, 5, 6, 7, 8, 9, 10)]
@@ -24,9 +23,4 @@ def rows(quick):
 
 def summary(found):
     """Microseconds at equal errors."""
-    return "\n".join(table(found))
-
-
-def table(found):
-    """Lines of a table in Markdown: microseconds at equal errors."""
-    return lines_of(equal_error(found, LEVELS), LEVELS)
+    return "\n".join(table(found, LEVELS))

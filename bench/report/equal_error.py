@@ -27,6 +27,16 @@ def at_error(points, level):
     return front[0][1]
 
 
+def table(rows, levels):
+    """Lines of a table in Markdown: microseconds at each of the levels."""
+    head = ["problem", "solver", *(f"error {level:g}" for level in levels)]
+    lines = [head, ["---"] * len(head)]
+    for problem, solvers in equal_error(rows, levels).items():
+        for name, times in solvers.items():
+            lines.append([problem, name, *(f"{x:.0f}" if x else "-" for x in times)])
+    return [f"| {' | '.join(line)} |" for line in lines]
+
+
 def equal_error(rows, levels=LEVELS):
     """{problem: {solver: [microseconds at each of the levels]}} from the rows of the group."""
     points = {}

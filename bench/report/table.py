@@ -194,6 +194,13 @@ def put_in(page, begin, end, lines):
     page.write_text(before + begin + part + end + rest.partition(end)[2])
 
 
+def put_group(name, summary):
+    """Write the table of a group that has a file of results of its own into the page."""
+    record = json.loads(RESULTS.with_name(f"{name}.json").read_text())
+    lines = ["Microseconds:", "", summary(record[name]), "", origin(record)]
+    put_in(PAGE, f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->", lines)
+
+
 def main():
     """Write both."""
     parser = argparse.ArgumentParser(prog="python -m bench.report.table", description=__doc__)

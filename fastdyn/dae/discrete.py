@@ -10,8 +10,6 @@ from fastdyn.problem import validate
 from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.run.result import OdeResult
 
-TOLERANCES = {"rtol": 1e-3, "atol": 1e-6}
-
 
 def solve_with_discrete(solve, arguments, options):
     """The result of ``solve(**arguments, **options)`` with `discrete`, and its discrete states.
@@ -34,7 +32,7 @@ def solve_with_discrete(solve, arguments, options):
         given["yp0"] = np.r_[validate.initial_state(given["yp0"], "yp0"), np.zeros(m)]
     given["given"] = _held(given["given"], n, m)
     share = math.sqrt(n / (n + m))  # the mean of the errors is that of n components
-    for name, default in TOLERANCES.items():
+    for name, default in longer.DEFAULTS.items():
         value = np.asarray(options.get(name, default), float)
         if value.shape == (n,):
             value = np.r_[value, np.full(m, value.max())]

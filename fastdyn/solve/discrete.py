@@ -131,7 +131,8 @@ def parted(whole, n):
     """
     made = [name for name in dict.keys(whole) if name not in PARTS]
     parts = {name: functools.partial(_same, name) for name in (*OF_SOLVE, *made)} | PARTS
-    parts |= {name: CUT[name] for name in made if name in CUT}
+    if "sensitivity" in made:
+        parts["sensitivity"] = _sensitivity
     return OdeResult.of_parts(parts, (whole, n))
 
 
@@ -184,4 +185,3 @@ PARTS = {
     "discrete": _cut("y", lambda n: slice(n, None)),
     "discrete_events": _cut_each(lambda n: slice(n, None)),
 }
-CUT = {"sensitivity": _sensitivity}

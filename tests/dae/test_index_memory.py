@@ -1,4 +1,4 @@
-"""What index reduction remembers of a function holds for all values of its parameters."""
+"""Index reduction remembers a structure, which holds for all values of the parameters."""
 
 import functools
 import threading

@@ -46,7 +46,7 @@ def test_redundant_equations_are_named():
 
 
 def test_a_third_parallel_crank_is_named():
-    """What `derive` refuses, constraints of which one follows from the others, stays refused."""
+    """`derive` refuses constraints of which one follows from the others; reduction does, too."""
 
     def coupler(t, y, yp):
         x, z, turn, *velocities = y[:6]

@@ -25,7 +25,7 @@ NODES = 100  # of a graph, which take as much memory as a small function
 
 
 class Structure(NamedTuple):
-    """What the graph of F alone determines, for all values of parameters.
+    """The structure of equations F: the graph of F determines the structure for all parameters.
 
     Attributes
     ----------

@@ -1,6 +1,5 @@
 """A mass matrix as the kernels of a solve take it, with what makes states consistent."""
 
-import functools
 import math
 from typing import Any
 
@@ -16,7 +15,7 @@ from fastdyn.specialise.scalar import evaluate_kernel
 from .inconsistent import refuse_action, refuse_start
 
 
-@functools.cache
+@code_store.first_kept
 def _function(name):
     """A function of `kernels/algebra/consistent_states.py`, compiled."""
 

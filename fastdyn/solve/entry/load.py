@@ -5,7 +5,6 @@ installation.
 """
 
 import ctypes
-import functools
 import os
 from typing import Any
 
@@ -71,7 +70,7 @@ def text(symbol):
     return str(module)
 
 
-@functools.cache
+@code_store.first_kept
 def _method(address):
     return _Method(b"solver", address, FASTCALL, b"solver($self, y0=None, args=None, /)\n--\n\n")
 

@@ -1,4 +1,4 @@
-"""What a function compares by identity: symbols, and Numba's values, have no identities."""
+"""Constants that a function compares by `is`: symbols, and values of Numba, have no identity."""
 
 import dis
 import functools
