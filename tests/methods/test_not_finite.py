@@ -23,7 +23,9 @@ def test_a_step_does_not_end_where_the_next_cannot_begin(method, rtol):
     known = method if method in ("RK23", "RK45", "DOP853") else "RK45"
     theirs = scipy.integrate.solve_ivp(*given, known, **how)
     assert abs(ours.y[0, -1] - theirs.y[0, -1]) < 1e-2
-    if known == method:
-        assert abs(ours.nfev - theirs.nfev) <= 0.05 * theirs.nfev
+    if known == method:  # the search for the edge amplifies rounding: SciPy's own counts differ
+        starts = 1.0 + np.arange(-5, 6) * np.finfo(float).eps
+        counts = [scipy.integrate.solve_ivp(*given[:2], [y, 0.0], known, **how).nfev for y in starts]
+        assert 0.95 * min(counts) <= ours.nfev <= 1.05 * max(counts)
     many = solve_ensemble(*given[:2], np.array([given[2]] * 3), method=method, **how)
     assert many.success.all()
