@@ -38,6 +38,8 @@ OF_ONE = {
     )},
     "np.signbit": lambda a: np.where(np.signbit(a), 1.0, 2.0),
     "round(float(a), 2)": lambda a: round(float(a), 2),
+    "a.round(2)": lambda a: a.round(2),
+    "a.round()": lambda a: a.round(),
     "round(a, 2)": lambda a: round(a, 2),
     "round(float(a), -1)": lambda a: round(float(a), -1),
 }  # fmt: skip

@@ -81,9 +81,9 @@ BY_OPERATOR = {
 }  # fmt: skip
 BY_FORMULA = {
     "fabs": abs, "square": lambda a: a * a, "reciprocal": lambda a: 1.0 / a, "sign": _sign,
-    "floor": lambda a: a.round("floor"), "ceil": lambda a: a.round("ceil"),
-    "trunc": lambda a: a.round("trunc"), "rint": lambda a: a.round("rint"),
-    "fix": lambda a: a.round("trunc"), "heaviside": _heaviside, "maximum": maximum,
+    "floor": lambda a: a.to_whole("floor"), "ceil": lambda a: a.to_whole("ceil"),
+    "trunc": lambda a: a.to_whole("trunc"), "rint": lambda a: a.to_whole("rint"),
+    "fix": lambda a: a.to_whole("trunc"), "heaviside": _heaviside, "maximum": maximum,
     "minimum": minimum, "fmax": _fmax, "fmin": _fmin, "fmod": _fmod, "copysign": _copysign,
     "signbit": _signbit,
     "hypot": hypotenuse, "isnan": Symbol.nan, "isfinite": Symbol.finite,

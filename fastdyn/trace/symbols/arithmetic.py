@@ -133,7 +133,7 @@ class Arithmetic(Symbolic):
     def __abs__(self):
         return self._of(self.g.make("abs", (self.node,)))
 
-    def round(self, how):
+    def to_whole(self, how):
         return self.made(self.g.make("round", (self.node,), how), self.kind)
 
     def __floordiv__(self, other):
@@ -175,18 +175,18 @@ class Arithmetic(Symbolic):
 
     def __round__(self, digits=None):
         if not digits:
-            whole = self.round("rint")
+            whole = self.to_whole("rint")
             return whole.as_int() if digits is None else whole
         return to_decimals(self, digits, python=self.kind != NUMPY)
 
     def __floor__(self):
-        return self.round("floor").as_int()
+        return self.to_whole("floor").as_int()
 
     def __ceil__(self):
-        return self.round("ceil").as_int()
+        return self.to_whole("ceil").as_int()
 
     def __trunc__(self):
-        return self.round("trunc").as_int()
+        return self.to_whole("trunc").as_int()
 
     def as_numpy(self):
         """The number under NumPy's rules, where nothing raises."""

@@ -45,7 +45,7 @@ def to_decimals(a, digits, python=False):
     digits = operator.index(digits)
     factor = 10.0 ** abs(digits)
     scaled = a * factor if digits > 0 else a / factor
-    whole = scaled.round("rint")
+    whole = scaled.to_whole("rint")
     if python:
         g = a.g
         away, size = abs(scaled - whole).node, abs(scaled).node

@@ -66,7 +66,7 @@ class Symbol(Arithmetic):
         return self.g.as_text() if self.node.varies else repr(self._plain())
 
     def is_integer(self):
-        return (self == self.round("floor")) & self.finite()
+        return (self == self.to_whole("floor")) & self.finite()
 
     def __iter__(self):
         raise TypeError("'float' object is not iterable")
@@ -131,6 +131,7 @@ OF_NUMPY: dict[str, Any] = {
     "dtype": lambda _: np.dtype(float),
     "astype": lambda number: lambda dtype, *_, **__: number.as_type(dtype),
     "dot": lambda number: lambda other: number * other,
+    "round": lambda number: lambda decimals=0, out=None: np.round(number, decimals, out),
     "clip": lambda number: lambda lowest=None, highest=None, **_: np.clip(number, lowest, highest),
     "reshape": lambda number: lambda *shape: np.reshape(
         number, shape[0] if len(shape) == 1 else shape
