@@ -4,6 +4,7 @@ Where the function raises, its graph must say so; it may say so where Python doe
 then Python decides.  Else both give the same, of the same sign.
 """
 
+import cmath
 import itertools
 import math
 from fractions import Fraction
@@ -38,6 +39,12 @@ OF_ONE = {
     )},
     "np.signbit": lambda a: np.where(np.signbit(a), 1.0, 2.0),
     "round(float(a), 2)": lambda a: round(float(a), 2),
+    **{f"cmath.phase of {name}": lambda a, of=of: cmath.phase(of(a)) for name, of in {
+        "complex(a, -0.0)": lambda a: complex(a, -0.0),
+        "complex(-0.0, a)": lambda a: complex(-0.0, a),
+        "complex(a, -1.0 - 0j)": lambda a: complex(a, -1.0 - 0j),
+        "complex(1j, a)": lambda a: complex(1j, a),
+    }.items()},
     "a.round(2)": lambda a: a.round(2),
     "a.round()": lambda a: a.round(),
     "round(a, 2)": lambda a: round(a, 2),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .complex_pair import Pair, is_complex, parts, total
+from .complex_pair import Pair, is_complex, parts
 from .conditions import select
 from .symbolic import is_symbolic, refuse
 
@@ -117,7 +117,8 @@ CMATH = {
 
 
 def made(real: Any = 0.0, imag: Any = 0.0):
-    """complex(real, imag)."""
+    """complex(real, imag); a sum is made only with the other part of a complex argument."""
     if not is_symbolic([real, imag]):
         return complex(real, imag)
-    return total([Pair(*parts(real)), Pair(0.0, 1.0) * imag])
+    (a, b), (c, d) = parts(real), parts(imag)
+    return Pair(a - d if is_complex(imag) else a, b + c if is_complex(real) else c)
