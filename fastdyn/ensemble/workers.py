@@ -13,13 +13,13 @@ from fastdyn.kernels.calls.block import FIRST, MASS
 from fastdyn.kernels.ensemble import arguments, scheduler
 from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
 from fastdyn.kernels.output.arguments import OUTPUT, SCHEDULES
-from fastdyn.kernels.state.lane_fields import N_FIELDS
+from fastdyn.kernels.state.lane_fields import ACCEPTED, N_FIELDS, T
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time
 from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table
-from fastdyn.run.loop import next_chunk
+from fastdyn.run.loop import Progress, next_chunk, reached
 from fastdyn.run.matrices.layouts import full_matrices
 from fastdyn.run.matrices.mass import mass_of
 from fastdyn.run.output import OUTPUT_RECORD
@@ -82,7 +82,8 @@ class Worker:
             members.words, members.y0, scheduled,
         )  # fmt: skip
         rows = N_FIELDS + n_events * at_events + len(folds) * at_folds
-        lanes = self._lanes(p, members, vector, work, rows)
+        lanes = self._lanes = self._new_lanes(p, members, vector, work, rows)
+        self._problem, self._progress = p, [(arguments.IDLE, Progress(p, p.t0, 0))] * width
         extended = np.empty((2, n + 1))
         block = self.bounds[0].block
         single = arguments.Single(work, block, _table(places), np.empty((2, n)), extended)
@@ -155,7 +156,7 @@ class Worker:
         record["each"] = p.project is not None or keeps(p) != 0 or bool(alone)
         return record
 
-    def _lanes(self, p, members, vector, work, rows):
+    def _new_lanes(self, p, members, vector, work, rows):
         n, width = len(p.y0), vector.width if vector else 1
         block, places = np.zeros(FIRST + (vector.n_words if vector else 0), np.int64), []
         block[MASS] = self.bounds[0].block[MASS]
@@ -205,7 +206,25 @@ class Worker:
                 self._keep_piece()
             elif status == RUNNING:
                 self._chunk = next_chunk(self._chunk, spent)
+                self._give_up_what_stands()
         self._keep_piece()
+
+    def _give_up_what_stands(self):
+        """Mark the trajectories whose ends are out of reach."""
+        for lane, member in enumerate(self._lanes.members.tolist()):
+            if member < 0:
+                continue
+            now = self._reached(lane)
+            present, progress = self._progress[lane]
+            if member != present:
+                self._progress[lane] = member, Progress(self._problem, *now)
+            elif progress.stands(*now):
+                self._lanes.members[lane] = arguments.GIVEN_UP - member
+
+    def _reached(self, lane):
+        if not self.record["vector"][0]:
+            return reached(self._lanes.states[lane])
+        return tuple(self._lanes.fields[[T, ACCEPTED], lane].tolist())
 
 
 def functions_of(problem, folds=()):

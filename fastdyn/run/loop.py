@@ -40,6 +40,11 @@ def counters(state):
     return struct.unpack_from("3q", state, STATE.fields["n_accepted"][1])
 
 
+def reached(state):
+    """The time of a STATE, its steps, and for Taylor those at a jump."""
+    return float(state["t"]), int(state["n_accepted"]), int(state["n_equal"])
+
+
 def announce(bounds):
     """Warn of each function that stays in Python."""
     for bound in bounds:
@@ -52,18 +57,45 @@ def next_chunk(n_steps, spent):
     return max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
 
 
-def _mean_step(state, n_before, t_before):
-    """The mean step size since a count of steps and a time."""
-    return abs(state["t"] - t_before) / max(state["n_accepted"] - n_before, 1)
-
-
-def _stands(left, step, n_steps, longest, most):
-    """True if the steps have become so short that the end is out of reach.
+class Progress:
+    """Judges between chunks of steps whether a solve can reach its end.
 
     A Taylor series does not pass a singularity, but its steps may alternate for ever between the
     two sides of a singularity, or of a surface on which the state slides.
+
+    Parameters
+    ----------
+    problem : problem.validate.Problem
+    t : float
+        The time after the first `n_steps` steps.
+    n_steps, n_at_jumps : int
+        Steps so far, and those of them at a jump.
+    most : float
+        The most steps ahead of a Taylor series that stands.
     """
-    return n_steps > FEWEST and step < STANDS * longest and left > most * step
+
+    def __init__(self, problem, t, n_steps, n_at_jumps=0, most=MOST_AHEAD):
+        self._t0, self._tf, self._series = problem.t0, problem.tf, problem.method.series
+        self._longest, self._most = abs(t - problem.t0) / max(n_steps, 1), most
+        self._last, self._mark = (t, n_steps, n_at_jumps), (t, n_steps)
+
+    def stands(self, t, n_steps, n_at_jumps=0):
+        """True if the steps since the last call are so short that the end is out of reach."""
+        before, taken, at_jumps = self._last
+        taken, at_jumps = n_steps - taken, n_at_jumps - at_jumps
+        self._last = t, n_steps, n_at_jumps
+        if self._series:
+            step = abs(t - before) / max(taken, 1)
+            ahead = MANY_AHEAD if SLIDING * at_jumps > taken else self._most
+            if taken > FEWEST and step < STANDS * self._longest:
+                if abs(self._tf - t) > ahead * step:
+                    return True
+            self._longest = max(self._longest, step)
+        before, taken = self._mark[0], n_steps - self._mark[1]
+        if taken < NOWHERE:
+            return False
+        self._mark = t, n_steps
+        return min(abs(self._tf - t), abs(t - self._t0)) > FOR_EVER * abs(t - before) / taken
 
 
 def stops(callback, solver):
@@ -158,15 +190,13 @@ class Run(LaidOut):
             self.lay_output()
         state, bar = self.view("solve.state"), progress_bar(p) if p.progress else None
         most = MOST_AHEAD if self.between_chunks is None else MANY_AHEAD
-        longest = _mean_step(state[0], 0, p.t0)
-        mark = int(state["n_accepted"][0]), float(state["t"][0])
+        progress = Progress(p, *reached(state[0]), most)
         try:
             while status in GOES_ON:
                 if status == FULL:
                     self.output.make_room()
                     self.lay_output()
-                done, reached = int(state["n_accepted"][0]), float(state["t"][0])
-                at_rest = int(state["n_equal"][0])
+                done = int(state["n_accepted"][0])
                 left = p.max_steps - done
                 if left <= 0:
                     return STEP_LIMIT
@@ -175,19 +205,8 @@ class Run(LaidOut):
                 status = self.step(n_steps)
                 spent = perf_counter() - began
                 tier.record_time(spent)
-                if status in GOES_ON and p.method.series:
-                    step, left = _mean_step(state[0], done, reached), p.tf - state["t"][0]
-                    taken = state["n_accepted"][0] - done
-                    slides = SLIDING * (state["n_equal"][0] - at_rest) > taken
-                    ahead = MANY_AHEAD if slides else most
-                    if _stands(abs(left), step, taken, longest, ahead):
-                        return STEP_TOO_SMALL
-                    longest = max(longest, step)
-                if status in GOES_ON and done - mark[0] >= NOWHERE:
-                    ahead = min(abs(p.tf - reached), abs(reached - p.t0))
-                    if ahead > FOR_EVER * abs(reached - mark[1]) / (done - mark[0]):
-                        return STEP_TOO_SMALL
-                    mark = done, reached
+                if status in GOES_ON and progress.stands(*reached(state[0])):
+                    return STEP_TOO_SMALL
                 if status == RUNNING:
                     chunk = next_chunk(n_steps, spent)
                     tier.promote()

@@ -7,13 +7,13 @@ import numpy as np
 
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
-from fastdyn.kernels.output.arguments import Many
+from fastdyn.kernels.output.arguments import BEGUN, GIVEN_UP, NEXT, Many
 from fastdyn.kernels.state.record import BORDER, EVENT, FINISHED, INTERRUPTED, RAISED, RUNNING
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import given_state, probe_equations
 from fastdyn.run.functions.bound import raise_kept
 from fastdyn.run.functions.compared import compare_at
-from fastdyn.run.loop import Run, next_chunk
+from fastdyn.run.loop import Progress, Run, next_chunk, reached
 from fastdyn.run.outcome import LEFT
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import verify
@@ -118,13 +118,18 @@ def _call(run, members, places, ends):
 
 
 def _loop(run, members, call, queue):
-    """Take chunks up to the end."""
-    status, n_steps = RUNNING, FIRST_STEPS
+    """Take chunks up to the end; a solve that stands is given up."""
+    status, n_steps, state = RUNNING, FIRST_STEPS, run.view("solve.state")
+    present, progress = -1, Progress(run.problem, run.problem.t0, 0)
     while status == RUNNING:
         call["budget"] = n_steps
         began = perf_counter()
         status = call()
         n_steps = next_chunk(n_steps, perf_counter() - began)
+        if queue[BEGUN] and queue[NEXT] != present:
+            present, progress = int(queue[NEXT]), Progress(run.problem, *reached(state[0]))
+        elif queue[BEGUN] and progress.stands(*reached(state[0])):
+            queue[BEGUN] = GIVEN_UP
     if status == RAISED:
         for bound in run.bounds:
             bound.keepalive[1] = members.args(int(queue[0]))

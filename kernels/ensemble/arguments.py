@@ -14,6 +14,7 @@ NEXT, COUNT = range(2)  # indices into `queue`
 
 
 IDLE = -1  # number of the member in a lane without a trajectory
+GIVEN_UP = -2  # minus the number of a member: the number of one whose end is out of reach
 
 
 class Task(NamedTuple):

@@ -27,6 +27,7 @@ from ..state.record import (
     RAISED,
     RUNNING,
     STEP_LIMIT,
+    STEP_TOO_SMALL,
     Y_OLD,
     K,
     Y,
@@ -37,6 +38,7 @@ from .arguments import (
     ALREADY,
     BLOCKS,
     COUNT,
+    GIVEN_UP,
     IDLE,
     NEXT,
     OPEN,
@@ -76,6 +78,9 @@ def serve(task, lanes, single, room, results, found, folds, n_steps):
         RUNNING, FULL (`found` has no room for the events of a step), or FINISHED.
     """
     w, width = task.worker[0], len(lanes.members)
+    for lane in range(width):
+        if lanes.members[lane] <= GIVEN_UP:
+            _give_up(task, lanes, single, results, lane)
     while n_steps > 0:
         if w.n_found + width * len(room.e_t) > len(found.t):
             return FULL
@@ -212,6 +217,16 @@ def _begin(task, lanes, single, best, lane):
         given = events, states[lane].t, slot(None, work, Y), single.scratch[1]
         status = invoke(task.addresses[OPEN], given)
     return status
+
+
+@njit(**INTERNAL)
+def _give_up(task, lanes, single, results, lane):
+    """End a trajectory whose end is out of reach."""
+    lanes.members[lane] = member = GIVEN_UP - lanes.members[lane]
+    if task.worker[0].vector:
+        from_lane(task.worker[0], lanes, single, results.folded[member], lane)
+        lanes.fields[LIVE, lane] = 0.0
+    _end(task, lanes, single, results, lane, STEP_TOO_SMALL)
 
 
 @njit(**INTERNAL)

@@ -166,7 +166,10 @@ class Launch(NamedTuple):
     places: Any
 
 
-NEXT, COUNT, BEGUN = range(3)  # in `queue`: the present solve, the number of solves, whether begun
+# In `queue`: the present solve, the number of solves, and whether the present solve has begun, or
+# is GIVEN_UP because its end is out of reach.
+NEXT, COUNT, BEGUN = range(3)
+GIVEN_UP = 2
 
 
 class Many(NamedTuple):

@@ -3,9 +3,9 @@
 from ..calls.calling_convention import call_kernel
 from ..calls.user_function import address_of, words_at
 from ..jit_options import INTERNAL, njit
-from ..state.record import FINISHED, FULL, RAISED, RUNNING, STEP_LIMIT
+from ..state.record import FINISHED, FULL, RAISED, RUNNING, STEP_LIMIT, STEP_TOO_SMALL
 from ..state.rows import copy_row
-from .arguments import BEGUN, COUNT, FRESH, NEXT, Launch
+from .arguments import BEGUN, COUNT, FRESH, GIVEN_UP, NEXT, Launch
 from .whole_solve import launch
 
 
@@ -17,7 +17,10 @@ def solve_many(launched, many, budget):
         if budget <= 0:
             return RUNNING
         taken = s.n_accepted if queue[BEGUN] != 0 else 0
-        status = _chunk(launched, many, min(budget, many.max_steps - taken))
+        if queue[BEGUN] == GIVEN_UP:
+            status = STEP_TOO_SMALL
+        else:
+            status = _chunk(launched, many, min(budget, many.max_steps - taken))
         queue[BEGUN] = 1
         budget -= s.n_accepted - taken + 1
         if status == FULL:

@@ -6,7 +6,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 
-from fastdyn import Fold, solve_ensemble, solve_ivp
+from fastdyn import Fold, prepare, solve_ensemble, solve_ivp
 
 K = np.array([1.0, 2.0, 3.0, 4.0])
 
@@ -156,3 +156,22 @@ def test_what_complex_states_do_not_have(options, said):
         solve_ensemble(lambda t, z: 1j * z, (0, 1), np.array([1.0 + 0j]), **options)
     with pytest.raises(ValueError, match="traced"):
         solve_ensemble(lambda t, z: [1j * len(str(z[0]))], (0, 1), np.array([[1.0 + 0j]]))
+
+
+@pytest.mark.parametrize(("method", "in_lanes"), [("RK45", True), ("Taylor", False)])
+def test_a_trajectory_that_slides_for_ever_ends(method, in_lanes):
+    """The states chatter at y = 0, with 1e14 steps ahead of them."""
+
+    def turned(t, y):
+        return [-1.0 if y[0] > 0 else 1.0]
+
+    problem, y0 = (turned, (0, 1e6)), np.linspace(1e4, 1.1e4, 11)[:, None]
+    how = {"method": method, "rtol": 1e-9, "atol": 1e-9, "max_steps": 10_000_000}
+    run = solve_ensemble(*problem, y0, **how)
+    assert (run.width > 1) == in_lanes
+    assert (run.n_accepted < 10_000_000).all()
+    assert "no step is short enough" in run.message(3)
+    np.testing.assert_allclose(run.t, y0[:, 0], rtol=1e-5)
+    many = prepare(*problem, y0[0], **how).many(y0[:3])
+    assert (many.status == -1).all() and (many.n_accepted < 10_000_000).all()
+    np.testing.assert_allclose(many.t, y0[:3, 0], rtol=1e-5)
