@@ -224,7 +224,8 @@ class Worker:
     def _reached(self, lane):
         if not self.record["vector"][0]:
             return reached(self._lanes.states[lane])
-        return tuple(self._lanes.fields[[T, ACCEPTED], lane].tolist())
+        fields = self._lanes.fields
+        return float(fields[T, lane]), int(fields[ACCEPTED, lane]), 0
 
 
 def functions_of(problem, folds=()):

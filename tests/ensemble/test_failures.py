@@ -171,7 +171,7 @@ def test_a_trajectory_that_slides_for_ever_ends(method, in_lanes):
     assert (run.width > 1) == in_lanes
     assert (run.n_accepted < 10_000_000).all()
     assert "no step is short enough" in run.message(3)
-    np.testing.assert_allclose(run.t, y0[:, 0], rtol=1e-5)
+    np.testing.assert_allclose(run.t, y0[:, 0], rtol=1e-3)
     many = prepare(*problem, y0[0], **how).many(y0[:3])
     assert (many.status == -1).all() and (many.n_accepted < 10_000_000).all()
-    np.testing.assert_allclose(many.t, y0[:3, 0], rtol=1e-5)
+    np.testing.assert_allclose(many.t, y0[:3, 0], rtol=1e-3)
