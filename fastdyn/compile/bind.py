@@ -97,7 +97,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         if late is not None:
             return _in_python(as_written, keepalive, mode, n, account=late)
         function, parameters, at = found
-        bound = _with_block(function, as_written, keepalive, parameters, mode, n, at)
+        bound = with_block(function, as_written, keepalive, parameters, mode, n, at)
         if not made(function) and near is not None:
             _compare_with_python(bound, near, n)
         return bound
@@ -109,8 +109,8 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         return _in_python(as_written, keepalive, mode, n, said)
 
 
-def _with_block(function, as_written, keepalive, parameters, mode, n, at):
-    """The Bound of a compiled function."""
+def with_block(function, as_written, keepalive, parameters, mode, n, at):
+    """The Bound of a compiled function of n numbers; `keepalive` gets the function, too."""
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)  # after a fault, the state is kept behind the parameters
     block[0], block[FAULT] = function.address, end

@@ -45,7 +45,7 @@ def vector_form(fun, args, varying, mode, n, near, width):
     ]
     kinds = [k for k, _ in parameters]
     given = {"n": n, "width": width, "exact": False, "kinds": kinds}
-    text = functools.partial(function.vector_text, **given)
+    text = functools.partial(function.traced.vector_text, **given)
     n_results = None if mode.one_number else function.traced.n_stored
     series = functools.partial(function.traced.lane_series, kinds=kinds, width=width)
     n_all = sum(map(n_words, kinds))
@@ -62,4 +62,4 @@ def _jacobian(function, given, time):
         found: Any = jacobian(function, time)
     except Untraceable as reason:
         raise Uncompilable(str(reason)) from None
-    return found, functools.partial(found.traced.vector_text, **given)
+    return found, functools.partial(found.function.traced.vector_text, **given)

@@ -150,13 +150,14 @@ def links(name, function):
 
 def in_stages(name, function):
     """True if a method evaluates a function for all stages at once, on vectors."""
-    return BY_NAME[name].batched and function.vector_text and function.mode.in_vectors
+    in_vectors = function.traced and function.traced.vector_text and function.mode.in_vectors
+    return BY_NAME[name].batched and in_vectors
 
 
 def _stages(key, name, function, n):
     """The code of a kernel of an implicit method that evaluates all stages at once."""
     width, _ = BY_NAME[name].code.batched
-    text = functools.partial(function.vector_text, n=n, width=width, exact=True)
+    text = functools.partial(function.traced.vector_text, n=n, width=width, exact=True)
 
     def build():
         from . import dispatchers

@@ -28,7 +28,7 @@ def called(found, block, t, y):
     """(dense matrix, df/dt) by the machine code."""
     n, y = len(y), np.ascontiguousarray(y, dtype=float)
     out = np.full(found.size, np.nan)
-    call = ctypes.cast(found.address, SIGNATURE)
+    call = ctypes.cast(found.function.address, SIGNATURE)
     call(None, None, t, y.ctypes.data, n, block.ctypes.data, out.ctypes.data)
     matrix = np.zeros((n, n))
     matrix[found.rows, found.columns] = out[: len(found.rows)]
@@ -94,7 +94,7 @@ def test_it_is_compiled_once_and_kept(monkeypatch):
     assert jacobian(one.function, time=True).size == found.size + 2
     one.function.notes.clear()
     before = COUNTS.copy()
-    assert jacobian(one.function).key == found.key
+    assert jacobian(one.function).function.key == found.function.key
     assert COUNTS["compiled"] == before["compiled"] and COUNTS["loaded"] > before["loaded"]
 
 
@@ -110,7 +110,7 @@ def test_the_dispatcher_has_the_bits_of_the_kept_code():
     one = bound(fun, y, (1.7,))
     found = jacobian(one.function)
     assert found.size == 4
-    build = found.build()
+    build = found.function.build()
 
     @njit
     def use(t, y, block):

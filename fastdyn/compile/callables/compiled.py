@@ -23,8 +23,6 @@ class Function:
         Makes a Numba dispatcher of the same function, for kernels that inline the function.
     keepalive : object
         Keeps the machine code in memory.
-    vector_text : callable
-        See `Traced.vector_text`; None if the function is not traced.
     seconds : float
         An upper bound for the time of an evaluation, if known.
     series : callable
@@ -41,7 +39,6 @@ class Function:
     build: Any
     keepalive: Any
     mode: Mode = DERIVATIVE
-    vector_text: Any = None
     seconds: float = math.inf
     series: Any = None
     traced: Any = None

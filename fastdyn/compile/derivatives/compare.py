@@ -95,7 +95,7 @@ def _along(bound, jacobian, t, y, sizes, span, rng):
 def _entries(bound, jacobian, t, y):
     """The numbers that the code of a Jacobian gives."""
     out, left = np.empty(jacobian.size), np.zeros(1, np.int64)
-    code = code_at(jacobian.address)
+    code = code_at(jacobian.function.address)
     call(code, t, y.copy(), bound.block, out, left.ctypes.data)
     return out
 

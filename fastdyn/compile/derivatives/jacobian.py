@@ -4,17 +4,16 @@ The Jacobian is called like the function, ``jacobian(t, y, n, block, out)``, wit
 Where the function raises, the entries are meaningless.
 """
 
-import functools
 import threading
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from fastdyn import code_store
 from fastdyn.trace.graph.derivatives import jacobian as derivatives
 from fastdyn.trace.graph.derivatives import time_derivative
 from fastdyn.trace.graph.expressions import is_zero
 
+from ..callables.compiled import Function
 from ..mode import ENTRIES
 from ..traced.code import Traced
 
@@ -25,20 +24,15 @@ class Jacobian(NamedTuple):
     """A compiled Jacobian: `out` gets its entries by columns, rows ascending, then maybe df/dt.
 
     `time` tells whether df/dt (n numbers) follows the entries, and `autonomous` whether df/dt is
-    zero.  `size` is the length of `out`.  `build` makes the dispatcher of the pointer form,
-    `traced` is its trace.
+    zero.  `size` is the length of `out`.
     """
 
-    key: str
-    address: Any
+    function: Function
     rows: np.ndarray
     columns: np.ndarray
     time: bool
     autonomous: bool
     size: int
-    build: Any
-    traced: Any
-    keepalive: Any
 
 
 def jacobian(function, time=False):
@@ -62,12 +56,7 @@ def _compiled(traced, time):
     graph = traced.trace.graph
     rows, columns, nodes = derivatives(graph, traced.stored, traced.n)
     by_time = time_derivative(graph, traced.stored) if time else []
-    nodes = nodes + by_time
-    trace = traced.trace._replace(outputs=nodes, raising=graph.false, error="")
-    found = Traced(trace, ENTRIES, traced.n)
-    key = found.key()
-    code = code_store.assembled(key, found.text)
-    return Jacobian(
-        key, code.address, rows, columns, time, all(map(is_zero, by_time)), len(nodes),
-        functools.cache(found.dispatcher), found, code,
-    )  # fmt: skip
+    trace = traced.trace._replace(outputs=nodes + by_time, raising=graph.false, error="")
+    function = Traced(trace, ENTRIES, traced.n).compiled()
+    autonomous = all(map(is_zero, by_time))
+    return Jacobian(function, rows, columns, time, autonomous, len(nodes) + len(by_time))

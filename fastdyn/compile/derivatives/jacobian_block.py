@@ -130,5 +130,5 @@ def exact_block(function, n, time=False):
     if found is None or len(found.rows) == 0 or len(function.traced.stored) != n:
         return None
     block = entries_block(Entries(found.rows, found.columns), n)
-    block[0] = found.address
+    block[0] = found.function.address
     return block

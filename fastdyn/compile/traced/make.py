@@ -1,6 +1,5 @@
 """Compiles a function by tracing: runs it on symbols, compares the code, keeps it."""
 
-import functools
 import gc
 import re
 import threading
@@ -19,7 +18,6 @@ from fastdyn.trace.paths.stores import trace_with_stores
 from fastdyn.trace.reads.reads import flat
 
 from .. import background, memory
-from ..callables.compiled import Function
 from ..callables.diagnostics import located
 from ..compare import compare_around
 from ..parameters import n_words, pack_all
@@ -158,13 +156,8 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
     key = traced.key()
     function = _functions.get(key)
     if function is None:
-        code = code_store.assembled(key, traced.text)
-        function = Function(
-            key, code.address, sum(map(n_words, traced.kinds)),
-            traced.dispatcher and functools.cache(traced.dispatcher), code, mode,
-            traced.vector_text, _seconds(_compiled(traced, code.address, given), near, n),
-            traced.series and code_store.first_kept(traced.series), traced,
-        )  # fmt: skip
+        function = traced.compiled()
+        function.seconds = _seconds(_compiled(traced, function.address, given), near, n)
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS
         _functions.put(key, function, size)
     place, values = _compared_place(traced, function, fun, given), _numbers(traced, given)

@@ -1,12 +1,17 @@
-"""Calls the machine code of a trace from Python."""
+"""The base of traces in a mode: compiles the pointer form, and calls its code from Python."""
 
+import functools
+import math
 from typing import Any
 
 import numpy as np
 
+from fastdyn import code_store
 from fastdyn.trace.islands.island import raise_interrupts
 
+from ..callables.compiled import Function
 from ..function_convention import call, code_at
+from ..parameters import n_words
 
 
 class PythonForm:
@@ -14,6 +19,22 @@ class PythonForm:
 
     n_stored: int
     trace: Any
+    mode: Any
+    kinds: list
+    key: Any
+    text: Any
+    dispatcher: Any
+    series: Any
+
+    def compiled(self, seconds=math.inf):
+        """The compiled Function, from disk or made now."""
+        key = self.key()
+        code = code_store.assembled(key, self.text)
+        return Function(
+            key, code.address, sum(map(n_words, self.kinds)),
+            self.dispatcher and functools.cache(self.dispatcher), code, self.mode, seconds,
+            self.series and code_store.first_kept(self.series), self,
+        )  # fmt: skip
 
     def python(self, address, block) -> Any:
         """``function(t, y)`` that calls the machine code; it returns None if the code raises."""

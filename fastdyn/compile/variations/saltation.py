@@ -7,24 +7,15 @@ Lyapunov exponents for dynamic systems with discontinuities", Chaos, Solitons & 
 """
 
 import functools
-from typing import Any
 
 import numpy as np
 
-from fastdyn import code_store
-from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.trace.graph.derivatives import partials
 from fastdyn.trace.graph.refusal import Untraceable, refused_as
 
-from ..bind import Bound
-from ..callables.compiled import Function
-from ..callables.diagnostics import Uncompilable
 from ..mode import DERIVATIVE, SALTATION
-from ..parameters import n_words, pack_all
-from ..traced.code import Traced
-from ..traced.make import Near, traced_function
-from ..traced.met import why
-from .variational import columns_of
+from ..traced.make import Near
+from .variational import bind_extended, columns_of, extended_function
 
 
 def bind_saltation(saltation, args, near):
@@ -42,31 +33,13 @@ def bind_saltation(saltation, args, near):
     Uncompilable
         If a function has no trace, or a derivative is missing.
     """
-    n, together = saltation.n, saltation.together()
-    positions = tuple(sorted({j for j in saltation.directions if j}))
-    size = saltation.n_together()
-    near = Near(near.t0, near.tf, np.r_[near.y0[:n], np.zeros(size - n)])
-    found = traced_function(together, args, DERIVATIVE, size, near, positions)
-    if found is None:
-        raise Uncompilable(
-            why(together, args, DERIVATIVE, size, positions) or "`on_event` cannot be traced"
-        )
-    base, values, at = found
-    try:
-        groups = [None if not j else at[j - 1] for j in saltation.directions]
-        function = _compiled(base, groups, n, saltation.event is not None)
-    except Untraceable as reason:
-        raise Uncompilable(str(reason)) from None
-    keepalive = [together, args, function]
-    end, whole = FIRST + function.n_words, n * (1 + saltation.n_directions)
-    block = np.zeros(end + whole, np.int64)
-    block[0], block[FAULT] = function.address, end
-    pack_all(values, block, keepalive)
-
-    def as_written(t, z):
-        return saltation(t, z, *args)
-
-    return Bound(function, block, as_written, keepalive, None, values, SALTATION, (), {}, at)
+    n, more = saltation.n, saltation.n_together() - saltation.n
+    near = Near(near.t0, near.tf, np.r_[near.y0[:n], np.zeros(more)])
+    compiled = functools.partial(_compiled, n=n, located=saltation.event is not None)
+    return bind_extended(
+        saltation.together(), args, DERIVATIVE, near, saltation, compiled,
+        "`on_event` cannot be traced",
+    )  # fmt: skip
 
 
 def _too_many(reason):
@@ -78,15 +51,7 @@ def _compiled(base, groups, n, located):
     traced = base.traced
     graph, columns = traced.trace.graph, list(columns_of(traced, groups, n))
     outputs = _outputs(graph, traced.stored, columns, n, located)
-    size = n * (1 + len(columns))
-    found: Any = Traced(traced.trace._replace(outputs=outputs), SALTATION, size)
-    key = found.key()
-    code = code_store.assembled(key, found.text)
-    return Function(
-        key, code.address, sum(map(n_words, found.kinds)), functools.cache(found.dispatcher),
-        code, SALTATION, found.vector_text, base.seconds * (1 + 2 * len(columns)),
-        None, found,
-    )  # fmt: skip
+    return extended_function(traced.trace._replace(outputs=outputs), SALTATION, base, n, columns)
 
 
 def _outputs(graph, stored, columns, n, located):

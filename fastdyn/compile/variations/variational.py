@@ -4,24 +4,19 @@ S has a row for each component of y and a column for each direction.  In the sta
 by row.
 """
 
-import functools
 from typing import Any
 
 import numpy as np
 
-from fastdyn import code_store
-from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.trace.graph.derivatives import jacobian, parameter_derivatives
 from fastdyn.trace.graph.jumps import decisions, first_jump
 from fastdyn.trace.graph.refusal import Untraceable, refused_as
 from fastdyn.trace.reads.reads import flat
 
-from ..bind import Bound
-from ..callables.compiled import Function
+from ..bind import with_block
 from ..callables.diagnostics import Uncompilable
 from ..derivatives.jacobian import GROWING
 from ..mode import SENSITIVITIES
-from ..parameters import n_words, pack_all
 from ..traced.code import Traced
 from ..traced.make import traced_function
 from ..traced.met import why
@@ -48,30 +43,40 @@ def bind_variational(equations, args, near, refused=None):
     """
     if refused:
         raise Uncompilable(refused)
-    fun, mode, n = equations.fun, equations.mode, len(near.y0)
-    positions = tuple(sorted({j for j in equations.directions if j}))
+    return bind_extended(equations.fun, args, equations.mode, near, equations, _function)
+
+
+def bind_extended(fun, args, mode, near, extended, compiled, untraced="it cannot be traced"):
+    """The Bound of a function extended by sensitivities.
+
+    Parameters
+    ----------
+    fun, args, mode, near
+        The function that is traced.
+    extended : callable
+        ``extended(t, z, *args)`` in Python, with `n`, `directions` and `n_directions`.
+    compiled : callable
+        ``compiled(function, groups)`` makes the extended Function of the traced one; `groups` has
+        the group of parameters of each direction, None for the initial state.
+    untraced : str
+        The reason to give if none is known.
+    """
+    n = len(near.y0)
+    positions = tuple(sorted({j for j in extended.directions if j}))
     found = traced_function(fun, args, mode, n, near, positions)
     if found is None:
-        raise Uncompilable(why(fun, args, mode, n, positions) or "it cannot be traced")
+        raise Uncompilable(why(fun, args, mode, n, positions) or untraced)
     base, values, at = found
-    groups = [None if not j else at[j - 1] for j in equations.directions]
     try:
-        function = _function(base, groups)
+        function = compiled(base, [at[j - 1] if j else None for j in extended.directions])
     except Untraceable as reason:
         raise Uncompilable(str(reason)) from None
-    keepalive = [fun, args, function]
-    end = FIRST + function.n_words
-    size = n * (1 + equations.n_directions)
-    block = np.zeros(end + size, np.int64)
-    block[0], block[FAULT] = function.address, end
-    pack_all(values, block, keepalive)
+    size = extended.n * (1 + extended.n_directions)
 
     def as_written(t, z):
-        return equations(t, z, *args)
+        return extended(t, z, *args)
 
-    return Bound(
-        function, block, as_written, keepalive, None, values, SENSITIVITIES, (), {}, at
-    )  # fmt: skip
+    return with_block(function, as_written, [fun, args], values, function.mode, size, at)
 
 
 def decides(bound):
@@ -104,18 +109,18 @@ def _compiled(base, groups):
     traced = base.traced
     graph, stored = traced.trace.graph, traced.stored
     n, columns = len(stored), list(columns_of(traced, groups, len(stored)))
-    rates = _rates(graph, stored, columns)
-    size = n * (1 + len(columns))
-    found: Any = Traced(traced.trace._replace(outputs=[*stored, *rates]), SENSITIVITIES, size)
-    key = found.key()
+    trace = traced.trace._replace(outputs=[*stored, *_rates(graph, stored, columns)])
+    function = extended_function(trace, SENSITIVITIES, base, n, columns)
     own = traced.trace._replace(outputs=stored)
-    decided = own, decisions(graph, stored, {c for c in columns if c is not None})
-    code = code_store.assembled(key, found.text)
-    return Function(
-        key, code.address, sum(map(n_words, found.kinds)), functools.cache(found.dispatcher),
-        code, SENSITIVITIES, found.vector_text, base.seconds * (1 + 2 * len(columns)),
-        code_store.first_kept(found.series), found, {DECISIONS: decided},
-    )  # fmt: skip
+    slots = {column for column in columns if column is not None}
+    function.notes[DECISIONS] = own, decisions(graph, stored, slots)
+    return function
+
+
+def extended_function(trace, mode, base, n, columns):
+    """The Function of a trace that extends the Function `base` of n numbers by sensitivities."""
+    found: Any = Traced(trace, mode, n * (1 + len(columns)))
+    return found.compiled(base.seconds * (1 + 2 * len(columns)))
 
 
 def columns_of(traced, groups, n):

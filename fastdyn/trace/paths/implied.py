@@ -45,6 +45,10 @@ class Implied:
             if value:
                 self._numbers.add(x.key)
 
+    def is_number(self, node):
+        """Store that a node is not NaN."""
+        self._numbers.add(node.key)
+
     def truth(self, node, many):
         """The truth of a condition if earlier decisions imply it, else None.
 

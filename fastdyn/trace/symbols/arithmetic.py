@@ -10,7 +10,7 @@ from ..graph.domains import INDEX, WHOLE, bound, divided_by_zero, failures
 from ..graph.kinds import FLOAT, INT, NUMPY
 from .division import floor_division, not_caught, to_decimals
 from .powers import note_power
-from .symbolic import Symbolic, refuse
+from .symbolic import Symbolic, operators, refuse
 
 
 def _comparison(sign) -> Any:
@@ -62,32 +62,18 @@ class Arithmetic(Symbolic):
             return self.made(self.g.const(value), kind)
         return None
 
-    # -- arithmetic
+    # -- arithmetic with a number of the same graph
 
-    def __add__(self, other):
-        o = self.lift(other)
-        return NotImplemented if o is None else self._of(self.g.add(self.node, o.node), o)
+    def _add(self, o):
+        return self._of(self.g.add(self.node, o.node), o)
 
-    def __sub__(self, other):
-        o = self.lift(other)
-        return NotImplemented if o is None else self._of(self.g.sub(self.node, o.node), o)
+    def _sub(self, o):
+        return self._of(self.g.sub(self.node, o.node), o)
 
-    def __rsub__(self, other):
-        o = self.lift(other)
-        return NotImplemented if o is None else o - self
+    def _mul(self, o):
+        return self._of(self.g.mul(self.node, o.node), o)
 
-    def __mul__(self: Any, other) -> Any:
-        if isinstance(other, list | tuple | str):
-            return operator.index(self) * other
-        o = self.lift(other)
-        return NotImplemented if o is None else self._of(self.g.mul(self.node, o.node), o)
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __truediv__(self, other):
-        o = self.lift(other)
-        if o is None:
-            return NotImplemented
+    def _truediv(self, o):
         kind = max(self.kind, o.kind, FLOAT)
         if kind == FLOAT:
             not_caught(self, o)
@@ -95,20 +81,18 @@ class Arithmetic(Symbolic):
             self.g.raises_if(zero, divided_by_zero)
         return self.made(self.g.div(self.node, o.node), kind)
 
-    def __rtruediv__(self, other):
-        o = self.lift(other)
-        return NotImplemented if o is None else o / self
+    def _divmod(self, o):
+        g = self.g
+        kind = max(self.kind, o.kind)
+        if kind < NUMPY:
+            not_caught(self, o)
+            g.raises_if(g.compare(o.node, g.const(0.0), "eq"), divided_by_zero)
+        whole, rest = floor_division(self, o)
+        if kind == INT:
+            g.bounds[whole.key], g.bounds[rest.key] = bound(g, self.node), bound(g, o.node)
+        return self.made(whole, kind), self.made(rest, kind)
 
-    def __neg__(self):
-        return self._of(self.g.neg(self.node))
-
-    def __pos__(self):
-        return self
-
-    def __pow__(self, other, modulo=None):
-        o = self.lift(other)
-        if o is None or modulo is not None:
-            return NotImplemented
+    def _pow(self, o):
         g, value = self.g, o.node.value
         whole = self.kind == o.kind == INT
         kind = max(self.kind, o.kind, INT if not o.node.varies and value >= 0 else FLOAT)
@@ -126,50 +110,33 @@ class Arithmetic(Symbolic):
             note_power(self, o, result, kind)
         return self.made(result, kind)
 
-    def __rpow__(self, other):
-        o = self.lift(other)
-        return NotImplemented if o is None else o**self
+    __add__ = __radd__ = operators(_add, operator.add)[0]
+    __sub__, __rsub__ = operators(_sub, operator.sub)
+    _times = operators(_mul, operator.mul)[0]
+    __truediv__, __rtruediv__ = operators(_truediv, operator.truediv)
+    __floordiv__, __rfloordiv__ = operators(lambda a, b: a._divmod(b)[0])
+    __mod__, __rmod__ = operators(lambda a, b: a._divmod(b)[1])
+    __divmod__, __rdivmod__ = operators(_divmod)
+    __pow__, __rpow__ = operators(_pow)
+
+    def __mul__(self: Any, other) -> Any:
+        if isinstance(other, list | tuple | str):
+            return operator.index(self) * other
+        return self._times(other)
+
+    __rmul__ = __mul__
+
+    def __neg__(self):
+        return self._of(self.g.neg(self.node))
+
+    def __pos__(self):
+        return self
 
     def __abs__(self):
         return self._of(self.g.make("abs", (self.node,)))
 
     def to_whole(self, how):
         return self.made(self.g.make("round", (self.node,), how), self.kind)
-
-    def __floordiv__(self, other):
-        o = self.lift(other)
-        if o is None:
-            return NotImplemented
-        return self._divided(o)[0]
-
-    def __mod__(self, other):
-        o = self.lift(other)
-        if o is None:
-            return NotImplemented
-        return self._divided(o)[1]
-
-    def _divided(self, o):
-        g = self.g
-        kind = max(self.kind, o.kind)
-        if kind < NUMPY:
-            not_caught(self, o)
-            g.raises_if(g.compare(o.node, g.const(0.0), "eq"), divided_by_zero)
-        whole, rest = floor_division(self, o)
-        if kind == INT:
-            g.bounds[whole.key], g.bounds[rest.key] = bound(g, self.node), bound(g, o.node)
-        return [self.made(node, kind) for node in (whole, rest)]
-
-    def __rfloordiv__(self, other):
-        return self.lift(other) // self
-
-    def __rmod__(self, other):
-        return self.lift(other) % self
-
-    def __divmod__(self, other):
-        return self // other, self % other
-
-    def __rdivmod__(self, other):
-        return self.lift(other) // self, self.lift(other) % self
 
     # -- rounding to whole numbers
 
@@ -235,18 +202,3 @@ class Arithmetic(Symbolic):
 
     def __bool__(self):
         return bool(self != 0.0)
-
-
-def _beside_complex(name):
-    real = getattr(Arithmetic, name)
-
-    def method(self, other):
-        if isinstance(other, complex):
-            return getattr(self.g.pair(self, 0.0), name)(other)
-        return real(self, other)
-
-    return method
-
-
-for _name in "add radd sub rsub mul rmul truediv rtruediv".split():
-    setattr(Arithmetic, f"__{_name}__", _beside_complex(f"__{_name}__"))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..graph.kinds import INT
 from .real import Symbol, symbol
-from .symbolic import Symbolic, graph_of, is_symbolic, refuse
+from .symbolic import Symbolic, graph_of, is_symbolic, operators, refuse
 
 NUMBER = bool | int | float | complex | np.bool_ | np.number
 
@@ -45,44 +45,33 @@ class Pair(Symbolic):
     def g(self):
         return graph_of(self.real, self.imag)  # None for a product with zero
 
-    def _parts(self, other) -> tuple[Any, Any] | None:
-        return parts(other) if isinstance(other, NUMBER | Symbolic) else None
+    def lift(self, other):
+        """Convert `other` to a Pair; None if it is no number."""
+        return Pair(*parts(other)) if isinstance(other, NUMBER | Symbolic) else None
 
-    def __add__(self, other):
-        o = self._parts(other)
-        return NotImplemented if o is None else Pair(self.real + o[0], self.imag + o[1])
+    def _add(self, o):
+        return Pair(self.real + o.real, self.imag + o.imag)
 
-    def __sub__(self, other):
-        o = self._parts(other)
-        return NotImplemented if o is None else Pair(self.real - o[0], self.imag - o[1])
+    def _sub(self, o):
+        return Pair(self.real - o.real, self.imag - o.imag)
 
-    def __rsub__(self, other):
-        return -self + other
+    def _mul(self, o):
+        real = total([product(self.real, o.real), -product(self.imag, o.imag)])
+        return Pair(real, total([product(self.real, o.imag), product(self.imag, o.real)]))
 
-    def __mul__(self, other):
-        o = self._parts(other)
-        if o is None:
-            return NotImplemented
-        (a, b), (c, d) = (self.real, self.imag), o
-        real = total([product(a, c), -product(b, d)])
-        return Pair(real, total([product(a, d), product(b, c)]))
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __truediv__(self, other):
-        o = self._parts(other)
-        if o is None:
-            return NotImplemented
-        c, d = o
-        if not is_symbolic(d) and d == 0:
-            return Pair(self.real / c, self.imag / c)
-        size = c * c + d * d
-        top = self * Pair(c, -d)
+    def _truediv(self, o):
+        if not is_symbolic(o.imag) and o.imag == 0:
+            return Pair(self.real / o.real, self.imag / o.real)
+        size = o.real * o.real + o.imag * o.imag
+        top = self._mul(o.conjugate())
         return Pair(top.real / size, top.imag / size)
 
-    def __rtruediv__(self, other):
-        o = self._parts(other)
-        return NotImplemented if o is None else Pair(*o) / self
+    __add__ = __radd__ = operators(_add)[0]
+    __sub__, __rsub__ = operators(_sub)
+    __mul__ = __rmul__ = operators(_mul)[0]
+    __truediv__, __rtruediv__ = operators(_truediv)
+    __eq__ = operators(lambda a, b: (a.real == b.real) & (a.imag == b.imag))[0]
+    __ne__ = operators(lambda a, b: (a.real != b.real) | (a.imag != b.imag))[0]
 
     def __neg__(self):
         return Pair(-self.real, -self.imag)
@@ -98,14 +87,6 @@ class Pair(Symbolic):
 
     def __abs__(self):
         return np.hypot(self.real, self.imag)
-
-    def __eq__(self, other):
-        o = self._parts(other)
-        return NotImplemented if o is None else (self.real == o[0]) & (self.imag == o[1])
-
-    def __ne__(self, other):
-        o = self._parts(other)
-        return NotImplemented if o is None else (self.real != o[0]) | (self.imag != o[1])
 
     def conjugate(self):
         return Pair(self.real, -self.imag)

@@ -27,38 +27,11 @@ def index_of(key) -> Any:
 def check_bounds(index, n):
     """Raise IndexError on paths of their own where an index is outside -n, ..., n - 1."""
     g = index.g
+    g.implied.is_number(index.node)  # a whole number: if it is not below n, it is n or more
     below = g.compare(index.node, g.const(float(n)), "lt")
     above = g.compare(g.const(float(-n)), index.node, "le")
-    for node, inside in ((below, _is_below(index, n)), (above, _is_above(index, -n))):
-        if not inside and not g.condition(node):
-            raise IndexError("index out of range")
-
-
-def _is_below(index, n):
-    """Whether an earlier decision implies that an index is less than n."""
-    return _was_decided(index, lambda bound: bound <= n, lambda bound: bound <= n - 1, True)
-
-
-def _is_above(index, n):
-    return _was_decided(index, lambda bound: bound >= n - 1, lambda bound: bound >= n, False)
-
-
-def _was_decided(index, strictly, weakly, from_above):
-    """Whether an earlier comparison of an index with a constant implies a bound."""
-    g, node = index.g, index.node
-    for key, truth in g.known.items():
-        known = g.nodes[key]
-        if known.op not in ("lt", "le") or node not in known.args:
-            continue
-        at_left = known.args[0] is node
-        bound = known.args[1] if at_left else known.args[0]
-        if bound.op != "const" or at_left != (truth == from_above):
-            continue
-        # not a < b means b <= a; not a <= b means b < a
-        strict = (known.op == "lt") == truth
-        if (strictly if strict else weakly)(bound.data):
-            return True
-    return False
+    if not g.condition(below) or not g.condition(above):
+        raise IndexError("index out of range")
 
 
 def entry(g, name, node, kind):

@@ -105,21 +105,15 @@ def as_python(value):
     return value.as_python() if isinstance(value, Symbol) else value
 
 
-class OfNumPy:
+def _of_numpy(function):
     """An attribute of NumPy's numbers that Python's numbers lack."""
 
-    def __init__(self, function):
-        self._function = function
-
-    def __set_name__(self, owner, name):
-        self._name = name
-
-    def __get__(self, number, owner=None):
-        if number is None:
-            return self
+    def attribute(number):
         if number.kind != NUMPY:
-            raise AttributeError(f"'float' object has no attribute '{self._name}'")
-        return self._function(number)
+            raise AttributeError  # `Symbol.__getattr__` says more
+        return function(number)
+
+    return property(attribute)
 
 
 def _itself(number):
@@ -139,10 +133,8 @@ OF_NUMPY: dict[str, Any] = {
     "item": lambda number: lambda *_: number.as_python(),
     **dict.fromkeys("squeeze copy flatten ravel sum max min mean prod".split(), _itself),
 }  # fmt: skip
-for _name, _of in OF_NUMPY.items():
-    _attribute = OfNumPy(_of)
-    _attribute.__set_name__(Symbol, _name)
-    setattr(Symbol, _name, _attribute)
+for _name, _function in OF_NUMPY.items():
+    setattr(Symbol, _name, _of_numpy(_function))
 
 
 def symbol(g, value):
