@@ -5,64 +5,87 @@ from typing import Any
 
 import numpy as np
 
-from ..symbols.complex_pair import is_complex
+from ..symbols.complex_pair import Pair, is_complex, parts
 from ..symbols.looking_up import plain_key
 from ..symbols.masks import Masked
-from ..symbols.symbolic import BATCHES, Batched, Symbolic, kind_of, refuse
-from .table import ID, numbers
-
-
-class Store:
-    """Whether any view of an array was written to, and whether none may be (`frozen`)."""
-
-    __slots__ = ("frozen", "written")
-
-    def __init__(self):
-        self.written = self.frozen = False
+from ..symbols.symbolic import Batched, Symbolic, kind_of, refuse
+from .table import ID, PAIR, common_kind, numbers, paired
 
 
 class Columns(Batched):
-    """An array whose elements are node numbers.
+    """An array whose elements are node numbers, or pairs of them for complex numbers.
 
-    An array that is a whole batch in order stores the batch; its node numbers are made on demand.
-    Views share their node numbers as views of NumPy's arrays share memory.
+    An array that is a whole batch in order stores the batch, and a complex array two batches; the
+    node numbers are made on demand.  Views share their node numbers as views of NumPy's arrays
+    share memory.  `kind` is "b" for truth values, "f" for real and "c" for complex numbers.
     """
 
-    __slots__ = ("_batch", "_ids", "_store", "shape", "table", "truth")
+    __slots__ = ("_batch", "_ids", "_written", "kind", "shape", "table")
     _called = "long array"
 
-    def __init__(self, table, ids, batch: Any = None, store=None, truth=False):
+    def __init__(self, table, ids, batch: Any = None, written=None, kind="f"):
         self.table, self._ids, self._batch = table, ids, batch
-        self._store = store or Store()
-        self.shape = batch.shape if ids is None else ids.shape
-        self.truth = batch.truth if ids is None else truth
+        self._written = written or [False]  # common to all views
+        if ids is not None:
+            self.shape, self.kind = ids.shape, kind
+        elif isinstance(batch, tuple):
+            self.shape, self.kind = batch[0].shape, "c"
+        else:
+            self.shape, self.kind = batch.shape, "b" if batch.truth else "f"
 
     g = property(lambda self: self.table.g)
     ndim = property(lambda self: len(self.shape))
     size = property(lambda self: int(np.prod(self.shape, dtype=np.int64)))
-    dtype = property(lambda self: np.dtype(bool if self.truth else float))
+    truth = property(lambda self: self.kind == "b")
+    dtype = property(lambda self: np.dtype({"b": bool, "f": float, "c": complex}[self.kind]))
     itemsize = property(lambda self: self.dtype.itemsize)
     nbytes = property(lambda self: self.itemsize * self.size)
-    real = property(lambda self: self)
+    real = property(lambda self: self._part(0), lambda self, new: self._store_part(0, new))
+    imag = property(lambda self: self._part(1), lambda self, new: self._store_part(1, new))
 
     @property
     def ids(self):
         if self._ids is None:
-            self._ids = numbers(self._batch)
+            whole, many = self._batch, isinstance(self._batch, tuple)
+            self._ids = paired(*map(numbers, whole)) if many else numbers(whole)
         return self._ids
 
     def whole(self):
         """The batch that this array equals, in order; None if it equals none or was written to."""
-        return None if self._store.written else self._batch
+        return None if self._written[0] else self._batch
 
     def written(self):
-        return self._store.written
+        return self._written[0]
 
     def view_of(self, ids):
         """A view with these node numbers; a symbol if `ids` is one number."""
-        if not isinstance(ids, np.ndarray):
-            return self.table.symbol(ids)
-        return Columns(self.table, ids, None, self._store, self.truth)
+        if isinstance(ids, np.ndarray):
+            return Columns(self.table, ids, None, self._written, self.kind)
+        if self.kind == "c":
+            return Pair(*map(self.table.symbol, ids))
+        return self.table.symbol(ids)
+
+    # -- complex numbers
+
+    def _part(self, i):
+        """A view of the real (0) or of the imaginary part (1)."""
+        if self.kind != "c":
+            return np.zeros_like(self) if i else self
+        batch = self._batch and self._batch[i]
+        return Columns(self.table, self.ids[PAIR.names[i]], batch, self._written)
+
+    def _store_part(self, i, new):
+        if i and self.kind != "c":
+            raise TypeError("array does not have imaginary part to set")
+        self._part(i)[...] = new
+
+    def parts(self):
+        """The real and the imaginary part, to be read only; of real numbers, the array itself."""
+        if self.kind != "c":
+            return (self,)
+        if self.whole() is None:
+            return tuple(Columns(self.table, self.ids[name].copy()) for name in PAIR.names)
+        return tuple(Columns(self.table, None, batch) for batch in self._batch)
 
     # -- elements
 
@@ -73,6 +96,8 @@ class Columns(Batched):
 
     def __getitem__(self, key) -> Any:
         if isinstance(key, Batched) and key.truth:
+            if self.kind == "c":
+                refuse("a selection of complex numbers by a mask of the state")
             return Masked(self, key)
         return self.view_of(self.ids[plain_key(key)])
 
@@ -87,12 +112,8 @@ class Columns(Batched):
             key, value = ..., np.where(chosen, value, self.copy())
         elif isinstance(value, Masked):
             refuse("a selection by a mask of the state")
-        if is_complex(value) or (isinstance(value, Batched) and value.dtype.kind == "c"):
-            refuse("complex numbers are stored in an array of real ones")
-        given = ids_of(self.table, value, self.truth)
-        if self._store.frozen:
-            refuse("a store beside a view of another type")
-        self._store.written = True
+        given = ids_of(self.table, value, self.kind)
+        self._written[0] = True
         ids[plain_key(key)] = given
 
     def __bool__(self):
@@ -111,60 +132,52 @@ class Columns(Batched):
         return bool((self == value).any())
 
     def item(self, *at):
-        if not at:
-            if self.size != 1:
-                raise ValueError("can only convert an array of size 1 to a Python scalar")
-            return self.table.symbol(self.ids.reshape(-1)[0])
-        return self.table.symbol(self.ids.item(*at))
+        if not at and self.size != 1:
+            raise ValueError("can only convert an array of size 1 to a Python scalar")
+        return self.view_of(self.ids.item(*at))
 
     def tolist(self):
-        return [v if isinstance(v, Symbolic) or not isinstance(v, Columns) else v.tolist()
-                for v in self]  # fmt: skip
+        return [v.tolist() if isinstance(v, Columns) else v for v in self]
 
     # -- conversions that keep the elements
 
     def copy(self, order="C"):
         if self.whole() is not None:
             return Columns(self.table, None, self._batch)
-        return Columns(self.table, self.ids.copy(), truth=self.truth)
+        return Columns(self.table, self.ids.copy(), kind=self.kind)
+
+    def reshape(self, *shape, order: Any = "C"):
+        return self.view_of(self.ids.reshape(*shape, order=order))
+
+    def transpose(self, *axes):
+        return self.view_of(self.ids.transpose(*axes))
 
     def conj(self):
-        return self
+        return np.conj(self) if self.kind == "c" else self
 
     conjugate = conj
 
     def astype(self, dtype, *_, **__):
         kind = kind_of(dtype)
-        if kind == "b":
-            return self.copy() if self.truth else self != 0
-        if kind == "c":
-            return BATCHES["complex"](self.table, self.copy())
-        if kind == "f" or (kind in "iu" and self.truth):
-            return self.copy() if not self.truth else np.where(self, 1.0, 0.0)
+        if kind == self.kind:
+            return self.copy()
+        if kind == "b" and self.kind == "f":
+            return self != 0
+        if kind == "c" or (kind in "fiu" and self.truth):
+            kind = "c" if kind == "c" else "f"
+            return Columns(self.table, ids_of(self.table, self, kind), kind=kind)
         return refuse(f"a conversion to {dtype}")
 
-    def freeze(self):
-        """Refuse stores from now on: a view of another type has copies of these numbers."""
-        self._store.frozen = True
-
     def view(self, dtype=None):
-        if dtype is None or kind_of(dtype) != "c":
+        """A view of complex numbers as real and imaginary parts in turn, or the opposite."""
+        kind = None if dtype is None else kind_of(dtype)
+        if {kind, self.kind} != {"f", "c"}:
             refuse("a view of a long array in this way")
-        return BATCHES["viewed"](self)
+        ids = self.ids.view(PAIR if kind == "c" else ID)
+        return Columns(self.table, ids, None, self._written, kind)
 
 
-def _of_structure(name):
-    def method(self, *args, **kwargs):
-        return self.view_of(getattr(self.ids, name)(*args, **kwargs))
-
-    return method
-
-
-for _name in "reshape ravel transpose squeeze swapaxes take repeat diagonal".split():
-    setattr(Columns, _name, _of_structure(_name))
-
-
-def by_function(name):
+def _by_function(name):
     """The method of an array that calls the function of NumPy with this name."""
 
     def method(self, *args, **kwargs):
@@ -173,46 +186,67 @@ def by_function(name):
     return method
 
 
-for _name in "sum mean max min std var prod any all dot clip round ptp cumsum".split():
-    setattr(Columns, _name, by_function(_name))
+for _name in (
+    "sum mean max min std var prod any all dot clip round ptp cumsum trace ravel squeeze swapaxes "
+    "take repeat diagonal"
+).split():
+    setattr(Columns, _name, _by_function(_name))
 
 
-def ids_of(table, value, truth=None) -> Any:
-    """The node numbers of an array-like, in its shape.
-
-    If `truth` is True, numbers become truth values; if False, truth values become numbers.
-    """
-    found, is_truth = ids_and_truth(table, value)
-    if truth is None or truth == is_truth or not np.size(found):
-        return found
-    given: Any = Columns(table, np.atleast_1d(np.asarray(found, ID)), truth=is_truth)
-    chosen: Any = given != 0 if truth else np.where(given, 1.0, 0.0)
-    return chosen.ids.reshape(np.shape(found))
+def joint(real: Any, imag: Any) -> Any:
+    """A complex value from its real and imaginary part: long arrays, or numbers."""
+    if not isinstance(real, Columns):
+        return Pair(real, imag)
+    whole = real.whole(), imag.whole()
+    if None not in whole:
+        return Columns(real.table, None, whole)
+    return Columns(real.table, paired(real.ids, imag.ids), kind="c")
 
 
-def ids_and_truth(table, value) -> Any:
+def ids_of(table, value, kind=None) -> Any:
+    """The node numbers of an array-like, in its shape, converted to a kind of numbers."""
+    found, its = ids_and_kind(table, value)
+    return found if kind is None else of_kind(table, found, its, kind)
+
+
+def of_kind(table, ids, before, kind):
+    """Node numbers of the kind `before` as node numbers of another kind."""
+    if kind == before:
+        return ids
+    if before == "c":
+        refuse("complex numbers are stored in an array of real ones")
+    if kind == "c":
+        return paired(of_kind(table, ids, before, "f"), table.one(table.g.const(0.0)))
+    if not np.size(ids):
+        return ids
+    given: Any = Columns(table, np.atleast_1d(np.asarray(ids, ID)), kind=before)
+    chosen: Any = given != 0 if kind == "b" else np.where(given, 1.0, 0.0)
+    return chosen.ids.reshape(np.shape(ids))
+
+
+def ids_and_kind(table, value) -> Any:
     if isinstance(value, Columns):
-        return value.ids, value.truth
+        return value.ids, value.kind
+    if is_complex(value):
+        return paired(*(ids_of(table, part) for part in parts(value))), "c"
     if isinstance(value, Symbolic):
-        return _of_single(table, value)
-    if isinstance(value, bool | np.bool_):
-        return np.array(table.one(table.g.const(bool(value))), ID), True
-    if isinstance(value, int | float | np.integer | np.floating):
-        return np.array(table.one(table.g.const(float(value))), ID), False
+        return np.array(table.one(value.node), ID), "f" if hasattr(value, "kind") else "b"
+    if isinstance(value, bool | np.bool_ | int | float | np.integer | np.floating):
+        kind = "b" if isinstance(value, bool | np.bool_) else "f"
+        return np.array(table.one(table.g.const(value)), ID), kind
     if isinstance(value, list | tuple):
-        parts = [ids_and_truth(table, v) for v in value]
-        if len({np.shape(ids) for ids, _ in parts}) > 1:
+        found = [ids_and_kind(table, v) for v in value]
+        if len({np.shape(ids) for ids, _ in found}) > 1:
             raise ValueError("setting an array element with a sequence")
-        truths = {truth for _, truth in parts}
-        if len(truths) > 1:
-            refuse("truth values and numbers in one array")
-        return np.array([ids for ids, _ in parts], ID), truths == {True}
+        return joined(table, np.array, found)
     return table.of_array(value)
 
 
-def _of_single(table, value):
-    node = getattr(value, "node", None)
-    if node is None:
-        refuse("a complex number among long arrays")
-    batch = table.one(node)
-    return np.array(batch, ID), not hasattr(value, "kind")
+def joined(table, function, found, *args, **kwargs):
+    """``function(arrays, *args, **kwargs)`` of (node numbers, kind), and the common kind."""
+    kind = common_kind({kind for _, kind in found})
+    arrays = [of_kind(table, ids, its, kind) for ids, its in found]
+    if kind != "c":
+        return np.asarray(function(arrays, *args, **kwargs), ID), kind
+    both = ([np.asarray(ids)[name] for ids in arrays] for name in PAIR.names)
+    return paired(*(function(part, *args, **kwargs) for part in both)), kind

@@ -118,6 +118,21 @@ def convolve2d(in1, in2, mode="full", boundary="fill", fillvalue=0.0):
     return whole[tuple(slice(c, c + s) for c, s in zip(cut, size, strict=True))]
 
 
+def convolved(table, a, v, mode="full"):
+    """numpy.convolve."""
+    a, v = (as_columns(table, x) if is_symbolic(x) else np.asarray(x) for x in (a, v))
+    if np.size(v) > np.size(a):
+        a, v = v, a
+    n, m = np.size(a), np.size(v)
+    if m > MOST_WEIGHTS:
+        refuse("np.convolve of two long arrays", said=False)
+    whole = _summed(_around(a, m - 1, "constant", 0.0), v[::-1], (n + m - 1,))
+    first, size = {"full": (0, n + m - 1), "same": ((m - 1) // 2, n), "valid": (m - 1, n - m + 1)}[
+        mode
+    ]
+    return whole[first : first + size]
+
+
 FILTERS = {
     f.__name__: f for f in (correlate, convolve, correlate1d, convolve1d, laplace, convolve2d)
 }  # fmt: skip

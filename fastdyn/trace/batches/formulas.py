@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..graph.expressions import live
+from ..symbols.complex_pair import Pair, is_complex, parts
 from ..symbols.conditions import Condition
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Symbolic, refuse
-from .columns import Columns, ids_and_truth, ids_of
+from .columns import Columns, ids_and_kind, ids_of, joint
 from .table import TRUTHS
 
 DEEPEST = 64  # operations of a formula
@@ -26,14 +27,19 @@ def elementwise(table, function, values) -> Any:
     arrays = {i: as_columns(table, v) for i, v in enumerate(values) if _is_array(v)}
     shape = np.broadcast_shapes(*[a.shape for a in arrays.values()])
     operands, given, places = [], list(values), {}
-    for i, a in arrays.items():
+
+    def placeholder(a):
         operand = operand_of(a, shape)
-        place = (operand, a.truth) if isinstance(operand, int) else (operand.tobytes(), a.truth)
+        place = operand if isinstance(operand, int) else operand.tobytes(), a.truth
         if place not in places:
             node = g.make("arg", (), (len(operands), a.truth))
             places[place] = Condition(g, node) if a.truth else Symbol(g, node)
             operands.append(operand)
-        given[i] = places[place]
+        return places[place]
+
+    for i, a in arrays.items():
+        both = list(map(placeholder, a.parts()))
+        given[i] = both[0] if len(both) == 1 else Pair(*both)
     decided, before = len(g.taken), (g.raising, g.sizes)
     g.raising = g.sizes = g.false
     try:
@@ -63,11 +69,11 @@ def _instances(table, given: Any, operands, shape) -> Any:
     """Make a batch of each node of a formula; return the array of its result."""
     if isinstance(given, tuple):
         return tuple(_instances(table, each, operands, shape) for each in given)
+    if is_complex(given):
+        return joint(*(_instances(table, each, operands, shape) for each in parts(given)))
     if not isinstance(given, Symbolic):
         return filled(table, shape, given)
     result: Any = given
-    if not hasattr(result, "node"):
-        refuse("complex numbers in a long array")
     nodes = live([result.node])
     if len(nodes) > DEEPEST:
         refuse("a long formula of each element")
@@ -90,18 +96,14 @@ def _instances(table, given: Any, operands, shape) -> Any:
         batch = table.batches[operand] if isinstance(operand, int) else None
         if batch is None:
             ids = np.broadcast_to(ids.reshape(shape) if ids.ndim else ids, shape)
-            return Columns(table, ids.copy(), truth=isinstance(result, Condition))
+            return Columns(table, ids.copy(), kind="b" if isinstance(result, Condition) else "f")
     return Columns(table, None, batch)
 
 
 def filled(table, shape, value):
     """A long array filled with one number."""
-    ids = ids_of(table, value)
-    return Columns(table, np.full(shape, ids, np.int32), truth=_is_truth(value))
-
-
-def _is_truth(value):
-    return isinstance(value, Condition | bool | np.bool_)
+    ids, kind = ids_and_kind(table, value)
+    return Columns(table, np.full(shape, ids, ids.dtype), kind=kind)
 
 
 def _is_array(value):
@@ -111,12 +113,21 @@ def _is_array(value):
 def as_columns(table, value):
     if isinstance(value, Columns):
         return value
-    ids, truth = ids_and_truth(table, value)
-    return Columns(table, ids, truth=truth)
+    ids, kind = ids_and_kind(table, value)
+    return Columns(table, ids, kind=kind)
+
+
+def as_complex(table, value):
+    """Any array or number as an array of complex numbers."""
+    array = as_columns(table, value)
+    return array if array.kind == "c" else Columns(table, ids_of(table, array, "c"), kind="c")
 
 
 def operand_of(array, shape):
-    """An array as the operand of a batch of shape `shape`; later writes do not change the batch."""
+    """An array as the operand of a batch of a shape; later writes do not change the batch.
+
+    The array is not complex.
+    """
     if array.whole() is not None and array.shape == shape:
         return array.whole().number
     ids = array.ids

@@ -8,14 +8,14 @@ import numpy as np
 
 from ..numpy import functions
 from ..numpy.interpolation import interpolated
-from ..symbols.symbolic import Batched, is_symbolic, refuse
+from ..symbols.complex_pair import any_complex
+from ..symbols.symbolic import Batched, refuse
 from .columns import Columns
+from .filters import convolved
 from .formulas import as_columns, elementwise, filled
 from .products import einsum, matmul, running_sum
 from .reductions import reduce
 from .structure import joined, padded
-
-MOST_TERMS = 32  # of a convolution that is written out
 
 EXTREMES = {np.maximum: "top", np.minimum: "low", np.fmax: "", np.fmin: ""}
 
@@ -52,28 +52,13 @@ def _difference(table, a, n=1, axis=-1, prepend=np._NoValue, append=np._NoValue)
     if len(ends) > 1:
         if a.ndim > 1:
             refuse("np.diff of a matrix with more at its ends")
-        a = joined(table, np.concatenate, [np.reshape(v, -1) if np.ndim(v) == 0 else v
-                                            for v in ends])  # fmt: skip
+        a = joined(table, np.hstack, [np.atleast_1d(v) for v in ends])
     for _ in range(n):
         at = [slice(None)] * a.ndim
         later, sooner = list(at), list(at)
         later[axis], sooner[axis] = slice(1, None), slice(None, -1)
         a = a[tuple(later)] - a[tuple(sooner)]
     return a
-
-
-def _convolved(table, a, v, mode="full"):
-    a, v = (as_columns(table, x) if is_symbolic(x) else np.asarray(x) for x in (a, v))
-    if isinstance(v, Batched) and np.size(v) > np.size(a):
-        a, v = v, a
-    n, m = np.size(a), np.size(v)
-    if m > MOST_TERMS:
-        refuse("np.convolve of two long arrays", said=False)
-    wide = padded(table, a, m - 1)
-    whole: Any = sum(v[k] * wide[m - 1 - k : n + 2 * m - 2 - k] for k in range(m))
-    cut = {"full": 0, "same": (m - 1) // 2, "valid": m - 1}[mode]
-    length = {"full": n + m - 1, "same": n, "valid": n - m + 1}[mode]
-    return whole[cut : cut + length]
 
 
 def _gradient(table, f, *spacing, axis=None, edge_order=1):
@@ -126,8 +111,8 @@ def _array(table, a, dtype=None, *, copy=True, ndmin=0, **_):
 def _like(value):
     def function(table, a, dtype=None, *_, shape=None, **__):
         shape = np.shape(a) if shape is None else shape
-        result = filled(table, shape if isinstance(shape, tuple) else (shape,), value)
-        return result if dtype is None else result.astype(dtype)
+        dtype = (complex if any_complex(a) else float) if dtype is None else dtype
+        return filled(table, shape, value).astype(dtype)
 
     return function
 
@@ -136,10 +121,11 @@ def _norm(table, x, ord=None, axis=None, keepdims=False):
     if ord not in (None, 2, "fro", np.inf, 1) or (ord is not None and np.ndim(x) > 1 and
                                                   axis is None and ord != "fro"):  # fmt: skip
         refuse("a norm of another kind")
+    x = np.abs(x)
     if ord == np.inf:
-        return reduce(table, "top", np.abs(x), axis, keepdims)
+        return reduce(table, "top", x, axis, keepdims)
     if ord == 1:
-        return reduce(table, "sum", np.abs(x), axis, keepdims)
+        return reduce(table, "sum", x, axis, keepdims)
     return np.sqrt(reduce(table, "sum", x * x, axis, keepdims))
 
 
@@ -174,8 +160,10 @@ def _by(op):
     return function
 
 
-def _dot(table, a, b, out=None):
-    return stored(matmul(table, a, b), out)
+def _angle(table, z, deg=False):
+    z = as_columns(table, z)
+    found = np.arctan2(z.imag, z.real)
+    return found * (180.0 / np.pi) if deg else found
 
 
 def _share_memory(table, a, b, **_):
@@ -204,7 +192,7 @@ def _spaced(table, start, stop, num=50, endpoint=True, retstep=False, dtype=None
 
 def _full(table, shape, value, dtype=None, **more):
     _only("full", dtype=dtype, **more)
-    return filled(table, shape if isinstance(shape, tuple) else (shape,), value)
+    return filled(table, shape, value)
 
 
 def _running(table, a, axis=None, dtype=None, out=None):
@@ -220,13 +208,12 @@ def _interp(table, x, xp, fp, *args, **kwargs):
 
 
 TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # its name before NumPy 2
+AS_ARRAYS = np.asarray, np.asanyarray, np.ascontiguousarray
 OWN: dict[Any, Any] = {
     np.interp: _interp, np.linspace: _spaced, np.full: _full, np.meshgrid: _mesh,
     np.einsum: einsum, np.cumsum: _running, np.pad: padded, np.diff: _difference,
     np.gradient: _gradient, np.array: _array,
-    np.asarray: functools.partial(_array, copy=False), TRAPEZOID: _trapezoid,
-    np.asanyarray: functools.partial(_array, copy=False),
-    np.ascontiguousarray: functools.partial(_array, copy=False),
+    **dict.fromkeys(AS_ARRAYS, functools.partial(_array, copy=False)), TRAPEZOID: _trapezoid,
     np.zeros_like: _like(0.0), np.empty_like: _like(0.0), np.ones_like: _like(1.0),
     np.full_like: lambda table, a, value, **kw: _like(value)(table, a, **kw),
     np.sum: _by("sum"), np.max: _by("top"), np.min: _by("low"), np.amax: _by("top"),
@@ -235,18 +222,29 @@ OWN: dict[Any, Any] = {
     np.any: lambda table, a, axis=None, **kw: reduced(table, np.logical_or, a, axis, **kw),
     np.all: lambda table, a, axis=None, **kw: reduced(table, np.logical_and, a, axis, **kw),
     np.ptp: lambda table, a, axis=None: np.max(a, axis) - np.min(a, axis),
-    np.dot: _dot, np.inner: lambda table, a, b: matmul(table, a, np.transpose(b)),
-    np.vdot: lambda table, a, b: matmul(table, np.ravel(a), np.ravel(b)),
-    np.matmul: _dot,
+    np.dot: lambda table, a, b, out=None: stored(matmul(table, a, b), out),
+    np.inner: lambda table, a, b: matmul(table, a, np.transpose(b)),
+    np.vdot: lambda table, a, b: matmul(table, np.conj(np.ravel(a)), np.ravel(b)),
     np.outer: lambda table, a, b: np.ravel(a)[:, None] * np.ravel(b)[None, :],
-    np.convolve: _convolved, np.may_share_memory: _share_memory,
+    np.convolve: convolved, np.may_share_memory: _share_memory,
     np.linalg.norm: _norm, np.shape: lambda table, a: as_columns(table, a).shape,
     np.ndim: lambda table, a: as_columns(table, a).ndim,
     np.size: lambda table, a, axis=None: (
         as_columns(table, a).size if axis is None else as_columns(table, a).shape[axis]
     ),
-    np.real: lambda table, a: a, np.iscomplexobj: lambda table, a: False,
+    np.real: lambda table, a: as_columns(table, a).real,
+    np.imag: lambda table, a: as_columns(table, a).imag, np.angle: _angle,
+    np.iscomplexobj: lambda table, a: any_complex(a),
+    np.isrealobj: lambda table, a: not any_complex(a),
+    np.trace: lambda table, a, *args: np.sum(np.diagonal(a, *args)),
     np.isscalar: lambda table, a: False, np.square: lambda table, a: a * a,
     np.append: lambda table, a, b: joined(table, np.concatenate, [np.ravel(a), np.ravel(b)]),
     np.count_nonzero: lambda table, a, axis=None: np.sum(np.where(a, 1.0, 0.0), axis),
+}  # fmt: skip
+OF_COMPLEXES = {  # whose stand-ins are right for complex numbers, too
+    np.sum, np.mean, np.cumsum, np.diff, np.gradient, TRAPEZOID, np.dot, np.inner,
+    np.outer, np.vdot, np.convolve, np.einsum, np.linalg.norm, np.trace, np.pad, np.append,
+    np.array, *AS_ARRAYS, np.full, np.full_like,
+    np.zeros_like, np.empty_like, np.ones_like, np.square, np.real, np.imag, np.angle,
+    np.iscomplexobj, np.isrealobj, np.isscalar, np.shape, np.ndim, np.size, np.may_share_memory,
 }  # fmt: skip

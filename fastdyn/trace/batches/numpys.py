@@ -9,15 +9,13 @@ from ..numpy import functions
 from ..numpy.calls import WITH_EFFECTS
 from ..numpy.of_numbers import of_numbers
 from ..scipy.distances import DISTANCES
+from ..symbols.complex_pair import any_complex
 from ..symbols.masks import Masked
 from ..symbols.symbolic import BATCHES, NOW, Batched, refuse
-from .columns import Columns
-from .complex_arrays import calls as of_complexes
-from .complex_arrays.columns import ComplexColumns, as_complex, is_of_complexes
-from .complex_arrays.fourier import fourier
 from .filters import FILTERS
 from .formulas import as_columns, elementwise
-from .library import OWN, reduced, stored
+from .fourier import fourier
+from .library import OF_COMPLEXES, OWN, reduced, stored
 from .products import matmul
 from .structure import JOINING, STRUCTURE, joined, structured
 
@@ -36,8 +34,6 @@ def call_ufunc(ufunc, method, args, kwargs):
     kwargs.pop("casting", None)
     if any(isinstance(a, Masked) for a in args):
         refuse("a selection by a mask of the state, beside a long array")
-    if any(map(is_of_complexes, args)) or isinstance(out and out[0], ComplexColumns):
-        return of_complexes.call_ufunc(table, ufunc, method, args, kwargs, out, where)
     if method == "__call__":
         if kwargs:
             refuse(f"np.{ufunc.__name__} with {next(iter(kwargs))}")
@@ -63,14 +59,14 @@ def call_ufunc(ufunc, method, args, kwargs):
 
 def call_function(function, args, kwargs):
     """Call a function of NumPy; functions without a rule become calls of the library."""
-    table = NOW.table
-    if kwargs.get("dtype") in (float, np.float64):
+    table, of_complexes = NOW.table, any(map(any_complex, (*args, *kwargs.values())))
+    if kwargs.get("dtype") in ((complex, np.complex128) if of_complexes else (float, np.float64)):
         kwargs = {k: v for k, v in kwargs.items() if k != "dtype"}
     transform = fourier(function)
     if transform is not None:
         return transform(*args, **kwargs)
-    if any(map(is_of_complexes, (*args, *kwargs.values()))):
-        return of_complexes.call_function(table, function, args, kwargs)
+    if of_complexes and not _takes_complexes(function):
+        return apart(function, args, kwargs)
     own = OWN.get(function)
     if own is not None:
         return own(table, *args, **kwargs)
@@ -87,6 +83,12 @@ def call_function(function, args, kwargs):
     return apart(function, args, kwargs)
 
 
+def _takes_complexes(function):
+    """Whether the stand-in of a function of NumPy is right for complex numbers, too."""
+    elementwise_or_moves = function in STRUCTURE or function in JOINING or function is np.where
+    return elementwise_or_moves or function in OF_COMPLEXES or isinstance(function, np.ufunc)
+
+
 def _listed(table, value):
     return as_columns(table, value) if isinstance(value, list | tuple) else value
 
@@ -97,6 +99,8 @@ def call_scipy(function, args, kwargs):
     transform = fourier(function)
     if transform is not None:
         return transform(*args, **kwargs)
+    if any(map(any_complex, args)):
+        refuse(f"{name} of long complex arrays")
     if name in DISTANCES:
         return DISTANCES[name](*args, **kwargs)
     if name in FILTERS:
@@ -106,13 +110,7 @@ def call_scipy(function, args, kwargs):
     return refuse(f"{name} of a long array that depends on the state")
 
 
-def _raised(table, value):
-    if value.dtype.kind == "c":
-        return as_complex(table, value)
-    return Columns(table, table.constants(value))
-
-
 BATCHES.update(
     ufunc=call_ufunc, function=call_function, elementwise=elementwise, filter=call_scipy,
-    sparse=of_complexes.by_sparse, raised=_raised,
+    raised=as_columns,
 )  # fmt: skip

@@ -1,12 +1,14 @@
 """Matrix products, einsum, sparse products, running sums and calls of libraries."""
 
+from itertools import product as all_of
 from typing import Any
 
 import numpy as np
 
 from ..reads.table_reads import held
+from ..symbols.complex_pair import any_complex
 from ..symbols.symbolic import BATCHES, Batched, refuse
-from .columns import Columns, ids_and_truth, ids_of
+from .columns import Columns, ids_and_kind, ids_of, joint
 from .formulas import as_columns, operand_of
 from .reductions import reduce
 from .table import ID
@@ -16,6 +18,8 @@ MOST_PRODUCTS = 20_000_000  # elements of a product before the sum
 
 def running_sum(table, x):
     """The cumulative sum of a one-dimensional array."""
+    if x.kind == "c":
+        return joint(*(running_sum(table, part) for part in x.parts()))
     made = table.make("running", ("running",), x.shape, [whole(table, x)])
     return Columns(table, None, made)
 
@@ -26,6 +30,10 @@ def matmul(table, a: Any, b: Any) -> Any:
     a, b = both
     if a.ndim == 0 or b.ndim == 0:
         return a * b
+    if any(map(any_complex, both)):
+        if a.ndim == b.ndim == 2:
+            both = [side_by_side(v) if isinstance(v, Batched) else v for v in both]
+        return _by_parts(table, matmul, both)
     if a.shape[-1] != b.shape[-2 if b.ndim > 1 else 0]:
         raise ValueError(f"shapes {a.shape} and {b.shape} do not match in a product")
     if a.ndim == 1 and b.ndim == 1:
@@ -48,6 +56,8 @@ def matmul(table, a: Any, b: Any) -> Any:
 
 def einsum(table, subscripts, *operands, **_):
     """One product over all indices, summed over the indices that the result lacks."""
+    if any(map(any_complex, operands)):
+        return _by_parts(table, lambda _, *parts: einsum(table, subscripts, *parts), operands)
     subscripts = subscripts.replace(" ", "")
     left, arrow, right = subscripts.partition("->")
     groups = left.split(",")
@@ -98,7 +108,11 @@ def _by_matrix(table, matrix, x):
 
 def sparse(table, matrix, x):
     """Multiply a constant sparse matrix (CSR) by a vector."""
+    if matrix.dtype.kind == "c":
+        return sparse(table, matrix.real, x) + 1j * sparse(table, matrix.imag, x)
     x = as_columns(table, x)
+    if x.kind == "c":
+        return joint(*(sparse(table, matrix, part) for part in x.parts()))
     if x.ndim == 2 and x.shape[1] == 1:
         return sparse(table, matrix, x.reshape(-1)).reshape(-1, 1)
     if x.ndim != 1:
@@ -130,12 +144,52 @@ def island(table, parts, data):
     `data` are the slot of the island's address and the numbers of its inputs and outputs, without
     the last output, the failure flag.
     """
-    found = [ids_and_truth(table, part) for part in parts]
-    if any(truth for _, truth in found):
+    found = [ids_and_kind(table, part) for part in parts]
+    if any(kind == "b" for _, kind in found):
         refuse("truth values are given to a library")
     ids = np.concatenate([np.ravel(i) for i, _ in found]).astype(ID)
     given = whole(table, Columns(table, ids))
     return Columns(table, None, table.make("island", ("island", *data), (data[2] + 1,), [given]))
 
 
-BATCHES["island"] = island
+def _by_parts(table, function, arrays):
+    """A function that is linear in each of some arrays: the sum over products of parts."""
+    real, imag = None, None
+    for chosen in all_of((0, 1), repeat=len(arrays)):
+        terms = [_parts(table, a)[i] for a, i in zip(arrays, chosen, strict=True)]
+        if any(term is None for term in terms):
+            continue
+        value = function(table, *terms)
+        if sum(chosen) >= 2:
+            value = -value
+        if sum(chosen) % 2:
+            imag = value if imag is None else imag + value
+        else:
+            real = value if real is None else real + value
+    if real is None or imag is None:
+        found: Any = imag if real is None else real
+        zero = np.zeros_like(found) if isinstance(found, Batched) else 0.0
+        real, imag = (zero, found) if real is None else (found, zero)
+    return joint(real, imag)
+
+
+def _parts(table, value):
+    """The real and the imaginary part of an array; None for a part that is zero."""
+    if isinstance(value, np.ndarray) and not isinstance(value, Batched) and value.dtype != object:
+        both = [np.ascontiguousarray(part) for part in (value.real, value.imag)]
+        return [part if part.any() else None for part in both]
+    return *as_columns(table, value).parts(), None
+
+
+def side_by_side(array):
+    """A copy of numbers that lie side by side in memory."""
+    table = array.table
+    if array.kind == "c":
+        return joint(*map(side_by_side, array.parts()))
+    operand = whole(table, array)
+    if table.batches[operand].op != "copy":
+        operand = table.make("copy", None, array.shape, [operand]).number
+    return Columns(table, None, table.batches[operand])
+
+
+BATCHES.update(island=island, sparse=sparse, joint=joint)

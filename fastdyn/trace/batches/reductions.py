@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..symbols.symbolic import refuse
-from .columns import Columns
+from .columns import Columns, joint
 from .formulas import as_columns, operand_of
 
 SHORT = 8  # terms that are added without a loop
@@ -16,6 +16,10 @@ def reduce(table, op, value, axis=None, keepdims=False) -> Any:
     array = as_columns(table, value)
     if array.truth:
         array = np.where(array, 1.0, 0.0)
+    if array.kind == "c":
+        if op != "sum":
+            refuse("the largest or the smallest of complex numbers")
+        return joint(*(reduce(table, op, part, axis, keepdims) for part in array.parts()))
     axes = range(array.ndim) if axis is None else [int(a) % array.ndim for a in np.atleast_1d(axis)]
     if len(axes) == 1 and array.shape[axes[0]] <= SHORT and array.ndim > 1:
         return _of_few(op, array, axes[0], keepdims)

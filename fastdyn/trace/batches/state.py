@@ -7,8 +7,7 @@ import numpy as np
 from ..graph.refusal import Refusal
 from ..symbols.real import symbol
 from . import numpys  # noqa: F401  # registers itself in BATCHES
-from .columns import Columns, ids_of
-from .complex_arrays.columns import as_complex, is_of_complexes, viewed
+from .columns import Columns, ids_and_kind, ids_of, of_kind
 from .table import ID, Table, numbers
 
 
@@ -24,13 +23,12 @@ class LongArrays:
 
     def start(self):
         whole = Columns(self.table, None, self.table.state)
-        return viewed(whole) if self.complex_state else whole
+        return whole.view(complex) if self.complex_state else whole
 
     def written(self, y):
         if not y.written():
             return False
-        ids = np.stack([y.real.ids, y.imag.ids], -1) if self.complex_state else y.ids
-        return not np.array_equal(ids.reshape(-1), numbers(self.table.state))
+        return not np.array_equal(y.ids.reshape(-1).view(ID), numbers(self.table.state))
 
     def results(self, result, shape) -> Any:
         if shape is None:
@@ -39,13 +37,14 @@ class LongArrays:
             return [symbol(self.table.g, result).node]
         if self.complex_state:
             return self._pairs(result, int(np.prod(shape)))
-        if is_of_complexes(result):
-            raise Refusal("it returns complex numbers")
-        try:
-            ids = ids_of(self.table, result, False)
-        except ValueError:
-            ids = self._joined(result)
         size = int(np.prod(shape))
+        try:
+            ids, kind = ids_and_kind(self.table, result)
+        except ValueError:
+            raise Refusal("it returns a list of arrays of several lengths") from None
+        if kind == "c":
+            raise Refusal("it returns complex numbers")
+        ids = of_kind(self.table, ids, kind, "f")
         if not np.ndim(ids) and size > 1 and not isinstance(result, np.ndarray):
             ids = np.full(size, ids, ID)
         if np.size(ids) != size:
@@ -53,15 +52,10 @@ class LongArrays:
         return np.ascontiguousarray(ids, ID).reshape(-1)
 
     def _pairs(self, result, size):
-        found = as_complex(self.table, result)
-        if found.size != size:
-            raise Refusal(f"it returns {found.size} numbers, not {size}")
-        ids = np.stack([found.real.ids, found.imag.ids], -1)
-        return np.ascontiguousarray(ids, ID).reshape(-1)
-
-    def _joined(self, result):
-        """Refuse a list of arrays with several lengths, which SciPy refuses, too."""
-        raise Refusal("it returns a list of arrays of several lengths")
+        ids = ids_of(self.table, result, "c")
+        if ids.size != size:
+            raise Refusal(f"it returns {ids.size} numbers, not {size}")
+        return np.ascontiguousarray(ids).reshape(-1).view(ID)
 
     def chosen(self, node, yes, no):
         """Select the results `yes` or `no` by the condition `node`."""

@@ -3,7 +3,8 @@
 import numpy as np
 
 from ..symbols.symbolic import is_symbolic, refuse
-from .columns import Columns, ids_and_truth, ids_of
+from .columns import Columns, ids_and_kind, ids_of, joint
+from .columns import joined as joined_ids
 from .formulas import as_columns
 
 JOINING = {
@@ -31,27 +32,27 @@ def structured(table, function, args, kwargs):
         return type(found)(array.view_of(ids) for ids in found)
     fresh = function in (np.roll, np.repeat, np.tile, np.copy, np.delete, np.take, np.resize)
     if fresh or not np.may_share_memory(found, array.ids):
-        return Columns(table, np.asarray(found), truth=array.truth)
+        return Columns(table, np.asarray(found), kind=array.kind)
     return array.view_of(found)
 
 
 def joined(table, function, arrays, *args, **kwargs):
     """Apply a function of JOINING to arrays of numbers, or to arrays of truth values."""
-    parts = [ids_and_truth(table, a) for a in arrays]
-    truths = {truth for _, truth in parts}
-    if len(truths) > 1:
-        refuse("truth values and numbers in one array")
-    found = function([ids for ids, _ in parts], *args, **kwargs)
-    return Columns(table, found, truth=truths == {True})
+    found = [ids_and_kind(table, a) for a in arrays]
+    ids, kind = joined_ids(table, function, found, *args, **kwargs)
+    return Columns(table, ids, kind=kind)
 
 
 def padded(table, array, pad_width, mode="constant", constant_values=0.0, **more):
     array = as_columns(table, array)
+    if array.kind == "c":
+        given = pad_width, mode, constant_values
+        return joint(*(padded(table, part, *given, **more) for part in array.parts()))
     if mode == "constant":
-        ids = ids_of(table, constant_values, array.truth)
+        ids = ids_of(table, constant_values, array.kind)
         if np.ndim(ids):
             refuse("np.pad with several constants")
         more["constant_values"] = int(ids)
     elif mode not in ("edge", "wrap", "reflect", "symmetric") or more:
         refuse(f"np.pad with mode {mode}")
-    return Columns(table, np.pad(array.ids, pad_width, mode, **more), truth=array.truth)
+    return Columns(table, np.pad(array.ids, pad_width, mode, **more), kind=array.kind)

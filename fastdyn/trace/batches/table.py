@@ -5,6 +5,7 @@ nodes of the graph; each such node that an array needs is a batch of one element
 """
 
 import hashlib
+import math
 from bisect import bisect_right
 from typing import Any
 
@@ -15,11 +16,13 @@ from ..graph.expressions import live
 from ..numpy.tables import Table as LongArray
 from ..numpy.tables import as_table
 from ..reads.table_reads import MAX_WHOLE, held
+from ..symbols.complex_pair import is_complex, parts
 from ..symbols.conditions import Condition
 from ..symbols.real import Symbol, symbol
-from ..symbols.symbolic import Lazy, refuse
+from ..symbols.symbolic import Lazy, is_symbolic, refuse
 
 ID = np.int32
+PAIR = np.dtype([("real", ID), ("imag", ID)])  # the node numbers of a complex number
 MOST = 2**31 - 2**24  # numbers of nodes
 FEW = 8  # up to so many constants become nodes of the graph
 MOST_BATCHES = 4000
@@ -118,7 +121,7 @@ class Table:
         return self.make("par", slots, (len(slots),), ())
 
     def of_array(self, array) -> Any:
-        """(ids, truth): an array's node numbers, and whether they are truth values.
+        """(ids, kind): an array's node numbers, and the kind of its numbers.
 
         The function may have made the array, or read the array from outside.
         """
@@ -126,26 +129,57 @@ class Table:
             found = _untouched(array)
             if found is not None:
                 slots, places = found
-                return (numbers(self.of_slots(slots)).reshape(-1)[places]).astype(ID), False
+                return (numbers(self.of_slots(slots)).reshape(-1)[places]).astype(ID), "f"
             array = array.filled()
-        if array.dtype != object:
-            ids = self.constants(array)
-            if array.dtype != bool:
-                return ids, False
-            zero = self.one(self.g.const(0.0))
-            same = self.make("eq", None, ids.shape, (ids.reshape(-1), np.array(zero, ID)), True)
-            return numbers(self.make("not", None, ids.shape, (same.number,), True)), True
-        found = [self._element(v) for v in array.flat]
-        truths = {truth for _, truth in found}
-        if len(truths) > 1:
-            refuse("truth values and numbers in one array")
-        return np.array([i for i, _ in found], ID).reshape(array.shape), truths == {True}
+        if array.dtype == object:
+            return self._of_objects(array)
+        if array.dtype.kind == "c":
+            return paired(self.constants(array.real), self.constants(array.imag)), "c"
+        ids = self.constants(array)
+        if array.dtype != bool:
+            return ids, "f"
+        zero = self.one(self.g.const(0.0))
+        same = self.make("eq", None, ids.shape, (ids.reshape(-1), np.array(zero, ID)), True)
+        return numbers(self.make("not", None, ids.shape, (same.number,), True)), "b"
 
-    def _element(self, value):
-        truth = isinstance(value, Condition | bool | np.bool_)
-        if truth:
-            return self.one(truth_of(self.g, value)), True
-        return self.one(symbol(self.g, value).node), False
+    def _of_objects(self, array):
+        values = list(array.view(np.ndarray).flat)
+        truth = {isinstance(v, Condition | bool | np.bool_) for v in values}
+        if any(map(is_complex, values)):
+            both = zip(*map(parts, values), strict=True)
+            real, imag = (self._of_numbers(list(part)).reshape(array.shape) for part in both)
+            return paired(real, imag), "c"
+        kind = common_kind({"b" if each else "f" for each in truth})
+        if kind == "f":
+            ids = [self.one(symbol(self.g, v).node) for v in values]
+        else:
+            ids = [self.one(truth_of(self.g, v)) for v in values]
+        return np.array(ids, ID).reshape(array.shape), kind
+
+    def _of_numbers(self, values):
+        """The node numbers of a complex array's real or imaginary parts."""
+        if not is_symbolic(values):
+            return self.constants(np.array(values, float))
+        nodes = [symbol(self.g, v).node for v in values]
+        if all(node.op == "neg" for node in nodes):
+            found = self._of_parameters([node.args[0] for node in nodes])
+            if found is not None:
+                return numbers(self.make("neg", None, found.shape, [found]))
+        found = self._of_parameters(nodes)
+        if found is None:
+            return np.array([self.one(node) for node in nodes], ID)
+        return found
+
+    def _of_parameters(self, nodes):
+        """The node numbers of parameters in one array from outside; None for other nodes."""
+        if any(node.op != "par" for node in nodes):
+            return None
+        slots, reads = [node.data for node in nodes], self.g.reads
+        group = reads.groups[reads.group(slots[0])]
+        whole = range(group.first, group.first + math.prod(group.shape or ()))
+        if group.shape is None or min(slots) not in whole or max(slots) not in whole:
+            return None
+        return np.array(slots, ID) + ID(self.of_slots(whole).first - group.first)
 
     def constants(self, array):
         """The node numbers of an array of constants; truth values become 1.0 and 0.0."""
@@ -172,6 +206,20 @@ class Table:
 def numbers(batch):
     """The node numbers of a batch, in its shape."""
     return np.arange(batch.first, batch.first + batch.size, dtype=ID).reshape(batch.shape)
+
+
+def paired(real, imag):
+    """The node numbers of complex numbers."""
+    ids = np.empty(np.shape(real), PAIR)
+    ids["real"], ids["imag"] = real, imag
+    return ids
+
+
+def common_kind(kinds):
+    """The kind of an array of numbers of several kinds."""
+    if "b" in kinds and len(kinds) > 1:
+        refuse("truth values and numbers in one array")
+    return "c" if "c" in kinds else "b" if "b" in kinds else "f"
 
 
 def _untouched(array):

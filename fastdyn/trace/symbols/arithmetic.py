@@ -9,6 +9,7 @@ import numpy as np
 from ..graph.domains import INDEX, WHOLE, bound, divided_by_zero, failures
 from ..graph.kinds import FLOAT, INT, NUMPY
 from .division import floor_division, not_caught, to_decimals
+from .operators import operators
 from .powers import note_power
 from .symbolic import Symbolic, operators, refuse
 

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from ..graph.kinds import INT
+from .operators import operators
 from .real import Symbol, symbol
-from .symbolic import Symbolic, graph_of, is_symbolic, operators, refuse
+from .symbolic import Lazy, Symbolic, graph_of, is_symbolic, refuse
 
 NUMBER = bool | int | float | complex | np.bool_ | np.number
 
@@ -14,6 +15,17 @@ NUMBER = bool | int | float | complex | np.bool_ | np.number
 def is_complex(value):
     """Whether a value is a complex number, symbolic or not."""
     return isinstance(value, Pair | complex | np.complexfloating)
+
+
+def any_complex(value):
+    """Whether a value is, or contains, complex numbers."""
+    if isinstance(value, list | tuple):
+        return any(map(any_complex, value))
+    if isinstance(value, Lazy) or not isinstance(value, np.ndarray):
+        return is_complex(value)
+    if value.dtype == object:
+        return any(map(is_complex, value.view(np.ndarray).flat))
+    return value.dtype.kind == "c"
 
 
 def parts(value) -> tuple[Any, Any]:

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...islands.calls import apart
-from ...symbols.symbolic import NOW, refuse
-from .columns import ComplexColumns, as_complex, kept
+from ..islands.calls import apart
+from ..symbols.symbolic import NOW, refuse
+from .formulas import as_complex
+from .products import side_by_side
 
 FACTORS = 4, 2, 3, 5, 7
 SHORTEST, LONGEST = 32, 2048  # lengths; the library is called for others
@@ -39,7 +40,7 @@ def transformed(z, sign):
         terms = [part * _turn(k * places, p * m, sign) for k, part in enumerate(parts) if k]
         z = sum(terms, parts[0])
         m *= p
-        z = ComplexColumns(kept(z.real), kept(z.imag)).reshape(*rows, m, q)
+        z = side_by_side(z).reshape(*rows, m, q)
     return z.reshape(*rows, n)
 
 
@@ -62,7 +63,7 @@ def _of_rows(name, z: Any, n) -> Any:
         half.imag[..., 0] = 0.0
         if n % 2 == 0:
             half.imag[..., -1] = 0.0
-        z = as_complex(z.table, np.concatenate([half, rest], axis=-1))
+        z = np.concatenate([half, rest], axis=-1)
     found = transformed(_resized(z, n), 1.0 if inverse else -1.0)
     if name == "irfft":
         return found.real
@@ -73,7 +74,7 @@ def _resized(z, n):
     if z.shape[-1] >= n:
         return z[..., :n]
     zeros = np.zeros((*z.shape[:-1], n - z.shape[-1]))
-    return as_complex(z.table, np.concatenate([z, zeros], axis=-1))
+    return np.concatenate([z, zeros], axis=-1)
 
 
 def transform(function):
