@@ -11,7 +11,7 @@ from ..graph.kinds import FLOAT, INT, NUMPY
 from .division import floor_division, not_caught, to_decimals
 from .operators import operators
 from .powers import note_power
-from .symbolic import Symbolic, operators, refuse
+from .symbolic import Symbolic, refuse
 
 
 def _comparison(sign) -> Any:

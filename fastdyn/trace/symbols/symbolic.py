@@ -36,32 +36,6 @@ def check_operations(count):
         refuse("it takes too many operations", final=True, said=False)
 
 
-def operators(method, beside_complex=None) -> tuple[Any, Any]:
-    """The operator, and the reflected operator, of a method of two numbers of one graph.
-
-    The class of the method has `lift`, which converts the other operand, or returns None.  A
-    complex operand that `lift` does not convert is passed to ``beside_complex(a, b)`` with a Pair.
-    """
-
-    def direct(self, other):
-        o = self.lift(other)
-        if o is not None:
-            return method(self, o)
-        if beside_complex is None or not isinstance(other, complex):
-            return NotImplemented
-        return beside_complex(self.g.pair(self, 0.0), other)
-
-    def reflected(self, other):
-        o = self.lift(other)
-        if o is not None:
-            return method(o, self)
-        if beside_complex is None or not isinstance(other, complex):
-            return NotImplemented
-        return beside_complex(other, self.g.pair(self, 0.0))
-
-    return direct, reflected
-
-
 class AnswersNumPy:
     """An object that receives NumPy's calls."""
 
