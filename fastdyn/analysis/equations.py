@@ -144,7 +144,7 @@ class Derivatives(NamedTuple):
         """df/dy, shape (n, n)."""
         out, left = np.empty(self.code.size), np.zeros(1, np.int64)
         state = np.ascontiguousarray(y, float).copy()
-        call(code_at(self.code.address), float(t), state, self.bound.block, out, left.ctypes.data)
+        call(code_at(self.code.function.address), float(t), state, self.bound.block, out, left.ctypes.data)
         matrix = np.zeros((self.n, self.n))
         matrix[self.code.rows, self.code.columns] = out[: len(self.code.rows)]
         return matrix

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.trace.graph.user_lines import of_user
 from fastdyn.trace.outside.identities import compared_by_identity
-from fastdyn.trace.paths.places import of_user
 
 from .. import memory
 from .captured import HEAP_TYPE, MISSING

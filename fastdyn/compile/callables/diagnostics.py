@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.code_store import Unsealable
-from fastdyn.trace.paths.places import of_user
+from fastdyn.trace.graph.user_lines import of_user
 
 from .. import memory
 from .jitted import is_jitted

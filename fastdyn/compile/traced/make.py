@@ -177,10 +177,16 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
         dense = traced.in_batches and mode.complex_numbers  # libraries may multiply faster
         given_to = fun, args, mode, near, n
         if (calls or dense) and _is_slower(function, *given_to, 0.0 if calls else OF_CALL):
-            raise Untraceable("the libraries that it calls take as long in Python", final=True)
+            raise Untraceable(_said_of(calls), final=True)
         now = np.flatnonzero(values == 0)
         unseen = _verified.put(place, now if unseen is None else np.intersect1d(now, unseen))
     return traced, function, given, unseen
+
+
+def _said_of(islands):
+    if not islands:
+        return "its products of matrices take as long in Python"
+    return located(f"{islands[0].name} takes as long in Python", islands[0].place)
 
 
 def _is_slower(function, fun, args, mode, near, n, more):

@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 
 from ..symbols.complex_pair import Pair, is_complex, parts
+from ..symbols.conditions import Condition
 from ..symbols.looking_up import plain_key
 from ..symbols.masks import Masked
-from ..symbols.symbolic import Batched, Symbolic, kind_of, refuse
-from .table import ID, PAIR, common_kind, numbers, paired
+from ..symbols.real import Symbol
+from ..symbols.symbolic import Batched, kind_of, refuse
+from .table import ID, PAIR, PARTS, common_kind, numbers, paired
 
 
 class Columns(Batched):
@@ -72,7 +74,7 @@ class Columns(Batched):
         if self.kind != "c":
             return np.zeros_like(self) if i else self
         batch = self._batch and self._batch[i]
-        return Columns(self.table, self.ids[PAIR.names[i]], batch, self._written)
+        return Columns(self.table, self.ids[PARTS[i]], batch, self._written)
 
     def _store_part(self, i, new):
         if i and self.kind != "c":
@@ -84,7 +86,7 @@ class Columns(Batched):
         if self.kind != "c":
             return (self,)
         if self.whole() is None:
-            return tuple(Columns(self.table, self.ids[name].copy()) for name in PAIR.names)
+            return tuple(Columns(self.table, self.ids[name].copy()) for name in PARTS)
         return tuple(Columns(self.table, None, batch) for batch in self._batch)
 
     # -- elements
@@ -152,11 +154,6 @@ class Columns(Batched):
     def transpose(self, *axes):
         return self.view_of(self.ids.transpose(*axes))
 
-    def conj(self):
-        return np.conj(self) if self.kind == "c" else self
-
-    conjugate = conj
-
     def astype(self, dtype, *_, **__):
         kind = kind_of(dtype)
         if kind == self.kind:
@@ -170,7 +167,7 @@ class Columns(Batched):
 
     def view(self, dtype=None):
         """A view of complex numbers as real and imaginary parts in turn, or the opposite."""
-        kind = None if dtype is None else kind_of(dtype)
+        kind: Any = None if dtype is None else kind_of(dtype)
         if {kind, self.kind} != {"f", "c"}:
             refuse("a view of a long array in this way")
         ids = self.ids.view(PAIR if kind == "c" else ID)
@@ -188,7 +185,7 @@ def _by_function(name):
 
 for _name in (
     "sum mean max min std var prod any all dot clip round ptp cumsum trace ravel squeeze swapaxes "
-    "take repeat diagonal"
+    "take repeat diagonal conj conjugate"
 ).split():
     setattr(Columns, _name, _by_function(_name))
 
@@ -224,13 +221,13 @@ def of_kind(table, ids, before, kind):
     return chosen.ids.reshape(np.shape(ids))
 
 
-def ids_and_kind(table, value) -> Any:
+def ids_and_kind(table, value: Any) -> Any:
     if isinstance(value, Columns):
         return value.ids, value.kind
     if is_complex(value):
         return paired(*(ids_of(table, part) for part in parts(value))), "c"
-    if isinstance(value, Symbolic):
-        return np.array(table.one(value.node), ID), "f" if hasattr(value, "kind") else "b"
+    if isinstance(value, Symbol | Condition):
+        return np.array(table.one(value.node), ID), "f" if isinstance(value, Symbol) else "b"
     if isinstance(value, bool | np.bool_ | int | float | np.integer | np.floating):
         kind = "b" if isinstance(value, bool | np.bool_) else "f"
         return np.array(table.one(table.g.const(value)), ID), kind
@@ -248,5 +245,5 @@ def joined(table, function, found, *args, **kwargs):
     arrays = [of_kind(table, ids, its, kind) for ids, its in found]
     if kind != "c":
         return np.asarray(function(arrays, *args, **kwargs), ID), kind
-    both = ([np.asarray(ids)[name] for ids in arrays] for name in PAIR.names)
+    both = ([np.asarray(ids)[name] for ids in arrays] for name in PARTS)
     return paired(*(function(part, *args, **kwargs) for part in both)), kind

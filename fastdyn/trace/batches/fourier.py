@@ -29,7 +29,7 @@ def _factors(n):
     return found if n == 1 else []
 
 
-def transformed(z, sign):
+def transformed(z: Any, sign):
     """sum over k of z[..., k] exp(sign 2 pi i j k / n), for all j."""
     n, rows = z.shape[-1], z.shape[:-1]
     z, m = z.reshape(*rows, 1, n), 1  # m numbers of each transform are known
@@ -70,7 +70,7 @@ def _of_rows(name, z: Any, n) -> Any:
     return found[..., : n // 2 + 1] if name == "rfft" else found
 
 
-def _resized(z, n):
+def _resized(z, n) -> Any:
     if z.shape[-1] >= n:
         return z[..., :n]
     zeros = np.zeros((*z.shape[:-1], n - z.shape[-1]))

@@ -181,7 +181,7 @@ def _parts(table, value):
     return *as_columns(table, value).parts(), None
 
 
-def side_by_side(array):
+def side_by_side(array) -> Any:
     """A copy of numbers that lie side by side in memory."""
     table = array.table
     if array.kind == "c":

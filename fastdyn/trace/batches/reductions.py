@@ -13,7 +13,7 @@ SHORT = 8  # terms that are added without a loop
 
 def reduce(table, op, value, axis=None, keepdims=False) -> Any:
     """The sum ("sum"), maximum ("top") or minimum ("low") over `axis`."""
-    array = as_columns(table, value)
+    array: Any = as_columns(table, value)
     if array.truth:
         array = np.where(array, 1.0, 0.0)
     if array.kind == "c":

@@ -22,7 +22,8 @@ from ..symbols.real import Symbol, symbol
 from ..symbols.symbolic import Lazy, is_symbolic, refuse
 
 ID = np.int32
-PAIR = np.dtype([("real", ID), ("imag", ID)])  # the node numbers of a complex number
+PARTS = "real", "imag"
+PAIR = np.dtype([(name, ID) for name in PARTS])  # the node numbers of a complex number
 MOST = 2**31 - 2**24  # numbers of nodes
 FEW = 8  # up to so many constants become nodes of the graph
 MOST_BATCHES = 4000

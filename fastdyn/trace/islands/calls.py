@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..graph.refusal import LATEST, OutOfTime, Refusal
+from ..graph.user_lines import line_of_call
 from ..symbols.arrays import Array
 from ..symbols.real import Symbol, symbol
 from ..symbols.symbolic import BATCHES, graph_of, refuse
@@ -82,7 +83,7 @@ def _island(g, function, given, name, what):
         result = Result(_first(g, function, given, name))
         if result.size > MAX_NUMBERS:
             refuse(f"{name} gives {result.size} numbers", final=True)
-        known = g.kept[key] = Island(function, given, result), result
+        known = g.kept[key] = Island(function, given, result, name, line_of_call()), result
     return known
 
 

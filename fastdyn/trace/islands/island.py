@@ -29,6 +29,10 @@ class Island:
     function : callable
     given : forms.Given
     result : forms.Result
+    name : str
+        The name of the function in messages.
+    place : tuple or None
+        File and line of the user's first call.
 
     Attributes
     ----------
@@ -41,8 +45,9 @@ class Island:
 
     account: Any = None
 
-    def __init__(self, function, given, result):
+    def __init__(self, function, given, result, name="", place=None):
         self._function, self._given, self._result = function, given, result
+        self.name, self.place = name, place
         self.n_in, self.n_out, self._known = given.size, result.size, {}
         self.exception: Any = None
         self.inside, self.pending, self.later = False, None, float
@@ -108,8 +113,8 @@ def raise_interrupts(islands):
 
 
 def calls_libraries(graph):
-    """Whether a graph has islands of Python."""
-    return any(isinstance(each, Island) for each in graph.islands.values())
+    """The islands of a graph: libraries that its code calls."""
+    return [each for each in graph.islands.values() if isinstance(each, Island)]
 
 
 def islands_of(bounds):

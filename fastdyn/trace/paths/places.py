@@ -1,32 +1,14 @@
 """Finds lines of the user's files, for messages that say why a function is not compiled."""
 
-import functools
-import os
 import sys
-import sysconfig
 
 from ..graph.refusal import Refusal
+from ..graph.user_lines import of_user
 from ..outside.surroundings import Outside
 from ..reads.reads import Reads
 from ..symbols.arrays import Array
 from ..symbols.real import Symbol
 from .runs import Paths, _surroundings
-
-STANDARD = tuple({os.path.realpath(sysconfig.get_path(p)) for p in ("stdlib", "platstdlib")})
-PACKAGES = {"fastdyn", "numba", "numpy", "llvmlite", "scipy"}
-
-
-@functools.lru_cache(4096)
-def of_user(filename):
-    """Whether a file belongs neither to Python nor to the libraries that compile functions."""
-    path = os.path.realpath(filename)
-    if filename.startswith("<frozen") or filename in ("<string>", "<__array_function__ internals>"):
-        return False
-    folders = path.split(os.sep)
-    if "site-packages" in folders:
-        return folders[folders.index("site-packages") + 1] not in PACKAGES
-    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
-    return not any(path.startswith(folder + os.sep) for folder in (*STANDARD, root))
 
 
 def line_of_refusal(error):
