@@ -4,7 +4,7 @@ import copy
 
 from ..recurrences.likeness import alike
 from ..recurrences.listing import Gather, Rate, items, rebuilt
-from ..recurrences.operations import Integral, Sum
+from ..recurrences.operations import Sum
 from .looped import Part, looped
 
 MAX_PRODUCTS = 4  # products in a sum
@@ -30,7 +30,7 @@ class Single:
         g, self.level = plan.graph, plan.level
         self.states = [g.make("y", (), i) for i in range(len(plan.outputs))]
         self.time, self.factors = g.make("t"), list(plan.invariants.values())
-        self.steps, self.timed = plan.steps, timed(plan)
+        self.steps, self.timed = plan.steps, plan.timed()
         self.rates = [
             Rate(y, None, None, f) if core is None else Rate(y, f, core, None)
             for y, (f, core) in zip(self.states, plan.outputs, strict=True)
@@ -39,16 +39,6 @@ class Single:
     def parts(self, places):
         """(parts of steps, parts of rates), in the order of emission."""
         return [Part(self.steps)], [Part(self.rates)]
-
-
-def timed(plan):
-    """The keys of functions whose argument is linear in time."""
-    found = [step for step in plan.steps if isinstance(step, Integral) and len(step.parts) == 1]
-    return {
-        step.node.key
-        for step in found
-        for _, a, g in step.parts if g is not None and plan.degree.get(a.key) == 1
-    }  # fmt: skip
 
 
 def spread(plan):
@@ -102,7 +92,7 @@ class Bundles:
         plan = self._plan = spread(plan)
         states, groups = alike(plan, lanes)
         y = [plan.graph.make("y", (), i) for i in range(len(plan.outputs))]
-        time, in_time = plan.graph.make("t"), timed(plan)
+        time, in_time = plan.graph.make("t"), plan.timed()
         self.states = [self._new([y[i] for i in chunk]) for chunk in states]
         self.places_of_states = [self._lane[node.key] for node in y]
         whole = self._new([time])

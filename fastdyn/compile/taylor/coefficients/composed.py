@@ -41,7 +41,7 @@ class Composed(Online):
     """The series of a plan's only output, from the stored series of the state."""
 
     def _chains(self):
-        self.used = sorted(a.data for a in self._leaves() if a.op == "y")
+        self.used = sorted(a.data for a in self.plan.leaves().values() if a.op == "y")
         return {}
 
     def _first(self):

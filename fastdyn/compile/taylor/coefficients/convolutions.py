@@ -21,43 +21,53 @@ class Late(NamedTuple):
 
 
 class Convolution(NamedTuple):
-    """A sum over earlier orders.
+    """The sum over earlier orders of w(j) a[j] b[K-j].
 
-    The weight w(j) is slope j - K for a number `slope`, j for JUST_J, 1 for None.
+    The weight w(j) is (e + 1) j - K for a number e, j for JUST_J, 1 for None.  `factor` multiplies
+    the sum, unless None.
     """
 
     key: Any
     a: Any
     b: Any
-    slope: Any = None
+    weight: Any = None
+    factor: Any = None
 
     @property
     def of_square(self):
-        return self.a is self.b and self.slope is None
+        return self.a is self.b and self.weight is None
 
     @property
     def weighted(self):
         """True if the weight depends on K."""
-        return self.slope is not None and self.slope != JUST_J
+        return self.weight is not None and self.weight != JUST_J
+
+    @property
+    def slope(self):
+        """The factor of j in the weight."""
+        return self.weight + 1.0 if self.weighted else 1.0
 
 
 JUST_J = "j"
 
 
 def convolutions(step, timed):
-    """The convolutions of a step, with keys (key of the node, number); `timed` as in `Single`."""
+    """The convolutions of a step, with keys (key of the node, number); for `timed` see `Plan`."""
     node = step.node
     if isinstance(step, Sum):
-        return [Convolution((node.key, i), a, b) for i, (_, a, b) in enumerate(step.products)]
+        parts = enumerate(step.products)
+        return [Convolution((node.key, i), a, b, None, f) for i, (f, a, b) in parts]
     if isinstance(step, Quotient):
         return [Convolution((node.key, 0), step.b, node)]
     if isinstance(step, Power):
-        return [Convolution((node.key, 0), step.a, node, step.exponent + 1.0)]
+        return [Convolution((node.key, 0), step.a, node, step.exponent)]
     if isinstance(step, Root):
         return [Convolution((node.key, 0), node, node)]
     if isinstance(step, Integral) and node.key not in timed:
         parts = enumerate(step.parts)
-        return [Convolution((node.key, i), a, g, JUST_J) for i, (_, a, g) in parts if g is not None]
+        return [
+            Convolution((node.key, i), a, g, JUST_J, f) for i, (f, a, g) in parts if g is not None
+        ]
     return []
 
 
@@ -112,9 +122,9 @@ class Convolutions:
 
     def _weight(self, c, j, order):
         """w(j), a constant or a vector; None stands for 1."""
-        if c.slope is None:
+        if c.weight is None:
             return None
-        slope = 1.0 if c.slope == JUST_J else c.slope
+        slope = c.slope
         whole = 1.0 if c.weighted else 0.0
         j_late, j = (1.0, j.i) if isinstance(j, Late) else (0.0, j)
         k_late, k = (1.0, order.i) if isinstance(order, Late) else (0.0, order)
@@ -189,7 +199,7 @@ class Convolutions:
         """Add the products of one j to the sums of four orders."""
         text, rows, known = self.text, self.rows, {}
         back, x = text.new(f"sub i64 {rows.shift}, {j}"), None
-        if any(c.slope is not None for c in some):
+        if any(c.weight is not None for c in some):
             x = text.load(number, "double")
             text.store(text.new(f"fadd double {x}, {hexadecimal(1.0)}"), number, "double")
 
@@ -201,9 +211,9 @@ class Convolutions:
             return known[place]
 
         def factors(c):
-            if (c.a.key, c.slope) not in known:
-                known[c.a.key, c.slope] = self._factors(c, row(c.a, j, 0), x)
-            return known[c.a.key, c.slope]
+            if (c.a.key, c.weight) not in known:
+                known[c.a.key, c.weight] = self._factors(c, row(c.a, j, 0), x)
+            return known[c.a.key, c.weight]
 
         for c, places in zip(some, sums, strict=True):
             for i, place in enumerate(places):
@@ -216,7 +226,7 @@ class Convolutions:
     def _factors(self, c, a, j):
         """w(j) a[j] for each of the four orders."""
         text = self.text
-        if c.slope is None:
+        if c.weight is None:
             return [a] * BLOCK
         if not c.weighted:
             return [text.mul(a, text.splat(j, text.lanes))] * BLOCK

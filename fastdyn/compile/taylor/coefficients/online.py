@@ -15,7 +15,7 @@ The loop over k stays a loop, in phases by the number of registers that the lane
 
 from typing import Any
 
-from ..recurrences.operations import Choice, Integral, Power, Quotient, Root, Sum, leaves
+from ..recurrences.operations import Choice, Power, Quotient, Root, Sum
 from ..text.instructions import ZERO, hexadecimal
 from ..text.loops import Loops
 from .order import Order, Tables
@@ -59,7 +59,7 @@ class Online:
         self.lanes = max((order - 1) // 2, 1)
         self.registers = -(-self.lanes // width)
         self.n = len(plan.outputs)
-        self.chains = self._chains()
+        self.chains, self.timed = self._chains(), plan.timed()
         self.previous, self.slope = {}, {}
         self.updates = Updates(self)
 
@@ -73,15 +73,10 @@ class Online:
             and (rates[core.data][1] is None or rates[core.data][1].op != "y")
         }  # fmt: skip
 
-    def by_time(self, step):
-        """True if the argument of a function is linear in time: such a function needs no sum."""
-        degree = self.plan.degree
-        return isinstance(step, Integral) and [degree.get(a.key) for _, a, _ in step.parts] == [1]
-
     def begin(self, t, y):
         """Compute order 0 from the values of time and state."""
         plan = self.plan
-        known = {a.key: t if a.op == "t" else y[a.data] for a in self._leaves()}
+        known = {a.key: t if a.op == "t" else y[a.data] for a in self.plan.leaves().values()}
         start = Start(plan, self.text, self.invariant, known, self.kinks.sides())
         start.emit()
         self.kept = start.kept
@@ -102,8 +97,8 @@ class Online:
         """Compute the orders from 1 on, and store them in rows 1 to p."""
         self.previous = {
             g.key: self._zeroth[g.key]
-            for step in self.plan.steps if self.by_time(step)
-            for _, _, g in step.parts if g is not None
+            for step in self.plan.steps if step.node.key in self.timed
+            for _, _, g in step.parts
         }  # fmt: skip
         self._tables = Tables(self.text, self.scale, self.last + 1)
         self.leaf = self._first()
@@ -125,17 +120,6 @@ class Online:
             if core is not None and self.exact:
                 self._pace(f, 2 if i in self.chains.values() else 1)
         return found
-
-    def _leaves(self):
-        found = {}
-        for step in self.plan.steps:
-            for a in leaves(step):
-                found[a.key] = a
-        outputs = [core for _, core in self.plan.outputs]
-        for core in (*outputs, *self.plan.watched.values()):
-            if core is not None and core.op in ("t", "y"):
-                found[core.key] = core
-        return found.values()
 
     def _pace(self, f, ahead):
         """scale f, or scale^2 f, computed once, before the loops over orders."""
@@ -170,7 +154,7 @@ class Online:
     def add_order(self, order):
         """Compute the coefficients of one order, and add their products to the later sums."""
         plan, v = self.plan, {}
-        for a in self._leaves():
+        for a in self.plan.leaves().values():
             v[a.key] = self.leaf[a.data] if a.op == "y" else self.scale if order.first else None
             if a.op == "t":
                 self.slope[a.key] = self.scale
@@ -205,8 +189,8 @@ class Online:
             return text.fma(v[step.a.key], kept[0], text.mul(total, kept[1]))
         if isinstance(step, Choice):
             a, b = (v.get(x.key) or ZERO for x in (step.a, step.b))
-            return text.new(f"select i1 {kept}, double {a}, double {b}")
-        if self.by_time(step):
+            return text.select(kept, a, b)
+        if step.node.key in self.timed:
             return self._value_of_time(step, v, order)
         total = text.mul(total, order.inverse)
         for slope, (_, a, _) in zip(kept, step.parts, strict=True):
@@ -227,8 +211,6 @@ class Online:
         slope = self.slope[a.key]
         if order.first:
             return text.mul(slope, self.kept[step.node.key][0])
-        if g is None:
-            return None
         factor = text.mul(text.mul(self.invariant(f), slope), order.inverse)
         return text.mul(self.previous[g.key], factor)
 

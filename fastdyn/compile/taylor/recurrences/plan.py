@@ -7,7 +7,8 @@ from fastdyn.trace.graph.refusal import refused_as
 
 from . import deceptive
 from .factors import Scaled, share_factors
-from .operations import Choice, Integral, Power, Quotient, Root, Sum, operands
+from .listing import items, nodes
+from .operations import Choice, Integral, Power, Quotient, Root, Sum
 from .rewrite import NotSmooth, Rewriter
 
 SUMS = frozenset(("add", "sub", "mul"))
@@ -76,6 +77,19 @@ class Plan:
             else not isinstance(s, Choice)
             for s in self.steps
         )  # fmt: skip
+
+    def timed(self):
+        """The keys of functions whose argument is linear in time: such functions need no sum."""
+        found = [s for s in self.steps if isinstance(s, Integral) and len(s.parts) == 1]
+        return {
+            s.node.key
+            for s in found
+            for _, a, g in s.parts if g is not None and self.degree.get(a.key) == 1
+        }  # fmt: skip
+
+    def is_smooth(self):
+        """True if no condition, of varying numbers or of invariants, selects between formulas."""
+        return not self.signed and not any(isinstance(step, Choice) for step in self.steps)
 
     def raises(self):
         """True if the function may raise."""
@@ -180,7 +194,7 @@ class Plan:
     def _step(self, core):
         if core.op == "div":
             (f, a), (h, b) = map(self.scaled, core.args)
-            return Quotient(core, self.graph.div(f, h), a, b)
+            return Quotient(core, self.graph.div(f, h), b, a)
         if core.op == "power":
             return Power(core, self.one, core.args[0], core.data)
         if core.op == "sqrt":
@@ -206,11 +220,24 @@ class Plan:
         whole = core is not None and core.op in SUMS and self.uses[core.key] == 1
         return (self.one, core) if whole else (factor, core)
 
+    def leaves(self):
+        """The nodes of state and time that order 0 needs, by key."""
+        found = [x for step in self.steps for x in nodes(step)]
+        found += [core for _, core in self.outputs if core is not None]
+        found += self.watched.values()
+        return {x.key: x for x in found if x.op in ("t", "y")}
+
+    def _varying(self, step):
+        """The operands whose coefficients of order k give the coefficient c[k] of a step."""
+        if isinstance(step, Integral):
+            return [a for _, a, _ in step.parts]
+        return [x for known, x in items(step, self.rewrite.is_invariant) if not known]
+
     def _levels(self):
         """The level of each node, and its degree in time if the degree is 0 or 1."""
         level, degree = {}, {}
         for step in self.steps:
-            needs = operands(step)
+            needs = self._varying(step)
             for a in needs:
                 if a.op in ("t", "y"):
                     level[a.key], degree[a.key] = 0, 1 if a.op == "t" else None
@@ -225,16 +252,8 @@ class Plan:
         found = [f for f, _ in (*self.outputs, *self.switch.values())]
         found += [c for c in self._conditions() if self.rewrite.is_invariant(c)]
         for step in self.steps:
-            if isinstance(step, Sum):
-                found += [step.constant, *[f for f, *_ in step.terms + step.products]]
-            elif isinstance(step, Quotient | Power):
-                found.append(step.factor)
-            elif isinstance(step, Integral):
-                found += [f for f, _, _ in step.parts]
-                found += [a for a in step.arguments if self.rewrite.is_invariant(a)]
-            elif isinstance(step, Choice):
-                found += [a for a in (step.a, step.b) if self.rewrite.is_invariant(a)]
-        return {f.key: f for f in found if f is not None and f.op != "const"}
+            found += [x for known, x in items(step, self.rewrite.is_invariant) if known]
+        return {f.key: f for f in found if f.op != "const"}
 
     def _conditions(self):
         """All parts of all conditions, down to invariant parts."""

@@ -177,12 +177,6 @@ class Text(Lines):
         zeros = f"<{width} x i32> zeroinitializer"
         return self.new(f"shufflevector {kind} {one}, {kind} poison, {zeros}")
 
-    def vector_fma(self, a, b, c, width):
-        kind = f"<{width} x double>"
-        if c is None:
-            return self.new(f"fmul {kind} {a}, {b}")
-        return self.call(f"llvm.{self.fused}.v{width}f64", kind, a, b, c)
-
     # -- memory
 
     def load(self, pointer, kind=None):
