@@ -3,7 +3,7 @@
 import copy
 
 from ..recurrences.likeness import alike
-from ..recurrences.listing import Gather, Rate, items, rebuilt
+from ..recurrences.listing import Gather, Rate, items, rebuilt, timed
 from ..recurrences.operations import Sum
 from .looped import Part, looped
 
@@ -30,7 +30,7 @@ class Single:
         g, self.level = plan.graph, plan.level
         self.states = [g.make("y", (), i) for i in range(len(plan.outputs))]
         self.time, self.factors = g.make("t"), list(plan.invariants.values())
-        self.steps, self.timed = plan.steps, plan.timed()
+        self.steps, self.timed = plan.steps, timed(plan)
         self.rates = [
             Rate(y, None, None, f) if core is None else Rate(y, f, core, None)
             for y, (f, core) in zip(self.states, plan.outputs, strict=True)
@@ -92,7 +92,7 @@ class Bundles:
         plan = self._plan = spread(plan)
         states, groups = alike(plan, lanes)
         y = [plan.graph.make("y", (), i) for i in range(len(plan.outputs))]
-        time, in_time = plan.graph.make("t"), plan.timed()
+        time, in_time = plan.graph.make("t"), timed(plan)
         self.states = [self._new([y[i] for i in chunk]) for chunk in states]
         self.places_of_states = [self._lane[node.key] for node in y]
         whole = self._new([time])

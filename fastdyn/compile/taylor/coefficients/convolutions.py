@@ -52,7 +52,7 @@ JUST_J = "j"
 
 
 def convolutions(step, timed):
-    """The convolutions of a step, with keys (key of the node, number); for `timed` see `Plan`."""
+    """The convolutions of a step, with keys (key of the node, number); `timed` as in `Single`."""
     node = step.node
     if isinstance(step, Sum):
         parts = enumerate(step.products)

@@ -15,6 +15,7 @@ The loop over k stays a loop, in phases by the number of registers that the lane
 
 from typing import Any
 
+from ..recurrences.listing import timed
 from ..recurrences.operations import Choice, Power, Quotient, Root, Sum
 from ..text.instructions import ZERO, hexadecimal
 from ..text.loops import Loops
@@ -59,7 +60,7 @@ class Online:
         self.lanes = max((order - 1) // 2, 1)
         self.registers = -(-self.lanes // width)
         self.n = len(plan.outputs)
-        self.chains, self.timed = self._chains(), plan.timed()
+        self.chains, self.timed = self._chains(), timed(plan)
         self.previous, self.slope = {}, {}
         self.updates = Updates(self)
 

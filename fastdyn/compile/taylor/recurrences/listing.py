@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+from .operations import Integral
+
 NO_OPERANDS = frozenset(("node", "exponent", "name", "condition"))
 
 
@@ -29,8 +31,18 @@ def nodes(step):
 
 
 def items(step, invariant):
-    """The operands and invariants of a step as (whether the node is an invariant, node)."""
+    """The operands and invariants of a step as (whether the node is invariant, node)."""
     return [(invariant(node), node) for node in nodes(step)]
+
+
+def timed(plan):
+    """The keys of functions whose argument is linear in time: such functions need no sum."""
+    found = [step for step in plan.steps if isinstance(step, Integral) and len(step.parts) == 1]
+    return {
+        step.node.key
+        for step in found
+        for _, a, g in step.parts if g is not None and plan.degree.get(a.key) == 1
+    }  # fmt: skip
 
 
 def rebuilt(step, node, given):

@@ -55,7 +55,7 @@ class Plan:
         self.graph, self.rewrite = graph, Rewriter(graph)
         graph.most = math.inf  # the size of this function has been accepted
         self.one, self.scaled = graph.const(1.0), Scaled(self.rewrite)
-        self._known, self.uses = {}, Counter()
+        self.uses: Counter = Counter()
         self.switch: dict = {}
         roots = [self.scaled(self.rewrite(node)) for node in outputs]
         self.raising = self.rewrite(raising)
@@ -78,15 +78,6 @@ class Plan:
             for s in self.steps
         )  # fmt: skip
 
-    def timed(self):
-        """The keys of functions whose argument is linear in time: such functions need no sum."""
-        found = [s for s in self.steps if isinstance(s, Integral) and len(s.parts) == 1]
-        return {
-            s.node.key
-            for s in found
-            for _, a, g in s.parts if g is not None and self.degree.get(a.key) == 1
-        }  # fmt: skip
-
     def is_smooth(self):
         """True if no condition, of varying numbers or of invariants, selects between formulas."""
         return not self.signed and not any(isinstance(step, Choice) for step in self.steps)
@@ -105,20 +96,14 @@ class Plan:
         if core.op == "select":
             args = [*core.args[1:], *[self.switch[c.key][1] for c in self._compared(core.args[0])]]
             return [a for a in args if a is not None and not self.rewrite.is_invariant(a)]
-        if core.op == "div":
-            return [a for _, a in map(self.scaled, core.args) if a is not None]
         if core.op in ("call", "sqrt", "power"):
             return [a for a in core.args if not self.rewrite.is_invariant(a)]
         return [a for _, a in map(self.scaled, core.args) if a is not None]
 
     def _slopes(self, core):
         """(f, argument, g) for each argument of a function; g is None for an invariant slope."""
-        known = self._known.get(("slopes", core.key))
-        if known is None:
-            found = [(a, *self.scaled(g)) for a, g in self.rewrite.slopes(core)]
-            known = [(f, a, g) for a, f, g in found if not self.rewrite.is_invariant(a)]
-            self._known["slopes", core.key] = known
-        return known
+        found = [(a, *self.scaled(g)) for a, g in self.rewrite.slopes(core)]
+        return [(f, a, g) for a, f, g in found if not self.rewrite.is_invariant(a)]
 
     def _compared(self, condition):
         """The comparisons in a condition; each gets an entry in `switch`."""
@@ -227,17 +212,13 @@ class Plan:
         found += self.watched.values()
         return {x.key: x for x in found if x.op in ("t", "y")}
 
-    def _varying(self, step):
-        """The operands whose coefficients of order k give the coefficient c[k] of a step."""
-        if isinstance(step, Integral):
-            return [a for _, a, _ in step.parts]
-        return [x for known, x in items(step, self.rewrite.is_invariant) if not known]
-
     def _levels(self):
         """The level of each node, and its degree in time if the degree is 0 or 1."""
         level, degree = {}, {}
         for step in self.steps:
-            needs = self._varying(step)
+            needs = [x for known, x in items(step, self.rewrite.is_invariant) if not known]
+            if isinstance(step, Integral):  # c[k] needs no g[k]
+                needs = [a for _, a, _ in step.parts]
             for a in needs:
                 if a.op in ("t", "y"):
                     level[a.key], degree[a.key] = 0, 1 if a.op == "t" else None
