@@ -11,8 +11,8 @@ from .steps.accuracy import ALLOWANCE, DITHER, GOLDEN, ROUND_OFF
 from .steps.kinks import Kinks
 from .steps.pace import chosen, unit_of, wildness
 from .steps.step import Step
-from .text.frame import AT, asked, counted, step_taken
-from .text.instructions import ONE, ZERO, Text, hexadecimal
+from .text.frame import AT, asked, counted, invariants, step_taken
+from .text.instructions import INFINITE, ONE, ZERO, Text, hexadecimal
 
 ARRAYS = (
     "y", "low", "low_old", "probe", "probe_low", "rtol", "atol", "weights", "predicted",
@@ -67,13 +67,7 @@ class Driver(OneTrajectory):
             rtol = text.load(text.at(self.room["rtol"], 0))
             finest = text.compare("ole", rtol, hexadecimal(ROUND_OFF))
             self.dither = text.select(finest, hexadecimal(-DITHER), ZERO)
-        places = {key: i for i, key in enumerate(self.plan.invariants)}
-        room = text.slot("double", max(len(places), 1))
-        text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
-        self.invariants = {key: text.load(text.at(room, i)) for key, i in places.items()}
-
-    def _invariant(self, node):
-        return hexadecimal(node.data) if node.op == "const" else self.invariants[node.key]
+        self._invariant = invariants(text, self.plan.invariants)
 
     def _step(self):
         text, n, var = self.text, self.n, self.var
@@ -112,7 +106,7 @@ class Driver(OneTrajectory):
         step.copy(self.room["low"], self.room["low_old"])
         x = text.mul(pace.signed, inverse)
         step.end(x, self.room["y"], self.room["low"], self.y)
-        text.store(proof.INFINITE, var["cap"])
+        text.store(INFINITE, var["cap"])
         stops = step_taken(self, t, pace)
         if self.plan.signed:
             self._count_if_at_rest(pace)

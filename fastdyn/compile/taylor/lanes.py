@@ -30,7 +30,6 @@ from .text.instructions import ONE, ZERO, Text, hexadecimal
 WORDS = {"state": (0, "ptr"), "fields": (2, "ptr"), "work": (5, "ptr"), "block": (8, "ptr"),
          "n_steps": (10, "i64")}  # fmt: skip
 READ = ("T", "T_END", "T_STOP", "H", "LIVE", "LIMIT", "ACCEPTED", "TRIES")
-INFINITE = hexadecimal(float("inf"))
 
 
 class LaneDriver(Kernel):

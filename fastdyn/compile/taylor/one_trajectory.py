@@ -18,9 +18,8 @@ from fastdyn.kernels.state.record import (
 from fastdyn.kernels.state.series import LOW, SCALE
 
 from .steps.pace import Clock, longest
-from .steps.proof import INFINITE
 from .text.frame import AT, WORDS, Kernel, add, fields, read_words
-from .text.instructions import ONE, ZERO
+from .text.instructions import INFINITE, ONE, ZERO
 
 
 class OneTrajectory(Kernel):

@@ -180,19 +180,10 @@ class Convolutions:
         for place in (place for places in sums for place in places):
             text.store(ZERO, place)
         first, end = (3, rows.half) if squares else (4, rows.shift)
-        shift, number, name = text.slot("i64"), text.slot("double"), rows.label("sum")
-        text.put(f"store i64 {first * text.lanes}, ptr {shift}")
+        number = text.slot("double")
         text.store(hexadecimal(float(first)), number, "double")
-        any_terms = text.new(f"icmp slt i64 {first * text.lanes}, {end}")
-        text.put(f"br i1 {any_terms}, label %{name}, label %{name}done")
-        text.label(name)
-        j = text.load(shift, "i64")
-        self._terms(some, sums, j, number)
-        following = text.new(f"add i64 {j}, {text.lanes}")
-        text.put(f"store i64 {following}, ptr {shift}")
-        more = text.new(f"icmp slt i64 {following}, {end}")
-        text.put(f"br i1 {more}, label %{name}, label %{name}done")
-        text.label(f"{name}done")
+        with text.each(end, first * text.lanes, text.lanes, always=False) as j:
+            self._terms(some, sums, j, number)
         return [[text.load(place) for place in places] for places in sums]
 
     def _terms(self, some, sums, j, number):

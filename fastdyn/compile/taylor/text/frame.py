@@ -5,7 +5,7 @@ from typing import Any
 from fastdyn.kernels.state.record import FINISHED, RUNNING, STATE
 
 from ...function_convention import call_as_text, raised_word_as_text
-from .instructions import ZERO
+from .instructions import ZERO, hexadecimal
 
 AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
 FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first")
@@ -50,6 +50,15 @@ def read_words(text, words):
 def fields(text):
     """Load the fields of the record, by name."""
     return {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
+
+
+def invariants(text, invariants):
+    """A function ``invariant(node)``: the value of a constant, or of one of the `invariants`."""
+    places = {key: i for i, key in enumerate(invariants)}
+    room = text.slot("double", max(len(places), 1))
+    text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
+    values = {key: text.load(text.at(room, i)) for key, i in places.items()}
+    return lambda node: hexadecimal(node.data) if node.op == "const" else values[node.key]
 
 
 def counted(text, place, more=1):

@@ -16,7 +16,7 @@ def number(constant):
     return struct.unpack(">d", bytes.fromhex(constant[2:]))[0]
 
 
-ZERO, ONE, MINUS = map(hexadecimal, (0.0, 1.0, -1.0))
+ZERO, ONE, MINUS, INFINITE = map(hexadecimal, (0.0, 1.0, -1.0, float("inf")))
 INTRINSIC = {"sin", "cos", "exp", "log", "pow"}
 OF_VECTORS = "fastdyn_vector_"  # prefix of the names of functions of vectors
 
