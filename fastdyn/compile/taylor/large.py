@@ -44,7 +44,9 @@ class LargeDriver(OneTrajectory):
         self.text, self.n = Text(fused), len(plan.places_of_states)
         self.wide = self.text.of(width)
         self.places = Places(plan, order, width, together)
-        self.memory = Memory(self.text, plan, self.places, order, width)
+        self.memory = memory = Memory(self.text, plan, self.places, order, width)
+        self._write, self._write_series = memory.write, memory.write_series
+        self._release = memory.release
 
     def _make_room(self):
         self.rows = Rows(self.plan, self.order, self.wide, "%space", self.places)
@@ -75,12 +77,8 @@ class LargeDriver(OneTrajectory):
         text.store(scale, var["scale"])
         self.rows.emit()
         x, size = self._length()
+        self._leave_if_wild(t, size, scale)
         pace = chosen(text, self._clock(t), x, size, scale)
-        text.put(f"br i1 {pace.wild}, label %wild, label %fine")
-        text.label("wild")
-        text.store(pace.shorter, var["h"])
-        text.put(f"br i1 {pace.short}, label %lost, label %step")
-        text.label("fine")
         text.put(f"br i1 {pace.stuck}, label %lost, label %go")
         text.label("go")
         x = text.mul(pace.signed, inverse)
@@ -164,12 +162,3 @@ class LargeDriver(OneTrajectory):
 
     def _raised(self):
         return self.raised("y", self.text.load(self.var["t"])) if self.raises else "false"
-
-    def _write(self, name, row):
-        self.memory.write(name, row)
-
-    def _write_series(self):
-        self.memory.write_series()
-
-    def _release(self):
-        self.memory.release()

@@ -68,13 +68,6 @@ def counted(text, place, more=1):
     return count
 
 
-def add(text, name, place):
-    """Add an integer in memory to a count of the record."""
-    at = text.at("%state", AT[name])
-    before, more = (text.new(f"load i64, ptr {p}") for p in (at, place))
-    text.put(f"store i64 {text.new(f'add i64 {before}, {more}')}, ptr {at}")
-
-
 def step_taken(driver, t, pace):
     """Count a step from t, and keep the status after it; return whether the call ends there."""
     text, var, field = driver.text, driver.var, driver.field

@@ -76,20 +76,18 @@ class Lines:
 
     def indices(self, name, table):
         """Define a constant array of 32-bit integers; return its name."""
-        if name not in self.declarations:
-            numbers = np.ravel(table).tolist()
-            items = ", ".join([f"i32 {i}" for i in numbers])
-            self.declarations[name] = (
-                f"@{name} = private unnamed_addr constant [{len(numbers)} x i32] [{items}]"
-            )
-        return f"@{name}"
+        return self._constants(name, "i32", np.ravel(table).tolist())
 
     def table(self, name, values):
         """Define a constant array of doubles; return its name."""
-        items = ", ".join(f"double {hexadecimal(v)}" for v in values)
-        self.declarations[name] = (
-            f"@{name} = private unnamed_addr constant [{len(values)} x double] [{items}]"
-        )
+        return self._constants(name, "double", [hexadecimal(v) for v in values])
+
+    def _constants(self, name, kind, numbers):
+        if name not in self.declarations:
+            items = ", ".join([f"{kind} {x}" for x in numbers])
+            self.declarations[name] = (
+                f"@{name} = private unnamed_addr constant [{len(numbers)} x {kind}] [{items}]"
+            )
         return f"@{name}"
 
     def function(self, head):
