@@ -18,7 +18,7 @@ from fastdyn.kernels.state.record import (
 from fastdyn.kernels.state.series import LOW, SCALE
 
 from .steps.pace import Clock, longest, wildness
-from .text.frame import AT, WORDS, Kernel, counted, fields, read_words
+from .text.frame import AT, FIELDS, WORDS, Kernel, counted, read_words
 from .text.instructions import INFINITE, ONE, ZERO
 
 
@@ -42,7 +42,7 @@ class OneTrajectory(Kernel):
     def _begin(self):
         text = self.text
         read_words(text, WORDS)
-        self.field = f = fields(text)
+        self.field = f = {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
         ahead = text.mul(f["direction"], text.sub(f["t"], f["t_end"]))
         text.put(f"br i1 {text.compare('oge', ahead, ZERO)}, label %over, label %first")
         text.label("over")

@@ -102,7 +102,8 @@ class Convolutions:
                 total = self._product(c, j, order - j, order, total)
             total = total and self.text.add(total, total)
             if order % 2 == 0:
-                total = self._square(c, order // 2, total)
+                middle = self.rows.row(c.a, order // 2)
+                total = self.text.fma(middle, middle, total)
             return total
         for j in middle_out(range(1, order)):
             total = self._product(c, j, order - j, order, total)
@@ -110,15 +111,9 @@ class Convolutions:
 
     def _product(self, c, j, other, order, total):
         """Add w(j) a[j] b[other] to a sum of an order; orders are numbers or Late."""
-        a = self._times(self._weight(c, j, order), self.rows.row(c.a, j))
+        weight, a = self._weight(c, j, order), self.rows.row(c.a, j)
+        a = a if weight is None else self.text.mul(weight, a)
         return self.text.fma(a, self.rows.row(c.b, other), total)
-
-    def _times(self, weight, a):
-        return a if weight is None else self.text.mul(weight, a)
-
-    def _square(self, c, j, total):
-        a = self.rows.row(c.a, j)
-        return self.text.fma(a, a, total)
 
     def _weight(self, c, j, order):
         """w(j), a constant or a vector; None stands for 1."""

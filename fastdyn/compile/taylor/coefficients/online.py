@@ -21,7 +21,7 @@ from ..text.instructions import ZERO, hexadecimal
 from ..text.loops import Loops
 from .order import Order, Tables
 from .updates import Updates
-from .values import Start
+from .values import Start, shallow_first
 
 
 class Online:
@@ -181,7 +181,7 @@ class Online:
             top, slope, minus = kept
             total = text.mul(total, minus)
             parts = [(slope, step.b)] + ([(top, step.a)] if step.a is not None else [])
-            for f, a in self._shallow_first(parts):
+            for f, a in shallow_first(self.plan, parts):
                 total = text.fma(f, v[a.key], total)
             return total
         if isinstance(step, Power):
@@ -202,7 +202,7 @@ class Online:
         parts = [(self.invariant(f), a) for f, a in step.terms]
         for (fa, fb), (_, a, b) in zip(self.kept[step.node.key], step.products, strict=True):
             parts += [(fa, b)] + ([(fb, a)] if fb is not None else [])
-        for f, a in self._shallow_first(parts):
+        for f, a in shallow_first(self.plan, parts):
             total = self.text.fma(f, v[a.key], total)
         return total
 
@@ -214,10 +214,6 @@ class Online:
             return text.mul(slope, self.kept[step.node.key][0])
         factor = text.mul(text.mul(self.invariant(f), slope), order.inverse)
         return text.mul(self.previous[g.key], factor)
-
-    def _shallow_first(self, parts):
-        """The parts in the order in which their operands become known."""
-        return sorted(parts, key=lambda part: self.plan.level.get(part[1].key, 0))
 
     def _next(self, v, order):
         """The next coefficients of the states, by index."""

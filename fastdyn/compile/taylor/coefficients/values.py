@@ -148,3 +148,8 @@ class Start:
         t, f = self.text, self.invariant(f)
         value, after = t.mul(f, self.of(core)), t.mul(f, self.sides[core.key])
         return t.select(t.compare("oeq", value, ZERO), after, value)
+
+
+def shallow_first(plan, parts):
+    """The parts, pairs (factor, node), in the order in which their nodes become known."""
+    return sorted(parts, key=lambda part: plan.level.get(part[1].key, 0))

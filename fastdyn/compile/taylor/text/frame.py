@@ -47,11 +47,6 @@ def read_words(text, words):
         text.put(f"%{name} = load {kind}, ptr %at_{name}")
 
 
-def fields(text):
-    """Load the fields of the record, by name."""
-    return {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
-
-
 def invariants(text, invariants):
     """A function ``invariant(node)``: the value of a constant, or of one of the `invariants`."""
     places = {key: i for i, key in enumerate(invariants)}
