@@ -107,7 +107,7 @@ class LargeDriver(OneTrajectory):
         return x, across(wide, wide.load(total), self.text.add)
 
     def _take(self, t, pace, x, inverse):
-        """Go on from the state at x, with the prediction of its slope for `_prove`."""
+        """Take the step of length x; compare its slopes with the function where nothing later does."""
         text, var = self.text, self.var
         stops = step_taken(self, t, pace)
         allowed = allowed_share(text, pace.h, self.order)

@@ -9,7 +9,7 @@ SHUFFLED = 4  # up to so many source vectors, shuffles gather the lanes
 
 
 class Formulas:
-    """Emits the coefficients of the current order of `rows.Rows`."""
+    """Emits the coefficients of one order: of `rows.order`, for the vectors of a `rows.Rows`."""
 
     def __init__(self, rows):
         self.rows, self.text, self._start = rows, rows.text, _Start(rows, self)

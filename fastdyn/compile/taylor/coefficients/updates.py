@@ -1,4 +1,7 @@
-"""The sums over earlier orders, updated after each order: see `online.py`."""
+"""The sums over earlier orders, updated after each order: see `online.py`.
+
+`convolutions` in `convolutions.py` lists the sums.
+"""
 
 from ..text.instructions import ONE, hexadecimal
 from .convolutions import JUST_J, convolutions
@@ -48,8 +51,9 @@ class Updates:
     def _add_products(self, c, before, after):
         """Add the products of a Convolution that contain a coefficient of this order.
 
-        For a Power these are (e k - i) / (k + i) c[i] a[k] / a0 and
-        (e i - k) / (k + i) a[i] c[k] / a0.
+        With this order k, the sum of order k + i gets the products w(k) a[k] b[i] and
+        w(i) a[i] b[k].  For a Power with the exponent e, these are, divided by (k + i) a0,
+        (e k - i) a[k] c[i] and (e i - k) a[i] c[k].
         """
         key, (a, b), of_a = c.key[0], _names(c), []
         factors = [] if c.factor is None else [self.online.invariant(c.factor)]

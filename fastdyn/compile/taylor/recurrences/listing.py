@@ -1,4 +1,4 @@
-"""Recurrences as lists of nodes, and back."""
+"""The nodes of a recurrence as a list, and a recurrence with other nodes."""
 
 from typing import Any, NamedTuple
 

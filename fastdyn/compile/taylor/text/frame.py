@@ -48,7 +48,10 @@ def read_words(text, words):
 
 
 def invariants(text, invariants):
-    """A function ``invariant(node)``: the value of a constant, or of one of the `invariants`."""
+    """A function ``invariant(node)``, the value of a constant or of one of the `invariants`.
+
+    `invariants` is as in `Plan`.
+    """
     places = {key: i for i, key in enumerate(invariants)}
     room = text.slot("double", max(len(places), 1))
     text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
