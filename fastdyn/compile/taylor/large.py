@@ -107,7 +107,7 @@ class LargeDriver(OneTrajectory):
         return x, across(wide, wide.load(total), self.text.add)
 
     def _take(self, t, pace, x, inverse):
-        """Take the step of length x; compare its slopes with the function where nothing later does."""
+        """Take the step of length x, and compare slopes where no next step compares them."""
         text, var = self.text, self.var
         stops = step_taken(self, t, pace)
         allowed = allowed_share(text, pace.h, self.order)
