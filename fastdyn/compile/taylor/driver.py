@@ -9,10 +9,10 @@ from .recurrences.deceptive import is_deceptive
 from .steps import coarse, proof
 from .steps.accuracy import ALLOWANCE, DITHER, GOLDEN, ROUND_OFF
 from .steps.kinks import Kinks
-from .steps.pace import chosen, unit_of, wildness
+from .steps.pace import chosen, unit_of
 from .steps.step import Step
-from .text.frame import AT, asked, counted, step_taken
-from .text.instructions import ONE, ZERO, Text, hexadecimal
+from .text.frame import AT, asked, counted, invariants, step_taken
+from .text.instructions import INFINITE, ONE, ZERO, Text, hexadecimal
 
 ARRAYS = (
     "y", "low", "low_old", "probe", "probe_low", "rtol", "atol", "weights", "predicted",
@@ -41,6 +41,7 @@ class Driver(OneTrajectory):
         lanes = 4 if self.n <= 4 else 8
         self.row = -(-self.n // lanes) * lanes
         self.kinks = Kinks(plan, self.text, order - 1)
+        self._functions = self.kinks.functions
         self.deceptive, self.rooted = is_deceptive(plan), bool(plan.rooted)
         self.counts = (*self.counts, "n_equal")
         if self.rooted:
@@ -67,13 +68,7 @@ class Driver(OneTrajectory):
             rtol = text.load(text.at(self.room["rtol"], 0))
             finest = text.compare("ole", rtol, hexadecimal(ROUND_OFF))
             self.dither = text.select(finest, hexadecimal(-DITHER), ZERO)
-        places = {key: i for i, key in enumerate(self.plan.invariants)}
-        room = text.slot("double", max(len(places), 1))
-        text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
-        self.invariants = {key: text.load(text.at(room, i)) for key, i in places.items()}
-
-    def _invariant(self, node):
-        return hexadecimal(node.data) if node.op == "const" else self.invariants[node.key]
+        self._invariant = invariants(text, self.plan.invariants)
 
     def _step(self):
         text, n, var = self.text, self.n, self.var
@@ -112,7 +107,7 @@ class Driver(OneTrajectory):
         step.copy(self.room["low"], self.room["low_old"])
         x = text.mul(pace.signed, inverse)
         step.end(x, self.room["y"], self.room["low"], self.y)
-        text.store(proof.INFINITE, var["cap"])
+        text.store(INFINITE, var["cap"])
         stops = step_taken(self, t, pace)
         if self.plan.signed:
             self._count_if_at_rest(pace)
@@ -127,14 +122,9 @@ class Driver(OneTrajectory):
         If the series is not finite, the step begins again with a shorter unit.
         """
         text, var, kinks = self.text, self.var, self.kinks
-        wild, shorter, short = wildness(text, t, size, scale)
-        text.put(f"br i1 {wild}, label %wild, label %fine")
-        text.label("wild")
-        text.store(shorter, var["h"])
         if self.rooted:
             text.store(ZERO, var["reached"])
-        text.put(f"br i1 {short}, label %{'coarse' if self.rooted else 'lost'}, label %step")
-        text.label("fine")
+        self._leave_if_wild(t, size, scale, "coarse" if self.rooted else "lost")
         cut: list = []
 
         def limited(x):
@@ -200,9 +190,6 @@ class Driver(OneTrajectory):
             source = text.at(self.rows, text.new(f"mul i64 {k}, {self.row}"))
             place = text.new(f"add i64 {text.new(f'mul i64 {k}, {n}')}, {K * n}")
             self._copy(source, text.at("%work", place))
-
-    def _functions(self):
-        return self.kinks.functions()
 
     def asked(self, t, state="y"):
         """Call the function at a state; return a truth value: the function raises.

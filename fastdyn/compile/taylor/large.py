@@ -15,11 +15,11 @@ from .one_trajectory import OneTrajectory
 from .steps import proof_in_vectors as proof
 from .steps.accuracy import ALLOWANCE
 from .steps.pace import LEAST, chosen, unit_of
-from .steps.proof import INFINITE, allowed_share, slope_of
-from .steps.step import TERMS, end, length, powers_of, weight
+from .steps.proof import allowed_share, slope_of
+from .steps.step import TERMS, across, end, length, powers_of, weight
 from .steps.vanish import excess, some_held
 from .text.frame import HALF, asked, step_taken
-from .text.instructions import ONE, ZERO, Text, hexadecimal
+from .text.instructions import INFINITE, ONE, ZERO, Text, hexadecimal
 
 ROWS = {"y": Y, "low": LOW, "rtol": record.RTOL, "atol": record.ATOL}
 
@@ -44,7 +44,9 @@ class LargeDriver(OneTrajectory):
         self.text, self.n = Text(fused), len(plan.places_of_states)
         self.wide = self.text.of(width)
         self.places = Places(plan, order, width, together)
-        self.memory = Memory(self.text, plan, self.places, order, width)
+        self.memory = memory = Memory(self.text, plan, self.places, order, width)
+        self._write, self._write_series = memory.write, memory.write_series
+        self._release = memory.release
 
     def _make_room(self):
         self.rows = Rows(self.plan, self.order, self.wide, "%space", self.places)
@@ -75,12 +77,8 @@ class LargeDriver(OneTrajectory):
         text.store(scale, var["scale"])
         self.rows.emit()
         x, size = self._length()
+        self._leave_if_wild(t, size, scale)
         pace = chosen(text, self._clock(t), x, size, scale)
-        text.put(f"br i1 {pace.wild}, label %wild, label %fine")
-        text.label("wild")
-        text.store(pace.shorter, var["h"])
-        text.put(f"br i1 {pace.short}, label %lost, label %step")
-        text.label("fine")
         text.put(f"br i1 {pace.stuck}, label %lost, label %go")
         text.label("go")
         x = text.mul(pace.signed, inverse)
@@ -104,20 +102,12 @@ class LargeDriver(OneTrajectory):
                 c = wide.mul(c, w)
                 wide.store(wide.larger(wide.load(place), c), place)
                 wide.store(wide.add(c, wide.load(total)), total)
-        norms = {k: self.across(wide.load(p), self.text.larger) for k, p in largest.items()}
+        norms = {k: across(wide, wide.load(p), self.text.larger) for k, p in largest.items()}
         x = length(self.text, norms, ALLOWANCE[self.order], self.tolerance)
-        return x, self.across(wide.load(total), self.text.add)
-
-    def across(self, vector, join):
-        """Reduce the lanes of a vector to one number by `join`, in pairs."""
-        text, kind = self.text, self.wide.kind
-        each = [text.new(f"extractelement {kind} {vector}, i64 {i}") for i in range(self.width)]
-        while len(each) > 1:
-            each = [join(a, b) for a, b in zip(each[::2], each[1::2], strict=True)]
-        return each[0]
+        return x, across(wide, wide.load(total), self.text.add)
 
     def _take(self, t, pace, x, inverse):
-        """Go on from the state at x, with the prediction of its slope for `_prove`."""
+        """Take the step of length x, and compare slopes where no next step compares them."""
         text, var = self.text, self.var
         stops = step_taken(self, t, pace)
         allowed = allowed_share(text, pace.h, self.order)
@@ -153,7 +143,7 @@ class LargeDriver(OneTrajectory):
     def _keep_from_roots(self, t, pace, x):
         """Shorten the step if the argument of a root may touch zero on the step."""
         text, wide = self.text, self.wide
-        beyond = self.across(excess(self.rows, wide.splat(x, self.width)), text.larger)
+        beyond = across(wide, excess(self.rows, wide.splat(x, self.width)), text.larger)
         text.put(f"br i1 {text.compare('uge', beyond, ZERO)}, label %rooted, label %off_roots")
         text.label("rooted")
         shorter = text.mul(pace.h, hexadecimal(HALF))
@@ -172,12 +162,3 @@ class LargeDriver(OneTrajectory):
 
     def _raised(self):
         return self.raised("y", self.text.load(self.var["t"])) if self.raises else "false"
-
-    def _write(self, name, row):
-        self.memory.write(name, row)
-
-    def _write_series(self):
-        self.memory.write_series()
-
-    def _release(self):
-        self.memory.release()

@@ -17,10 +17,9 @@ from fastdyn.kernels.state.record import (
 )
 from fastdyn.kernels.state.series import LOW, SCALE
 
-from .steps.pace import Clock, longest
-from .steps.proof import INFINITE
-from .text.frame import AT, WORDS, Kernel, add, fields, read_words
-from .text.instructions import ONE, ZERO
+from .steps.pace import Clock, longest, wildness
+from .text.frame import AT, FIELDS, WORDS, Kernel, counted, read_words
+from .text.instructions import INFINITE, ONE, ZERO
 
 
 class OneTrajectory(Kernel):
@@ -43,7 +42,7 @@ class OneTrajectory(Kernel):
     def _begin(self):
         text = self.text
         read_words(text, WORDS)
-        self.field = f = fields(text)
+        self.field = f = {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
         ahead = text.mul(f["direction"], text.sub(f["t"], f["t_end"]))
         text.put(f"br i1 {text.compare('oge', ahead, ZERO)}, label %over, label %first")
         text.label("over")
@@ -67,6 +66,19 @@ class OneTrajectory(Kernel):
         most = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
         return Clock(t, f["t_end"], f["direction"], text.smaller(text.load(self.var["cap"]), most))
 
+    def _leave_if_wild(self, t, size, scale, hopeless="lost"):
+        """Begin the step again with a shorter unit of time if the series is not finite.
+
+        If the unit is too short, the code continues at the label `hopeless`.
+        """
+        text = self.text
+        wild, shorter, short = wildness(text, t, size, scale)
+        text.put(f"br i1 {wild}, label %wild, label %fine")
+        text.label("wild")
+        text.store(shorter, self.var["h"])
+        text.put(f"br i1 {short}, label %{hopeless}, label %step")
+        text.label("fine")
+
     def _leave(self):
         """Store the record and the rows before the kernel returns."""
         text, var = self.text, self.var
@@ -85,7 +97,7 @@ class OneTrajectory(Kernel):
         for name in ("t", "t_old", "h"):
             text.store(text.load(var[name]), text.at("%state", AT[name]))
         for name, place in self.count.items():
-            add(text, name, place)
+            counted(text, text.at("%state", AT[name]), text.new(f"load i64, ptr {place}"))
         self._release()
         text.put(f"ret i64 {text.new(f'load i64, ptr {self.status}')}")
 

@@ -30,7 +30,7 @@ def text(traced, symbol, order, kinds, width):
     if traced.trace.error:
         raise NotSmooth(f"what can raise ({traced.trace.error}), in vectors,")
     plan = Plan(graph, traced.stored, graph.false)
-    if plan.signed:
+    if not plan.is_smooth():
         raise NotSmooth("what depends on conditions, in vectors,")
     if len(plan.steps) > MAX_STEPS:
         raise NotSmooth(f"a function of more than {MAX_STEPS} formulas, in vectors,")

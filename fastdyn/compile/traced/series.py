@@ -50,7 +50,7 @@ def plan_of_rows(traced):
     """A plan that does not watch where the function raises; None if the function has conditions."""
     graph = traced.trace.graph
     plan = Plan(graph, traced.stored, graph.false)
-    return None if plan.signed else plan
+    return plan if plan.is_smooth() else None
 
 
 def _large(module, plan, order, raises):

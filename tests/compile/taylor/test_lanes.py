@@ -55,6 +55,19 @@ def test_times_between_do_not_change_the_end():
         np.testing.assert_allclose(sampled.y[i], one.y, rtol=0.0, atol=1e-8)
 
 
+def test_a_condition_on_a_parameter():
+    """One trajectory at a time solves the ensemble: the lanes of a vector have one formula."""
+
+    def fun(t, y, a):
+        return [y[1] if a > 0.3 else -y[1], -y[0]]
+
+    rates = np.array([0.1, 0.4, 0.2])
+    end = fastdyn.solve_ensemble(fun, (0.0, 1.0), np.ones((3, 2)), (rates,), **OPTIONS).y_end
+    turned = [math.cos(1.0) + math.sin(1.0), math.cos(1.0) - math.sin(1.0)]
+    decayed = [math.exp(-1.0)] * 2
+    np.testing.assert_allclose(end, [decayed, turned, decayed], rtol=0.0, atol=1e-9)
+
+
 def test_backwards_and_constant_components():
     def fun(t, y):
         return [1.0, t, -y[2] * y[0]]

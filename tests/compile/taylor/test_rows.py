@@ -137,3 +137,17 @@ def test_where_large_functions_raise():
 
     found = fastdyn.solve_ivp(fun, (0.0, 2.0), np.zeros(70), method="Taylor", rtol=1e-9, atol=1e-9)
     assert found.status == -1
+
+
+def test_a_condition_on_a_parameter_of_a_large_system():
+    """Rows have no conditions: the other generator writes the series."""
+
+    def fun(t, y, a):
+        return [y[i - 1] * y[i] if a > 0.3 else -y[i] for i in range(80)]
+
+    rates, options = np.array([0.1, 0.4]), {"rtol": 1e-10, "atol": 1e-10, "simd": False}
+    found = fastdyn.solve_ensemble(
+        fun, (0.0, 0.5), np.ones((2, 80)), (rates,), method="Taylor", **options
+    )
+    exact = [[math.exp(-0.5)] * 80, [2.0] * 80]  # of y' = -y and of y' = y^2
+    np.testing.assert_allclose(found.y_end, exact, rtol=1e-8)

@@ -3,8 +3,8 @@
 import copy
 
 from ..recurrences.likeness import alike
-from ..recurrences.listing import Gather, Rate, items, rebuilt
-from ..recurrences.operations import Integral, Sum
+from ..recurrences.listing import Gather, Rate, items, rebuilt, timed
+from ..recurrences.operations import Sum
 from .looped import Part, looped
 
 MAX_PRODUCTS = 4  # products in a sum
@@ -39,16 +39,6 @@ class Single:
     def parts(self, places):
         """(parts of steps, parts of rates), in the order of emission."""
         return [Part(self.steps)], [Part(self.rates)]
-
-
-def timed(plan):
-    """The keys of functions whose argument is linear in time."""
-    found = [step for step in plan.steps if isinstance(step, Integral) and len(step.parts) == 1]
-    return {
-        step.node.key
-        for step in found
-        for _, a, g in step.parts if g is not None and plan.degree.get(a.key) == 1
-    }  # fmt: skip
 
 
 def spread(plan):

@@ -7,8 +7,8 @@ The kernel is ``int64 series(t_old, h, work, block address, out)``.
 from fastdyn.kernels.state.record import K
 from fastdyn.kernels.state.series import SCALE
 
-from ..text.frame import listing, read_words
-from ..text.instructions import ONE, Text, hexadecimal
+from ..text.frame import invariants, listing, read_words
+from ..text.instructions import ONE, Text
 from .online import Online
 
 WORDS = {"t": (0, "double"), "h": (1, "double"), "work": (2, "ptr"), "n": (4, "i64"),
@@ -41,7 +41,7 @@ class Composed(Online):
     """The series of a plan's only output, from the stored series of the state."""
 
     def _chains(self):
-        self.used = sorted(a.data for a in self._leaves() if a.op == "y")
+        self.used = sorted(a.data for a in self.plan.leaves().values() if a.op == "y")
         return {}
 
     def _first(self):
@@ -67,14 +67,7 @@ def emit(plan, order, symbol, declared, fused, width=4):
     """LLVM's text of the kernel, which calls ``fastdyn_invariants(block, out)``."""
     text = Text(fused)
     read_words(text, WORDS)
-    places = {key: i for i, key in enumerate(plan.invariants)}
-    room = text.slot("double", max(len(places), 1))
-    text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
-    values = {key: text.load(text.at(room, i)) for key, i in places.items()}
-
-    def invariant(node):
-        return hexadecimal(node.data) if node.op == "const" else values[node.key]
-
+    invariant = invariants(text, plan.invariants)
     scale = text.load(text.at("%work", text.new(f"mul i64 %n, {SCALE}")))
     rows = text.at("%work", text.new(f"mul i64 %n, {K}"))
     terms = _Terms(plan, text, text.div("%h", scale), invariant)

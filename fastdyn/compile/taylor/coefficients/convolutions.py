@@ -21,24 +21,31 @@ class Late(NamedTuple):
 
 
 class Convolution(NamedTuple):
-    """A sum over earlier orders.
+    """The sum over earlier orders of w(j) a[j] b[K-j].
 
-    The weight w(j) is slope j - K for a number `slope`, j for JUST_J, 1 for None.
+    The weight w(j) is (e + 1) j - K for a number e, j for JUST_J, 1 for None.  `factor` multiplies
+    the sum, unless None.
     """
 
     key: Any
     a: Any
     b: Any
-    slope: Any = None
+    weight: Any = None
+    factor: Any = None
 
     @property
     def of_square(self):
-        return self.a is self.b and self.slope is None
+        return self.a is self.b and self.weight is None
 
     @property
     def weighted(self):
         """True if the weight depends on K."""
-        return self.slope is not None and self.slope != JUST_J
+        return self.weight is not None and self.weight != JUST_J
+
+    @property
+    def slope(self):
+        """The factor of j in the weight."""
+        return self.weight + 1.0 if self.weighted else 1.0
 
 
 JUST_J = "j"
@@ -48,16 +55,19 @@ def convolutions(step, timed):
     """The convolutions of a step, with keys (key of the node, number); `timed` as in `Single`."""
     node = step.node
     if isinstance(step, Sum):
-        return [Convolution((node.key, i), a, b) for i, (_, a, b) in enumerate(step.products)]
+        parts = enumerate(step.products)
+        return [Convolution((node.key, i), a, b, None, f) for i, (f, a, b) in parts]
     if isinstance(step, Quotient):
         return [Convolution((node.key, 0), step.b, node)]
     if isinstance(step, Power):
-        return [Convolution((node.key, 0), step.a, node, step.exponent + 1.0)]
+        return [Convolution((node.key, 0), step.a, node, step.exponent)]
     if isinstance(step, Root):
         return [Convolution((node.key, 0), node, node)]
     if isinstance(step, Integral) and node.key not in timed:
         parts = enumerate(step.parts)
-        return [Convolution((node.key, i), a, g, JUST_J) for i, (_, a, g) in parts if g is not None]
+        return [
+            Convolution((node.key, i), a, g, JUST_J, f) for i, (f, a, g) in parts if g is not None
+        ]
     return []
 
 
@@ -92,7 +102,8 @@ class Convolutions:
                 total = self._product(c, j, order - j, order, total)
             total = total and self.text.add(total, total)
             if order % 2 == 0:
-                total = self._square(c, order // 2, total)
+                middle = self.rows.row(c.a, order // 2)
+                total = self.text.fma(middle, middle, total)
             return total
         for j in middle_out(range(1, order)):
             total = self._product(c, j, order - j, order, total)
@@ -100,21 +111,15 @@ class Convolutions:
 
     def _product(self, c, j, other, order, total):
         """Add w(j) a[j] b[other] to a sum of an order; orders are numbers or Late."""
-        a = self._times(self._weight(c, j, order), self.rows.row(c.a, j))
+        weight, a = self._weight(c, j, order), self.rows.row(c.a, j)
+        a = a if weight is None else self.text.mul(weight, a)
         return self.text.fma(a, self.rows.row(c.b, other), total)
-
-    def _times(self, weight, a):
-        return a if weight is None else self.text.mul(weight, a)
-
-    def _square(self, c, j, total):
-        a = self.rows.row(c.a, j)
-        return self.text.fma(a, a, total)
 
     def _weight(self, c, j, order):
         """w(j), a constant or a vector; None stands for 1."""
-        if c.slope is None:
+        if c.weight is None:
             return None
-        slope = 1.0 if c.slope == JUST_J else c.slope
+        slope = c.slope
         whole = 1.0 if c.weighted else 0.0
         j_late, j = (1.0, j.i) if isinstance(j, Late) else (0.0, j)
         k_late, k = (1.0, order.i) if isinstance(order, Late) else (0.0, order)
@@ -170,26 +175,17 @@ class Convolutions:
         for place in (place for places in sums for place in places):
             text.store(ZERO, place)
         first, end = (3, rows.half) if squares else (4, rows.shift)
-        shift, number, name = text.slot("i64"), text.slot("double"), rows.label("sum")
-        text.put(f"store i64 {first * text.lanes}, ptr {shift}")
+        number = text.slot("double")
         text.store(hexadecimal(float(first)), number, "double")
-        any_terms = text.new(f"icmp slt i64 {first * text.lanes}, {end}")
-        text.put(f"br i1 {any_terms}, label %{name}, label %{name}done")
-        text.label(name)
-        j = text.load(shift, "i64")
-        self._terms(some, sums, j, number)
-        following = text.new(f"add i64 {j}, {text.lanes}")
-        text.put(f"store i64 {following}, ptr {shift}")
-        more = text.new(f"icmp slt i64 {following}, {end}")
-        text.put(f"br i1 {more}, label %{name}, label %{name}done")
-        text.label(f"{name}done")
+        with text.each(end, first * text.lanes, text.lanes, always=False) as j:
+            self._terms(some, sums, j, number)
         return [[text.load(place) for place in places] for places in sums]
 
     def _terms(self, some, sums, j, number):
         """Add the products of one j to the sums of four orders."""
         text, rows, known = self.text, self.rows, {}
         back, x = text.new(f"sub i64 {rows.shift}, {j}"), None
-        if any(c.slope is not None for c in some):
+        if any(c.weight is not None for c in some):
             x = text.load(number, "double")
             text.store(text.new(f"fadd double {x}, {hexadecimal(1.0)}"), number, "double")
 
@@ -201,9 +197,9 @@ class Convolutions:
             return known[place]
 
         def factors(c):
-            if (c.a.key, c.slope) not in known:
-                known[c.a.key, c.slope] = self._factors(c, row(c.a, j, 0), x)
-            return known[c.a.key, c.slope]
+            if (c.a.key, c.weight) not in known:
+                known[c.a.key, c.weight] = self._factors(c, row(c.a, j, 0), x)
+            return known[c.a.key, c.weight]
 
         for c, places in zip(some, sums, strict=True):
             for i, place in enumerate(places):
@@ -216,7 +212,7 @@ class Convolutions:
     def _factors(self, c, a, j):
         """w(j) a[j] for each of the four orders."""
         text = self.text
-        if c.slope is None:
+        if c.weight is None:
             return [a] * BLOCK
         if not c.weighted:
             return [text.mul(a, text.splat(j, text.lanes))] * BLOCK

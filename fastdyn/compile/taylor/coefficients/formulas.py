@@ -3,13 +3,13 @@
 from ..recurrences.operations import Integral
 from .convolutions import Late
 from .places import n_kept
-from .values import Start
+from .values import Start, shallow_first
 
 SHUFFLED = 4  # up to so many source vectors, shuffles gather the lanes
 
 
 class Formulas:
-    """Emits the coefficients of the current order of `rows.Rows`."""
+    """Emits the coefficients of one order: of `rows.order`, for the vectors of a `rows.Rows`."""
 
     def __init__(self, rows):
         self.rows, self.text, self._start = rows, rows.text, _Start(rows, self)
@@ -43,10 +43,7 @@ class Formulas:
         room, lanes = self.rows.pointer(("kept", step.node.key)), self.text.lanes
         return [self.text.load(self.text.at(room, i * lanes)) for i in range(n_kept(step))]
 
-    def _gather(self, step, totals):
-        return self.gathered(step)
-
-    def gathered(self, step):
+    def _gather(self, step, totals=None):
         """A vector gathered from lanes of other vectors."""
         sources = {node.key: node for node, _ in step.lanes}
         if len(sources) > SHUFFLED or step.lanes[0][0].op == "slot":
@@ -79,13 +76,9 @@ class Formulas:
         parts = [(rows.factor(f), a) for f, a in step.terms]
         for _, a, b in step.products:
             parts += [(next(kept), x) for x in ((a,) if a is b else (b, a))]
-        for f, a in self._shallow_first(parts):
+        for f, a in shallow_first(rows.plan, parts):
             total = text.fma(f, rows.of(a), total)
         return total
-
-    def _shallow_first(self, parts):
-        """The parts in the order in which they become known."""
-        return sorted(parts, key=lambda part: self.rows.plan.level.get(part[1].key, 0))
 
     def _quotient(self, step, totals):
         rows = self.rows
@@ -137,7 +130,7 @@ class _Start(Start):
 
     def __init__(self, rows, formulas):
         super().__init__(None, rows.text, rows.factor, {}, {})
-        self._rows, self._gather = rows, formulas.gathered
+        self._rows, self._gather = rows, formulas._gather
 
     def of(self, node):
         rows = self._rows

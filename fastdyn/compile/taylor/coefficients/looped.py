@@ -67,11 +67,15 @@ def _label(places, step):
         places.constant(x) if factor else x.key in places.history for factor, x in _items(step)
     ]
     timed = step.node.key in places.timed
-    return shape(step), step.node.key in places.history, timed, tuple(given)
+    return shape(step, _is_factor), step.node.key in places.history, timed, tuple(given)
+
+
+def _is_factor(node):
+    return node.is_factor
 
 
 def _items(step):
-    return items(step, lambda node: node.is_factor)
+    return items(step, _is_factor)
 
 
 class _Loop:

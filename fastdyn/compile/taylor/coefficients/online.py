@@ -15,12 +15,13 @@ The loop over k stays a loop, in phases by the number of registers that the lane
 
 from typing import Any
 
-from ..recurrences.operations import Choice, Integral, Power, Quotient, Root, Sum, leaves
+from ..recurrences.listing import timed
+from ..recurrences.operations import Choice, Power, Quotient, Root, Sum
 from ..text.instructions import ZERO, hexadecimal
 from ..text.loops import Loops
 from .order import Order, Tables
 from .updates import Updates
-from .values import Start
+from .values import Start, shallow_first
 
 
 class Online:
@@ -59,7 +60,7 @@ class Online:
         self.lanes = max((order - 1) // 2, 1)
         self.registers = -(-self.lanes // width)
         self.n = len(plan.outputs)
-        self.chains = self._chains()
+        self.chains, self.timed = self._chains(), timed(plan)
         self.previous, self.slope = {}, {}
         self.updates = Updates(self)
 
@@ -73,15 +74,10 @@ class Online:
             and (rates[core.data][1] is None or rates[core.data][1].op != "y")
         }  # fmt: skip
 
-    def by_time(self, step):
-        """True if the argument of a function is linear in time: such a function needs no sum."""
-        degree = self.plan.degree
-        return isinstance(step, Integral) and [degree.get(a.key) for _, a, _ in step.parts] == [1]
-
     def begin(self, t, y):
         """Compute order 0 from the values of time and state."""
         plan = self.plan
-        known = {a.key: t if a.op == "t" else y[a.data] for a in self._leaves()}
+        known = {a.key: t if a.op == "t" else y[a.data] for a in self.plan.leaves().values()}
         start = Start(plan, self.text, self.invariant, known, self.kinks.sides())
         start.emit()
         self.kept = start.kept
@@ -102,8 +98,8 @@ class Online:
         """Compute the orders from 1 on, and store them in rows 1 to p."""
         self.previous = {
             g.key: self._zeroth[g.key]
-            for step in self.plan.steps if self.by_time(step)
-            for _, _, g in step.parts if g is not None
+            for step in self.plan.steps if step.node.key in self.timed
+            for _, _, g in step.parts
         }  # fmt: skip
         self._tables = Tables(self.text, self.scale, self.last + 1)
         self.leaf = self._first()
@@ -125,17 +121,6 @@ class Online:
             if core is not None and self.exact:
                 self._pace(f, 2 if i in self.chains.values() else 1)
         return found
-
-    def _leaves(self):
-        found = {}
-        for step in self.plan.steps:
-            for a in leaves(step):
-                found[a.key] = a
-        outputs = [core for _, core in self.plan.outputs]
-        for core in (*outputs, *self.plan.watched.values()):
-            if core is not None and core.op in ("t", "y"):
-                found[core.key] = core
-        return found.values()
 
     def _pace(self, f, ahead):
         """scale f, or scale^2 f, computed once, before the loops over orders."""
@@ -170,7 +155,7 @@ class Online:
     def add_order(self, order):
         """Compute the coefficients of one order, and add their products to the later sums."""
         plan, v = self.plan, {}
-        for a in self._leaves():
+        for a in self.plan.leaves().values():
             v[a.key] = self.leaf[a.data] if a.op == "y" else self.scale if order.first else None
             if a.op == "t":
                 self.slope[a.key] = self.scale
@@ -196,7 +181,7 @@ class Online:
             top, slope, minus = kept
             total = text.mul(total, minus)
             parts = [(slope, step.b)] + ([(top, step.a)] if step.a is not None else [])
-            for f, a in self._shallow_first(parts):
+            for f, a in shallow_first(self.plan, parts):
                 total = text.fma(f, v[a.key], total)
             return total
         if isinstance(step, Power):
@@ -205,8 +190,8 @@ class Online:
             return text.fma(v[step.a.key], kept[0], text.mul(total, kept[1]))
         if isinstance(step, Choice):
             a, b = (v.get(x.key) or ZERO for x in (step.a, step.b))
-            return text.new(f"select i1 {kept}, double {a}, double {b}")
-        if self.by_time(step):
+            return text.select(kept, a, b)
+        if step.node.key in self.timed:
             return self._value_of_time(step, v, order)
         total = text.mul(total, order.inverse)
         for slope, (_, a, _) in zip(kept, step.parts, strict=True):
@@ -217,7 +202,7 @@ class Online:
         parts = [(self.invariant(f), a) for f, a in step.terms]
         for (fa, fb), (_, a, b) in zip(self.kept[step.node.key], step.products, strict=True):
             parts += [(fa, b)] + ([(fb, a)] if fb is not None else [])
-        for f, a in self._shallow_first(parts):
+        for f, a in shallow_first(self.plan, parts):
             total = self.text.fma(f, v[a.key], total)
         return total
 
@@ -227,14 +212,8 @@ class Online:
         slope = self.slope[a.key]
         if order.first:
             return text.mul(slope, self.kept[step.node.key][0])
-        if g is None:
-            return None
         factor = text.mul(text.mul(self.invariant(f), slope), order.inverse)
         return text.mul(self.previous[g.key], factor)
-
-    def _shallow_first(self, parts):
-        """The parts in the order in which their operands become known."""
-        return sorted(parts, key=lambda part: self.plan.level.get(part[1].key, 0))
 
     def _next(self, v, order):
         """The next coefficients of the states, by index."""

@@ -32,7 +32,7 @@ class Rows:
     def __init__(self, plan, order, text, space, places):
         self.plan, self.text, self.space, self.places = plan, text, space, places
         self.parts, self.rates = plan.parts(places)
-        self.last, self.base, self.names, self.in_loop = order - 1, {}, 0, False
+        self.last, self.base, self.in_loop = order - 1, {}, False
         self.convolutions, self.formulas = Convolutions(self), Formulas(self)
 
     # -- addresses and values
@@ -81,10 +81,6 @@ class Rows:
         self.v[node.key, self.order] = value = self.text.given(value or ZERO)
         self.text.store(value, self.address(node, self.order))
 
-    def label(self, name):
-        self.names += 1
-        return f"{name}{self.names}"
-
     # -- all orders
 
     def begin(self, t, scale):
@@ -111,30 +107,23 @@ class Rows:
         self._blocks()
 
     def _blocks(self):
-        text, name = self.text, self.label("block")
-        k = text.slot("i64")
-        text.put(f"store i64 {BLOCK + 1}, ptr {k}")
-        text.put(f"br label %{name}")
-        text.label(name)
-        self.k, self.v, self._inverses = text.load(k, "i64"), {}, {}
-        self.shift = text.new(f"mul i64 {self.k}, {text.lanes}")
-        self.number = text.new(f"uitofp i64 {self.k} to double")
-        half = text.new(f"lshr i64 {text.new(f'add i64 {self.k}, 1')}, 1")
-        self.half = text.new(f"mul i64 {half}, {text.lanes}")
-        self.order, self.partial = Late(0), {}
-        self._block([step for part in self.parts if part.table is None for step in part.steps])
-        for part in self.parts:
-            if part.table is not None:
-                self.each(part, self._block)
-        for i in range(BLOCK):
-            self.order = Late(i)
-            self._all(self._late)
-            self._rates(Late(i + 1))
-        following = text.new(f"add i64 {self.k}, {BLOCK}")
-        text.put(f"store i64 {following}, ptr {k}")
-        more = text.new(f"icmp sle i64 {following}, {self.last}")
-        text.put(f"br i1 {more}, label %{name}, label %{name}done")
-        text.label(f"{name}done")
+        text = self.text
+        with text.each(self.last + 1, BLOCK + 1, BLOCK) as self.k:
+            self.v, self._inverses = {}, {}
+            self.shift = text.new(f"mul i64 {self.k}, {text.lanes}")
+            self.number = text.new(f"uitofp i64 {self.k} to double")
+            half = text.new(f"lshr i64 {text.new(f'add i64 {self.k}, 1')}, 1")
+            self.half = text.new(f"mul i64 {half}, {text.lanes}")
+            self.order, self.partial = Late(0), {}
+            in_line = [part.steps for part in self.parts if part.table is None]
+            self._block([step for steps in in_line for step in steps])
+            for part in self.parts:
+                if part.table is not None:
+                    self.each(part, self._block)
+            for i in range(BLOCK):
+                self.order = Late(i)
+                self._all(self._late)
+                self._rates(Late(i + 1))
 
     def _all(self, emit):
         for part in self.parts:

@@ -1,7 +1,10 @@
-"""The sums over earlier orders, updated after each order: see `online.py`."""
+"""The sums over earlier orders, updated after each order: see `online.py`.
 
-from ..recurrences.operations import Integral, Power, Quotient, Root, Sum
+`convolutions` in `convolutions.py` lists the sums.
+"""
+
 from ..text.instructions import ONE, hexadecimal
+from .convolutions import JUST_J, convolutions
 
 
 class Updates:
@@ -16,39 +19,17 @@ class Updates:
 
     def __init__(self, online):
         self.online, self.text, self.width = online, online.text, online.width
-        wanted = set()
-        for step in online.plan.steps:
-            wanted |= set(self._wanted(step))
-        self._squared, self.doubled = self._squares(), {}
+        self.wide = self.text.of(self.width)
+        timed = online.timed
+        self._all = [c for step in online.plan.steps for c in convolutions(step, timed)]
+        self._squared = [c.a.key for c in self._all if c.of_square]
+        self.doubled = {}
+        wanted = {("sum", c.key[0]) for c in self._all} | {x for c in self._all for x in _names(c)}
         self.state = {name: [None] * online.registers for name in sorted(wanted)}
-
-    def _squares(self):
-        """The keys of nodes whose square, or own square root, is a recurrence."""
-        steps = self.online.plan.steps
-        sums = [step for step in steps if isinstance(step, Sum)]
-        found = [a.key for step in sums for _, a, b in step.products if a is b]
-        return found + [step.node.key for step in steps if isinstance(step, Root)]
-
-    def _wanted(self, step):
-        key = step.node.key
-        if isinstance(step, Sum):
-            yield from (("c", x.key) for _, a, b in step.products for x in (a, b))
-            if step.products:
-                yield "sum", key
-        elif isinstance(step, Quotient):
-            yield from (("sum", key), ("c", key), ("c", step.b.key))
-        elif isinstance(step, Power):
-            yield from (("sum", key), ("c", key), ("c / c0", step.a.key))
-        elif isinstance(step, Root):
-            yield from (("sum", key), ("c", key))
-        elif isinstance(step, Integral) and not self.online.by_time(step):
-            for _, a, g in step.parts:
-                if g is not None:
-                    yield from (("sum", key), ("j c", a.key), ("c", g.key))
 
     def known(self):
         """The sums for the current order, by key."""
-        kind, found = f"<{self.width} x double>", {}
+        kind, found = self.wide.kind, {}
         for (what, key), registers in self.state.items():
             if what == "sum" and registers[0] is not None:
                 found[key] = self.text.new(f"extractelement {kind} {registers[0]}, i64 0")
@@ -63,53 +44,37 @@ class Updates:
             name[1]: self._shifted(registers)
             for name, registers in self.state.items() if name[0] == "sum"
         }  # fmt: skip
-        for step in self.online.plan.steps:
-            if step.node.key in self.sums:
-                getattr(self, f"_{type(step).__name__.lower()}")(step, before, after)
+        for c in self._all:
+            self._add_products(c, before, after)
         self.state |= after | {("sum", key): registers for key, registers in self.sums.items()}
 
-    # -- the products of each recurrence
+    def _add_products(self, c, before, after):
+        """Add the products of a Convolution that contain a coefficient of this order.
 
-    def _sum(self, step, before, after):
-        key = step.node.key
-        for f, a, b in step.products:
-            factor = self.online.invariant(f)
-            if a is b:
-                self._add(key, self._splat(a, factor), self._both(a.key, before, after))
-            else:
-                self._add(key, self._splat(a, factor), before["c", b.key])
-                self._add(key, self._splat(b, factor), after["c", a.key])
-
-    def _quotient(self, step, before, after):
-        key, b = step.node.key, step.b.key
-        self._add(key, self._splat(step.b), before["c", key])
-        self._add(key, self._splat(step.node), after["c", b])
-
-    def _root(self, step, before, after):
-        key = step.node.key
-        self._add(key, self._splat(step.node), self._both(key, before, after))
-
-    def _integral(self, step, before, after):
-        key = step.node.key
-        for f, a, g in step.parts:
-            if g is not None:
-                factor = self.online.invariant(f)
-                self._add(key, self._splat(a, factor, self.order.number), before["c", g.key])
-                self._add(key, self._splat(g, factor), after["j c", a.key])
-
-    def _power(self, step, before, after):
-        """Add (e k - i) / (k + i) c[i] a[k] / a0 and (e i - k) / (k + i) a[i] c[k] / a0."""
-        key, (inverse, _) = step.node.key, self.online.kept[step.node.key]
-        of_c, of_a = self._weighted(step.exponent)
-        c, a = before["c", key], after["c / c0", step.a.key]
-        self._add(key, self._splat(step.a, inverse), self._weigh(c, of_c))
-        self._add(key, self._splat(step.node), self._weigh(a, of_a))
+        With this order k, the sum of order k + i gets the products w(k) a[k] b[i] and
+        w(i) a[i] b[k].  For a Power with the exponent e, these are, divided by (k + i) a0,
+        (e k - i) a[k] c[i] and (e i - k) a[i] c[k].
+        """
+        key, (a, b), of_a = c.key[0], _names(c), []
+        factors = [] if c.factor is None else [self.online.invariant(c.factor)]
+        weights_of_b = weights_of_a = None
+        if c.of_square:
+            self._add(key, self._splat(c.a, *factors), self._both(c.a.key, before, after))
+            return
+        if c.weight == JUST_J:
+            of_a = [self.order.number]
+        elif c.weighted:
+            of_a = [self.online.kept[key][0]]
+            weights_of_b, weights_of_a = self._weighted(c.weight)
+        first = self._splat(c.a, *factors, *of_a)
+        self._add(key, first, self._weigh(before[b], weights_of_b))
+        self._add(key, self._splat(c.b, *factors), self._weigh(after[a], weights_of_a))
 
     # -- vectors
 
     def _shifted(self, registers):
         """The sums, shifted by one lane."""
-        kind, found = f"<{self.width} x double>", []
+        kind, found = self.wide.kind, []
         lanes = ", ".join(f"i32 {i + 1}" for i in range(self.width))
         for r in range(len(registers)):
             above = registers[r + 1] if r + 1 < len(registers) else None
@@ -134,21 +99,18 @@ class Updates:
         else:
             new = self._splat(node, self._inverse_of(key))
         r = self.order.here - 1
-        kind, old = f"<{self.width} x double>", registers[r] or "zeroinitializer"
         if self.order.first:
             lanes = ", ".join(f"i1 {'true' if j == 0 else 'false'}" for j in range(self.width))
             mask = f"<{lanes}>"
         else:
             mask = self.order.mask
-        bits = f"<{self.width} x i1>"
-        chosen = self.text.new(f"select {bits} {mask}, {kind} {new}, {kind} {old}")
+        chosen = self.wide.select(mask, new, registers[r] or "zeroinitializer")
         return [*registers[:r], chosen, *registers[r + 1 :]]
 
     def _inverse_of(self, key):
-        for step in self.online.plan.steps:
-            if isinstance(step, Power) and step.a.key == key:
-                return self.online.kept[step.node.key][0]
-        raise KeyError(key)
+        """1 / a0 of the base a of a Power."""
+        power = next(c.key[0] for c in self._all if c.weighted and c.a.key == key)
+        return self.online.kept[power][0]
 
     def _splat(self, node, *factors):
         """A register with c[k] times factors in all lanes; None stands for zero."""
@@ -172,20 +134,16 @@ class Updates:
         return self._sums(before["c", key], after["c", key])
 
     def _sums(self, before, after):
-        kind = f"<{self.width} x double>"
-        return [
-            b if a is None else b and self.text.new(f"fadd {kind} {a}, {b}")
-            for a, b in zip(before, after, strict=True)
-        ]
+        return [self.wide.add(a, b) for a, b in zip(before, after, strict=True)]
 
     def _weigh(self, registers, weights):
-        """Registers times weights, divided by the divisor if there is one."""
-        kind, found = f"<{self.width} x double>", []
+        """Registers times weights, divided by the divisors; None stands for 1."""
+        if weights is None:
+            return registers
+        found = []
         for x, (weight, divisor) in zip(registers, weights, strict=False):
-            if x is not None:
-                x = self.text.new(f"fmul {kind} {weight}, {x}")
-                x = x if divisor is None else self.text.new(f"fdiv {kind} {x}, {divisor}")
-            found.append(x)
+            x = self.wide.mul(weight, x)
+            found.append(x if divisor is None else self.wide.div(x, divisor))
         return found
 
     def _add(self, key, factor, registers):
@@ -195,10 +153,10 @@ class Updates:
         sums = self.sums[key]
         for r, x in enumerate(registers[: self.order.here]):
             if x is not None:
-                sums[r] = self.text.vector_fma(factor, x, sums[r], self.width)
+                sums[r] = self.wide.fma(factor, x, sums[r])
 
     def _weighted(self, exponent):
-        """The weights of `_power`, register by register, and the divisors."""
+        """The weights of a Power's two products, register by register, with their divisors."""
         if exponent not in self._weights:
             self._weights[exponent] = list(
                 zip(*[self._weights_of(exponent, r) for r in range(self.order.here)], strict=True)
@@ -206,17 +164,23 @@ class Updates:
         return self._weights[exponent]
 
     def _weights_of(self, exponent, r):
-        text, order, width = self.text, self.order, self.width
-        kind, lanes = f"<{width} x double>", range(r * width + 1, (r + 1) * width + 1)
+        text, wide, order, width = self.text, self.wide, self.order, self.width
+        lanes = range(r * width + 1, (r + 1) * width + 1)
         i, e_i = (
             "<" + ", ".join(f"double {hexadecimal(f * j)}" for j in lanes) + ">"
             for f in (1.0, exponent)
         )
         k = text.splat(order.number, width)
         e_k = text.splat(text.mul(hexadecimal(exponent), order.number), width)
-        weights = [text.new(f"fsub {kind} {a}, {b}") for a, b in ((e_k, i), (e_i, k))]
+        weights = [wide.sub(a, b) for a, b in ((e_k, i), (e_i, k))]
         place = text.new(f"add i64 {order.k}, {r * width + 1}")
-        below = text.load(text.at(order.numbers if order.exact else order.inverses, place), kind)
+        below = wide.load(text.at(order.numbers if order.exact else order.inverses, place))
         if order.exact:
             return [(weight, below) for weight in weights]
-        return [(text.new(f"fmul {kind} {weight}, {below}"), None) for weight in weights]
+        return [(wide.mul(weight, below), None) for weight in weights]
+
+
+def _names(c):
+    """The names of the coefficients of a and of b of a Convolution, in `Updates.state`."""
+    of_a = "j c" if c.weight == JUST_J else "c / c0" if c.weighted else "c"
+    return (of_a, c.a.key), ("c", c.b.key)

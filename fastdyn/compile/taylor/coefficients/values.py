@@ -120,7 +120,7 @@ class Start:
         truth = self.truth(step.condition)
         self.kept[step.node.key] = truth
         a, b = (self.of(x) or ZERO for x in (step.a, step.b))
-        return self.text.new(f"select i1 {truth}, double {a}, double {b}")
+        return self.text.select(truth, a, b)
 
     def truth(self, node):
         """The truth of a condition at the start of the step."""
@@ -133,18 +133,23 @@ class Start:
         if self.plan.rewrite.is_invariant(node):
             if node.op == "const":
                 return "true" if node.data else "false"
-            return t.new(f"fcmp une double {self.invariant(node)}, {ZERO}")
+            return t.compare("une", self.invariant(node), ZERO)
         if node.op in SIGNS:
             f, core = self.plan.switch[node.key]
             difference = self.invariant(f) if core is None else self.difference(f, core)
-            return t.new(f"fcmp {SIGNS[node.op]} double {difference}, {ZERO}")
+            return t.compare(SIGNS[node.op], difference, ZERO)
         args = [self.truth(a) for a in node.args]
         if node.op == "not":
-            return t.new(f"xor i1 {args[0]}, true")
-        return t.new(f"{node.op} i1 {args[0]}, {args[1]}")
+            return t.truths("xor", args[0], "true")
+        return t.truths(node.op, *args)
 
     def difference(self, f, core):
         """The difference of a comparison's sides; if zero, the sign just behind the start."""
         t, f = self.text, self.invariant(f)
         value, after = t.mul(f, self.of(core)), t.mul(f, self.sides[core.key])
         return t.select(t.compare("oeq", value, ZERO), after, value)
+
+
+def shallow_first(plan, parts):
+    """The parts, pairs (factor, node), in the order in which their nodes become known."""
+    return sorted(parts, key=lambda part: plan.level.get(part[1].key, 0))

@@ -1,8 +1,10 @@
-"""Recurrences as lists of nodes, and back."""
+"""The nodes of a recurrence as a list, and a recurrence with other nodes."""
 
 from typing import Any, NamedTuple
 
-from .operations import Integral, Power, Quotient, Root, Sum
+from .operations import Integral
+
+NO_OPERANDS = frozenset(("node", "exponent", "name", "condition"))
 
 
 class Gather(NamedTuple):
@@ -21,66 +23,47 @@ class Rate(NamedTuple):
     constant: Any
 
 
-def items(step, invariant=lambda node: False):
-    """The operands of a step as (whether the operand is a factor, node)."""
-    if isinstance(step, Sum):
-        found = [] if step.constant is None else [(True, step.constant)]
-        found += [each for f, a in step.terms for each in ((True, f), (False, a))]
-        for f, a, b in step.products:
-            found += [(True, f), (False, a), (False, b)]
-        return found
-    if isinstance(step, Quotient):
-        found = [(True, step.factor), (False, step.b)]
-        return found if step.a is None else [*found, (False, step.a)]
-    if isinstance(step, Power):
-        return [(True, step.factor), (False, step.a)]
-    if isinstance(step, Root):
-        return [(False, step.a)]
-    if isinstance(step, Rate):
-        given = (True, step.factor), (False, step.core), (True, step.constant)
-        return [each for each in given if each[1] is not None]
-    found = [(invariant(a), a) for a in step.arguments]
-    for f, a, g in step.parts:
-        found += [(True, f), (False, a)] + ([] if g is None else [(False, g)])
+def nodes(step):
+    """The operands and invariants of a step."""
+    found = []
+    _replaced(step, found.append)
     return found
+
+
+def items(step, invariant):
+    """The operands and invariants of a step as (whether the node is invariant, node)."""
+    return [(invariant(node), node) for node in nodes(step)]
+
+
+def timed(plan):
+    """The keys of functions whose argument is linear in time: such functions need no sum."""
+    found = [step for step in plan.steps if isinstance(step, Integral) and len(step.parts) == 1]
+    return {
+        step.node.key
+        for step in found
+        for _, a, g in step.parts if g is not None and plan.degree.get(a.key) == 1
+    }  # fmt: skip
 
 
 def rebuilt(step, node, given):
     """A step with the formula of another step, for a new node and new operands."""
     left = iter(given)
-    if isinstance(step, Sum):
-        constant = None if step.constant is None else next(left)
-        terms = [(next(left), next(left)) for _ in step.terms]
-        products = [(next(left), next(left), next(left)) for _ in step.products]
-        return Sum(node, constant, terms, products)
-    if isinstance(step, Quotient):
-        factor, b = next(left), next(left)
-        return Quotient(node, factor, None if step.a is None else next(left), b)
-    if isinstance(step, Power):
-        return Power(node, next(left), next(left), step.exponent)
-    if isinstance(step, Root):
-        return Root(node, next(left))
-    if isinstance(step, Rate):
-        fields = step.factor, step.core, step.constant
-        return Rate(node, *[None if x is None else next(left) for x in fields])
-    arguments = [next(left) for _ in step.arguments]
-    parts = [(next(left), next(left), None if g is None else next(left)) for _, _, g in step.parts]
-    return Integral(node, step.name, arguments, parts)
+    return _replaced(step, lambda _: next(left))._replace(node=node)
 
 
-def shape(step, invariant=lambda node: False):
+def shape(step, invariant):
     """The formula of a step without its nodes, as a key."""
-    kind = type(step).__name__
-    if isinstance(step, Sum):
-        squares = tuple([a is b for _, a, b in step.products])
-        return kind, step.constant is None, len(step.terms), squares
-    if isinstance(step, Quotient):
-        return kind, step.a is None
-    if isinstance(step, Power):
-        return kind, step.exponent
-    if isinstance(step, Rate):
-        return kind, step.factor is None, step.core is None, step.constant is None
-    if isinstance(step, Integral):
-        fixed = tuple([invariant(a) for a in step.arguments])
-        return kind, step.name, fixed, tuple([g is None for _, _, g in step.parts])
-    return (kind,)
+    squares = tuple([a is b for _, a, b in getattr(step, "products", ())])
+    return squares, repr(_replaced(step, invariant)._replace(node=None))
+
+
+def _replaced(step, new):
+    """A copy of a step with ``new(x)`` in place of each operand and invariant x."""
+
+    def of(value):
+        if type(value) in (list, tuple):
+            return type(value)([of(x) for x in value])
+        return None if value is None else new(value)
+
+    fields = [name for name in step._fields if name not in NO_OPERANDS]
+    return step._replace(**{name: of(getattr(step, name)) for name in fields})

@@ -31,8 +31,8 @@ class Quotient(NamedTuple):
 
     node: Any
     factor: Any
-    a: Any
     b: Any
+    a: Any
 
 
 class Power(NamedTuple):
@@ -67,22 +67,3 @@ class Choice(NamedTuple):
     condition: Any
     a: Any
     b: Any
-
-
-def leaves(step):
-    """The nodes of state and time that a step needs at order 0."""
-    found = operands(step)
-    if isinstance(step, Integral):
-        found = [*step.arguments, *found, *[g for _, _, g in step.parts if g is not None]]
-    return [a for a in found if a.op in ("t", "y")]
-
-
-def operands(step):
-    """The varying operands of a step whose coefficients of order k give the step's c[k]."""
-    if isinstance(step, Sum):
-        return [a for _, a in step.terms] + [x for _, a, b in step.products for x in (a, b)]
-    if isinstance(step, Quotient):
-        return [step.b] if step.a is None else [step.a, step.b]
-    if isinstance(step, Integral):
-        return [a for _, a, _ in step.parts]
-    return [step.a] if isinstance(step, Power | Root) else [step.a, step.b]

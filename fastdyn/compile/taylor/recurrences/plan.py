@@ -7,7 +7,8 @@ from fastdyn.trace.graph.refusal import refused_as
 
 from . import deceptive
 from .factors import Scaled, share_factors
-from .operations import Choice, Integral, Power, Quotient, Root, Sum, operands
+from .listing import items, nodes
+from .operations import Choice, Integral, Power, Quotient, Root, Sum
 from .rewrite import NotSmooth, Rewriter
 
 SUMS = frozenset(("add", "sub", "mul"))
@@ -54,7 +55,7 @@ class Plan:
         self.graph, self.rewrite = graph, Rewriter(graph)
         graph.most = math.inf  # the size of this function has been accepted
         self.one, self.scaled = graph.const(1.0), Scaled(self.rewrite)
-        self._known, self.uses = {}, Counter()
+        self.uses: Counter = Counter()
         self.switch: dict = {}
         roots = [self.scaled(self.rewrite(node)) for node in outputs]
         self.raising = self.rewrite(raising)
@@ -77,6 +78,10 @@ class Plan:
             for s in self.steps
         )  # fmt: skip
 
+    def is_smooth(self):
+        """True if no condition, of varying numbers or of invariants, selects between formulas."""
+        return not self.signed and not any(isinstance(step, Choice) for step in self.steps)
+
     def raises(self):
         """True if the function may raise."""
         return self.raising is not self.graph.false
@@ -91,20 +96,14 @@ class Plan:
         if core.op == "select":
             args = [*core.args[1:], *[self.switch[c.key][1] for c in self._compared(core.args[0])]]
             return [a for a in args if a is not None and not self.rewrite.is_invariant(a)]
-        if core.op == "div":
-            return [a for _, a in map(self.scaled, core.args) if a is not None]
         if core.op in ("call", "sqrt", "power"):
             return [a for a in core.args if not self.rewrite.is_invariant(a)]
         return [a for _, a in map(self.scaled, core.args) if a is not None]
 
     def _slopes(self, core):
         """(f, argument, g) for each argument of a function; g is None for an invariant slope."""
-        known = self._known.get(("slopes", core.key))
-        if known is None:
-            found = [(a, *self.scaled(g)) for a, g in self.rewrite.slopes(core)]
-            known = [(f, a, g) for a, f, g in found if not self.rewrite.is_invariant(a)]
-            self._known["slopes", core.key] = known
-        return known
+        found = [(a, *self.scaled(g)) for a, g in self.rewrite.slopes(core)]
+        return [(f, a, g) for a, f, g in found if not self.rewrite.is_invariant(a)]
 
     def _compared(self, condition):
         """The comparisons in a condition; each gets an entry in `switch`."""
@@ -180,7 +179,7 @@ class Plan:
     def _step(self, core):
         if core.op == "div":
             (f, a), (h, b) = map(self.scaled, core.args)
-            return Quotient(core, self.graph.div(f, h), a, b)
+            return Quotient(core, self.graph.div(f, h), b, a)
         if core.op == "power":
             return Power(core, self.one, core.args[0], core.data)
         if core.op == "sqrt":
@@ -206,11 +205,20 @@ class Plan:
         whole = core is not None and core.op in SUMS and self.uses[core.key] == 1
         return (self.one, core) if whole else (factor, core)
 
+    def leaves(self):
+        """The nodes of state and time that order 0 needs, by key."""
+        found = [x for step in self.steps for x in nodes(step)]
+        found += [core for _, core in self.outputs if core is not None]
+        found += self.watched.values()
+        return {x.key: x for x in found if x.op in ("t", "y")}
+
     def _levels(self):
         """The level of each node, and its degree in time if the degree is 0 or 1."""
         level, degree = {}, {}
         for step in self.steps:
-            needs = operands(step)
+            needs = [x for known, x in items(step, self.rewrite.is_invariant) if not known]
+            if isinstance(step, Integral):  # c[k] needs no g[k]
+                needs = [a for _, a, _ in step.parts]
             for a in needs:
                 if a.op in ("t", "y"):
                     level[a.key], degree[a.key] = 0, 1 if a.op == "t" else None
@@ -225,16 +233,8 @@ class Plan:
         found = [f for f, _ in (*self.outputs, *self.switch.values())]
         found += [c for c in self._conditions() if self.rewrite.is_invariant(c)]
         for step in self.steps:
-            if isinstance(step, Sum):
-                found += [step.constant, *[f for f, *_ in step.terms + step.products]]
-            elif isinstance(step, Quotient | Power):
-                found.append(step.factor)
-            elif isinstance(step, Integral):
-                found += [f for f, _, _ in step.parts]
-                found += [a for a in step.arguments if self.rewrite.is_invariant(a)]
-            elif isinstance(step, Choice):
-                found += [a for a in (step.a, step.b) if self.rewrite.is_invariant(a)]
-        return {f.key: f for f in found if f is not None and f.op != "const"}
+            found += [x for known, x in items(step, self.rewrite.is_invariant) if known]
+        return {f.key: f for f in found if f.op != "const"}
 
     def _conditions(self):
         """All parts of all conditions, down to invariant parts."""

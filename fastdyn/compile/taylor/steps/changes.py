@@ -38,15 +38,6 @@ class _Function(Text):
         self.put(f"store i64 {k}, ptr {self.k}")
         self.jump(self.new(f"icmp sge i64 {k}, {least}"), label, f"{label}_done")
 
-    def absolute(self, x):
-        return self.call("llvm.fabs.f64", "double", x)
-
-    def compare(self, sign, a, b):
-        return self.new(f"fcmp {sign} double {a}, {b}")
-
-    def pick(self, condition, a, b):
-        return self.new(f"select i1 {condition}, double {a}, double {b}")
-
 
 class FirstSign(_Function):
     """The sign of the first coefficient that is not zero; 0 if all are zero."""
@@ -55,8 +46,8 @@ class FirstSign(_Function):
         sign = self.slot("double")
         self.store(ZERO, sign)
         c = self.coefficient(self.begin("each"))
-        negative = self.pick(self.compare("olt", c, ZERO), MINUS, self.load(sign))
-        self.store(self.pick(self.compare("ogt", c, ZERO), ONE, negative), sign)
+        negative = self.select(self.compare("olt", c, ZERO), MINUS, self.load(sign))
+        self.store(self.select(self.compare("ogt", c, ZERO), ONE, negative), sign)
         self.end("each", 0)
         self.put(f"ret double {self.load(sign)}")
         return self.function(f"internal double @{FIRST_SIGN}(ptr %c, i64 %stride, i64 %order)")
@@ -72,14 +63,16 @@ class NotFar(_Function):
         at, left, total = self.slot("double"), self.slot("i64"), self.slot("double")
         self.store("%end", at)
         self.put(f"store i64 {ROUNDS}, ptr {left}")
-        first = self.mul("%share", self.absolute(self.coefficient(0)))
-        allowed = self.pick(self.compare("ogt", first, "%width"), first, "%width")
+        first = self.mul("%share", self.intrinsic("fabs", self.coefficient(0)))
+        allowed = self.select(self.compare("ogt", first, "%width"), first, "%width")
         self.put("br label %round")
         self.label("round")
         self.store(ZERO, total)
-        x = self.absolute(self.load(at))
+        x = self.intrinsic("fabs", self.load(at))
         k = self.begin("sum")
-        self.store(self.fma(self.load(total), x, self.absolute(self.coefficient(k))), total)
+        self.store(
+            self.fma(self.load(total), x, self.intrinsic("fabs", self.coefficient(k))), total
+        )
         self.end("sum", 1)
         near = self.compare("ole", self.mul(self.load(total), x), allowed)
         self.jump(near, "found", "far")
@@ -104,16 +97,16 @@ class FirstChange(_Function):
     """
 
     def body(self, order):
-        x = self.absolute("%end")
-        direction = self.pick(self.compare("olt", "%end", ZERO), MINUS, ONE)
+        x = self.intrinsic("fabs", "%end")
+        direction = self.select(self.compare("olt", "%end", ZERO), MINUS, ONE)
         c, slope, bend = (self.coefficient(k) for k in range(3))
-        rest, sizes = self._rest(x, order), [self.absolute(v) for v in (bend, slope, c)]
+        rest, sizes = self._rest(x, order), [self.intrinsic("fabs", v) for v in (bend, slope, c)]
         total = self.fma(self.fma(sizes[0], x, sizes[1]), x, self.add(sizes[2], rest))
         tiny = self.mul("%share", self.fma(hexadecimal(TAIL), self._tail(x, order), total))
         inside = self.compare("olt", c, tiny)
-        shift = self.pick(inside, self.mul(hexadecimal(4.0), tiny), tiny)
+        shift = self.select(inside, self.mul(hexadecimal(4.0), tiny), tiny)
         q = self.sub(c, shift)
-        side = self.pick(self.compare("olt", q, ZERO), MINUS, ONE)
+        side = self.select(self.compare("olt", q, ZERO), MINUS, ONE)
         least = self._least(x, *[self.mul(side, v) for v in (q, self.mul(direction, slope), bend)])
         none = self.compare("oeq", total, ZERO)  # the polynomial is zero
         far = self.new(f"or i1 {none}, {self.compare('ogt', least, rest)}")
@@ -121,7 +114,7 @@ class FirstChange(_Function):
         bound = self._bound(x)
         sign = self.new(f"call double @{FIRST_SIGN}(ptr %c, i64 %stride, i64 %order)")
         negative = self.compare("olt", q, ZERO)
-        sign = self.pick(negative, MINUS, self.pick(self.compare("ogt", q, ZERO), ONE, sign))
+        sign = self.select(negative, MINUS, self.select(self.compare("ogt", q, ZERO), ONE, sign))
         self._march(x, shift, sign, direction, bound)
         self.label("none")
         self.put("ret double %end")
@@ -137,7 +130,7 @@ class FirstChange(_Function):
         for first in range(FIRST_TERMS, FIRST_TERMS + CHAINS):
             part = None
             for k in range(order - (order - first) % CHAINS, FIRST_TERMS - 1, -CHAINS):
-                c = self.absolute(self.coefficient(k))
+                c = self.intrinsic("fabs", self.coefficient(k))
                 part = c if part is None else self.fma(part, powers[CHAINS], c)
             total = self.fma(part, powers[first], total)
         return total
@@ -145,7 +138,7 @@ class FirstChange(_Function):
     def _tail(self, x, order):
         """The size of the last two terms, an estimate of the remainder."""
         power = self.power(x, order - 1)
-        last = [self.absolute(self.coefficient(k)) for k in (order, order - 1)]
+        last = [self.intrinsic("fabs", self.coefficient(k)) for k in (order, order - 1)]
         return self.mul(power, self.fma(last[0], x, last[1]))
 
     def _least(self, x, q, p, m):
@@ -155,20 +148,20 @@ class FirstChange(_Function):
         vertex = self.sub(q, self.div(self.mul(p, p), square))
         falls = self.compare("olt", p, ZERO)
         rises = self.compare("ogt", self.fma(self.mul(hexadecimal(2.0), m), x, p), ZERO)
-        least = self.pick(self.new(f"and i1 {falls}, {rises}"), vertex, q)
-        return self.pick(self.compare("olt", end, least), end, least)
+        least = self.select(self.new(f"and i1 {falls}, {rises}"), vertex, q)
+        return self.select(self.compare("olt", end, least), end, least)
 
     def _bound(self, x):
         """A bound of the second derivative."""
         bound = self.slot("double")
         self.store(ZERO, bound)
         k = self.begin("sum")
-        c, n = self.absolute(self.coefficient(k)), self.new(f"sitofp i64 {k} to double")
+        c, n = self.intrinsic("fabs", self.coefficient(k)), self.new(f"sitofp i64 {k} to double")
         second = self.mul(self.mul(n, self.sub(n, ONE)), c)
         self.store(self.fma(self.load(bound), x, second), bound)
         self.end("sum", 2)
         bound, least = self.load(bound), hexadecimal(LEAST_BOUND)
-        return self.pick(self.compare("ogt", bound, least), bound, least)
+        return self.select(self.compare("ogt", bound, least), bound, least)
 
     def _march(self, x, shift, sign, direction, bound):
         at, left = self.slot("double"), self.slot("i64")
@@ -183,17 +176,17 @@ class FirstChange(_Function):
             f"and i1 {self.compare('olt', q, ZERO)}, {self.compare('ogt', begun, ZERO)}"
         )
         self.jump(changed, "found", "goes_on")
-        q = self.pick(self.compare("olt", q, ZERO), ZERO, q)
+        q = self.select(self.compare("olt", q, ZERO), ZERO, q)
         twice = hexadecimal(2.0)
         root = self.fma(p, p, self.mul(self.mul(twice, bound), q))
-        root = self.call("llvm.sqrt.f64", "double", root)
-        s = self.pick(
+        root = self.intrinsic("sqrt", root)
+        s = self.select(
             self.compare("olt", p, ZERO),
             self.div(self.mul(twice, q), self.sub(root, p)),
             self.div(self.add(root, p), bound),
         )
         least = self.fma(begun, hexadecimal(BEYOND), "%least")
-        later = self.add(begun, self.pick(self.compare("ogt", s, least), s, least))
+        later = self.add(begun, self.select(self.compare("ogt", s, least), s, least))
         self.store(later, at)
         self.jump(self.compare("oge", later, x), "none", "inside")
         rounds = self.new(f"add i64 {self.load(left, 'i64')}, -1")

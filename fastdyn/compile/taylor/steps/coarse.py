@@ -5,14 +5,13 @@ and at the zero there is no series.  If the rest would take more than 1 / SHARE 
 along the tangent instead, as far as the slope stays constant within the tolerance.
 """
 
-from ..text.instructions import ONE, ZERO, hexadecimal
+from ..text.instructions import INFINITE, ONE, ZERO, hexadecimal
 from .pace import longest, unit_of
 from .proof import DOUBT
 
 SHARE = 2.0**-30  # of the time behind or ahead: a shorter step of the series is hopeless
 MOST = 2.0**-10  # of the time behind or ahead: the longest tangent step, which detects no kinks
 GAIN = 4.0  # least ratio of the tangent step to the step of the series
-INFINITE = hexadecimal(float("inf"))
 # The values of a step along the series or along the tangent.
 VARIABLES = "signed", "later", "length", "ends", "cut", "finer", "reached"
 FINER = 4.0  # ratio of the tolerance to the allowed error of the slope

@@ -72,15 +72,14 @@ class Kinks:
             if key not in self._side:
                 continue
             place = self._side[key]
-            zero = text.new(f"fcmp oeq double {text.load(text.at(self._rows, i))}, {ZERO}")
-            unknown = text.new(f"fcmp oeq double {text.load(place)}, {ZERO}")
-            first = text.new(f"and i1 {zero}, {unknown}")
+            zero = text.compare("oeq", text.load(text.at(self._rows, i)), ZERO)
+            unknown = text.compare("oeq", text.load(place), ZERO)
+            first = text.truths("and", zero, unknown)
             sign = self._call(FIRST_SIGN, text.at(self._rows, i))
-            known = text.new(f"fcmp une double {sign}, {ZERO}")
-            changed = text.new(f"and i1 {first}, {known}")
-            side = text.new(f"select i1 {changed}, double {sign}, double {text.load(place)}")
-            text.store(side, place)
-            again = text.new(f"or i1 {again}, {changed}")
+            known = text.compare("une", sign, ZERO)
+            changed = text.truths("and", first, known)
+            text.store(text.select(changed, sign, text.load(place)), place)
+            again = text.truths("or", again, changed)
         return again
 
     def limited(self, x, t, scale):

@@ -32,10 +32,6 @@ class Pace(NamedTuple):
         The time after the step.
     ends
         Whether the step ends at t_end.
-    wild
-        Whether the series is not finite.
-    shorter, short
-        The next unit of time of a wild series, and whether the unit is too short.
     stuck
         Whether the step does not change the time.
     """
@@ -44,9 +40,6 @@ class Pace(NamedTuple):
     signed: Any
     t: Any
     ends: Any
-    wild: Any
-    shorter: Any
-    short: Any
     stuck: Any
 
 
@@ -67,7 +60,10 @@ def longest(text, t, t_start, h_first, h_max):
 
 
 def wildness(text, t, size, scale):
-    """(wild, shorter, short) of a `Pace`."""
+    """(wild, shorter, short): whether the series is not finite; what to do then.
+
+    The next unit of time is `shorter`; the unit is too short if `short`.
+    """
     wild = text.compare("uno", text.sub(size, size), ZERO)
     shorter = text.mul(scale, hexadecimal(SHRINK))
     least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", t))
@@ -78,11 +74,9 @@ def wildness(text, t, size, scale):
 def chosen(text, clock, x, size, scale, limited=None):
     """The Pace of a step whose terms allow the length x, in units of `scale`.
 
-    `size`, the size of these terms, is finite if the series is.  ``limited(x)``, for one trajectory
-    only, returns the signed length x or a shorter one.  A caller that gives `limited` has excluded
-    a `wild` step.
+    `size` is the size of these terms.  ``limited(x)``, for one trajectory only, returns the signed
+    length x or a shorter length.
     """
-    wild, shorter, short = wildness(text, clock.t, size, scale)
     longest = text.mul(clock.longest, hexadecimal(BLIND))
     longest = text.select(text.compare("oeq", size, ZERO), longest, clock.longest)
     longest = text.smaller(text.mul(scale, hexadecimal(GROWTH)), longest)
@@ -95,4 +89,4 @@ def chosen(text, clock, x, size, scale, limited=None):
     later = text.select(ends, clock.t_end, text.fma(h, clock.direction, clock.t))
     signed = text.sub(later, clock.t)  # exact, so that the time after the step is exact
     stuck = text.compare("oeq", later, clock.t)
-    return Pace(h, signed, later, ends, wild, shorter, short, stuck)
+    return Pace(h, signed, later, ends, stuck)

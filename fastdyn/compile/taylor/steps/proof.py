@@ -15,7 +15,6 @@ from .step import powers_of, sum_of
 DOUBT = 40.0  # allowed error of the slope over the step, in units of order x tolerance
 WITHIN = 0.4375  # place of the inner evaluation, as a share of the step
 SHORTER = 0.25  # share of a step that is not proved
-INFINITE = hexadecimal(float("inf"))
 
 
 def slope_of(text, coefficients, powers):

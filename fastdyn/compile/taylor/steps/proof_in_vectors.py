@@ -5,7 +5,7 @@ from fastdyn.kernels.state.record import STAGE
 from ..text.frame import raised_word
 from ..text.instructions import ONE, ZERO, hexadecimal
 from .proof import WITHIN, allowed_share, back_to_start, slope_of, slope_off
-from .step import end, powers_of
+from .step import across, end, powers_of
 
 
 def unproved(driver, pace):
@@ -56,8 +56,8 @@ def differ(driver, given, predicted):
         for place, join in zip(places, (wide.larger, wide.add), strict=True):
             wide.store(join(far, wide.load(place)), place)
     largest, total = (wide.load(place) for place in places)
-    far = text.mul(driver.across(largest, text.larger), pending)
-    total = driver.across(total, text.add)  # NaN if a component is NaN
+    far = text.mul(across(wide, largest, text.larger), pending)
+    total = across(wide, total, text.add)  # NaN if a component is NaN
     off = text.truths("or", text.compare("uge", far, ONE), text.compare("uno", total, total))
     return text.truths("and", off, text.compare("ogt", pending, ZERO))
 

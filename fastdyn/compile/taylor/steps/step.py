@@ -87,9 +87,7 @@ class Step:
                 c = wide.intrinsic("fabs", c)
                 total = c if total is None else wide.fma(total, at, c)
             found.append(wide.mul(total, wide.load(wide.at(weights, first))))
-        whole = joined(found, wide.add)
-        each = [text.new(f"extractelement {wide.kind} {whole}, i64 {i}") for i in range(wide.lanes)]
-        return text.mul(joined(each, text.add), share)
+        return text.mul(across(wide, joined(found, wide.add), text.add), share)
 
     def _norms(self, orders, weights):
         """The largest terms of some orders, and the sum of all terms, in units of the tolerance."""
@@ -144,6 +142,12 @@ def joined(terms, join):
         pairs = zip(terms[::2], terms[1::2], strict=False)
         terms = [join(a, b) for a, b in pairs] + terms[len(terms) & ~1 :]
     return terms[0]
+
+
+def across(wide, vector, join):
+    """The lanes of a vector joined to one number."""
+    lanes = range(wide.lanes)
+    return joined([wide.new(f"extractelement {wide.kind} {vector}, i64 {i}") for i in lanes], join)
 
 
 def length(text, norms, allowance, tolerance):

@@ -5,7 +5,7 @@ from typing import Any
 from fastdyn.kernels.state.record import FINISHED, RUNNING, STATE
 
 from ...function_convention import call_as_text, raised_word_as_text
-from .instructions import ZERO
+from .instructions import ZERO, hexadecimal
 
 AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
 FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first")
@@ -47,9 +47,16 @@ def read_words(text, words):
         text.put(f"%{name} = load {kind}, ptr %at_{name}")
 
 
-def fields(text):
-    """Load the fields of the record, by name."""
-    return {name: text.load(text.at("%state", AT[name])) for name in FIELDS}
+def invariants(text, invariants):
+    """A function ``invariant(node)``, the value of a constant or of one of the `invariants`.
+
+    `invariants` is as in `Plan`.
+    """
+    places = {key: i for i, key in enumerate(invariants)}
+    room = text.slot("double", max(len(places), 1))
+    text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
+    values = {key: text.load(text.at(room, i)) for key, i in places.items()}
+    return lambda node: hexadecimal(node.data) if node.op == "const" else values[node.key]
 
 
 def counted(text, place, more=1):
@@ -57,13 +64,6 @@ def counted(text, place, more=1):
     count = text.new(f"add i64 {text.new(f'load i64, ptr {place}')}, {more}")
     text.put(f"store i64 {count}, ptr {place}")
     return count
-
-
-def add(text, name, place):
-    """Add an integer in memory to a count of the record."""
-    at = text.at("%state", AT[name])
-    before, more = (text.new(f"load i64, ptr {p}") for p in (at, place))
-    text.put(f"store i64 {text.new(f'add i64 {before}, {more}')}, ptr {at}")
 
 
 def step_taken(driver, t, pace):

@@ -16,7 +16,7 @@ def number(constant):
     return struct.unpack(">d", bytes.fromhex(constant[2:]))[0]
 
 
-ZERO, ONE, MINUS = map(hexadecimal, (0.0, 1.0, -1.0))
+ZERO, ONE, MINUS, INFINITE = map(hexadecimal, (0.0, 1.0, -1.0, float("inf")))
 INTRINSIC = {"sin", "cos", "exp", "log", "pow"}
 OF_VECTORS = "fastdyn_vector_"  # prefix of the names of functions of vectors
 
@@ -176,12 +176,6 @@ class Text(Lines):
         one = self.new(f"insertelement {kind} poison, double {x}, i64 0")
         zeros = f"<{width} x i32> zeroinitializer"
         return self.new(f"shufflevector {kind} {one}, {kind} poison, {zeros}")
-
-    def vector_fma(self, a, b, c, width):
-        kind = f"<{width} x double>"
-        if c is None:
-            return self.new(f"fmul {kind} {a}, {b}")
-        return self.call(f"llvm.{self.fused}.v{width}f64", kind, a, b, c)
 
     # -- memory
 

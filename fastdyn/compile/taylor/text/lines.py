@@ -53,36 +53,41 @@ class Lines:
         return self.new(f"sext i32 {self.new(f'load i32, ptr {at}')} to i64")
 
     @contextlib.contextmanager
-    def each(self, count):
-        """A context whose lines become a loop over 0, ..., count - 1, with count >= 1."""
+    def each(self, end, first=0, step=1, always=True):
+        """A context whose lines become a loop over first, first + step, ... below `end`.
+
+        `always`: first < end is known.
+        """
         name, place = f"each{next(self._numbers)}", self.slot("i64")
-        self.put(f"store i64 0, ptr {place}")
-        self.put(f"br label %{name}")
+        self.put(f"store i64 {first}, ptr {place}")
+        if always:
+            self.put(f"br label %{name}")
+        else:
+            some = self.new(f"icmp slt i64 {first}, {end}")
+            self.put(f"br i1 {some}, label %{name}, label %{name}done")
         self.label(name)
         i = self.new(f"load i64, ptr {place}")
         yield i
-        following = self.new(f"add i64 {i}, 1")
+        following = self.new(f"add i64 {i}, {step}")
         self.put(f"store i64 {following}, ptr {place}")
-        more = self.new(f"icmp slt i64 {following}, {count}")
+        more = self.new(f"icmp slt i64 {following}, {end}")
         self.put(f"br i1 {more}, label %{name}, label %{name}done")
         self.label(f"{name}done")
 
     def indices(self, name, table):
         """Define a constant array of 32-bit integers; return its name."""
-        if name not in self.declarations:
-            numbers = np.ravel(table).tolist()
-            items = ", ".join([f"i32 {i}" for i in numbers])
-            self.declarations[name] = (
-                f"@{name} = private unnamed_addr constant [{len(numbers)} x i32] [{items}]"
-            )
-        return f"@{name}"
+        return self._constants(name, "i32", np.ravel(table).tolist())
 
     def table(self, name, values):
         """Define a constant array of doubles; return its name."""
-        items = ", ".join(f"double {hexadecimal(v)}" for v in values)
-        self.declarations[name] = (
-            f"@{name} = private unnamed_addr constant [{len(values)} x double] [{items}]"
-        )
+        return self._constants(name, "double", [hexadecimal(v) for v in values])
+
+    def _constants(self, name, kind, numbers):
+        if name not in self.declarations:
+            items = ", ".join([f"{kind} {x}" for x in numbers])
+            self.declarations[name] = (
+                f"@{name} = private unnamed_addr constant [{len(numbers)} x {kind}] [{items}]"
+            )
         return f"@{name}"
 
     def function(self, head):

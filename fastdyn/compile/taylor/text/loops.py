@@ -22,28 +22,18 @@ class Loops:
     def emit(self):
         text, one = self.text, self.series
         rooms = self._rooms()
-        room = text.slot("i64")
         self._keep(rooms)
-        for i, (first, last, grows, here) in enumerate(self._phases()):
+        for first, last, grows, here in self._phases():
             if first > last:
                 continue
-            name = f"order{i}"
-            text.put(f"store i64 {first}, ptr {room}")
             if not grows:
                 self._restore(rooms, here)
                 one.updates.double()
-            text.put(f"br label %{name}")
-            text.label(name)
-            k = text.new(f"load i64, ptr {room}")
-            self._restore(rooms, here)
-            one.add_order(one.order(k, here, grows))
-            later = text.new(f"add i64 {k}, 1")
-            one.store(later)
-            self._keep(rooms, here)
-            text.put(f"store i64 {later}, ptr {room}")
-            more = text.new(f"icmp sle i64 {later}, {last}")
-            text.put(f"br i1 {more}, label %{name}, label %{name}done")
-            text.label(f"{name}done")
+            with text.each(last + 1, first) as k:
+                self._restore(rooms, here)
+                one.add_order(one.order(k, here, grows))
+                one.store(text.new(f"add i64 {k}, 1"))
+                self._keep(rooms, here)
 
     def _numbers(self):
         """The dictionaries of numbers that one order passes to the next, besides the vectors."""
