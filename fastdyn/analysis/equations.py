@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.bind import bind
-from fastdyn.compile.derivatives.compare import compare_jacobian
+from fastdyn.compile.derivatives.compare import compare_jacobian, entries
 from fastdyn.compile.derivatives.jacobian import jacobian
-from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import why
@@ -142,9 +141,7 @@ class Derivatives(NamedTuple):
 
     def at(self, t, y):
         """df/dy, shape (n, n)."""
-        out, left = np.empty(self.code.size), np.zeros(1, np.int64)
-        state = np.ascontiguousarray(y, float).copy()
-        call(code_at(self.code.function.address), float(t), state, self.bound.block, out, left.ctypes.data)
+        out = entries(self.bound, self.code, float(t), np.ascontiguousarray(y, float))
         matrix = np.zeros((self.n, self.n))
         matrix[self.code.rows, self.code.columns] = out[: len(self.code.rows)]
         return matrix

@@ -83,16 +83,16 @@ def _along(bound, jacobian, t, y, sizes, span, rng):
     n = len(y)
     y = y + ASIDE * sizes * rng.uniform(-1.0, 1.0, n)
     v, span = sizes * rng.uniform(0.1, 1.0, n), jacobian.time * ASIDE * span
-    entries = _entries(bound, jacobian, t, y)
-    terms = entries[: len(jacobian.rows)] * v[jacobian.columns]
+    found = entries(bound, jacobian, t, y)
+    terms = found[: len(jacobian.rows)] * v[jacobian.columns]
     along = np.bincount(jacobian.rows, terms, n)
     total = np.bincount(jacobian.rows, np.abs(terms), n)
     if jacobian.time:
-        along, total = along + span * entries[-n:], total + span * np.abs(entries[-n:])
+        along, total = along + span * found[-n:], total + span * np.abs(found[-n:])
     return along, total, lambda h: machine_value(bound, t + h * span, y + h * v)
 
 
-def _entries(bound, jacobian, t, y):
+def entries(bound, jacobian, t, y):
     """The numbers that the code of a Jacobian gives."""
     out, left = np.empty(jacobian.size), np.zeros(1, np.int64)
     code = code_at(jacobian.function.address)

@@ -9,6 +9,7 @@ from ..symbols.complex_pair import Pair, is_complex, parts
 from ..symbols.conditions import Condition
 from ..symbols.looking_up import plain_key
 from ..symbols.masks import Masked
+from ..symbols.operators import by_function
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Batched, kind_of, refuse
 from .table import ID, PAIR, PARTS, common_kind, numbers, paired
@@ -174,20 +175,11 @@ class Columns(Batched):
         return Columns(self.table, ids, None, self._written, kind)
 
 
-def _by_function(name):
-    """The method of an array that calls the function of NumPy with this name."""
-
-    def method(self, *args, **kwargs):
-        return getattr(np, name)(self, *args, **kwargs)
-
-    return method
-
-
 for _name in (
     "sum mean max min std var prod any all dot clip round ptp cumsum trace ravel squeeze swapaxes "
     "take repeat diagonal conj conjugate"
 ).split():
-    setattr(Columns, _name, _by_function(_name))
+    setattr(Columns, _name, by_function(_name))
 
 
 def joint(real: Any, imag: Any) -> Any:

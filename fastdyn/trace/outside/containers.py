@@ -1,4 +1,4 @@
-"""Copies of dicts, deques and chain maps of the standard library, and of enumerations."""
+"""Copies of sets, dicts, deques, chain maps and named tuples, and of enumerations."""
 
 import collections
 import types
@@ -17,20 +17,25 @@ DICTS: dict = {  # types of dict: function that makes an empty dict of the type
 
 
 def copy_of(outside, value, kind, row):
-    """A copy of a dict, deque or chain map with copies of the items; None for any other value."""
+    """A copy of a container other than a list, with copies of the items; None for another value."""
     reads = outside.reads
+    if kind is set:
+        reads.expect(row, "equal", set(value))
+        return outside.keep(value, set(value), "a set", set(value))
     if kind is collections.deque:
         reads.expect(row, "length", (kind, len(value)))
-        items = [outside.copy(v, reads.step(row, "item", i)) for i, v in enumerate(value)]
-        copy = outside.keep(value, collections.deque(items, value.maxlen))
-        outside.watched.append(("a deque", copy, items))
-        return copy
+        items = outside.items(value, row)
+        return outside.keep(value, collections.deque(items, value.maxlen), "a deque", items)
     if kind is collections.ChainMap:
         maps = reads.step(row, "member", "maps")
         reads.expect(row, "type", kind)
         reads.expect(maps, "length", (list, len(value.maps)))
-        parts = [outside.copy(m, reads.step(maps, "item", i)) for i, m in enumerate(value.maps)]
-        return outside.keep(value, collections.ChainMap(*parts))
+        return outside.keep(value, collections.ChainMap(*outside.items(value.maps, maps)))
+    if issubclass(kind, tuple) and hasattr(value, "_fields"):
+        reads.expect(row, "type", kind)
+        items = outside.items(value, row)
+        cls = outside.copy(kind, reads.step(row, "class"))
+        return outside.keep(value, tuple.__new__(cls, items))
     if kind not in DICTS:
         return _of_a_user(outside, value, kind, row) if is_of_a_user(value, kind) else None
     reads.expect(row, "keys", (kind, list(value)))

@@ -60,10 +60,15 @@ class Outside:
         finally:
             self.lifted = before
 
-    def keep(self, value, copy):
-        """Store the copy of a value; hold the value, so that its id stays unique."""
+    def keep(self, value, copy, what="", before=None):
+        """Store the copy of a value; hold the value, so that its id stays unique.
+
+        If `what` names the kind of the copy, the run must leave the copy as `before`.
+        """
         self._made[id(value)] = copy
         self._held.append(value)
+        if what:
+            self.watched.append((what, copy, before))
         return copy
 
     nothing = UNWRITTEN
@@ -158,28 +163,16 @@ class Outside:
             reads.expect(row, "length", (kind, len(value)))
             if len(value) > MAX_ARRAY:
                 refuse("a long list among what it uses")
-            items = [self.copy(v, reads.step(row, "item", i)) for i, v in enumerate(value)]
+            items = self.items(value, row)
             if kind is tuple:
                 return self.keep(value, tuple(items))
             for i in self.unwritten(value, "a list"):
                 items[i] = UNWRITTEN
-            copy = self.keep(value, List(items))
-            self.watched.append(("a list", copy, items))
-            return copy
-        if kind is set:
-            reads.expect(row, "equal", set(value))
-            copy = self.keep(value, set(value))
-            self.watched.append(("a set", copy, set(value)))
-            return copy
+            return self.keep(value, List(items), "a list", items)
         for copies in (containers, frames):
             copy = copies.copy_of(self, value, kind, row)
             if copy is not None:
                 return copy
-        if isinstance(value, tuple) and hasattr(value, "_fields"):
-            reads.expect(row, "type", kind)
-            items = [self.copy(v, reads.step(row, "item", i)) for i, v in enumerate(value)]
-            cls = self.copy(kind, reads.step(row, "class"))
-            return self.keep(value, tuple.__new__(cls, items))
         if isinstance(value, types.FunctionType):
             return self.functions.copy(value, row)
         found = self.functions.wrapper(value, row)
@@ -188,6 +181,10 @@ class Outside:
     def watch(self, value, copy):
         self.watched.append(copy.watch())
         return self.keep(value, copy)
+
+    def items(self, values, row):
+        """Copies of the items of a sequence."""
+        return [self.copy(v, self.reads.step(row, "item", i)) for i, v in enumerate(values)]
 
     def _thing(self, value, kind, row):
         """A copy of a module, a class or an object."""

@@ -10,6 +10,7 @@ from .conditions import Condition, both, cast, either, select
 from .lazy import complete
 from .looking_up import by_elements, check_bounds, index_of, table_of, without_dots
 from .masks import Masked
+from .operators import by_function
 from .real import Symbol, as_python
 from .symbolic import BATCHES, NOW, AnswersNumPy, in_batches, is_symbolic, refuse
 
@@ -34,6 +35,10 @@ class Array(AnswersNumPy, np.ndarray):
         array = np.empty((), dtype=object)
         array[()] = value
         return array.view(cls)
+
+    def watch(self):
+        """(what, the array, its elements now), for finding writes."""
+        return "an array", self, list(self.flat)
 
     def __reduce__(self):
         refuse("an array that depends on the state is pickled")
@@ -76,15 +81,6 @@ class Array(AnswersNumPy, np.ndarray):
         )
         for i in np.ndindex(self.shape):
             super().__setitem__(i, select(key[i], new[i], super().__getitem__(i)))
-
-    def dot(self, other, out=None) -> Any:
-        return np.dot(self, other, out)
-
-    def clip(self, min: Any = None, max: Any = None, out: Any = None, **more: Any) -> Any:
-        return np.clip(self, min, max, out=out, **more)
-
-    def searchsorted(self, v: Any, side: Any = "left", sorter: Any = None) -> Any:
-        return np.searchsorted(self, v, side, sorter)
 
     def any(self, axis: Any = None, *_: Any, **__: Any) -> Any:
         return reduced(lambda row: functools.reduce(either, row, False), self, axis)
@@ -138,6 +134,10 @@ class Array(AnswersNumPy, np.ndarray):
 
     real: Any = property(_real)
     imag: Any = property(_imag)
+
+
+for _name in ("dot", "clip", "searchsorted"):
+    setattr(Array, _name, by_function(_name))
 
 
 def _only_read(part):

@@ -1,6 +1,8 @@
-"""The operators of real and of complex symbols."""
+"""The operators of symbols, and the methods of arrays, as tables of names make them."""
 
 from typing import Any
+
+import numpy as np
 
 
 def operators(method, beside_complex=None) -> tuple[Any, Any]:
@@ -27,3 +29,12 @@ def operators(method, beside_complex=None) -> tuple[Any, Any]:
         return beside_complex(other, self.g.pair(self, 0.0))
 
     return direct, reflected
+
+
+def by_function(name):
+    """The method of an array that calls the function of NumPy with this name."""
+
+    def method(self, *args, **kwargs):
+        return getattr(np, name)(self, *args, **kwargs)
+
+    return method
