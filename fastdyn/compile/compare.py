@@ -22,6 +22,7 @@ from .python_callback import evaluate as in_python
 
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
 FEWEST, MOST_NUMBERS = 4, 2**19  # for long states: fewest points, most numbers in all points
+PERIOD = 65_537  # a prime, after which the random numbers of a long state repeat
 EPS = np.finfo(float).eps
 ROUNDINGS = 1e3  # largest difference, in units of the function's response to rounding of y
 SPREADS = np.array([0.01, 0.1, 0.5, 1.5, 10.0, 100.0])
@@ -50,25 +51,28 @@ def points_around(near, n, trace=None):
     size = np.maximum(np.abs(y0), 0.1 * max(1e-3, middle))
     each = np.arange(k)
     spread = np.where(each < COUNT, SPREADS[each % 4], SPREADS[each % 6])
-    y = y0[:, None] + spread * size[:, None] * rng.standard_normal((n, k))
+    noise = rng.standard_normal((k, min(n, PERIOD)))
+    y = np.tile(noise, (1, 1 + n // PERIOD))[:, :n] if n > PERIOD else noise
+    y *= size
+    y *= spread[:, None]
+    y += y0
     positive = each % 3 == 2  # keep the signs of the start: concentrations, radii
-    y[:, positive] = np.abs(y[:, positive]) * np.where(y0 < 0, -1.0, 1.0)[:, None]
-    at_rest = (each % 7 == 3) & ~positive
-    rest = np.where(each % 2, 0.0, 1.0) * y0[:, None]
-    y = np.where(at_rest & (rng.random((n, k)) < 0.5), rest, y)
-    small = (each % 7 == 5) & ~positive
-    y = np.where(small, y * 10.0 ** rng.uniform(-12, 2, k), y)
-    t[0], y[:, 0] = t0, y0
+    y[positive] = np.abs(y[positive]) * np.where(y0 < 0, -1.0, 1.0)
+    for i in np.flatnonzero((each % 7 == 3) & ~positive):  # parts of the state are at rest
+        y[i] = np.where(rng.random(n) < 0.5, (1 - i % 2) * y0, y[i])
+    for i in np.flatnonzero((each % 7 == 5) & ~positive):
+        y[i] *= 10.0 ** rng.uniform(-12, 2)
+    t[0], y[0] = t0, y0
     chosen = list(range(count))
     if decisions:
-        sides = evaluate(graph, [], t, y, graph.values, decisions)[1].astype(bool)
+        sides = evaluate(graph, [], t, y.T, graph.values, decisions)[1].astype(bool)
         seen = {(row, side) for row, side in zip(*_sides(sides[:, :count]), strict=True)}
         for i in range(count, k):
             new = set(zip(*_sides(sides[:, i : i + 1]), strict=True)) - seen
             if new:
                 seen |= new
                 chosen.append(i)
-    return t[chosen], np.ascontiguousarray(y[:, chosen].T)
+    return t[chosen], y[chosen]
 
 
 def _sides(table):

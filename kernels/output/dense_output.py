@@ -11,9 +11,13 @@ order adds rows.  The polynomial meets both ends of the step to round-off.
 from ..calls.block import RAISED_WORD
 from ..calls.calling_convention import invoke
 from ..jit_options import INLINED, INTERNAL, njit
+from ..state.layout import Form
 from ..state.record import RAISED, RUNNING, Y_OLD, K, Y
+from ..state.rows import keep_vector, numbers_of, vector_at
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
+WIDTH = 4  # components that `polynomial` evaluates together, with the roundings of one
+VECTOR = Form(1, WIDTH, exact=True)
 
 
 @njit(**INTERNAL)
@@ -31,11 +35,24 @@ def hermite(h, fsal_stage, work, d):
 @njit(**INTERNAL)
 def polynomial(d, x, out):
     """The value at x in [0, 1], written to `out` of length n."""
-    for i in range(d.shape[1]):
-        total = 0.0
-        for j in range(d.shape[0] - 1, 0, -1):
-            total = (d[j, i] + total) * (x if (j - F) % 2 == 0 else 1.0 - x)
-        out[i] = d[0, i] + total
+    n, last, numbers = d.shape[1], d.shape[0] - 1, numbers_of(d)
+    whole = n - n % WIDTH
+    for i in range(0, whole, WIDTH):
+        total = vector_at(VECTOR, numbers, last * n + i) + 0.0
+        for j in range(last, 0, -1):
+            total = vector_at(VECTOR, numbers, (j - 1) * n + i) + total * _factor(x, j)
+        keep_vector(VECTOR, out, i, total)
+    for i in range(whole, n):
+        total = d[last, i] + 0.0
+        for j in range(last, 0, -1):
+            total = d[j - 1, i] + total * _factor(x, j)
+        out[i] = total
+
+
+@njit(**INTERNAL)
+def _factor(x, j):
+    """The factor of row j and of the rows behind it."""
+    return x if (j - F) % 2 == 0 else 1.0 - x
 
 
 @njit(**INTERNAL)

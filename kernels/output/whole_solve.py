@@ -39,11 +39,11 @@ def _begin(begin, kernels, solve, output, events, scratch):
     change what the equations read: a step kernel that takes no step computes the Jacobian.
     """
     o, work, y0 = output.record[0], solve.work, begin.y0
-    total = 0.0
+    not_finite = 0
     for i in range(len(y0)):
         work[Y, i] = y0[i]
-        total += y0[i] - y0[i]  # NaN if one is not finite
-    if total != 0.0:
+        not_finite += int(y0[i] - y0[i] != 0.0)
+    if not_finite > 0:
         return BAD_STATE
     if o.every_step != 0:
         output.t[0] = o.t_last
