@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.bind import bind
-from fastdyn.compile.derivatives.compare import compare_jacobian, entries
+from fastdyn.compile.compare import called
+from fastdyn.compile.derivatives.compare import compare_jacobian
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.make import Near
@@ -141,7 +142,9 @@ class Derivatives(NamedTuple):
 
     def at(self, t, y):
         """df/dy, shape (n, n)."""
-        out = entries(self.bound, self.code, float(t), np.ascontiguousarray(y, float))
+        out, *_ = called(
+            self.bound, self.code.function, self.code.size, float(t), np.asarray(y, float)
+        )
         matrix = np.zeros((self.n, self.n))
         matrix[self.code.rows, self.code.columns] = out[: len(self.code.rows)]
         return matrix

@@ -8,50 +8,21 @@ after one warning.
 
 import functools
 import sys
-from typing import Any, NamedTuple
-
-import numpy as np
 
 from fastdyn.code_store.numba_settings import DISABLED
-from fastdyn.kernels.calls.block import FAULT, FIRST
 
 from . import budget
+from .bound import Bound, with_callback, with_code
 from .callables import numpy_errors
 from .callables.at_sight import refuse_at_sight
-from .callables.compiled import Function
 from .callables.diagnostics import FoundLater, GaveUp, LeftToSciPy, Uncompilable, warn_once
 from .callables.parts import Y, parts_of
-from .compare import compare_around, machine_value
+from .compare import compare_around
 from .derivatives.jacobian_block import constant_block, constant_function
-from .mode import CONSTANT, Mode
-from .parameters import n_words, pack_all
-from .python_callback import Callback, evaluate
+from .mode import CONSTANT
+from .python_callback import Callback
 from .traced import met
 from .traced.make import made, traced_function
-
-
-class Bound(NamedTuple):
-    """A function with the parameter values of one solve.
-
-    `python(t, y)` is the function as written.  `values` has a (type, value) for each parameter;
-    `at` has the indices of the arguments in `values`.  `pair` has the two functions of a Pair.
-    `seen` stores facts for `rebind`.
-    """
-
-    function: Function | None
-    block: np.ndarray
-    python: Any
-    keepalive: list
-    callback: Callback | None
-    values: list
-    mode: Mode
-    pair: tuple = ()
-    seen: Any = None
-    at: tuple = ()
-
-    def word(self, j):
-        """The index of the block's first word for argument j."""
-        return FIRST + sum([n_words(k) for k, _ in self.values[: self.at[j]]])
 
 
 def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
@@ -97,9 +68,9 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         if late is not None:
             return _in_python(as_written, keepalive, mode, n, account=late)
         function, parameters, at = found
-        bound = with_block(function, as_written, keepalive, parameters, mode, n, at)
+        bound = with_code(function, as_written, keepalive, parameters, mode, n, at)
         if not made(function) and near is not None:
-            _compare_with_python(bound, near, n)
+            _compare_with_python(bound, near)
         return bound
     except Uncompilable as reason:
         said = None if refused or isinstance(reason, FoundLater) else met.why(
@@ -109,30 +80,16 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         return _in_python(as_written, keepalive, mode, n, said)
 
 
-def with_block(function, as_written, keepalive, parameters, mode, n, at):
-    """The Bound of a compiled function of n numbers; `keepalive` gets the function, too."""
-    end = FIRST + function.n_words
-    block = np.zeros(end + n, np.int64)  # after a fault, the state is kept behind the parameters
-    block[0], block[FAULT] = function.address, end
-    if parameters:
-        pack_all(parameters, block, keepalive)
-    keepalive.append(function)
-    return Bound(function, block, as_written, keepalive, None, parameters, mode, (), {}, at)
-
-
-def _compare_with_python(bound, near, n):
+def _compare_with_python(bound, near):
     """Compare Numba's code with the function once for each n; raise FoundLater if they differ."""
     compared = bound.function.notes.setdefault("compared", set())
-    if n in compared:
+    if bound.n in compared:
         return
-    different = compare_around(
-        lambda t, y: evaluate(bound.python, bound.mode, t, y),
-        lambda t, y: machine_value(bound, t, y), near, n,
-    )  # fmt: skip
+    different = compare_around(bound, near)
     if different:
         leave_to_python(bound, different)
         raise FoundLater(different)
-    compared.add(n)
+    compared.add(bound.n)
 
 
 def _code(fun, args, mode, n, near, probe, varying):
@@ -159,9 +116,7 @@ def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
     """The Bound of a function that runs in Python, for good or until its code is made."""
     callback = Callback(as_written, mode, n, announce)
     callback.account = account
-    block = np.zeros(FIRST, np.int64)
-    block[0] = callback.address
-    return Bound(None, block, as_written, [*keepalive, callback], callback, [], mode)
+    return with_callback(callback, as_written, keepalive, mode)
 
 
 def bind_matrix(matrix):

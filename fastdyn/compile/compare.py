@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, SIDES, TIME
+from fastdyn.kernels.calls.block import RAISED_WORD, SIDES, TIME
 from fastdyn.trace.graph.clock import look
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
@@ -92,30 +92,25 @@ class Different(GaveUp):
         self.args = (f"at t = {t:.10g}, y = {short(y)} {values}",)
 
 
-def compare_around(function, compiled, near, n, trace=None):
-    """The reason why machine code differs from its function; None if they agree.
+def compare_around(bound, near, trace=None):
+    """The reason why a Bound's machine code differs from its function; None if they agree.
 
     The code of a trace must agree at ENOUGH points, and raise where the function raises.  Numba's
     code may raise where the function does not: a solve notices that later.
 
     Parameters
     ----------
-    function : callable
-        ``function(t, y)``, as the user wrote it; it returns an array of floats.
-    compiled : callable
-        ``compiled(t, y)`` calls the machine code; None if the code raises.
+    bound : Bound
     near : traced.make.Near
-    n : int
-        Length of y.
     trace : trace.paths.Trace, optional
         The trace of the function, with the parameter values in its graph.
     """
     compared, failed = 0, "it gives no finite number near the start"
     time: Any = float  # SciPy's first call passes a float
-    for t, y in zip(*points_around(near, n, trace), strict=True):
+    for t, y in zip(*points_around(near, bound.n, trace), strict=True):
         look()
-        real, mine = _value(function, time(t), y), compiled(t, y)
-        time = np.float64
+        t, time = time(t), np.float64
+        real, mine = python_value(bound, t, y), machine_value(bound, t, y)
         if isinstance(real, Exception):
             failed = f"{type(real).__name__}: {real}"
             if mine is not None:
@@ -128,7 +123,7 @@ def compare_around(function, compiled, near, n, trace=None):
         if real.shape != mine.shape:
             return f"it returns {real.size} numbers, not {mine.size}"
         if differ(real, mine, of_solution=False) and not (
-            are_close(real, mine) and _by_rounding(function, real, mine, time(t), y)
+            are_close(real, mine) and _by_rounding(bound, real, mine, t, y)
         ):
             return "its compiled form gives other numbers"
         compared += bool(np.isfinite(real).any())
@@ -140,10 +135,9 @@ def compare_along(bound, times, states, time: Any = np.float64):
 
     `time` is the type of the times that SciPy's solver passes to functions.
     """
-    n = len(bound.block) - int(bound.block[FAULT])
     found = []
     for t, y in zip(times, states, strict=True):
-        t, y = time(t), np.array(y[:n])
+        t, y = time(t), np.array(y[: bound.n])
         found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
     pairs = [(real, mine) for *_, real, mine in found if _is_value(real) and mine is not None]
     if not found or (len(pairs) == len(found) and all_close(*zip(*pairs, strict=True))):
@@ -161,13 +155,17 @@ def _is_value(found):
 
 def python_value(bound, t, y) -> Any:
     """The function's value in Python, or the exception that it raises."""
-    return _value(lambda t, y: in_python(bound.python, bound.mode, t, y), t, y)
+    try:
+        with np.errstate(all="ignore"):
+            found = in_python(bound.python, bound.mode, t, y.copy())
+            return np.array(found)  # a copy: the array may be a buffer of the function
+    except Exception as error:
+        return error
 
 
 def machine_value(bound, t, y):
     """The value of a function's machine code; None if the code raises."""
-    out = np.empty(bound.mode.n_results(len(y)))
-    failed, _ = _called(bound, t, y.copy(), out)
+    out, failed, _ = called(bound, bound.function, bound.mode.n_results(len(y)), t, y)
     if failed:
         raise_interrupts(islands_of([bound]))
     return None if failed else out
@@ -175,28 +173,22 @@ def machine_value(bound, t, y):
 
 def sides_at(bound, t, y):
     """The word of the sides that a function's decisions take at a state; 0 if the code raises."""
-    failed, sides = _called(bound, t, y.copy(), np.empty(bound.mode.n_results(len(y))))
+    _, failed, sides = called(bound, bound.function, bound.mode.n_results(len(y)), t, y)
     return 0 if failed else sides
 
 
-def _called(bound, t, y, out):
-    """Call machine code, and leave its block as it was; (whether it failed, the sides it took)."""
-    block = bound.block
+def called(bound, function, size, t, y):
+    """Call a Function with the block of a Bound, which is left as it was.
+
+    Returns the `size` results, whether the code raised, and the word of the sides that it took.
+    """
+    block, out = bound.block, np.empty(size)
     kept = block[RAISED_WORD : TIME + 1].copy()
     block[SIDES] = 0
     left = ctypes.c_int64()
-    failed = call(code_at(bound.function.address), t, y, block, out, ctypes.addressof(left))
+    failed = call(code_at(function.address), t, y.copy(), block, out, ctypes.addressof(left))
     sides, block[RAISED_WORD : TIME + 1] = int(block[SIDES]), kept
-    return failed, sides
-
-
-def _value(function, t, y) -> Any:
-    try:
-        with np.errstate(all="ignore"):
-            found = function(t, y.copy())
-            return np.array(found)  # a copy: the array may be a buffer of the function
-    except Exception as error:
-        return error
+    return out, failed, sides
 
 
 def agree(bound, real, mine, t, y, largest=0.0):
@@ -205,16 +197,14 @@ def agree(bound, real, mine, t, y, largest=0.0):
         return not _is_value(real) and mine is None
     if real.shape != mine.shape:
         return False
-    if not differ(real, mine, largest):
-        return True
-    return _by_rounding(lambda t, y: python_value(bound, t, y), real, mine, t, y)
+    return not differ(real, mine, largest) or _by_rounding(bound, real, mine, t, y)
 
 
-def _by_rounding(function, real, mine, t, y):
+def _by_rounding(bound, real, mine, t, y):
     """Whether a function itself changes as much by roundings of its arguments."""
     spread, signs = np.zeros(real.shape), np.random.default_rng(0).choice((-1.0, 1.0), (3, len(y)))
     for sign in signs:
-        moved = _value(function, type(t)(t * (1.0 + sign[0] * EPS)), y * (1.0 + sign * EPS))
+        moved = python_value(bound, type(t)(t * (1.0 + sign[0] * EPS)), y * (1.0 + sign * EPS))
         if not _is_value(moved) or moved.shape != real.shape:
             return True
         spread = np.maximum(spread, np.abs(moved - real))

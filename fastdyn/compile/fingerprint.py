@@ -3,14 +3,13 @@
 import hashlib
 import sys
 import types as python
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import memory
 from .callables.captured import HEAP_TYPE, references, resolve
 from .callables.jitted import is_jitted
-from .parameters import Constant
 
 
 class Opaque:
@@ -24,6 +23,22 @@ class Opaque:
 
     def __hash__(self):
         return id(self.value)
+
+
+class Constant(NamedTuple):
+    """A value that is part of the code; `token` identifies it."""
+
+    token: Any
+    value: Any
+
+    def __eq__(self, other):
+        return isinstance(other, Constant) and self.token == other.token
+
+    def __hash__(self):
+        return hash(self.token)
+
+    def __repr__(self):
+        return repr(self.token)
 
 
 def frozen(value: Any, seen=()) -> Any:
@@ -118,19 +133,25 @@ def frozen_constant(constant):
 
 def contains_opaque(token):
     """Whether a token has a part that is valid in this process only."""
-    if isinstance(token, Opaque):
-        return True
-    if isinstance(token, Constant):
-        return contains_opaque(token.token)
-    return isinstance(token, tuple) and any(contains_opaque(t) for t in token)
+    return any(isinstance(part, Opaque) for part in _parts(token))
 
 
 def calls_itself(token):
     """Whether a token contains a function that refers to itself."""
+    return any(
+        isinstance(part, tuple)
+        and len(part) == 2
+        and part[0] == "recursion"
+        and isinstance(part[1], int)
+        for part in _parts(token)
+    )
+
+
+def _parts(token):
+    """Yield a token and the tokens in it, at any depth."""
     if isinstance(token, Constant):
-        return calls_itself(token.token)
-    if not isinstance(token, tuple):
-        return False
-    if len(token) == 2 and token[0] == "recursion" and isinstance(token[1], int):
-        return True
-    return any(calls_itself(t) for t in token)
+        token = token.token
+    yield token
+    if isinstance(token, tuple):
+        for each in token:
+            yield from _parts(each)

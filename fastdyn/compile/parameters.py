@@ -7,7 +7,7 @@ value, so that a new value needs no new code.
 
 import struct
 import types as python
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,26 +15,11 @@ from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls.block import FIRST
 
 from .callables.jitted import is_jitted
+from .fingerprint import Constant, frozen
 
 ARRAYS = ("array", "list")
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
-
-
-class Constant(NamedTuple):
-    """A value that is part of the code; `token` identifies it."""
-
-    token: Any
-    value: Any
-
-    def __eq__(self, other):
-        return isinstance(other, Constant) and self.token == other.token
-
-    def __hash__(self):
-        return hash(self.token)
-
-    def __repr__(self):
-        return repr(self.token)
 
 
 def is_function(value):
@@ -42,14 +27,8 @@ def is_function(value):
     return isinstance(value, python.FunctionType) or is_jitted(value)
 
 
-def parameter_type(value, freeze):
+def parameter_type(value):
     """The type of a parameter.
-
-    Parameters
-    ----------
-    value : object
-    freeze : callable
-        Returns the token of a value that must be a constant.
 
     Returns
     -------
@@ -61,30 +40,32 @@ def parameter_type(value, freeze):
     if cls is float:
         return FLOAT
     if cls is int:
-        return INT if -(2**63) <= value < 2**63 else Constant(freeze(value), value)
+        return INT if -(2**63) <= value < 2**63 else _constant(value)
     if cls is bool or isinstance(value, np.bool_):
         return BOOL
     if cls is np.ndarray:
-        return _array_type(value, freeze)
+        return _array_type(value)
     if isinstance(value, np.generic | float | int | complex):
         code = np.asarray(value).dtype.kind
-        return {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}.get(code) or Constant(
-            freeze(value), value
-        )
+        return {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}.get(code) or _constant(value)
     if cls is tuple:
-        return ("tuple", tuple(parameter_type(v, freeze) for v in value))
+        return ("tuple", tuple(map(parameter_type, value)))
     if cls is list and value and not any(isinstance(v, list | tuple | str) for v in value):
-        found = _array_type(np.asarray(value), freeze)
-        return ("list", *found[1:]) if found[0] == "array" else Constant(freeze(value), value)
-    return Constant(freeze(value), value)
+        found = _array_type(np.asarray(value))
+        return ("list", *found[1:]) if found[0] == "array" else _constant(value)
+    return _constant(value)
 
 
-def _array_type(value, freeze):
+def _constant(value):
+    return Constant(frozen(value), value)
+
+
+def _array_type(value):
     if value.ndim == 0 and value.dtype.kind == "f":
         return FLOAT
     code = value.dtype.str[1:]
     if value.ndim == 0 or code not in ARRAY_DTYPES or not value.dtype.isnative:
-        return Constant(freeze(value), value)
+        return _constant(value)
     return ("array", code, value.ndim)
 
 

@@ -4,14 +4,10 @@ import types as python
 
 import numpy as np
 
-from fastdyn.kernels.calls.block import FAULT
-from fastdyn.trace.reads.reads import flat
-
 from .callables import numpy_errors
 from .callables.captured import references, resolve
 from .callables.diagnostics import Uncompilable
 from .callables.parts import parts_of
-from .fingerprint import frozen
 from .parameters import pack_all, parameter_type
 from .traced import met
 from .traced.make import made
@@ -35,8 +31,7 @@ def rebind(bound, fun, args):
     again = bound.seen.get("again")
     if again is not None and again(fun, args):
         return True
-    n = len(bound.block) - int(bound.block[FAULT])
-    found = met.known_trace(fun, args, bound.mode, n, batches=met.in_batches(function))
+    found = met.known_trace(fun, args, bound.mode, bound.n, batches=met.in_batches(function))
     if found is not None and found[0].function is function:
         again = bound.seen["again"] = _by_trace(found[0], bound)
         return again(fun, args)
@@ -62,12 +57,12 @@ def rebind(bound, fun, args):
 
 def _by_trace(known, bound):
     """A fast form of `rebind` for one trace; it returns False if the trace does not hold."""
-    follow, zeros, function, block = known.follow, known.zeros, bound.function, bound.block
+    values, function, block = known.values, bound.function, bound.block
     pack, kept = known.traced.pack, bound.keepalive
 
     def again(fun, args):
-        given = follow((fun, *args))
-        if given is None or (zeros.size and flat(given)[zeros].any()):
+        given = values(fun, args)
+        if given is None:
             return False
         kept[:] = fun, args, function
         pack(given, block, kept)
@@ -97,7 +92,7 @@ def _same_parameters(seen, fun, args):
     for reference, value in seen["outside"]:
         if resolve(reference, fun, None)[0] is not value:
             return None
-    parameters = [(parameter_type(value, frozen), value) for value in args]
+    parameters = [(parameter_type(value), value) for value in args]
     if [k for k, _ in parameters] != seen["types"]:
         return None
     return parameters + seen["rest"]

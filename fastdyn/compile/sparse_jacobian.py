@@ -4,7 +4,7 @@ import numpy as np
 
 from fastdyn.kernels.calls.block import FIRST
 
-from .bind import Bound
+from .bound import Bound, with_callback
 from .derivatives.jacobian_block import Entries, constant_function, entries_block
 from .mode import CONSTANT, ENTRIES
 from .python_callback import Callback, check_shape, is_sparse
@@ -80,7 +80,5 @@ def bind_sparse_function(fun, args, n, entries):
 
     callback = Callback(as_entries, ENTRIES, n, n_out=len(entries.rows))
     block = entries_block(entries, n, own=True)
-    block[0] = callback.address
     assert len(block) == FIRST + len(entries.rows)
-    python = lambda t, y: fun(t, y, *args)  # noqa: E731
-    return Bound(None, block, python, [fun, args, callback], callback, [], ENTRIES)
+    return with_callback(callback, lambda t, y: fun(t, y, *args), [fun, args], ENTRIES, block)

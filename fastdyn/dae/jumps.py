@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from fastdyn.compile.bind import Bound
+from fastdyn.compile.bound import with_callback
 from fastdyn.compile.mode import JUMP
 from fastdyn.compile.python_callback import Callback, derivative
-from fastdyn.kernels.calls.block import FIRST
 
 from .consistent import consistent
 
@@ -52,6 +51,4 @@ def _in_python(jump, args, n):
         return keepalive[0](t, both, *keepalive[1])
 
     callback = Callback(as_written, JUMP, n)
-    block = np.zeros(FIRST, np.int64)
-    block[0] = callback.address
-    return Bound(None, block, as_written, [*keepalive, callback], callback, [], JUMP)
+    return with_callback(callback, as_written, keepalive, JUMP)

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from fastdyn.compile.bind import Bound, bind, bind_matrix
+from fastdyn.compile.bind import bind, bind_matrix
+from fastdyn.compile.bound import with_callback
 from fastdyn.compile.parameters import pack
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.traced.make import Near
@@ -170,8 +171,7 @@ class Members:
                 return np.full(mode.n_results(n), math.nan)
 
         callback = Callback(called, mode, n, announce)
-        block[0] = callback.address
-        return Bound(None, block, called, [callback], callback, [], mode)
+        return with_callback(callback, called, [], mode, block)
 
     def places(self, kernel, block):
         """Write common values into a vector kernel's block; (address, column, stride) of others."""

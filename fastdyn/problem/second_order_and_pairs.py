@@ -10,7 +10,8 @@ import numpy as np
 
 from fastdyn import code_store
 from fastdyn.compile import memory
-from fastdyn.compile.bind import Bound, bind
+from fastdyn.compile.bind import bind
+from fastdyn.compile.bound import Bound
 from fastdyn.compile.callables.compiled import Function
 from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
 from fastdyn.compile.python_callback import derivative, evaluate

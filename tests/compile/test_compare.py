@@ -8,10 +8,12 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn.compile import compare
+from fastdyn.compile.bound import Bound
 from fastdyn.compile.compare import compare_around
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.ensemble import compared as of_ensembles
+from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.run.functions import compared
 
 
@@ -134,15 +136,18 @@ def test_what_rounding_leaves_of_large_terms_is_no_difference():
     assert traced_function(fun, (), DERIVATIVE, 2, near) is not None
 
 
-def test_a_small_difference_beside_large_numbers_is_one():
+def test_a_small_difference_beside_large_numbers_is_one(monkeypatch):
     def function(t, y):
         return np.array([1e6 * y[0], 1e-3 * y[1]])
 
-    def compiled(t, y):
+    def compiled(bound, t, y):
         return function(t, y) + np.array([0.0, 1e-4])
 
-    near = Near(0.0, 1.0, np.array([0.7, 0.9]))
-    assert "other numbers" in compare_around(function, compiled, near, 2)
+    monkeypatch.setattr(compare, "machine_value", compiled)
+    near, block = Near(0.0, 1.0, np.array([0.7, 0.9])), np.zeros(FIRST + 2, np.int64)
+    block[FAULT] = FIRST
+    bound = Bound(None, block, function, [], None, [], DERIVATIVE)
+    assert "other numbers" in compare_around(bound, near)
 
 
 @pytest.mark.parametrize("ensemble", [False, True])

@@ -3,11 +3,11 @@
 import numpy as np
 import scipy.sparse
 
-from fastdyn import code_store
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.in_batches import TracedInBatches
-from fastdyn.compile.traced.make import _compiled
 from fastdyn.trace.paths.runs import trace
+
+from .machine_code import called
 
 N = 144
 RANDOM = np.random.default_rng(5)
@@ -79,10 +79,8 @@ def program(seed):
 def in_batches(function, n, args=()):
     """The machine code of a function of long arrays, as ``function(t, y)``, and its trace."""
     traced = TracedInBatches(trace(function, args, n, (n,), batches=True), DERIVATIVE, n)
-    code = code_store.assembled(traced.key(), traced.text)
-    found = _compiled(traced, code.address, traced.trace.reads.values())
-    found.code = code
-    return found, traced
+    values = list(zip(traced.kinds, traced.trace.reads.values(), strict=True))
+    return called(traced.compiled(), values, DERIVATIVE, n), traced
 
 
 # -- hard for the pieces

@@ -4,21 +4,12 @@ import numpy as np
 import pytest
 
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.parameters import pack_all
 from fastdyn.compile.traced import make as by_tracing
-from fastdyn.kernels.calls.block import FAULT, FIRST
 from support.branching import drawn
+from support.machine_code import called
 
 NEAR = by_tracing.Near(0.0, 1.0, np.full(4, 0.4))
 TOLERANCE = 1e-9  # of sums in another order, where they cancel
-
-
-def call(found, n):
-    function, values, _ = found
-    block = np.zeros(FIRST + function.n_words + n, np.int64)
-    pack_all(values, block, [])
-    block[FAULT] = FIRST + function.n_words
-    return function.traced.python(function.address, block)
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -30,7 +21,7 @@ def test_code_is_the_function_or_there_is_none(seed):
         found = by_tracing.traced_function(fun, args, DERIVATIVE, n, near)
         if found is None:
             return
-        compiled = call(found, n)
+        compiled = called(*found[:2], DERIVATIVE, n)
         for i in range(100):
             t, y = rng.normal(), rng.normal(size=n) * (0.3, 1.0, 3.0)[i % 3]
             try:

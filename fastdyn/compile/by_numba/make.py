@@ -19,7 +19,7 @@ from .. import budget, memory
 from ..callables.compiled import Function
 from ..callables.diagnostics import Uncompilable, explain
 from ..callables.parts import T, Y, codes_of
-from ..fingerprint import calls_itself, contains_opaque, frozen, frozen_function
+from ..fingerprint import calls_itself, contains_opaque, frozen_function
 from ..function_convention import form
 from ..parameters import Constant, is_function, n_words, parameter_type
 from .arguments import arguments
@@ -78,7 +78,7 @@ def compiled_function(parts, mode, probe=None):
 
 def _place(value):
     """The type of a positional argument; "t" and "y" for the solver's time and state."""
-    return "t" if value is T else "y" if value is Y else parameter_type(value, frozen)
+    return "t" if value is T else "y" if value is Y else parameter_type(value)
 
 
 def _content(parts):

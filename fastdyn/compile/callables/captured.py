@@ -76,7 +76,9 @@ def _references(code, owned):
     from numba.core.compiler import run_frontend
 
     cells = tuple(python.CellType(None) for _ in code.co_freevars)
-    names = {name: None for name in _names(code) if not hasattr(builtins, name)}
+    names = {
+        n: None for each in _all_codes(code) for n in each.co_names if not hasattr(builtins, n)
+    }
     function = python.FunctionType(code, names, code.co_name, None, cells)
     blocks = run_frontend(function).blocks
     counts = count_definitions(blocks)
@@ -98,11 +100,12 @@ def _references(code, owned):
     return tuple(sorted(longest))
 
 
-def _names(code):
-    yield from code.co_names
+def _all_codes(code):
+    """Yield the code of a function, and of the functions in it, at any depth."""
+    yield code
     for constant in code.co_consts:
         if isinstance(constant, python.CodeType):
-            yield from _names(constant)
+            yield from _all_codes(constant)
 
 
 _known = memory.Table()
@@ -185,12 +188,9 @@ STORES = ("STORE_GLOBAL", "DELETE_GLOBAL", "STORE_DEREF", "DELETE_DEREF")
 
 def stored_outside(code):
     """A global or enclosing variable that a function assigns to; None if there is none."""
-    todo, free = [code], set(code.co_freevars)
-    while todo:
-        one = todo.pop()
-        for instruction in dis.get_instructions(one):
+    for each in _all_codes(code):
+        for instruction in dis.get_instructions(each):
             if instruction.opname in STORES:
-                if instruction.opname.endswith("GLOBAL") or instruction.argval in free:
+                if instruction.opname.endswith("GLOBAL") or instruction.argval in code.co_freevars:
                     return instruction.argval
-        todo += [c for c in one.co_consts if isinstance(c, python.CodeType)]
     return None

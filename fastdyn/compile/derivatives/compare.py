@@ -11,8 +11,7 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.reads.reads import flat
 
-from ..compare import Different, agree, machine_value, python_value
-from ..function_convention import call, code_at
+from ..compare import Different, agree, called, machine_value, python_value
 
 APART = 1e-2  # relative deviation beyond the errors of differences
 EPS = np.finfo(float).eps
@@ -83,21 +82,13 @@ def _along(bound, jacobian, t, y, sizes, span, rng):
     n = len(y)
     y = y + ASIDE * sizes * rng.uniform(-1.0, 1.0, n)
     v, span = sizes * rng.uniform(0.1, 1.0, n), jacobian.time * ASIDE * span
-    found = entries(bound, jacobian, t, y)
+    found = called(bound, jacobian.function, jacobian.size, t, y)[0]
     terms = found[: len(jacobian.rows)] * v[jacobian.columns]
     along = np.bincount(jacobian.rows, terms, n)
     total = np.bincount(jacobian.rows, np.abs(terms), n)
     if jacobian.time:
         along, total = along + span * found[-n:], total + span * np.abs(found[-n:])
     return along, total, lambda h: machine_value(bound, t + h * span, y + h * v)
-
-
-def entries(bound, jacobian, t, y):
-    """The numbers that the code of a Jacobian gives."""
-    out, left = np.empty(jacobian.size), np.zeros(1, np.int64)
-    code = code_at(jacobian.function.address)
-    call(code, t, y.copy(), bound.block, out, left.ctypes.data)
-    return out
 
 
 def _of_solution(bound, equations, args, t, z, sizes, span, rng):

@@ -3,7 +3,9 @@
 The key of the code is the graph itself: kept code is right for every function with this graph.
 """
 
+import functools
 import hashlib
+import math
 
 from fastdyn import code_store
 from fastdyn.trace.graph.clock import EVERY, look
@@ -11,11 +13,11 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
 from fastdyn.trace.islands.island import calls_libraries
 
-from ..parameters import FLOAT, INT, packer
-from .python_form import PythonForm
+from ..callables.compiled import Function
+from ..parameters import FLOAT, INT, n_words, packer
 
 
-class Traced(PythonForm):
+class Traced:
     """A trace in a mode: the nodes that it stores, and the places of its parameters.
 
     The pointer form is the function with the calling convention of all compiled functions.
@@ -41,7 +43,14 @@ class Traced(PythonForm):
 
     @refused_as(Refusal.untraceable)
     def __init__(self, trace, mode, n):
-        g, self.trace, self.mode, self.n = trace.graph, trace, mode, n
+        self.trace, self.mode, self.n = trace, mode, n
+        self.kinds = [kind_of_group(group) for group in trace.reads.groups]
+        self.at = trace.reads.of_arguments()
+        self.pack = packer(self.kinds)
+        self._find_results()
+
+    def _find_results(self):
+        trace, mode, n, g = self.trace, self.mode, self.n, self.trace.graph
         self.stored = trace.outputs
         if mode.second_order:
             self.stored = trace.outputs[n:]
@@ -50,14 +59,16 @@ class Traced(PythonForm):
             rates = {"mean": own, "rms": [g.mul(y, y) for y in own]}
             self.stored = [*trace.outputs, *(r for moment in mode.moments for r in rates[moment])]
         self.n_stored = len(self.stored)
-        self.decisions = _decisions(self) if mode.notes_sides else []
-        self.kinds = [kind_of_group(group) for group in trace.reads.groups]
-        self.at = trace.reads.of_arguments()
-        self.pack = packer(self.kinds)
+        selects = [node for node in self._live() if node.op == "select"] if mode.notes_sides else []
+        self.decisions = list({node.args[0].key: node.args[0] for node in selects}.values())
+
+    def _live(self):
+        """The nodes of the pointer form."""
+        return live([*self.stored, self.trace.raising])
 
     def key(self):
         """A digest of everything that the code depends on."""
-        g, nodes = self.trace.graph, live([*self.stored, self.trace.raising])
+        g, nodes = self.trace.graph, self._live()
         names = {node.key: i for i, node in enumerate(nodes)}
         lines = []
         for i, node in enumerate(nodes):
@@ -72,6 +83,16 @@ class Traced(PythonForm):
         return f"traced {hashlib.sha256(text.encode()).hexdigest()}{stores}"
 
     # -- machine code, by modules that are imported only when code is to be made
+
+    def compiled(self, seconds=math.inf):
+        """The compiled Function, from disk or made now."""
+        key = self.key()
+        code = code_store.assembled(key, self.text)
+        return Function(
+            key, code.address, sum(map(n_words, self.kinds)),
+            self.dispatcher and functools.cache(self.dispatcher), code, self.mode, seconds,
+            self.series and code_store.first_kept(self.series), self,
+        )  # fmt: skip
 
     def text(self, symbol):
         """The text of an LLVM module with the pointer form."""
@@ -127,12 +148,6 @@ class Traced(PythonForm):
         from .inlined import vector_text
 
         return vector_text(self, symbol, n, width, exact, kinds)
-
-
-def _decisions(traced):
-    nodes = live([*traced.stored, traced.trace.raising])
-    found = {node.args[0].key: node.args[0] for node in nodes if node.op == "select"}
-    return list(found.values())
 
 
 def kind_of_group(group):

@@ -2,6 +2,7 @@
 
 import functools
 import hashlib
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
@@ -14,35 +15,29 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, Untraceable, refused_as
 
 from .. import function_convention
-from ..parameters import packer
-from .code import kind_of_group
+from .code import Traced
 from .pointer_form import in_loops, plan_of, worth_loops
-from .python_form import PythonForm
 
 
-class TracedInBatches(PythonForm):
-    """A trace in batches in a mode, with the attributes of `Traced`.
+class TracedInBatches(Traced):
+    """A trace in batches in a mode, without a list `stored`.
 
     It has no form that kernels inline, no form on vectors, and no Taylor series.
     """
 
     in_batches = True
-    dispatcher = vector_text = series = lane_series = None
+    dispatcher: Any = None
+    vector_text = series = lane_series = dispatcher
 
-    @refused_as(Refusal.untraceable)
-    def __init__(self, trace, mode, n):
-        self.trace, self.mode, self.n = trace, mode, n
-        self.table = trace.graph.batches
-        self.n_stored = len(trace.outputs)
-        self.kinds = [kind_of_group(group) for group in trace.reads.groups]
-        self.at = trace.reads.of_arguments()
-        self.pack = packer(self.kinds)
+    def _find_results(self):
+        trace = self.trace
+        self.table, self.n_stored = trace.graph.batches, len(trace.outputs)
         try:
             self.plan, self.nodes = self._planned(trace.outputs, trace.raising)
         except Irregular:
             raise Untraceable("its arrays are indexed without order", said=False) from None
         decisions = [*self.plan.decisions, *self.plan.single_decisions(self.nodes)]
-        self.decisions = decisions if mode.notes_sides else []
+        self.decisions = decisions if self.mode.notes_sides else []
 
     def _planned(self, outputs, raising):
         """The Plan, and the nodes behind its loops: single outputs, and whether it raises."""

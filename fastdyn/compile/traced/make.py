@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn import code_store
-from fastdyn.kernels.calls.block import FAULT, FIRST
 from fastdyn.trace.graph.refusal import LATEST, NotYet, Refusal, Untraceable, refused_as
 from fastdyn.trace.islands.island import Address, calls_libraries
 from fastdyn.trace.paths.places import line_of_refusal, line_of_write
@@ -18,10 +17,9 @@ from fastdyn.trace.paths.stores import trace_with_stores
 from fastdyn.trace.reads.reads import flat
 
 from .. import background, memory
+from ..bound import with_code
 from ..callables.diagnostics import located
-from ..compare import compare_around
-from ..parameters import n_words, pack_all
-from ..python_callback import evaluate
+from ..compare import compare_around, machine_value, python_value
 from . import elimination
 from .code import Traced
 from .follow import Follower
@@ -154,20 +152,20 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
     if any(traced.at[j - 1] is None for j in varying):
         raise Untraceable("an argument that varies is no parameter of its code")
     key = traced.key()
-    function = _functions.get(key)
+    function, new = _functions.get(key), False
     if function is None:
-        function = traced.compiled()
-        function.seconds = _seconds(_compiled(traced, function.address, given), near, n)
+        function, new = traced.compiled(), True
+    parameters = list(zip(traced.kinds, given, strict=True))
+    bound = with_code(function, lambda t, y: fun(t, y, *args), [], parameters, mode, n)
+    if new:
+        function.seconds = _fastest(machine_value, bound, near)
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS
         _functions.put(key, function, size)
     place, values = _compared_place(traced, function, fun, given), _numbers(traced, given)
     unseen = _verified.get(place) if found.reads.lasting else None
     if unseen is None or values[unseen].any():
         holds = not stores and found.reads.follow(fun, *args) is not None
-        different = compare_around(
-            lambda t, y: evaluate(lambda t, y: fun(t, y, *args), mode, t, y),
-            _compiled(traced, function.address, given), near, n, traced.trace,
-        )  # fmt: skip
+        different = compare_around(bound, near, traced.trace)
         after = found.reads.follow(fun, *args) if holds else given
         if after is None or not np.array_equal(_numbers(traced, after), values, equal_nan=True):
             raise Untraceable("it changes what it uses", effect=True)
@@ -175,8 +173,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
             raise Untraceable(different)
         calls = calls_libraries(found.graph)
         dense = traced.in_batches and mode.complex_numbers  # libraries may multiply faster
-        given_to = fun, args, mode, near, n
-        if (calls or dense) and _is_slower(function, *given_to, 0.0 if calls else OF_CALL):
+        if (calls or dense) and _is_slower(bound, near, 0.0 if calls else OF_CALL):
             raise Untraceable(_said_of(calls), final=True)
         now = np.flatnonzero(values == 0)
         unseen = _verified.put(place, now if unseen is None else np.intersect1d(now, unseen))
@@ -189,14 +186,18 @@ def _said_of(islands):
     return located(f"{islands[0].name} takes as long in Python", islands[0].place)
 
 
-def _is_slower(function, fun, args, mode, near, n, more):
+def _is_slower(bound, near, more):
     """Whether an evaluation at the start takes longer than in Python."""
-    y0 = np.resize(np.asarray(near.y0, float), n)
+    return bound.function.seconds > more + SLOWER * _fastest(python_value, bound, near)
 
-    def in_python():
-        evaluate(lambda t, y: fun(t, y, *args), mode, near.t0, y0.copy())
 
-    return function.seconds > more + SLOWER * min(timeit.repeat(in_python, number=1, repeat=3))
+def _fastest(value, bound, near):
+    """The time of an evaluation at the start; called from Python, and so an upper bound.
+
+    The time of machine code holds for all values, because no loop of a trace depends on values.
+    """
+    y0 = np.resize(np.asarray(near.y0, float), bound.n)
+    return min(timeit.repeat(lambda: value(bound, near.t0, y0), number=1, repeat=3))
 
 
 def _of_mode(found, mode, n, batches):
@@ -217,23 +218,3 @@ def _compared_place(traced, function, fun, given):
     same = traced.trace.reads.same_things()
     islands = tuple([v.of for v in given if type(v) is Address])
     return function.key, code_of(fun), tuple(map(type, given)), same, islands
-
-
-def _compiled(traced, address, given):
-    """``function(t, y)`` that calls machine code with these parameter values."""
-    end = FIRST + sum(map(n_words, traced.kinds))
-    block, held = np.zeros(end + traced.n, np.int64), []
-    block[FAULT] = end
-    pack_all(zip(traced.kinds, given, strict=True), block, held)
-    function = traced.python(address, block)
-    function.held = held
-    return function
-
-
-def _seconds(compiled, near, n):
-    """The time of one evaluation, measured from Python, and so an upper bound.
-
-    The time holds for all values, because no loop of a trace depends on values.
-    """
-    y0 = np.resize(np.asarray(near.y0, float), n)
-    return min(timeit.repeat(lambda: compiled(near.t0, y0), number=1, repeat=3))

@@ -98,11 +98,6 @@ def may_have_effect(fun, args, mode, n):
     return not known or met.effect or met.writes
 
 
-def writes(fun, args, mode, n, varying=()):
-    """Whether a function was refused because it writes to arrays."""
-    return _met_at(fun, args, mode, n, varying).writes
-
-
 def writes_to_state(fun, args, mode, n):
     """Whether a function was refused because it writes to its state."""
     return _met_at(fun, args, mode, n).of_state

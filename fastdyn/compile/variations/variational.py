@@ -13,7 +13,7 @@ from fastdyn.trace.graph.jumps import decisions, first_jump
 from fastdyn.trace.graph.refusal import Untraceable, refused_as
 from fastdyn.trace.reads.reads import flat
 
-from ..bind import with_block
+from ..bound import with_code
 from ..callables.diagnostics import Uncompilable
 from ..derivatives.jacobian import GROWING
 from ..mode import SENSITIVITIES
@@ -76,7 +76,7 @@ def bind_extended(fun, args, mode, near, extended, compiled, untraced="it cannot
     def as_written(t, z):
         return extended(t, z, *args)
 
-    return with_block(function, as_written, [fun, args], values, function.mode, size, at)
+    return with_code(function, as_written, [fun, args], values, function.mode, size, at)
 
 
 def decides(bound):

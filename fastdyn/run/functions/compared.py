@@ -8,7 +8,7 @@ import numpy as np
 from fastdyn.compile.compare import compare_along, sides_at
 from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
 from fastdyn.compile.traced.met import codes
-from fastdyn.kernels.calls.block import FAULT, SIDES
+from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.lsoda import NAME as LSODA
 
@@ -119,7 +119,7 @@ def compare(run, count, fresh) -> dict[int, int]:
             more, hidden[id(bound.block)] = _showing(run, bound, missing, t, y)
         compare_along(bound, [*t, *more[0]], [*given, *more[1]], time)
         if derivatives and p.method.n_matrices and bound.function.traced is not None:
-            compare_jacobian(bound, t, [each[: _length(bound)] for each in given])
+            compare_jacobian(bound, t, [each[: bound.n] for each in given])
     return hidden
 
 
@@ -155,7 +155,7 @@ def _showing(run, bound, missing, t, y):
 
     Returns (times, states), and the word of the sides that none of LOOKED_AT states shows.
     """
-    n, found = _length(bound), ([], [])
+    n, found = bound.n, ([], [])
     for at, state in zip(t, y, strict=True):
         missing &= ~sides_at(bound, at, state[:n])
     for at, state in zip(*_given(run, bound, LOOKED_AT), strict=True) if missing else ():
@@ -167,10 +167,6 @@ def _showing(run, bound, missing, t, y):
         if not missing:
             break
     return found, missing
-
-
-def _length(bound):
-    return len(bound.block) - int(bound.block[FAULT])
 
 
 def _given(run, bound, count):

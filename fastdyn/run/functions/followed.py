@@ -80,8 +80,7 @@ def may_take_other_code(bound):
 def _given(bound):
     """The arguments of `bind` for a compiled function: function, args, mode, length of y."""
     fun, args = bound.keepalive[:2]
-    n = len(bound.block) - int(bound.block[FAULT])
-    return fun, args, bound.mode, n, in_batches(bound.function)
+    return fun, args, bound.mode, bound.n, in_batches(bound.function)
 
 
 def changes_of_code(fun, args, mode, n, batches=False):
@@ -135,7 +134,7 @@ class Followed:
 
     def _take_other_code(self):
         own = self.bound
-        block, n = own.block, len(own.block) - int(own.block[FAULT])
+        block, n = own.block, own.n
         if block[JACOBIAN]:
             raise CannotFollow(
                 f"`{getattr(self.fun, '__name__', 'fun')}` reads what other functions of the "

@@ -13,7 +13,7 @@ from fastdyn.code_store.call import address_of
 from fastdyn.compile.parameters import n_words
 from fastdyn.compile.traced import met
 from fastdyn.compile.traced.follow import NO_ATTRIBUTES
-from fastdyn.kernels.calls.block import FAULT, FIRST
+from fastdyn.kernels.calls.block import FIRST
 
 from . import words as c
 
@@ -41,11 +41,11 @@ class _NotInC(Exception):
 
 def rows_of(bound, fun, args):
     """The Rows of a bound function with its present trace; None if C cannot follow the function."""
-    function, n = bound.function, len(bound.block) - int(bound.block[FAULT])
+    function = bound.function
     if function is None or function.traced is None or not bound.mode.compared:
         return None
     batches = met.in_batches(function)
-    known = met.known_trace(fun, args, bound.mode, n, batches=batches)
+    known = met.known_trace(fun, args, bound.mode, bound.n, batches=batches)
     if known is None or known[0].function is not function:
         return None
     try:

@@ -1,0 +1,13 @@
+"""The machine code of a function, called from Python."""
+
+from fastdyn.compile.bound import with_code
+from fastdyn.compile.compare import machine_value
+
+
+def called(function, values, mode, n):
+    """``f(t, y)`` of a compiled Function; None where the code raises.
+
+    `values` has a (type, value) for each parameter.
+    """
+    bound = with_code(function, None, [], values, mode, n)
+    return lambda t, y: machine_value(bound, t, y)
