@@ -7,27 +7,17 @@ from typing import Any
 import numpy as np
 
 from ..numpy import functions
-from ..numpy.interpolation import interpolated
+from ..symbols.arrays import stored
 from ..symbols.complex_pair import any_complex
 from ..symbols.symbolic import Batched, refuse
 from .columns import Columns
 from .filters import convolved
 from .formulas import as_columns, elementwise, filled
-from .products import einsum, matmul, running_sum
+from .products import einsum, running_sum
 from .reductions import reduce
 from .structure import joined, padded
 
 EXTREMES = {np.maximum: "top", np.minimum: "low", np.fmax: "", np.fmin: ""}
-
-
-def stored(result, out):
-    if out is None:
-        return result
-    target = out[0] if isinstance(out, tuple) else out
-    if not isinstance(target, Columns):
-        refuse("a result that depends on the state is stored in an array from outside")
-    target[...] = result
-    return target
 
 
 def reduced(table, ufunc, array, axis: Any = 0, keepdims=False, **more):
@@ -61,36 +51,6 @@ def _difference(table, a, n=1, axis=-1, prepend=np._NoValue, append=np._NoValue)
     return a
 
 
-def _gradient(table, f, *spacing, axis=None, edge_order=1):
-    f = as_columns(table, f)
-    if edge_order not in (1, 2) or any(np.ndim(h) for h in spacing) or len(spacing) > f.ndim:
-        refuse("np.gradient of a long array with uneven spacing")
-    axes = range(f.ndim) if axis is None else [int(a) % f.ndim for a in np.atleast_1d(axis)]
-    steps = [1.0] * len(axes) if not spacing else list(spacing) * (
-        len(axes) if len(spacing) == 1 else 1
-    )  # fmt: skip
-    found = [_slope(f, i, h, edge_order) for i, h in zip(axes, steps, strict=True)]
-    return found[0] if len(found) == 1 else found
-
-
-def _slope(f, axis, h, order):
-    def at(*key):
-        return f[(slice(None),) * axis + key]
-
-    result = np.zeros_like(f)
-    inner = (slice(None),) * axis
-    result[(*inner, slice(1, -1))] = (at(slice(2, None)) - at(slice(None, -2))) / (2.0 * h)
-    if order == 1:
-        result[(*inner, 0)] = (at(1) - at(0)) / h
-        result[(*inner, -1)] = (at(-1) - at(-2)) / h
-    else:
-        a, b, c = -1.5 / h, 2.0 / h, -0.5 / h
-        result[(*inner, 0)] = a * at(0) + b * at(1) + c * at(2)
-        a, b, c = 0.5 / h, -2.0 / h, 1.5 / h
-        result[(*inner, -1)] = a * at(-3) + b * at(-2) + c * at(-1)
-    return result
-
-
 def _trapezoid(table, y, x=None, dx=1.0, axis=-1):
     y = as_columns(table, y)
     if y.ndim != 1:
@@ -115,18 +75,6 @@ def _like(value):
         return filled(table, shape, value).astype(dtype)
 
     return function
-
-
-def _norm(table, x, ord=None, axis=None, keepdims=False):
-    if ord not in (None, 2, "fro", np.inf, 1) or (ord is not None and np.ndim(x) > 1 and
-                                                  axis is None and ord != "fro"):  # fmt: skip
-        refuse("a norm of another kind")
-    x = np.abs(x)
-    if ord == np.inf:
-        return reduce(table, "top", x, axis, keepdims)
-    if ord == 1:
-        return reduce(table, "sum", x, axis, keepdims)
-    return np.sqrt(reduce(table, "sum", x * x, axis, keepdims))
 
 
 def _only(name, **more):
@@ -158,12 +106,6 @@ def _by(op):
         )
 
     return function
-
-
-def _angle(table, z, deg=False):
-    z = as_columns(table, z)
-    found = np.arctan2(z.imag, z.real)
-    return found * (180.0 / np.pi) if deg else found
 
 
 def _share_memory(table, a, b, **_):
@@ -203,16 +145,12 @@ def _running(table, a, axis=None, dtype=None, out=None):
     return stored(running_sum(table, a.reshape(-1)), out)
 
 
-def _interp(table, x, xp, fp, *args, **kwargs):
-    return elementwise(table, lambda v: interpolated(v, xp, fp, *args, **kwargs), (x,))
-
-
 TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # its name before NumPy 2
 AS_ARRAYS = np.asarray, np.asanyarray, np.ascontiguousarray
 OWN: dict[Any, Any] = {
-    np.interp: _interp, np.linspace: _spaced, np.full: _full, np.meshgrid: _mesh,
+    np.linspace: _spaced, np.full: _full, np.meshgrid: _mesh,
     np.einsum: einsum, np.cumsum: _running, np.pad: padded, np.diff: _difference,
-    np.gradient: _gradient, np.array: _array,
+    np.array: _array,
     **dict.fromkeys(AS_ARRAYS, functools.partial(_array, copy=False)), TRAPEZOID: _trapezoid,
     np.zeros_like: _like(0.0), np.empty_like: _like(0.0), np.ones_like: _like(1.0),
     np.full_like: lambda table, a, value, **kw: _like(value)(table, a, **kw),
@@ -222,22 +160,8 @@ OWN: dict[Any, Any] = {
     np.any: lambda table, a, axis=None, **kw: reduced(table, np.logical_or, a, axis, **kw),
     np.all: lambda table, a, axis=None, **kw: reduced(table, np.logical_and, a, axis, **kw),
     np.ptp: lambda table, a, axis=None: np.max(a, axis) - np.min(a, axis),
-    np.dot: lambda table, a, b, out=None: stored(matmul(table, a, b), out),
-    np.inner: lambda table, a, b: matmul(table, a, np.transpose(b)),
-    np.vdot: lambda table, a, b: matmul(table, np.conj(np.ravel(a)), np.ravel(b)),
-    np.outer: lambda table, a, b: np.ravel(a)[:, None] * np.ravel(b)[None, :],
     np.convolve: convolved, np.may_share_memory: _share_memory,
-    np.linalg.norm: _norm, np.shape: lambda table, a: as_columns(table, a).shape,
-    np.ndim: lambda table, a: as_columns(table, a).ndim,
-    np.size: lambda table, a, axis=None: (
-        as_columns(table, a).size if axis is None else as_columns(table, a).shape[axis]
-    ),
-    np.real: lambda table, a: as_columns(table, a).real,
-    np.imag: lambda table, a: as_columns(table, a).imag, np.angle: _angle,
-    np.iscomplexobj: lambda table, a: any_complex(a),
-    np.isrealobj: lambda table, a: not any_complex(a),
     np.trace: lambda table, a, *args: np.sum(np.diagonal(a, *args)),
-    np.isscalar: lambda table, a: False, np.square: lambda table, a: a * a,
     np.append: lambda table, a, b: joined(table, np.concatenate, [np.ravel(a), np.ravel(b)]),
     np.count_nonzero: lambda table, a, axis=None: np.sum(np.where(a, 1.0, 0.0), axis),
 }  # fmt: skip

@@ -9,19 +9,22 @@ from ..numpy import functions
 from ..numpy.calls import WITH_EFFECTS
 from ..numpy.of_numbers import of_numbers
 from ..scipy.distances import DISTANCES
+from ..symbols.arrays import stored
 from ..symbols.complex_pair import any_complex
 from ..symbols.masks import Masked
 from ..symbols.symbolic import BATCHES, NOW, Batched, refuse
 from .filters import FILTERS
 from .formulas import as_columns, elementwise
 from .fourier import fourier
-from .library import OF_COMPLEXES, OWN, reduced, stored
+from .library import OF_COMPLEXES, OWN, reduced
 from .products import matmul
 from .structure import JOINING, STRUCTURE, joined, structured
 
-BY_ELEMENT = {
+FOR_ALL_ARRAYS = {  # functions of `numpy.functions` that are right for long arrays, too
     np.where, np.clip, np.select, np.isclose, np.nan_to_num, np.sinc, np.interp, np.round,
-    np.around, np.piecewise,
+    np.around, np.piecewise, np.gradient, np.linalg.norm, np.dot, np.inner, np.vdot, np.outer,
+    np.shape, np.ndim, np.size, np.real, np.imag, np.angle, np.iscomplexobj, np.isrealobj,
+    np.isscalar,
 }  # fmt: skip
 
 
@@ -74,7 +77,7 @@ def call_function(function, args, kwargs):
         return structured(table, function, args, kwargs)
     if function in JOINING:
         return joined(table, function, *args, **kwargs)
-    if function in BY_ELEMENT:
+    if function in FOR_ALL_ARRAYS:
         return functions.STAND_INS[function](*args, **kwargs)
     if isinstance(function, np.ufunc):
         return function(*[_listed(table, a) for a in args], **kwargs)
@@ -106,7 +109,7 @@ def call_scipy(function, args, kwargs):
     if name in FILTERS:
         return FILTERS[name](*args, **kwargs)
     if name == "norm":
-        return OWN[np.linalg.norm](NOW.table, *args, **kwargs)
+        return functions.STAND_INS[np.linalg.norm](*args, **kwargs)
     return refuse(f"{name} of a long array that depends on the state")
 
 

@@ -192,4 +192,4 @@ def side_by_side(array) -> Any:
     return Columns(table, None, table.batches[operand])
 
 
-BATCHES.update(island=island, sparse=sparse, joint=joint)
+BATCHES.update(island=island, sparse=sparse, joint=joint, matmul=matmul)

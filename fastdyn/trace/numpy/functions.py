@@ -7,7 +7,7 @@ import operator
 import numpy as np
 
 from ..symbols.arrays import Array, elementwise, reduced, stored
-from ..symbols.complex_pair import is_complex, product, total
+from ..symbols.complex_pair import any_complex, product, total
 from ..symbols.conditions import select
 from ..symbols.division import to_decimals
 from ..symbols.lazy import complete
@@ -16,7 +16,7 @@ from ..symbols.symbolic import Lazy, Symbolic, in_batches, is_symbolic, refuse
 from .fourier import transform
 from .interpolation import binned, interpolated, whereabouts
 from .linear_algebra import determinant, inverse, norm, solution
-from .plain_arrays import as_array, lowered, raised
+from .plain_arrays import array_of, as_array, lowered, raised
 from .products import matmul
 from .sequences import blocks, convolved, gradient_of, in_order, median, numpys_own, place_of
 from .tables import Table, as_table
@@ -123,6 +123,16 @@ def cross(a, b, **kwargs):
     return Array.of([v * z - w * y, w * x - u * z, u * y - v * x])
 
 
+def _listed(value):
+    return array_of(value) if isinstance(value, list | tuple) else value
+
+
+def angle(z, deg=False):
+    z = _listed(z)
+    found = np.arctan2(getattr(z, "imag", 0.0), getattr(z, "real", z))
+    return found * (180.0 / np.pi) if deg else found
+
+
 def summed(a, axis=None, dtype=None, out=None, keepdims=False, **more):
     return stored(np.add.reduce(Array.of(a), axis=axis, keepdims=keepdims, **more), out)
 
@@ -215,15 +225,14 @@ STAND_INS = {
     np.zeros_like: filled(0.0), np.empty_like: filled(0.0), np.ones_like: filled(1.0),
     np.full_like: lambda a, value, *more, **kw: filled(value)(a, *more, **kw),
     np.sinc: lambda x: elementwise(_sinc, x),
-    np.real: lambda a: getattr(a, "real", a), np.imag: lambda a: getattr(a, "imag", 0.0),
+    np.real: lambda a: getattr(_listed(a), "real", a),
+    np.imag: lambda a: getattr(_listed(a), "imag", 0.0), np.angle: angle,
     np.round: rounded, np.around: rounded,
-    np.angle: lambda z: np.arctan2(np.imag(z), np.real(z)),
     np.count_nonzero: lambda a, axis=None: reduced(lambda r: total(v != 0 for v in r), a, axis),
-    np.iscomplexobj: lambda a: any(map(is_complex, np.asarray(a, object).flat)),
+    np.iscomplexobj: any_complex, np.isrealobj: lambda a: not any_complex(a),
     np.isscalar: lambda a: isinstance(a, Symbolic),
-    np.shape: lambda a: Array.of(a).shape if isinstance(a, list | tuple) else a.shape,
-    np.ndim: lambda a: Array.of(a).ndim if isinstance(a, list | tuple) else a.ndim,
-    np.size: lambda a, axis=None: Array.of(a).size if axis is None else Array.of(a).shape[axis],
+    np.shape: lambda a: _listed(a).shape, np.ndim: lambda a: _listed(a).ndim,
+    np.size: lambda a, axis=None: array_of(a).size if axis is None else array_of(a).shape[axis],
 }  # fmt: skip
 for _name in ("argsort", "unique", "nonzero", "flatnonzero"):
     STAND_INS[getattr(np, _name)] = _refused(_name)

@@ -7,7 +7,7 @@ from ..symbols.complex_pair import is_complex, parts, product, total
 from ..symbols.conditions import select
 from ..symbols.real import symbol
 from ..symbols.symbolic import graph_of, is_symbolic, refuse
-from .plain_arrays import lowered
+from .plain_arrays import array_of, lowered
 from .products import matmul
 
 MAX_PIVOTED = 10  # largest system whose pivots depend on the state
@@ -110,7 +110,7 @@ def determinant(a):
 
 def norm(x, ord=None, axis=None, keepdims=False):
     """np.linalg.norm for the orders None, 1, 2, inf and "fro"."""
-    x = Array.of(x)
+    x = array_of(x)
     if ord in (None, 2, "fro") and (axis is not None or x.ndim == 1 or ord != 2):
         squares = elementwise(lambda v: total([p * p for p in parts(v)]), x)
         return np.sqrt(np.add.reduce(squares, axis=axis, keepdims=keepdims))

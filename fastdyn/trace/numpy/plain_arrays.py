@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..symbols.arrays import Array
-from ..symbols.symbolic import BATCHES, NOW, Batched, graph_of, is_symbolic
+from ..symbols.symbolic import BATCHES, NOW, Batched, graph_of, in_batches, is_symbolic
 from .constants import Constants
 
 
@@ -46,3 +46,8 @@ def number(value):
 def as_array(value):
     """Convert a list with symbols to an array; other values stay."""
     return Array.of(value) if isinstance(value, list | tuple) and is_symbolic(value) else value
+
+
+def array_of(value) -> Any:
+    """Convert an array-like to a long array if it holds a long array, else to an Array."""
+    return BATCHES["raised"](NOW.table, value) if in_batches([value]) else Array.of(value)

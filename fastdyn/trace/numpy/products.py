@@ -8,13 +8,15 @@ from ..islands.calls import or_apart
 from ..symbols.arrays import Array
 from ..symbols.complex_pair import is_complex, product, total
 from ..symbols.conditions import Condition
-from ..symbols.symbolic import check_operations, is_symbolic, refuse
+from ..symbols.symbolic import BATCHES, NOW, check_operations, in_batches, is_symbolic, refuse
 
 FEW = 4096  # largest matrix that is written out without a check
 
 
 def matmul(a, b, dot=False) -> Any:
     """``a @ b``, or ``np.dot(a, b)``; a product too large to write out calls NumPy."""
+    if in_batches((a, b)):
+        return BATCHES["matmul"](NOW.table, a, b)
     return or_apart(np.dot if dot else np.matmul, lambda a, b: _written_out(a, b, dot))(a, b)
 
 

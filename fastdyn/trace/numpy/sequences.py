@@ -9,7 +9,8 @@ from ..symbols.arrays import Array, reduced
 from ..symbols.complex_pair import product, total
 from ..symbols.conditions import both, either, negated, select
 from ..symbols.real import symbol
-from ..symbols.symbolic import graph_of, is_symbolic, refuse
+from ..symbols.symbolic import Batched, graph_of, is_symbolic, refuse
+from .plain_arrays import array_of
 
 MAX_SORTED = 32
 MAX_PRODUCTS = 4096  # limit of a convolution's products
@@ -105,17 +106,45 @@ def _leaves(arrays, depth):
         yield arrays if isinstance(arrays, np.ndarray) else Array.scalar(arrays)
 
 
-def gradient_of(f: Any, *spacing, axis=None, edge_order=1):
-    f = Array.of(f)
-    if f.ndim != 1 or len(spacing) > 1 or edge_order != 1 or is_symbolic(spacing):
-        return numpys_own(np.gradient)(f, *spacing, axis=axis, edge_order=edge_order)
-    h = spacing[0] if spacing else 1.0
-    if np.ndim(h):
-        h = np.diff(h)
+def gradient_of(f: Any, *spacing: Any, axis=None, edge_order=1):
+    f = array_of(f)
+    if any(map(np.ndim, spacing)):
+        if isinstance(f, Batched):
+            refuse("np.gradient of a long array with uneven spacing")
+        if f.ndim != 1 or len(spacing) > 1 or edge_order != 1 or is_symbolic(spacing):
+            return numpys_own(np.gradient)(f, *spacing, axis=axis, edge_order=edge_order)
+        h = np.diff(next(iter(spacing)))
         refuse("np.gradient on a grid") if not np.allclose(h, h[0], rtol=1e-12) else None
-        h = h[0]
-    inner = (f[2:] - f[:-2]) / (2.0 * h)
-    return np.concatenate([(f[1:2] - f[:1]) / h, inner, (f[-1:] - f[-2:-1]) / h])
+        spacing = (h[0],)
+    axes = range(f.ndim) if axis is None else [int(a) % f.ndim for a in np.atleast_1d(axis)]
+    if edge_order not in (1, 2) or len(spacing) > len(axes):
+        refuse("np.gradient in this way")
+    steps = list(spacing or (1.0,))
+    if len(steps) == 1:
+        steps *= len(axes)
+    found = [_slope(f, i, h, edge_order) for i, h in zip(axes, steps, strict=True)]
+    return found[0] if len(found) == 1 else tuple(found)
+
+
+def _slope(f, axis, h, order):
+    if f.shape[axis] < order + 1:
+        raise ValueError("Shape of array too small to calculate a numerical gradient")
+    inner = (slice(None),) * axis
+
+    def at(key):
+        return f[(*inner, key)]
+
+    result = np.zeros_like(f)
+    result[(*inner, slice(1, -1))] = (at(slice(2, None)) - at(slice(None, -2))) / (2.0 * h)
+    if order == 1:
+        result[(*inner, 0)] = (at(1) - at(0)) / h
+        result[(*inner, -1)] = (at(-1) - at(-2)) / h
+    else:
+        a, b, c = -1.5 / h, 2.0 / h, -0.5 / h
+        result[(*inner, 0)] = a * at(0) + b * at(1) + c * at(2)
+        a, b, c = 0.5 / h, -2.0 / h, 1.5 / h
+        result[(*inner, -1)] = a * at(-3) + b * at(-2) + c * at(-1)
+    return result
 
 
 def convolved(a, v, mode="full"):

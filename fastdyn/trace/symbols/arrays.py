@@ -12,7 +12,7 @@ from .looking_up import by_elements, check_bounds, index_of, table_of, without_d
 from .masks import Masked
 from .operators import by_function
 from .real import Symbol, as_python
-from .symbolic import BATCHES, NOW, AnswersNumPy, in_batches, is_symbolic, refuse
+from .symbolic import BATCHES, NOW, AnswersNumPy, Batched, in_batches, is_symbolic, refuse
 
 MAX_CHOICES = 64  # most symbols among which a symbolic index chooses
 
@@ -152,7 +152,7 @@ def stored(result, out) -> Any:
         (out,) = out
     if out is None:
         return result
-    if out.dtype != object and is_symbolic(result):
+    if out.dtype != object and not isinstance(out, Batched) and is_symbolic(result):
         refuse("a result that depends on the state is stored in an array from outside")
     out[...] = result
     return out
