@@ -135,7 +135,7 @@ class FormulasOfRows(Formulas):
         return text.new(f"shufflevector {pair}, {mask}")
 
     def in_turn(self, parts):
-        return reversed(parts)
+        return parts[::-1]
 
     def _power(self, step, total):
         inverse, slope = self.kept(step)
