@@ -1,4 +1,6 @@
-"""The coefficient of each step in rows, from the sums over earlier orders."""
+"""The coefficient of each step, from its sum over earlier orders."""
+
+from typing import Any
 
 from ..recurrences.operations import Integral
 from .convolutions import Late
@@ -9,39 +11,102 @@ SHUFFLED = 4  # up to so many source vectors, shuffles gather the lanes
 
 
 class Formulas:
-    """Emits the coefficients of one order: of `rows.order`, for the vectors of a `rows.Rows`."""
+    """Emits the coefficients of one order.
+
+    A subclass has `text` and `plan`, and these methods.  ``factor(f)`` is the value of an
+    invariant, ``of(node)`` the coefficient of a node, ``kept(step)`` a list of the values that
+    order 0 keeps.  ``by_order(total)`` divides a sum by the order.  ``of_time(step)`` is the
+    coefficient of a function whose argument is linear in time; `timed` has the keys of their nodes.
+    """
+
+    text: Any
+    plan: Any
+    timed: Any
+    factor: Any
+    of: Any
+    kept: Any
+    by_order: Any
+    of_time: Any
+
+    def coefficient(self, step, total):
+        """The coefficient of a step; `total` is the sum of its products of earlier orders."""
+        return getattr(self, f"_{type(step).__name__.lower()}")(step, total)
+
+    def _sum(self, step, total):
+        kept, parts = iter(self.kept(step)), [(self.factor(f), a) for f, a in step.terms]
+        for _, a, b in step.products:
+            parts += [(next(kept), x) for x in ((a,) if a is b else (b, a))]
+        for f, a in shallow_first(self.plan, parts):
+            total = self.text.fma(f, self.of(a), total)
+        return total
+
+    def _quotient(self, step, total):
+        top, slope, minus = self.kept(step)
+        total = self.text.mul(total, minus)
+        parts = [(slope, step.b)] + ([(top, step.a)] if step.a is not None else [])
+        for f, a in self.in_turn(parts):
+            total = self.text.fma(f, self.of(a), total)
+        return total
+
+    def in_turn(self, parts):
+        """The parts of a quotient, in the order of their addition."""
+        return shallow_first(self.plan, parts)
+
+    def _power(self, step, total):
+        return self.text.fma(self.of(step.a), self.kept(step)[1], total)
+
+    def _root(self, step, total):
+        half, minus = self.kept(step)
+        return self.text.fma(self.of(step.a), half, self.text.mul(total, minus))
+
+    def _integral(self, step, total):
+        if step.node.key in self.timed:
+            return self.of_time(step)
+        total = self.by_order(total)
+        for slope, (_, a, _) in zip(self.kept(step), step.parts, strict=True):
+            total = self.text.fma(self.of(a), slope, total)
+        return total
+
+
+class FormulasOfRows(Formulas):
+    """Emits the coefficients of the order `rows.order`, for the vectors of a `rows.Rows`."""
 
     def __init__(self, rows):
-        self.rows, self.text, self._start = rows, rows.text, _Start(rows, self)
+        self.rows, self.text, self.plan = rows, rows.text, rows.plan
+        self.factor, self.of, self.timed = rows.factor, rows.of, rows.places.timed
+        self._start = _Start(rows, self)
 
     def zeroth(self, step):
         """The value of order 0 of a step; keeps values for the other orders."""
         value = self._start.take(step)
         if n_kept(step) and not isinstance(step, Integral):
-            self._keep(step, flat(self._start.kept[step.node.key]))
+            self._keep(step, self._start.kept[step.node.key])
         return value
 
     def slopes(self, step):
         """Keep the derivatives of a function by its arguments."""
         self._keep(step, self._start.slopes(step))
 
-    def of(self, step, totals):
-        """The coefficient of a step at a higher order.
-
-        `totals` are the sums over earlier orders, by key.
-        """
-        return getattr(self, f"_{type(step).__name__.lower()}")(step, totals)
-
     def _keep(self, step, values):
         room = self.rows.pointer(("kept", step.node.key))
         for i, value in enumerate(values):
             self.text.store(value, self.text.at(room, i * self.text.lanes))
 
-    def _kept(self, step):
+    def kept(self, step):
         if not n_kept(step):
             return []
         room, lanes = self.rows.pointer(("kept", step.node.key)), self.text.lanes
         return [self.text.load(self.text.at(room, i * lanes)) for i in range(n_kept(step))]
+
+    def together(self, totals):
+        """The sum of the products of a step, from pairs (Convolution, sum)."""
+        total = None
+        for c, part in totals:
+            total = part if c.factor is None else self.text.fma(self.factor(c.factor), part, total)
+        return total
+
+    def by_order(self, total):
+        return self.rows.over(total, self.rows.order)
 
     def _gather(self, step, totals=None):
         """A vector gathered from lanes of other vectors."""
@@ -69,60 +134,19 @@ class Formulas:
         pair = f"{text.kind} {other if value is None else value}, {text.kind} {other}"
         return text.new(f"shufflevector {pair}, {mask}")
 
-    def _sum(self, step, totals):
-        text, rows, total, kept = self.text, self.rows, None, iter(self._kept(step))
-        for i, (f, _, _) in enumerate(step.products):
-            total = text.fma(rows.factor(f), totals[step.node.key, i], total)
-        parts = [(rows.factor(f), a) for f, a in step.terms]
-        for _, a, b in step.products:
-            parts += [(next(kept), x) for x in ((a,) if a is b else (b, a))]
-        for f, a in shallow_first(rows.plan, parts):
-            total = text.fma(f, rows.of(a), total)
-        return total
+    def in_turn(self, parts):
+        return parts[::-1]
 
-    def _quotient(self, step, totals):
-        rows = self.rows
-        top, slope, minus = self._kept(step)
-        total = self.text.mul(totals[step.node.key, 0], minus)
-        if step.a is not None:
-            total = self.text.fma(top, rows.of(step.a), total)
-        return self.text.fma(slope, rows.of(step.b), total)
+    def _power(self, step, total):
+        inverse, slope = self.kept(step)
+        total = self.text.mul(self.by_order(total), inverse)
+        return self.text.fma(self.of(step.a), slope, total)
 
-    def _power(self, step, totals):
-        rows = self.rows
-        inverse, slope = self._kept(step)
-        total = rows.over(totals[step.node.key, 0], rows.order)
-        return self.text.fma(rows.of(step.a), slope, self.text.mul(total, inverse))
-
-    def _root(self, step, totals):
-        rows = self.rows
-        half, minus = self._kept(step)
-        return self.text.fma(rows.of(step.a), half, self.text.mul(totals[step.node.key, 0], minus))
-
-    def _integral(self, step, totals):
-        text, rows, total = self.text, self.rows, None
-        if step.node.key in rows.places.timed:
-            return self._of_time(*step.parts[0])
-        for i, (f, _, _) in enumerate(step.parts):
-            part = totals.get((step.node.key, i))
-            total = text.fma(rows.factor(f), part, total)
-        total = rows.over(total, rows.order)
-        for slope, (_, a, _) in zip(self._kept(step), step.parts, strict=True):
-            total = text.fma(rows.of(a), slope, total)
-        return total
-
-    def _of_time(self, f, a, g):
-        """The coefficient of a function whose argument is linear in time."""
-        text, rows, order = self.text, self.rows, self.rows.order
+    def of_time(self, step):
+        rows, order, ((f, a, g),) = self.rows, self.rows.order, step.parts
         before = Late(order.i - 1) if isinstance(order, Late) else order - 1
-        slope = text.mul(rows.factor(f), rows.row(a, 1))
-        return rows.over(text.mul(slope, rows.row(g, before)), order)
-
-
-def flat(values):
-    """The numbers in a list of numbers and tuples, without None."""
-    each = [v if isinstance(v, tuple) else (v,) for v in values]
-    return [x for v in each for x in v if x is not None]
+        slope = self.text.mul(rows.factor(f), rows.row(a, 1))
+        return rows.over(self.text.mul(slope, rows.row(g, before)), order)
 
 
 class _Start(Start):

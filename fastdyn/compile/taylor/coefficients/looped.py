@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..recurrences.listing import Gather, items, rebuilt, shape
+from ..recurrences.listing import Gather, nodes, rebuilt, shape
 from .convolutions import convolutions, n_partial
 from .places import n_kept
 
@@ -63,19 +63,9 @@ def _label(places, step):
     if isinstance(step, Gather):
         sources = any(bundle.key in places.history for bundle, _ in step.lanes)
         return "gather", step.node.key in places.history, sources
-    given = [
-        places.constant(x) if factor else x.key in places.history for factor, x in _items(step)
-    ]
+    given = [places.constant(x) if x.is_factor else x.key in places.history for x in nodes(step)]
     timed = step.node.key in places.timed
-    return shape(step, _is_factor), step.node.key in places.history, timed, tuple(given)
-
-
-def _is_factor(node):
-    return node.is_factor
-
-
-def _items(step):
-    return items(step, _is_factor)
+    return shape(step, lambda x: x.is_factor), step.node.key in places.history, timed, tuple(given)
 
 
 class _Loop:
@@ -91,8 +81,8 @@ class _Loop:
         if isinstance(first, Gather):
             step = Gather(node, [(self._lane(i), 0) for i in range(len(first.lanes))])
         else:
-            lists = zip(*map(_items, self.like), strict=True)
-            step = rebuilt(first, node, [self._given(*zip(*each, strict=True)) for each in lists])
+            lists = zip(*map(nodes, self.like), strict=True)
+            step = rebuilt(first, node, [self._given(each) for each in lists])
         for label, count in (("kept", n_kept(first)), ("partial", n_partial(first, places.timed))):
             if count:
                 self._own(label, count, node)
@@ -116,9 +106,9 @@ class _Loop:
         self.plan.level[new.key] = self.plan.level[key]
         return new
 
-    def _given(self, factors, nodes):
+    def _given(self, nodes):
         """The operand of a loop's formula: a slot, or a constant."""
-        if not factors[0]:
+        if not nodes[0].is_factor:
             return self._node(nodes)
         if self.places.constant(nodes[0]) is not None:
             return nodes[0]

@@ -13,18 +13,16 @@ follows a store of its value.  Lanes exist up to p / 2 only, because i <= k and 
 The loop over k stays a loop, in phases by the number of registers that the lanes take.
 """
 
-from typing import Any
-
 from ..recurrences.listing import timed
-from ..recurrences.operations import Choice, Power, Quotient, Root, Sum
 from ..text.instructions import ZERO, hexadecimal
 from ..text.loops import Loops
+from .formulas import Formulas
 from .order import Order, Tables
 from .updates import Updates
-from .values import Start, shallow_first
+from .values import Start
 
 
-class Online:
+class Online(Formulas):
     """Emits the series of one trajectory.
 
     Parameters
@@ -36,8 +34,8 @@ class Online:
     text : Text
     width : int
         Lanes of a register.
-    invariant : callable
-        ``invariant(node)`` returns the value of an invariant.
+    factor : callable
+        ``factor(node)`` returns the value of an invariant.
     rows : str
         The address of the coefficients; order k has `row` numbers from k row on.  Order 0 is
         already stored.
@@ -53,9 +51,9 @@ class Online:
 
     exact = False
 
-    def __init__(self, plan, order, text, width, invariant, rows, row, scale, kinks):
+    def __init__(self, plan, order, text, width, factor, rows, row, scale, kinks):
         self.kinks, self._paced = kinks, {}
-        self.plan, self.text, self.width, self.invariant = plan, text, width, invariant
+        self.plan, self.text, self.width, self.factor = plan, text, width, factor
         self.rows, self.row, self.scale, self.last = rows, row, scale, order - 1
         self.lanes = max((order - 1) // 2, 1)
         self.registers = -(-self.lanes // width)
@@ -78,9 +76,9 @@ class Online:
         """Compute order 0 from the values of time and state."""
         plan = self.plan
         known = {a.key: t if a.op == "t" else y[a.data] for a in self.plan.leaves().values()}
-        start = Start(plan, self.text, self.invariant, known, self.kinks.sides())
+        start = Start(plan, self.text, self.factor, known, self.kinks.sides())
         start.emit()
-        self.kept = start.kept
+        self.kept_values = start.kept
         self.kinks.begin(start)
         self.kinks.store(0, known | start.value)
         self._zeroth = {step.node.key: start.of(step.node) for step in plan.steps} | known
@@ -88,9 +86,9 @@ class Online:
     def slopes(self):
         """The derivatives of the states, from order 0."""
         return [
-            self.invariant(f)
+            self.factor(f)
             if core is None
-            else self.text.mul(self.invariant(f), self._zeroth[core.key])
+            else self.text.mul(self.factor(f), self._zeroth[core.key])
             for f, core in self.plan.outputs
         ]
 
@@ -126,7 +124,7 @@ class Online:
         """scale f, or scale^2 f, computed once, before the loops over orders."""
         if (f.key, ahead) not in self._paced:
             below = self.scale if ahead == 1 else self._pace(f, 1)
-            other = self.invariant(f) if ahead == 1 else self.scale
+            other = self.factor(f) if ahead == 1 else self.scale
             self._paced[f.key, ahead] = self.text.mul(below, other)
         return self._paced[f.key, ahead]
 
@@ -138,9 +136,7 @@ class Online:
         f, core = self.plan.outputs[i]
         if core is None:
             return None
-        return order.next(
-            v[core.key], self.invariant(f), self.exact and self._pace(f, ahead), ahead
-        )
+        return order.next(v[core.key], self.factor(f), self.exact and self._pace(f, ahead), ahead)
 
     def store(self, k):
         """Store the coefficients of order k of all states; k is a number or an LLVM value."""
@@ -155,6 +151,7 @@ class Online:
     def add_order(self, order):
         """Compute the coefficients of one order, and add their products to the later sums."""
         plan, v = self.plan, {}
+        self._v, self._order = v, order
         for a in self.plan.leaves().values():
             v[a.key] = self.leaf[a.data] if a.op == "y" else self.scale if order.first else None
             if a.op == "t":
@@ -162,7 +159,7 @@ class Online:
         known = self.updates.known()
         for step in plan.steps:
             key = step.node.key
-            v[key] = self._value(step, v, known.get(key), order)
+            v[key] = self.coefficient(step, known.get(key))
             if order.first and plan.degree.get(key) == 1:
                 self.slope[key] = v[key]
         self.kinks.store(order.k, v)
@@ -171,48 +168,25 @@ class Online:
             self.updates.add(v, order)
         self.previous = {key: v[key] for key in self.previous}
 
-    def _value(self, step, v, total, order):
-        """c[k] from the operands' coefficients of order k and the sum over earlier orders."""
-        text = self.text
-        kept: Any = self.kept.get(step.node.key)
-        if isinstance(step, Sum):
-            return self._value_of_sum(step, v, total)
-        if isinstance(step, Quotient):
-            top, slope, minus = kept
-            total = text.mul(total, minus)
-            parts = [(slope, step.b)] + ([(top, step.a)] if step.a is not None else [])
-            for f, a in shallow_first(self.plan, parts):
-                total = text.fma(f, v[a.key], total)
-            return total
-        if isinstance(step, Power):
-            return text.fma(v[step.a.key], kept[1], total)
-        if isinstance(step, Root):
-            return text.fma(v[step.a.key], kept[0], text.mul(total, kept[1]))
-        if isinstance(step, Choice):
-            a, b = (v.get(x.key) or ZERO for x in (step.a, step.b))
-            return text.select(kept, a, b)
-        if step.node.key in self.timed:
-            return self._value_of_time(step, v, order)
-        total = text.mul(total, order.inverse)
-        for slope, (_, a, _) in zip(kept, step.parts, strict=True):
-            total = text.fma(v[a.key], slope, total)
-        return total
+    def of(self, node):
+        return self._v[node.key]
 
-    def _value_of_sum(self, step, v, total):
-        parts = [(self.invariant(f), a) for f, a in step.terms]
-        for (fa, fb), (_, a, b) in zip(self.kept[step.node.key], step.products, strict=True):
-            parts += [(fa, b)] + ([(fb, a)] if fb is not None else [])
-        for f, a in shallow_first(self.plan, parts):
-            total = self.text.fma(f, v[a.key], total)
-        return total
+    def kept(self, step):
+        return self.kept_values[step.node.key]
 
-    def _value_of_time(self, step, v, order):
-        """c[k] of a function whose argument is linear in time."""
+    def by_order(self, total):
+        return self.text.mul(total, self._order.inverse)
+
+    def _choice(self, step, _):
+        a, b = (self._v.get(x.key) or ZERO for x in (step.a, step.b))
+        return self.text.select(self.kept(step), a, b)
+
+    def of_time(self, step):
         text, ((f, a, g),) = self.text, step.parts
         slope = self.slope[a.key]
-        if order.first:
-            return text.mul(slope, self.kept[step.node.key][0])
-        factor = text.mul(text.mul(self.invariant(f), slope), order.inverse)
+        if self._order.first:
+            return text.mul(slope, self.kept(step)[0])
+        factor = text.mul(text.mul(self.factor(f), slope), self._order.inverse)
         return text.mul(self.previous[g.key], factor)
 
     def _next(self, v, order):

@@ -11,7 +11,7 @@ from typing import Any
 from ..recurrences.operations import Integral
 from ..text.instructions import ONE, ZERO, hexadecimal
 from .convolutions import BLOCK, Convolutions, Late
-from .formulas import Formulas
+from .formulas import FormulasOfRows
 
 
 class Rows:
@@ -33,7 +33,7 @@ class Rows:
         self.plan, self.text, self.space, self.places = plan, text, space, places
         self.parts, self.rates = plan.parts(places)
         self.last, self.base, self.in_loop = order - 1, {}, False
-        self.convolutions, self.formulas = Convolutions(self), Formulas(self)
+        self.convolutions, self.formulas = Convolutions(self), FormulasOfRows(self)
 
     # -- addresses and values
 
@@ -187,8 +187,7 @@ class Rows:
         """The coefficients of an order that is known when the code is emitted."""
         sums = self.convolutions
         for step in steps:
-            totals = {c.key: sums.early(c, self.order) for c in sums.of([step])}
-            self._coefficient(step, totals)
+            self._coefficient(step, [(c, sums.early(c, self.order)) for c in sums.of([step])])
 
     def _block(self, steps):
         found = self.convolutions.block(steps)
@@ -207,14 +206,15 @@ class Rows:
     def _late(self, steps):
         sums, i = self.convolutions, self.order.i
         for step in steps:
-            totals = {}
+            totals = []
             for c in sums.of([step]):
                 known = self.in_loop and self.text.load(self._place_of_partial(c, i))
-                totals[c.key] = sums.late(c, i, known or self.partial[c.key][i])
+                totals.append((c, sums.late(c, i, known or self.partial[c.key][i])))
             self._coefficient(step, totals)
 
     def _coefficient(self, step, totals):
-        self.put(step.node, self.formulas.of(step, totals))
+        total = self.formulas.together(totals)
+        self.put(step.node, self.formulas.coefficient(step, total))
 
     def _rates(self, following):
         """Store the coefficients of the states' next order."""

@@ -56,7 +56,7 @@ class Updates:
         (e k - i) a[k] c[i] and (e i - k) a[i] c[k].
         """
         key, (a, b), of_a = c.key[0], _names(c), []
-        factors = [] if c.factor is None else [self.online.invariant(c.factor)]
+        factors = [] if c.factor is None else [self.online.factor(c.factor)]
         weights_of_b = weights_of_a = None
         if c.of_square:
             self._add(key, self._splat(c.a, *factors), self._both(c.a.key, before, after))
@@ -64,7 +64,7 @@ class Updates:
         if c.weight == JUST_J:
             of_a = [self.order.number]
         elif c.weighted:
-            of_a = [self.online.kept[key][0]]
+            of_a = [self.online.kept_values[key][0]]
             weights_of_b, weights_of_a = self._weighted(c.weight)
         first = self._splat(c.a, *factors, *of_a)
         self._add(key, first, self._weigh(before[b], weights_of_b))
@@ -110,7 +110,7 @@ class Updates:
     def _inverse_of(self, key):
         """1 / a0 of the base a of a Power."""
         power = next(c.key[0] for c in self._all if c.weighted and c.a.key == key)
-        return self.online.kept[power][0]
+        return self.online.kept_values[power][0]
 
     def _splat(self, node, *factors):
         """A register with c[k] times factors in all lanes; None stands for zero."""

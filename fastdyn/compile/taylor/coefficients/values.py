@@ -63,10 +63,7 @@ class Start:
         for f, a, b in step.products:
             fa = t.mul(self.invariant(f), self.of(a))
             total = t.fma(fa, self.of(b), total)
-            if a is b:
-                kept.append((t.add(fa, fa), None))
-            else:
-                kept.append((fa, t.mul(self.invariant(f), self.of(b))))
+            kept += [t.add(fa, fa)] if a is b else [fa, t.mul(self.invariant(f), self.of(b))]
         self.kept[step.node.key] = kept
         return total
 

@@ -10,6 +10,8 @@ the numerical integration of ODEs by means of high-order Taylor methods", Experi
 import math
 import sys
 
+from fastdyn.trace.graph.derivative_rules import LOCAL
+
 from .known_sides import known_side
 
 LARGEST = sys.float_info.max
@@ -165,7 +167,7 @@ class Rewriter:
             return g.mul(constant(scale), self._logarithm(args[0]))
         if name == "cbrt":
             return self.power(args[0], 1.0 / 3.0)
-        if name not in SLOPES and name != "atan2":
+        if name not in SLOPES and name not in BY_RULE and name != "atan2":
             raise NotSmooth(f"`{name}`")
         return g.make("call", args, name)
 
@@ -174,7 +176,7 @@ class Rewriter:
 
     def slopes(self, node):
         """The derivatives of a function by its arguments, [(argument, node)]."""
-        g, constant = self.graph, self.graph.const
+        g = self.graph
         if node.data == "pow":  # with a parameter as exponent
             base, exponent = node.args
             return [(base, self._quotient(g.mul(exponent, node), base))]
@@ -183,43 +185,28 @@ class Rewriter:
             square = g.add(g.mul(x, x), g.mul(y, y))
             return [(y, g.div(x, square)), (x, g.neg(g.div(y, square)))]
         (a,) = node.args
-        return [(a, self(SLOPES[node.data](g, a, node, constant(1.0))))]
+        if node.data in BY_RULE:
+            ((slope, _),) = LOCAL[node.data](g, node, None)
+        else:
+            slope = SLOPES[node.data](g, a, node, g.const(1.0))
+        return [(a, self(slope))]
 
 
 def _root(g, x):
     return g.make("sqrt", (x,))
 
 
-def _call(g, name, a):
-    return g.make("call", (a,), name)
-
-
-def _gauss(factor):
-    def slope(g, a, c, one):
-        return g.mul(g.const(factor), _call(g, "exp", g.neg(g.mul(a, a))))
-
-    return slope
-
-
-SLOPES = {  # derivative of f(a), from the nodes of a, of c = f(a) and of 1
-    "exp": lambda g, a, c, one: c,
+# Functions of one number whose derivative is that of `derivative_rules.py`, or of SLOPES.
+BY_RULE = frozenset((
+    "exp", "log", "log1p", "sin", "cos", "tan", "sinh", "cosh", "atan", "asinh", "erf", "erfc",
+))  # fmt: skip
+SLOPES = {  # shorter derivatives of f(a), from the nodes of a, of c = f(a) and of 1
     "expm1": lambda g, a, c, one: g.add(c, one),
-    "log": lambda g, a, c, one: g.div(one, a),
-    "log1p": lambda g, a, c, one: g.div(one, g.add(one, a)),
-    "sin": lambda g, a, c, one: _call(g, "cos", a),
-    "cos": lambda g, a, c, one: g.neg(_call(g, "sin", a)),
-    "tan": lambda g, a, c, one: g.add(one, g.mul(c, c)),
-    "sinh": lambda g, a, c, one: _call(g, "cosh", a),
-    "cosh": lambda g, a, c, one: _call(g, "sinh", a),
     "tanh": lambda g, a, c, one: g.sub(one, g.mul(c, c)),
     "asin": lambda g, a, c, one: g.div(one, _root(g, g.sub(one, g.mul(a, a)))),
     "acos": lambda g, a, c, one: g.neg(g.div(one, _root(g, g.sub(one, g.mul(a, a))))),
-    "atan": lambda g, a, c, one: g.div(one, g.add(one, g.mul(a, a))),
-    "asinh": lambda g, a, c, one: g.div(one, _root(g, g.add(one, g.mul(a, a)))),
     "acosh": lambda g, a, c, one: g.div(one, _root(g, g.sub(g.mul(a, a), one))),
     "atanh": lambda g, a, c, one: g.div(one, g.sub(one, g.mul(a, a))),
-    "erf": _gauss(2.0 / math.sqrt(math.pi)),
-    "erfc": _gauss(-2.0 / math.sqrt(math.pi)),
 }
 NAMES = {
     "round": "rounding to a whole number",

@@ -1,5 +1,7 @@
 """LLVM functions that find the first change of sign of a polynomial; a step calls them."""
 
+import contextlib
+
 from ..text.instructions import MINUS, ONE, ZERO, Text, hexadecimal
 
 ROUNDS = 100  # of the search, after which the step ends before the change
@@ -26,14 +28,13 @@ class _Function(Text):
         self.put(f"br i1 {condition}, label %{yes}, label %{no}")
         self.label(no)
 
-    def begin(self, label):
-        """Begin a loop over k, from the order down."""
+    @contextlib.contextmanager
+    def down(self, label, least):
+        """A context whose lines become a loop over k, from the order down to `least`."""
         self.put(f"store i64 %order, ptr {self.k}")
         self.put(f"br label %{label}")
         self.label(label)
-        return self.load(self.k, "i64")
-
-    def end(self, label, least):
+        yield self.load(self.k, "i64")
         k = self.new(f"add i64 {self.load(self.k, 'i64')}, -1")
         self.put(f"store i64 {k}, ptr {self.k}")
         self.jump(self.new(f"icmp sge i64 {k}, {least}"), label, f"{label}_done")
@@ -45,10 +46,10 @@ class FirstSign(_Function):
     def body(self):
         sign = self.slot("double")
         self.store(ZERO, sign)
-        c = self.coefficient(self.begin("each"))
-        negative = self.select(self.compare("olt", c, ZERO), MINUS, self.load(sign))
-        self.store(self.select(self.compare("ogt", c, ZERO), ONE, negative), sign)
-        self.end("each", 0)
+        with self.down("each", 0) as k:
+            c = self.coefficient(k)
+            negative = self.select(self.compare("olt", c, ZERO), MINUS, self.load(sign))
+            self.store(self.select(self.compare("ogt", c, ZERO), ONE, negative), sign)
         self.put(f"ret double {self.load(sign)}")
         return self.function(f"internal double @{FIRST_SIGN}(ptr %c, i64 %stride, i64 %order)")
 
@@ -69,11 +70,9 @@ class NotFar(_Function):
         self.label("round")
         self.store(ZERO, total)
         x = self.intrinsic("fabs", self.load(at))
-        k = self.begin("sum")
-        self.store(
-            self.fma(self.load(total), x, self.intrinsic("fabs", self.coefficient(k))), total
-        )
-        self.end("sum", 1)
+        with self.down("sum", 1) as k:
+            before = self.load(total)
+            self.store(self.fma(before, x, self.intrinsic("fabs", self.coefficient(k))), total)
         near = self.compare("ole", self.mul(self.load(total), x), allowed)
         self.jump(near, "found", "far")
         self.store(self.mul(self.load(at), hexadecimal(0.5)), at)
@@ -155,11 +154,11 @@ class FirstChange(_Function):
         """A bound of the second derivative."""
         bound = self.slot("double")
         self.store(ZERO, bound)
-        k = self.begin("sum")
-        c, n = self.intrinsic("fabs", self.coefficient(k)), self.new(f"sitofp i64 {k} to double")
-        second = self.mul(self.mul(n, self.sub(n, ONE)), c)
-        self.store(self.fma(self.load(bound), x, second), bound)
-        self.end("sum", 2)
+        with self.down("sum", 2) as k:
+            c = self.intrinsic("fabs", self.coefficient(k))
+            n = self.new(f"sitofp i64 {k} to double")
+            second = self.mul(self.mul(n, self.sub(n, ONE)), c)
+            self.store(self.fma(self.load(bound), x, second), bound)
         bound, least = self.load(bound), hexadecimal(LEAST_BOUND)
         return self.select(self.compare("ogt", bound, least), bound, least)
 
@@ -198,8 +197,7 @@ class FirstChange(_Function):
         value, slope = self.slot("double"), self.slot("double")
         for place in (value, slope):
             self.store(ZERO, place)
-        k = self.begin("horner")
-        self.store(self.fma(self.load(slope), x, self.load(value)), slope)
-        self.store(self.fma(self.load(value), x, self.coefficient(k)), value)
-        self.end("horner", 0)
+        with self.down("horner", 0) as k:
+            self.store(self.fma(self.load(slope), x, self.load(value)), slope)
+            self.store(self.fma(self.load(value), x, self.coefficient(k)), value)
         return self.load(value), self.load(slope)

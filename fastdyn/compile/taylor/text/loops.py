@@ -21,51 +21,40 @@ class Loops:
 
     def emit(self):
         text, one = self.text, self.series
-        rooms = self._rooms()
-        self._keep(rooms)
+        self._rooms = {name: text.slot(kind) for name, _, _, kind in self._passed(one.registers)}
+        self._keep(one.registers)
         for first, last, grows, here in self._phases():
             if first > last:
                 continue
             if not grows:
-                self._restore(rooms, here)
+                self._restore(here)
                 one.updates.double()
             with text.each(last + 1, first) as k:
-                self._restore(rooms, here)
+                self._restore(here)
                 one.add_order(one.order(k, here, grows))
                 one.store(text.new(f"add i64 {k}, 1"))
-                self._keep(rooms, here)
+                self._keep(here)
 
-    def _numbers(self):
-        """The dictionaries of numbers that one order passes to the next, besides the vectors."""
+    def _passed(self, here):
+        """Yield (name, values, key, type) for each of the values that one order passes to the next.
+
+        The value is ``values[key]``; of vectors, the first `here` registers are passed.
+        """
         one = self.series
-        return one.leaf, one.ahead, one.previous
+        for part in ("leaf", "ahead", "previous"):
+            values = getattr(one, part)
+            for key in values:
+                yield (part, key), values, key, "double"
+        for name, registers in one.updates.state.items():
+            for r in range(here):
+                yield (name, r), registers, r, f"<{one.width} x double>"
 
-    def _rooms(self):
-        """Reserve stack memory for the values that one order passes to the next."""
-        vector = f"<{self.series.width} x double>"
-        numbers = [{key: self.text.slot("double") for key in part} for part in self._numbers()]
-        vectors = {
-            name: [self.text.slot(vector) for _ in registers]
-            for name, registers in self.series.updates.state.items()
-        }
-        return numbers, vectors
+    def _keep(self, here):
+        for name, values, key, kind in self._passed(here):
+            self.text.store(values[key], self._rooms[name], kind)
 
-    def _keep(self, rooms, here=None):
-        numbers, vectors = rooms
-        for part, places in zip(self._numbers(), numbers, strict=True):
-            for key, place in places.items():
-                self.text.store(part[key], place)
-        for name, registers in self.series.updates.state.items():
-            for value, place in list(zip(registers, vectors[name], strict=True))[:here]:
-                self.text.store(value, place, f"<{self.series.width} x double>")
-
-    def _restore(self, rooms, here):
-        one, (numbers, vectors) = self.series, rooms
-        one.leaf, one.ahead, one.previous = (
-            {key: self.text.load(place) for key, place in places.items()} for places in numbers
-        )
-        kind, none = f"<{one.width} x double>", [None] * (one.registers - here)
-        one.updates.state = {
-            name: [self.text.load(place, kind) for place in places[:here]] + none
-            for name, places in vectors.items()
-        }
+    def _restore(self, here):
+        for name, values, key, kind in self._passed(here):
+            values[key] = self.text.load(self._rooms[name], kind)
+        for registers in self.series.updates.state.values():
+            registers[here:] = [None] * (len(registers) - here)
