@@ -30,6 +30,8 @@ def matmul(table, a: Any, b: Any) -> Any:
     a, b = both
     if a.ndim == 0 or b.ndim == 0:
         return a * b
+    if all(v.dtype == bool for v in both):
+        refuse("a product of arrays of truth values")  # True or False, no sum
     if any(map(any_complex, both)):
         if a.ndim == b.ndim == 2:
             both = [side_by_side(v) if isinstance(v, Batched) else v for v in both]

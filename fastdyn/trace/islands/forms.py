@@ -91,6 +91,8 @@ class Given:
             plain = np.array(value)
             return lambda _: plain, ("plain", shape, plain.dtype.str, plain.tobytes())
         flat = value.view(np.ndarray).reshape(-1).tolist()
+        if any(isinstance(v, Symbolic) and not isinstance(v, Symbol | Pair) for v in flat):
+            refuse("truth values that depend on the state are given to a library")
         if not is_symbolic(flat):
             return self._array(np.array(flat).reshape(shape))
         if not any(map(is_complex, flat)):

@@ -44,9 +44,10 @@ def call_ufunc(ufunc, method, args, kwargs):
     args = complete(tuple(args))
     out = kwargs.pop("out", None)
     where = complete(kwargs.pop("where", True))
-    if kwargs.get("dtype") in (float, object, None):
+    if kwargs.get("dtype") in (float, object, None, type(np.dtype(float)), type(np.dtype(object))):
         kwargs.pop("dtype", None)
-    kwargs.pop("casting", None)
+    for option in ("casting", "subok"):
+        kwargs.pop(option, None)
     if not is_symbolic(args) and not is_symbolic(where):
         if where is not True:
             kwargs["where"] = np.asarray(lowered(where), bool)
@@ -54,13 +55,14 @@ def call_ufunc(ufunc, method, args, kwargs):
                 kwargs["out"] = tuple(np.array(lowered(o), float) for o in out)
         result = _written_back(getattr(ufunc, method), args, {}, kwargs)
     elif method == "__call__":
+        _refuse_options(ufunc.__name__, kwargs)
         result = _called(ufunc, args)
         if where is not True:
             result = elementwise(select, where, result, 0.0 if out is None else out[0])
     elif method == "reduce":
         result = _reduce(ufunc, args[0], where, **kwargs)
     elif method == "accumulate":
-        result = _accumulate(of_numbers(ufunc), args[0], kwargs.get("axis", 0))
+        result = _accumulate(ufunc, *args, **kwargs)
     elif method == "outer":
         a, b = (np.asarray(x, dtype=object) for x in args)
         result = elementwise(of_numbers(ufunc), a.reshape(a.shape + (1,) * b.ndim), b)
@@ -69,6 +71,13 @@ def call_ufunc(ufunc, method, args, kwargs):
     else:
         refuse(f"{ufunc.__name__}.{method} of what depends on the state")
     return stored(result, out)
+
+
+def _refuse_options(name, options):
+    """Refuse options of a ufunc, such as a type of whole numbers, which rounds."""
+    for option, value in options.items():
+        if value is not None and value is not np._NoValue:
+            refuse(f"np.{name} with {option}")
 
 
 def _called(ufunc, args):
@@ -96,7 +105,8 @@ def _written_back(function, args, kwargs, plain):
     return raised(result)
 
 
-def _reduce(ufunc, array, where, axis=0, keepdims=False, initial=None, **_):
+def _reduce(ufunc, array, where, axis=0, keepdims=False, initial=None, **more):
+    _refuse_options(f"{ufunc.__name__}.reduce", more)
     array = Array.of(array)
     if where is not True and ufunc not in (np.add, np.multiply):
         refuse(f"{ufunc.__name__}.reduce of chosen elements")
@@ -110,7 +120,9 @@ def _reduce(ufunc, array, where, axis=0, keepdims=False, initial=None, **_):
     return result
 
 
-def _accumulate(function, array, axis):
+def _accumulate(ufunc, array, axis=0, **more):
+    _refuse_options(f"{ufunc.__name__}.accumulate", more)
+    function = of_numbers(ufunc)
     rows = np.moveaxis(Array.of(array).view(np.ndarray), axis, -1)
     result = np.empty(rows.shape, dtype=object)
     for i in np.ndindex(rows.shape[:-1]):

@@ -134,7 +134,8 @@ def angle(z, deg=False):
 
 
 def summed(a, axis=None, dtype=None, out=None, keepdims=False, **more):
-    return stored(np.add.reduce(Array.of(a), axis=axis, keepdims=keepdims, **more), out)
+    more |= {"axis": axis, "dtype": dtype, "keepdims": keepdims}
+    return stored(np.add.reduce(Array.of(a), **more), out)
 
 
 def without_nan(x, copy=True, nan=0.0, posinf=None, neginf=None):
@@ -212,8 +213,8 @@ STAND_INS = {
     np.ascontiguousarray: as_it_is, np.isclose: close, np.allclose: all_close, np.cross: cross,
     np.sum: summed, np.max: _extreme(np.maximum), np.min: _extreme(np.minimum),
     np.amax: _extreme(np.maximum), np.amin: _extreme(np.minimum),
-    np.any: lambda a, axis=None, out=None, **_: stored(Array.of(a).any(axis), out),
-    np.all: lambda a, axis=None, out=None, **_: stored(Array.of(a).all(axis), out),
+    np.any: lambda a, axis=None, out=None, **more: stored(Array.of(a).any(axis, **more), out),
+    np.all: lambda a, axis=None, out=None, **more: stored(Array.of(a).all(axis, **more), out),
     np.nan_to_num: without_nan, np.gradient: gradient_of, np.convolve: convolved,
     np.fromiter: lambda values, dtype=None, count=-1: array(values, dtype),
     np.sort: in_order, np.median: median, np.block: blocks,

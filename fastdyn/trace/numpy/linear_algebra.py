@@ -111,12 +111,13 @@ def determinant(a):
 def norm(x, ord=None, axis=None, keepdims=False):
     """np.linalg.norm for the orders None, 1, 2, inf and "fro"."""
     x = array_of(x)
-    if ord in (None, 2, "fro") and (axis is not None or x.ndim == 1 or ord != 2):
+    of_vectors = x.ndim == 1 if axis is None else np.ndim(axis) == 0
+    if ord in (None, "fro") or (ord == 2 and of_vectors):
         squares = elementwise(lambda v: total([p * p for p in parts(v)]), x)
         return np.sqrt(np.add.reduce(squares, axis=axis, keepdims=keepdims))
-    if ord == 1 and (axis is not None or x.ndim == 1):
+    if ord == 1 and of_vectors:
         return np.add.reduce(np.abs(x), axis=axis, keepdims=keepdims)
-    if ord == np.inf and (axis is not None or x.ndim == 1):
+    if ord == np.inf and of_vectors:
         return np.maximum.reduce(np.abs(x), axis=axis, keepdims=keepdims)
     return refuse("this norm")
 

@@ -17,6 +17,16 @@ from .symbolic import BATCHES, NOW, AnswersNumPy, Batched, in_batches, is_symbol
 MAX_CHOICES = 64  # most symbols among which a symbolic index chooses
 
 
+def _of_truths(function, start):
+    def method(self, axis=None, out=None, keepdims=False, where: Any = True):
+        if where is not True:
+            refuse("any or all of chosen elements")
+        fold = functools.partial(functools.reduce, function)
+        return stored(reduced(lambda row: fold(row, start), self, axis, keepdims), out)
+
+    return method
+
+
 class Array(AnswersNumPy, np.ndarray):
     """An array of objects, numbers and symbols; NumPy's calls on it go to `numpy.calls`."""
 
@@ -82,20 +92,11 @@ class Array(AnswersNumPy, np.ndarray):
         for i in np.ndindex(self.shape):
             super().__setitem__(i, select(key[i], new[i], super().__getitem__(i)))
 
-    def any(self, axis: Any = None, *_: Any, **__: Any) -> Any:
-        return reduced(lambda row: functools.reduce(either, row, False), self, axis)
-
-    def all(self, axis: Any = None, *_: Any, **__: Any) -> Any:
-        return reduced(lambda row: functools.reduce(both, row, True), self, axis)
-
-    def max(self, axis: Any = None, out: Any = None, **more: Any) -> Any:
-        return stored(np.maximum.reduce(self, axis=axis, **more), out)
-
-    def min(self, axis: Any = None, out: Any = None, **more: Any) -> Any:
-        return stored(np.minimum.reduce(self, axis=axis, **more), out)
+    any: Any = _of_truths(either, False)
+    all: Any = _of_truths(both, True)
 
     def mean(self, axis=None, dtype=None, out=None, where: Any = True, **more):
-        result = np.add.reduce(self, axis=axis, where=where, **more)
+        result = np.add.reduce(self, axis=axis, dtype=dtype, where=where, **more)
         count: Any = self.size // max(1, np.size(result))
         if where is not True:
             ones = elementwise(lambda chosen: select(chosen, 1.0, 0.0), where)
@@ -118,11 +119,6 @@ class Array(AnswersNumPy, np.ndarray):
     tobytes = tofile = byteswap = _memory
     data = base = ctypes = property(_memory)  # type: ignore
 
-    def conj(self) -> Any:
-        return elementwise(lambda v: v.conjugate(), self)
-
-    conjugate: Any = conj
-
     def _real(self) -> Any:
         """The array itself if it is real, so that writes reach it; else a read-only array."""
         if not any(map(is_complex, self.flat)):
@@ -136,7 +132,7 @@ class Array(AnswersNumPy, np.ndarray):
     imag: Any = property(_imag)
 
 
-for _name in ("dot", "clip", "searchsorted"):
+for _name in "max min dot clip searchsorted conj conjugate".split():
     setattr(Array, _name, by_function(_name))
 
 
