@@ -34,14 +34,14 @@ def copy_of(outside, value, kind, row):
     if issubclass(kind, tuple) and hasattr(value, "_fields"):
         reads.expect(row, "type", kind)
         items = outside.items(value, row)
-        cls = outside.copy(kind, reads.step(row, "class"))
+        cls = outside.part(value, row, "class")
         return outside.keep(value, tuple.__new__(cls, items))
     if kind not in DICTS:
         return _of_a_user(outside, value, kind, row) if is_of_a_user(value, kind) else None
     reads.expect(row, "keys", (kind, list(value)))
     empty = DICTS[kind]
     copy = outside.keep(value, {} if empty is None else empty(value))
-    copy.update({k: outside.copy(v, reads.step(row, "item", k)) for k, v in value.items()})
+    copy.update(outside.parts(value, row, "item", value))
     if empty is None:
         return outside.keep(value, kind(copy))
     copy.update(dict.fromkeys(outside.unwritten(value, "a dict"), UNWRITTEN))
@@ -61,16 +61,13 @@ def _of_a_user(outside, value, kind, row):
     of_class = reads.step(row, "class")
     reads.expect(of_class, "same", kind)
     copy = outside.keep(value, dict.__new__(shadow_of(outside, kind, of_class)))
-    for key in dict.keys(value):
-        item = outside.copy(dict.__getitem__(value, key), reads.step(row, "dict item", key))
-        dict.__setitem__(copy, key, item)
+    dict.update(copy, outside.parts(value, row, "dict item", dict.keys(value)))
     if own is value:  # `self.__dict__ = self`
         object.__setattr__(copy, "__dict__", copy)
     elif own:
         whole = reads.step(row, "member", "__dict__")
         reads.expect(whole, "keys", (dict, list(own)))
-        for name in own:
-            vars(copy)[name] = outside.copy(own[name], reads.step(row, "own", name))
+        vars(copy).update(outside.parts(value, row, "own", own))
         outside.watched.append(("an attribute of a dict", vars(copy), dict(vars(copy))))
     dict.update(copy, dict.fromkeys(outside.unwritten(value, "a dict"), UNWRITTEN))
     outside.watched.append(("a dict", copy, dict(copy)))

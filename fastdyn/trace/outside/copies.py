@@ -147,7 +147,7 @@ def _member(outside, name, value, row):
     kind, reads = type(value), outside.reads
 
     def inside(attribute):
-        return outside.copy(getattr(value, attribute), reads.step(row, "inside", attribute))
+        return outside.part(value, row, "inside", attribute)
 
     if isinstance(value, types.FunctionType):
         return outside.copy(value, row)
@@ -207,8 +207,7 @@ def instance_of(outside, thing, row):
     slots = {slot.__name__ for slot in slots_of(kind)}
 
     def load(mine, name):
-        where = outside.reads.step(row, "own", name)
-        mine[name] = loaded[name] = outside.copy(own[name], where)
+        mine[name] = loaded[name] = outside.part(thing, row, "own", name)
 
     def __getattribute__(self, name):
         mine = object.__getattribute__(self, "__dict__")
@@ -231,11 +230,10 @@ def instance_of(outside, thing, row):
             raise AttributeError(name)
         if name not in slots and hasattr(base, "__getattr__"):
             return base.__getattr__(self, name)
-        where = outside.reads.step(row, "member", name)
         if name not in slots or not hasattr(thing, name):
-            outside.reads.expect(where, "absent")
+            outside.reads.expect(outside.reads.step(row, "member", name), "absent")
             raise AttributeError(f"'{kind.__name__}' object has no attribute '{name}'")
-        return outside.copy(getattr(thing, name), where)
+        return outside.part(thing, row, "member", name)
 
     def __delattr__(self, name):
         refuse("it deletes an attribute", effect=True)

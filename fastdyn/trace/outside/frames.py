@@ -50,12 +50,11 @@ class OfPandas:
     def __init__(self, outside, value, row):
         self._outside, self._value, self._row, self._parts = outside, value, row, {}
 
-    def _part(self, step, key, find):
+    def _part(self, step, key=None):
         """The copy of a part of the table; each part is copied once."""
         if (step, key) not in self._parts:
-            part, row = find(), self._outside.reads.step(self._row, step, key)
-            self._parts[step, key] = part, self._outside.copy(part, row)
-        return self._parts[step, key][1]
+            self._parts[step, key] = self._outside.part(self._value, self._row, step, key)
+        return self._parts[step, key]
 
     def __len__(self):
         return len(self._value)
@@ -82,7 +81,7 @@ class Series(OfPandas):
             return self.values[i]
         if is_symbolic(i):
             refuse("a Series of other things than numbers, at an index that depends on the state")
-        return self._part("place", int(i), lambda: self._value.iloc[int(i)])
+        return self._part("place", int(i))
 
     def _by_label(self, key):
         if isinstance(key, Symbolic) or isinstance(key, slice | list):
@@ -90,7 +89,7 @@ class Series(OfPandas):
         return self._single(self._value.index.get_loc(key))
 
     __getitem__ = _by_label
-    values = property(lambda self: self._part("numbers of", None, self._value.to_numpy))
+    values = property(lambda self: self._part("numbers of"))
     loc = at = property(lambda self: Labels(self._by_label))
     iloc = iat = property(lambda self: Labels(self._single))
 
@@ -112,7 +111,7 @@ class Frame(OfPandas):
     """The stand-in of a pandas DataFrame."""
 
     def _column(self, name):
-        return self._part("column", name, lambda: self._value[name])
+        return self._part("column", name)
 
     def __getitem__(self, name):
         if isinstance(name, str | int) and name in self._value.columns:
@@ -124,7 +123,7 @@ class Frame(OfPandas):
             return self._column(key[1]).loc[key[0]]
         if is_symbolic(key) or isinstance(key, slice | list):
             refuse("a DataFrame by labels that depend on the state, or by many")
-        return self._part("line", key, lambda: self._value.loc[key])
+        return self._part("line", key)
 
     def _by_places(self, key):
         if isinstance(key, tuple):
@@ -133,9 +132,9 @@ class Frame(OfPandas):
             return Line(self, key)
         if isinstance(key, slice | list):
             refuse("several lines of a DataFrame")
-        return self._part("place", int(key), lambda: self._value.iloc[int(key)])
+        return self._part("place", int(key))
 
-    values = property(lambda self: self._part("numbers of", None, self._value.to_numpy))
+    values = property(lambda self: self._part("numbers of"))
     loc = at = property(lambda self: Labels(self._by_labels))
     iloc = iat = property(lambda self: Labels(self._by_places))
 

@@ -19,7 +19,7 @@ from ..graph.kinds import FLOAT, INT, NUMPY
 from ..numpy.builtins import impure
 from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, root_of
 from ..reads.reads import MAX_ARRAY, STABLE
-from ..reads.steps import real_numbers, real_parts
+from ..reads.steps import STEPS, real_numbers, real_parts
 from ..scipy import objects as scipy_objects
 from ..symbols.complex_pair import Pair
 from ..symbols.real import Symbol
@@ -182,9 +182,17 @@ class Outside:
         self.watched.append(copy.watch())
         return self.keep(value, copy)
 
+    def part(self, value, row, step, key=None):
+        """A copy of the part of a value that a step of `Reads` leads to."""
+        return self.copy(STEPS[step](value, key), self.reads.step(row, step, key))
+
+    def parts(self, value, row, step, keys):
+        """{key: copy of the part} for the parts that a step leads to by several keys."""
+        return {key: self.part(value, row, step, key) for key in keys}
+
     def items(self, values, row):
         """Copies of the items of a sequence."""
-        return [self.copy(v, self.reads.step(row, "item", i)) for i, v in enumerate(values)]
+        return [self.part(values, row, "item", i) for i in range(len(values))]
 
     def _thing(self, value, kind, row):
         """A copy of a module, a class or an object."""
