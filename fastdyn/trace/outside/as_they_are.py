@@ -7,7 +7,8 @@ import numpy as np
 
 from ..numpy.stand_ins import IMPURE, PURE, root_of
 from ..symbols.symbolic import refuse
-from .copies import ATOMS, members_of
+from .copies import ATOMS
+from .kinds import members_of
 
 
 def library_object(outside, value):

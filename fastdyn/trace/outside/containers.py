@@ -1,11 +1,13 @@
-"""Copies of sets, dicts, deques, chain maps and named tuples, and of enumerations."""
+"""Copies of lists, tuples, sets, dicts, deques, chain maps, named tuples and enumerations."""
 
 import collections
 import types
 
-from ..numpy.stand_ins import IMPURE, PURE, root_of
+from ..numpy.stand_ins import IMPURE, PURE, List, root_of
+from ..reads.reads import MAX_ARRAY
 from ..symbols.symbolic import refuse
 from .copies import shadow_of
+from .shared_copies import long_list
 from .unwritten import UNWRITTEN
 
 DICTS: dict = {  # types of dict: function that makes an empty dict of the type
@@ -14,6 +16,23 @@ DICTS: dict = {  # types of dict: function that makes an empty dict of the type
     collections.defaultdict: lambda value: collections.defaultdict(value.default_factory),
     types.MappingProxyType: None,
 }
+
+
+def sequence(outside, value, kind, row):
+    """A copy of a list or tuple; a long one of numbers is stored as one array."""
+    whole = outside.lifted == "all"
+    copy = None if outside.fixed(row) else long_list(outside.graph, value, row, whole)
+    if copy is not None:
+        return outside.watch(value, copy)
+    outside.reads.expect(row, "length", (kind, len(value)))
+    if len(value) > MAX_ARRAY:
+        refuse("a long list among what it uses")
+    items = outside.items(value, row)
+    if kind is tuple:
+        return outside.keep(value, tuple(items))
+    for i in outside.unwritten(value, "a list"):
+        items[i] = UNWRITTEN
+    return outside.keep(value, List(items), "a list", items)
 
 
 def copy_of(outside, value, kind, row):

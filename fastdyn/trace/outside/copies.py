@@ -12,7 +12,7 @@ from ..graph.refusal import Refusal
 from ..numpy.stand_ins import IMPURE, PURE, Forbidden, root_of
 from ..reads.reads import STABLE
 from ..symbols.symbolic import Unwritten, refuse
-from .kinds import OF_NAMED_TUPLES
+from .kinds import members_of
 
 ATOMS = (type(None), bool, str, bytes, complex, slice, range, frozenset, np.generic, np.dtype)
 HOOKS = "__getattribute__", "__subclasshook__"  # which Python calls on a subclass, too
@@ -59,13 +59,6 @@ def registers(cls):
     """Whether a class notices its subclasses, by a metaclass or `__init_subclass__`."""
     of_users = _of_users(cls)
     return root_of(type(cls)) not in PURE or any("__init_subclass__" in vars(b) for b in of_users)
-
-
-def members_of(outside, cls, row):
-    """(name, member) of a user's class itself; later calls check the number of its members."""
-    outside.reads.expect(row, "size", len(vars(cls)))
-    of_tuple = OF_NAMED_TUPLES.union(getattr(cls, "_fields", ())) if issubclass(cls, tuple) else ()
-    return [(name, value) for name, value in vars(cls).items() if name not in of_tuple]
 
 
 def apart_from(outside, cls, row):

@@ -45,6 +45,7 @@ class OfPandas:
     named: str
     _by_label: Any
     _by_place: Any
+    __getitem__: Any
     values: Any = property(lambda self: self._part("numbers of"))
     loc = at = property(lambda self: Labels(self._by_label))
     iloc = iat = property(lambda self: Labels(self._by_place))

@@ -17,8 +17,8 @@ import numpy as np
 from ..graph.expressions import LARGEST_WHOLE
 from ..graph.kinds import FLOAT, INT, NUMPY
 from ..numpy.builtins import impure
-from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, root_of
-from ..reads.reads import MAX_ARRAY, STABLE
+from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, Quiet, root_of
+from ..reads.reads import STABLE
 from ..reads.steps import STEPS, real_numbers, real_parts
 from ..scipy import objects as scipy_objects
 from ..symbols.complex_pair import Pair
@@ -31,7 +31,6 @@ from .changes import changed
 from .copies import instance_of, module_of, shadow_of
 from .functions import Functions
 from .kinds import has_functions, is_instance
-from .shared_copies import long_list
 from .unwritten import UNWRITTEN
 
 ATOMS = (
@@ -156,19 +155,7 @@ class Outside:
         if kind is np.ndarray:
             return array_copy(self, value, row)
         if kind is list or kind is tuple:
-            whole = self.lifted == "all"
-            copy = None if self.fixed(row) else long_list(self.graph, value, row, whole)
-            if copy is not None:
-                return self.watch(value, copy)
-            reads.expect(row, "length", (kind, len(value)))
-            if len(value) > MAX_ARRAY:
-                refuse("a long list among what it uses")
-            items = self.items(value, row)
-            if kind is tuple:
-                return self.keep(value, tuple(items))
-            for i in self.unwritten(value, "a list"):
-                items[i] = UNWRITTEN
-            return self.keep(value, List(items), "a list", items)
+            return containers.sequence(self, value, kind, row)
         for copies in (containers, frames):
             copy = copies.copy_of(self, value, kind, row)
             if copy is not None:
