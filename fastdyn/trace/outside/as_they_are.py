@@ -7,7 +7,8 @@ import numpy as np
 
 from ..numpy.stand_ins import IMPURE, PURE, root_of
 from ..symbols.symbolic import refuse
-from .copies import ATOMS, OF_NAMED_TUPLES
+from .copies import ATOMS
+from .kinds import members_of
 
 
 def library_object(outside, value):
@@ -31,13 +32,8 @@ def class_of_data(outside, cls, row):
         if root_of(base) in PURE | IMPURE:
             continue
         of_base = outside.reads.step(row, "base", i)
-        outside.reads.expect(of_base, "size", len(vars(base)))
-        for name, value in vars(base).items():
-            if (
-                name.startswith("__")
-                or name in OF_NAMED_TUPLES
-                or name in getattr(base, "_fields", ())
-            ):
+        for name, value in members_of(outside, base, of_base):
+            if name.startswith("__"):
                 continue
             if isinstance(value, types.GetSetDescriptorType | types.MemberDescriptorType):
                 continue

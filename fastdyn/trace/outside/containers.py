@@ -1,11 +1,13 @@
-"""Copies of sets, dicts, deques, chain maps and named tuples, and of enumerations."""
+"""Copies of lists, tuples, sets, dicts, deques, chain maps, named tuples and enumerations."""
 
 import collections
 import types
 
-from ..numpy.stand_ins import IMPURE, PURE, root_of
+from ..numpy.stand_ins import IMPURE, PURE, List, root_of
+from ..reads.reads import MAX_ARRAY
 from ..symbols.symbolic import refuse
 from .copies import shadow_of
+from .shared_copies import long_list
 from .unwritten import UNWRITTEN
 
 DICTS: dict = {  # types of dict: function that makes an empty dict of the type
@@ -14,6 +16,23 @@ DICTS: dict = {  # types of dict: function that makes an empty dict of the type
     collections.defaultdict: lambda value: collections.defaultdict(value.default_factory),
     types.MappingProxyType: None,
 }
+
+
+def sequence(outside, value, kind, row):
+    """A copy of a list or tuple; a long one of numbers is stored as one array."""
+    whole = outside.lifted == "all"
+    copy = None if outside.fixed(row) else long_list(outside.graph, value, row, whole)
+    if copy is not None:
+        return outside.watch(value, copy)
+    outside.reads.expect(row, "length", (kind, len(value)))
+    if len(value) > MAX_ARRAY:
+        refuse("a long list among what it uses")
+    items = outside.items(value, row)
+    if kind is tuple:
+        return outside.keep(value, tuple(items))
+    for i in outside.unwritten(value, "a list"):
+        items[i] = UNWRITTEN
+    return outside.keep(value, List(items), "a list", items)
 
 
 def copy_of(outside, value, kind, row):
@@ -34,14 +53,14 @@ def copy_of(outside, value, kind, row):
     if issubclass(kind, tuple) and hasattr(value, "_fields"):
         reads.expect(row, "type", kind)
         items = outside.items(value, row)
-        cls = outside.copy(kind, reads.step(row, "class"))
+        cls = outside.part(value, row, "class")
         return outside.keep(value, tuple.__new__(cls, items))
     if kind not in DICTS:
         return _of_a_user(outside, value, kind, row) if is_of_a_user(value, kind) else None
     reads.expect(row, "keys", (kind, list(value)))
     empty = DICTS[kind]
     copy = outside.keep(value, {} if empty is None else empty(value))
-    copy.update({k: outside.copy(v, reads.step(row, "item", k)) for k, v in value.items()})
+    copy.update(outside.parts(value, row, "item", value))
     if empty is None:
         return outside.keep(value, kind(copy))
     copy.update(dict.fromkeys(outside.unwritten(value, "a dict"), UNWRITTEN))
@@ -61,16 +80,13 @@ def _of_a_user(outside, value, kind, row):
     of_class = reads.step(row, "class")
     reads.expect(of_class, "same", kind)
     copy = outside.keep(value, dict.__new__(shadow_of(outside, kind, of_class)))
-    for key in dict.keys(value):
-        item = outside.copy(dict.__getitem__(value, key), reads.step(row, "dict item", key))
-        dict.__setitem__(copy, key, item)
+    dict.update(copy, outside.parts(value, row, "dict item", dict.keys(value)))
     if own is value:  # `self.__dict__ = self`
         object.__setattr__(copy, "__dict__", copy)
     elif own:
         whole = reads.step(row, "member", "__dict__")
         reads.expect(whole, "keys", (dict, list(own)))
-        for name in own:
-            vars(copy)[name] = outside.copy(own[name], reads.step(row, "own", name))
+        vars(copy).update(outside.parts(value, row, "own", own))
         outside.watched.append(("an attribute of a dict", vars(copy), dict(vars(copy))))
     dict.update(copy, dict.fromkeys(outside.unwritten(value, "a dict"), UNWRITTEN))
     outside.watched.append(("a dict", copy, dict(copy)))

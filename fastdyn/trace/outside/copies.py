@@ -12,7 +12,7 @@ from ..graph.refusal import Refusal
 from ..numpy.stand_ins import IMPURE, PURE, Forbidden, root_of
 from ..reads.reads import STABLE
 from ..symbols.symbolic import Unwritten, refuse
-from .kinds import OF_NAMED_TUPLES
+from .kinds import members_of
 
 ATOMS = (type(None), bool, str, bytes, complex, slice, range, frozenset, np.generic, np.dtype)
 HOOKS = "__getattribute__", "__subclasshook__"  # which Python calls on a subclass, too
@@ -70,16 +70,14 @@ def apart_from(outside, cls, row):
     body: dict = {"__class__": property(lambda self: cls)}
     if any("__getattribute__" in vars(base) for base in cls.__mro__[:-1]):
         refuse(f"the class {cls.__name__} has a `__getattribute__` of its own")
+    step = outside.reads.step
     for i, base in reversed(list(enumerate(cls.__mro__))):
         if root_of(base).partition(".")[0] != home:
             continue
-        of_base = outside.reads.step(row, "base", i)
-        outside.reads.expect(of_base, "size", len(vars(base)))
-        for name, value in vars(base).items():
-            kind = type(value)
-            if name[:2] == "__" or kind not in (types.FunctionType, property, staticmethod):
-                continue
-            body[name] = _member(outside, name, value, outside.reads.step(of_base, "own", name))
+        of_base = step(row, "base", i)
+        for name, value in members_of(outside, base, of_base):
+            if name[:2] != "__" and type(value) in (types.FunctionType, property, staticmethod):
+                body[name] = _member(outside, name, value, step(of_base, "own", name))
 
     def missing(self, name):
         if name[:2] == "__":
@@ -94,45 +92,45 @@ def apart_from(outside, cls, row):
 
 
 def shadow_of(outside, cls, row=None):
-    """A subclass whose functions are copies of the functions of the class and its bases."""
-    made = outside.known(cls)
+    """A subclass that has copies of a class's members; its other bases are the bases' shadows.
+
+    `super()` finds the copies, because the shadows have the order of their classes.
+    """
+    made, reads = outside.known(cls), outside.reads
     if made is not None:
+        reads.expect(row, "same", cls)
         return made
     for hook in HOOKS:
         if any(hook in vars(base) for base in _of_users(cls)):
             refuse(f"the class {cls.__name__} has a `{hook}` of its own")
     if registers(cls):
         refuse(f"the class {cls.__name__} sees who inherits from it")
+    bases = [
+        shadow_of(outside, base, reads.step(row, "base", cls.__mro__.index(base)))
+        for base in cls.__bases__
+        if root_of(base) not in PURE | IMPURE
+    ]
+    own: dict = {} if hasattr(cls, "__dict__") else {"__slots__": ()}
     try:
-        new = _subclass(cls, {} if hasattr(cls, "__dict__") else {"__slots__": ()})
+        new = type(cls)(cls.__name__, (*bases, cls), own)
     except TypeError:
         refuse(f"it uses the class {cls.__name__}", final=True)
     outside.keep(cls, new)
     if type(cls) not in (type, abc.ABCMeta):
-        outside.reads.lasting = False
-    body = {}
-    step = outside.reads.step
-    for i, base in reversed(list(enumerate(cls.__mro__))):
-        if root_of(base) in PURE | IMPURE:
-            continue
-        of_base = step(row, "base", i)
-        outside.reads.expect(of_base, "size", len(vars(base)))
-        of_tuple = issubclass(base, tuple)
-        for name, value in vars(base).items():
-            if of_tuple and (name in OF_NAMED_TUPLES or name in getattr(base, "_fields", ())):
-                continue
-            if name in ("__new__", "__del__"):  # for objects that the call makes, and deletes
-                body["__new__"] = lambda *_, name=name, **__: refuse(
-                    f"a class with a `{name}` of its own", effect=name == "__del__"
-                )
-                continue
-            if name in LEFT_OUT:
-                continue
-            copy = _member(outside, name, value, step(of_base, "own", name))
+        reads.lasting = False
+    itself = reads.step(row, "base", 0)
+    above = [name for shadow in new.__mro__[1 : new.__mro__.index(cls)] for name in vars(shadow)]
+    for name, value in members_of(outside, cls, itself):
+        if name in ("__new__", "__del__"):  # for objects that the call makes, and deletes
+            new.__new__ = lambda *_, name=name, **__: refuse(
+                f"a class with a `{name}` of its own", effect=name == "__del__"
+            )
+        elif name not in LEFT_OUT:
+            copy = _member(outside, name, value, reads.step(itself, "own", name))
             if copy is not None:
-                body[name] = copy
-    for name, value in body.items():
-        setattr(new, name, value)
+                setattr(new, name, copy)
+            elif name in above:  # the class's own member goes before the members of its bases
+                setattr(new, name, value)
     outside.watched.append(("an attribute of a class", new, dict(vars(new))))
     return new
 
@@ -142,7 +140,7 @@ def _member(outside, name, value, row):
     kind, reads = type(value), outside.reads
 
     def inside(attribute):
-        return outside.copy(getattr(value, attribute), reads.step(row, "inside", attribute))
+        return outside.part(value, row, "inside", attribute)
 
     if isinstance(value, types.FunctionType):
         return outside.copy(value, row)
@@ -202,8 +200,7 @@ def instance_of(outside, thing, row):
     slots = {slot.__name__ for slot in slots_of(kind)}
 
     def load(mine, name):
-        where = outside.reads.step(row, "own", name)
-        mine[name] = loaded[name] = outside.copy(own[name], where)
+        mine[name] = loaded[name] = outside.part(thing, row, "own", name)
 
     def __getattribute__(self, name):
         mine = object.__getattribute__(self, "__dict__")
@@ -226,11 +223,10 @@ def instance_of(outside, thing, row):
             raise AttributeError(name)
         if name not in slots and hasattr(base, "__getattr__"):
             return base.__getattr__(self, name)
-        where = outside.reads.step(row, "member", name)
         if name not in slots or not hasattr(thing, name):
-            outside.reads.expect(where, "absent")
+            outside.reads.expect(outside.reads.step(row, "member", name), "absent")
             raise AttributeError(f"'{kind.__name__}' object has no attribute '{name}'")
-        return outside.copy(getattr(thing, name), where)
+        return outside.part(thing, row, "member", name)
 
     def __delattr__(self, name):
         refuse("it deletes an attribute", effect=True)

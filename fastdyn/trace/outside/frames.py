@@ -2,31 +2,22 @@
 
 from typing import Any
 
-from ..reads.of_pandas import labels_of
+from ..reads.steps import labels_of
 from ..symbols.symbolic import Symbolic, is_symbolic, refuse
-
-KINDS = "Series", "DataFrame"
 
 
 def copy_of(outside, value, kind, row):
     """The stand-in of a Series or DataFrame; None for any other value."""
-    name = kind.__name__
-    if name not in KINDS or not kind.__module__.startswith("pandas"):
+    stand_in = {"Series": Series, "DataFrame": Frame}.get(kind.__name__)
+    if stand_in is None or not kind.__module__.startswith("pandas"):
         return None
     reads = outside.reads
     reads.expect(row, "type", kind)
-    _expect_labels(reads, value, "index", row)
-    if name == "DataFrame":
-        _expect_labels(reads, value, "columns", row)
-        return outside.keep(value, Frame(outside, value, row))
-    return outside.keep(value, Series(outside, value, row))
-
-
-def _expect_labels(reads, value, which, row):
-    labels = reads.step(row, "labels", which)
-    if not getattr(value, which).is_unique:
-        refuse("a table of pandas whose labels are not unique", final=True)
-    reads.expect(labels, "equal", labels_of(value, which))
+    for which in stand_in.labels:
+        if not getattr(value, which).is_unique:
+            refuse("a table of pandas whose labels are not unique", final=True)
+        reads.expect(reads.step(row, "labels", which), "equal", labels_of(value, which))
+    return outside.keep(value, stand_in(outside, value, row))
 
 
 class Labels:
@@ -43,22 +34,39 @@ class Labels:
 
 
 class OfPandas:
-    """The common part of Series and Frame."""
+    """The common part of Series and Frame.
+
+    `labels` are the attributes of the table with its labels, `named` the one whose labels are also
+    attributes of the table; ``_by_label(key)`` and ``_by_place(i)`` give parts of the table.
+    """
 
     of_pandas = True
+    labels: tuple = ("index",)
+    named: str
+    _by_label: Any
+    _by_place: Any
+    __getitem__: Any
+    values: Any = property(lambda self: self._part("numbers of"))
+    loc = at = property(lambda self: Labels(self._by_label))
+    iloc = iat = property(lambda self: Labels(self._by_place))
 
     def __init__(self, outside, value, row):
         self._outside, self._value, self._row, self._parts = outside, value, row, {}
 
-    def _part(self, step, key, find):
+    def _part(self, step, key=None):
         """The copy of a part of the table; each part is copied once."""
         if (step, key) not in self._parts:
-            part, row = find(), self._outside.reads.step(self._row, step, key)
-            self._parts[step, key] = part, self._outside.copy(part, row)
-        return self._parts[step, key][1]
+            self._parts[step, key] = self._outside.part(self._value, self._row, step, key)
+        return self._parts[step, key]
 
     def __len__(self):
         return len(self._value)
+
+    def __getattr__(self, name):
+        names = () if name.startswith("_") else getattr(self._value, self.named)
+        if name not in names or hasattr(type(self._value), name):
+            refuse(f"`{name}` of a {type(self._value).__name__} of pandas", final=True)
+        return self[name]
 
     def __setitem__(self, key, value):
         refuse("it changes a table of pandas", effect=True)
@@ -76,23 +84,22 @@ class OfPandas:
 class Series(OfPandas):
     """The stand-in of a pandas Series."""
 
-    def _single(self, i):
+    named = "index"
+
+    def _by_place(self, i):
         """The element at place i."""
         if self._value.dtype.kind in "fiub":
             return self.values[i]
         if is_symbolic(i):
             refuse("a Series of other things than numbers, at an index that depends on the state")
-        return self._part("place", int(i), lambda: self._value.iloc[int(i)])
+        return self._part("place", int(i))
 
     def _by_label(self, key):
         if isinstance(key, Symbolic) or isinstance(key, slice | list):
             refuse("a Series by labels that depend on the state, or by many")
-        return self._single(self._value.index.get_loc(key))
+        return self._by_place(self._value.index.get_loc(key))
 
     __getitem__ = _by_label
-    values = property(lambda self: self._part("numbers of", None, self._value.to_numpy))
-    loc = at = property(lambda self: Labels(self._by_label))
-    iloc = iat = property(lambda self: Labels(self._single))
 
     def to_numpy(self):
         return self.values.copy()
@@ -100,51 +107,35 @@ class Series(OfPandas):
     def get(self, key, default=None):
         return self._by_label(key) if key in self._value.index else default
 
-    def __getattr__(self, name):
-        if name.startswith("_") or name not in self._value.index:
-            refuse(f"`{name}` of a Series of pandas", final=True)
-        if hasattr(type(self._value), name):
-            refuse(f"`{name}` of a Series of pandas", final=True)
-        return self._by_label(name)
-
 
 class Frame(OfPandas):
     """The stand-in of a pandas DataFrame."""
 
+    labels, named = ("index", "columns"), "columns"
+
     def _column(self, name):
-        return self._part("column", name, lambda: self._value[name])
+        return self._part("column", name)
 
     def __getitem__(self, name):
         if isinstance(name, str | int) and name in self._value.columns:
             return self._column(name)
         return refuse("a DataFrame by anything but the name of a column", final=True)
 
-    def _by_labels(self, key):
+    def _by_label(self, key):
         if isinstance(key, tuple):
             return self._column(key[1]).loc[key[0]]
         if is_symbolic(key) or isinstance(key, slice | list):
             refuse("a DataFrame by labels that depend on the state, or by many")
-        return self._part("line", key, lambda: self._value.loc[key])
+        return self._part("line", key)
 
-    def _by_places(self, key):
+    def _by_place(self, key):
         if isinstance(key, tuple):
             return self._column(self._value.columns[key[1]]).iloc[key[0]]
         if is_symbolic(key):
             return Line(self, key)
         if isinstance(key, slice | list):
             refuse("several lines of a DataFrame")
-        return self._part("place", int(key), lambda: self._value.iloc[int(key)])
-
-    values = property(lambda self: self._part("numbers of", None, self._value.to_numpy))
-    loc = at = property(lambda self: Labels(self._by_labels))
-    iloc = iat = property(lambda self: Labels(self._by_places))
-
-    def __getattr__(self, name):
-        if name.startswith("_") or name not in self._value.columns:
-            refuse(f"`{name}` of a DataFrame of pandas", final=True)
-        if hasattr(type(self._value), name):
-            refuse(f"`{name}` of a DataFrame of pandas", final=True)
-        return self._column(name)
+        return self._part("place", int(key))
 
 
 class Line:

@@ -50,22 +50,16 @@ class Functions:
         outside.keep(f, new)
         self._attributes(f, new, step(row, "inside", "__dict__"))
         if f.__defaults__ is not None:
-            new.__defaults__ = tuple(
-                outside.copy(v, step(row, "default", i)) for i, v in enumerate(f.__defaults__)
-            )
+            places = range(len(f.__defaults__))
+            new.__defaults__ = tuple(outside.parts(f, row, "default", places).values())
         if f.__kwdefaults__ is not None:
-            new.__kwdefaults__ = {
-                k: outside.copy(v, step(row, "keyword default", k))
-                for k, v in f.__kwdefaults__.items()
-            }
+            new.__kwdefaults__ = outside.parts(f, row, "keyword default", f.__kwdefaults__)
         for name in outside.unwritten(f.__globals__, "a global variable"):
             scope[name] = seen[name] = outside.nothing
         outside.watched.append(("what makes a function", new, facts(new)))
         for name in _names(f.__code__):
             if name in f.__globals__ and name not in scope:
-                scope[name] = seen[name] = outside.copy(
-                    f.__globals__[name], step(row, "global", name)
-                )
+                scope[name] = seen[name] = outside.part(f, row, "global", name)
             elif name not in f.__globals__ and name not in scope:
                 reads.expect(step(row, "global", name), "absent")
                 self._builtin(name, scope["__builtins__"], step(row, "builtin", name))
@@ -87,11 +81,8 @@ class Functions:
     def _attributes(self, f, new, row):
         outside = self.outside
         outside.reads.expect(row, "keys", (dict, list(vars(f))))
-        found = {
-            k: outside.copy(v, outside.reads.step(row, "item", k))
-            for k, v in vars(f).items()
-            if k[0] != "_"
-        }
+        names = [name for name in vars(f) if name[0] != "_"]
+        found = outside.parts(vars(f), row, "item", names)
         vars(new).update(found)
         outside.watched.append(("an attribute of a function", new, found))
 
@@ -170,26 +161,22 @@ class Functions:
                     if value.otypes is not None or value.excluded or value.signature:
                         refuse("np.vectorize with options")
                 with outside.numbers_fixed(name == "py_func"):  # as in Numba's code
-                    inner = outside.copy(getattr(value, name), reads.step(row, "inside", name))
+                    inner = outside.part(value, row, "inside", name)
                 return outside.keep(value, vectorized(inner) if name == "pyfunc" else inner)
         if isinstance(value, types.MethodType):
             reads.expect(row, "type", kind)
-            function = outside.copy(value.__func__, reads.step(row, "function"))
-            owner = outside.copy(value.__self__, reads.step(row, "self"))
-            return types.MethodType(function, owner)
+            function = outside.part(value, row, "function")
+            return types.MethodType(function, outside.part(value, row, "self"))
         if isinstance(value, functools.partial):
             reads.expect(row, "type", kind)
             reads.expect(reads.step(row, "inside", "args"), "length", (tuple, len(value.args)))
             keys = (dict, list(value.keywords))
             reads.expect(reads.step(row, "inside", "keywords"), "keys", keys)
-            function = outside.copy(value.func, reads.step(row, "inside", "func"))
-            args = [
-                outside.copy(v, reads.step(row, "argument", i)) for i, v in enumerate(value.args)
-            ]
-            keywords = {
-                k: outside.copy(v, reads.step(row, "keyword", k)) for k, v in value.keywords.items()
-            }
-            copy = outside.keep(value, functools.partial(function, *args, **keywords))
+            function = outside.part(value, row, "inside", "func")
+            args = outside.parts(value, row, "argument", range(len(value.args)))
+            keywords = outside.parts(value, row, "keyword", value.keywords)
+            copy = functools.partial(function, *args.values(), **keywords)
+            outside.keep(value, copy)
             outside.watched.append(("a keyword", copy.keywords, dict(copy.keywords)))
             return copy
         return None

@@ -18,6 +18,13 @@ def has_functions(cls):
     )
 
 
+def members_of(outside, cls, row):
+    """(name, member) of a user's class itself; later calls check the number of its members."""
+    outside.reads.expect(row, "size", len(vars(cls)))
+    of_tuple = OF_NAMED_TUPLES.union(getattr(cls, "_fields", ())) if issubclass(cls, tuple) else ()
+    return [(name, value) for name, value in vars(cls).items() if name not in of_tuple]
+
+
 def is_instance(value, kind):
     made_in_python = kind.__flags__ & (1 << 9)
     if isinstance(value, types.SimpleNamespace):

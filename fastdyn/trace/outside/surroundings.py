@@ -17,9 +17,9 @@ import numpy as np
 from ..graph.expressions import LARGEST_WHOLE
 from ..graph.kinds import FLOAT, INT, NUMPY
 from ..numpy.builtins import impure
-from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, root_of
-from ..reads.reads import MAX_ARRAY, STABLE
-from ..reads.steps import real_numbers, real_parts
+from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, Quiet, root_of
+from ..reads.reads import STABLE
+from ..reads.steps import STEPS, real_numbers, real_parts
 from ..scipy import objects as scipy_objects
 from ..symbols.complex_pair import Pair
 from ..symbols.real import Symbol
@@ -31,7 +31,6 @@ from .changes import changed
 from .copies import instance_of, module_of, shadow_of
 from .functions import Functions
 from .kinds import has_functions, is_instance
-from .shared_copies import long_list
 from .unwritten import UNWRITTEN
 
 ATOMS = (
@@ -156,19 +155,7 @@ class Outside:
         if kind is np.ndarray:
             return array_copy(self, value, row)
         if kind is list or kind is tuple:
-            whole = self.lifted == "all"
-            copy = None if self.fixed(row) else long_list(self.graph, value, row, whole)
-            if copy is not None:
-                return self.watch(value, copy)
-            reads.expect(row, "length", (kind, len(value)))
-            if len(value) > MAX_ARRAY:
-                refuse("a long list among what it uses")
-            items = self.items(value, row)
-            if kind is tuple:
-                return self.keep(value, tuple(items))
-            for i in self.unwritten(value, "a list"):
-                items[i] = UNWRITTEN
-            return self.keep(value, List(items), "a list", items)
+            return containers.sequence(self, value, kind, row)
         for copies in (containers, frames):
             copy = copies.copy_of(self, value, kind, row)
             if copy is not None:
@@ -182,9 +169,17 @@ class Outside:
         self.watched.append(copy.watch())
         return self.keep(value, copy)
 
+    def part(self, value, row, step, key=None):
+        """A copy of the part of a value that a step of `Reads` leads to."""
+        return self.copy(STEPS[step](value, key), self.reads.step(row, step, key))
+
+    def parts(self, value, row, step, keys):
+        """{key: copy of the part} for the parts that a step leads to by several keys."""
+        return {key: self.part(value, row, step, key) for key in keys}
+
     def items(self, values, row):
         """Copies of the items of a sequence."""
-        return [self.copy(v, self.reads.step(row, "item", i)) for i, v in enumerate(values)]
+        return [self.part(values, row, "item", i) for i in range(len(values))]
 
     def _thing(self, value, kind, row):
         """A copy of a module, a class or an object."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from . import of_pandas, table_reads
+from . import table_reads
 from .checks import MISSING
 
 STEPS: dict[str, Any] = {
@@ -30,7 +30,12 @@ STEPS: dict[str, Any] = {
     "remembered": lambda cached, given: remembered(cached, *given),
     "island": lambda _, island: island.address,
     **table_reads.STEPS,
-    **of_pandas.STEPS,
+    # of a pandas table
+    "labels": lambda table, which: labels_of(table, which),
+    "numbers of": lambda table, _: table.to_numpy(),
+    "column": lambda table, name: table[name],
+    "line": lambda table, label: table.loc[label],
+    "place": lambda table, i: table.iloc[i],
 }
 
 
@@ -39,6 +44,14 @@ def _content(cell):
         return cell.cell_contents
     except ValueError:  # the variable is not assigned yet
         return MISSING
+
+
+def labels_of(table, which):
+    """The labels of a pandas table, in a form that is cheap to compare."""
+    labels = getattr(table, which)
+    if hasattr(labels, "start"):  # a range
+        return labels.start, labels.stop, labels.step
+    return tuple(labels)
 
 
 def real_numbers(value):

@@ -10,8 +10,6 @@ from ..symbols.lazy import complete
 from ..symbols.real import symbol
 from ..symbols.symbolic import graph_of
 
-RAISE = "raise"
-
 
 class Form:
     """The computation of an interpolator.
@@ -24,8 +22,9 @@ class Form:
         Shape of the value at one number.
     ends : (float, float)
         The range of definition.
-    outside : None, RAISE or ((...), (...))
-        Values of the components below and above the range; None extrapolates.
+    outside : None, str or ((...), (...))
+        Values of the components below and above the range; None extrapolates.  A str is the
+        message of the exception that the interpolator raises there.
     axis : int
         The place of the argument's axes among the axes of `shape`.
     period : float or None
@@ -46,12 +45,10 @@ class Form:
             g.raises_if(g.compare(size, g.const(np.inf), "eq"), ArithmeticError)
         if self.period is not None:
             v = low + (v - low) % self.period
+        if isinstance(self.outside, str) and (v < low) | (v > high):
+            raise ValueError(self.outside)
         values = [column.at(v) for column in self.columns]
-        if self.outside is None:
-            return values
-        if self.outside == RAISE:
-            if (v < low) | (v > high):
-                raise ValueError("outside the range of the interpolation")
+        if self.outside is None or isinstance(self.outside, str):
             return values
         ends = zip(values, *self.outside, strict=True)
         return [select(v < low, a, select(v > high, b, one)) for one, a, b in ends]
@@ -71,18 +68,3 @@ class Form:
 
     def _shaped(self, values):
         return Array.of(values).reshape(self.shape) if self.shape else values[0]
-
-
-class Checked:
-    """A Form that raises outside its range."""
-
-    def __init__(self, form, ends):
-        self.form, self.ends = form, ends
-
-    def __call__(self, v):
-        g, (low, high) = graph_of(v), self.ends
-        for one in Array.of(v).flat if isinstance(v, np.ndarray | list | tuple) else (v,):
-            one = symbol(g, one)
-            if (one < low) | (one > high):
-                raise ValueError("A value in x_new is outside the interpolation range.")
-        return self.form(v)

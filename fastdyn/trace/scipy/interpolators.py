@@ -12,32 +12,39 @@ from ..symbols.arrays import Array
 from ..symbols.lazy import complete
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Unwritten, graph_of, is_symbolic, refuse
-from .interpolator_forms import RAISE, Checked, Form
+from .interpolator_forms import Form
 from .parts import handed_out
 from .piecewise import Line, Polynomials, Steps
 
 METHODS = {"derivative", "antiderivative", "integrate", "solve", "roots", "integral", "derivatives"}
 
 
-INTERP1D = (
-    "x", "y", "_y", "_call", "_kind", "_extrapolate", "_y_axis", "_y_extra_shape", "bounds_error",
-)  # fmt: skip
+def _known():
+    """Types of interpolators: the attributes that determine one, the function that makes a Form."""
+    from scipy import interpolate
+
+    return {
+        interpolate.PPoly: ("x c extrapolate axis", _of_polynomials),
+        interpolate.BSpline: ("t c k extrapolate axis", _of_b_spline),
+        interpolate.UnivariateSpline: ("_eval_args ext", _of_univariate),
+        interpolate.interp1d: (
+            "x y _y _call _kind _extrapolate _y_axis _y_extra_shape bounds_error _spline x_bds "
+            "_x_shift _side _ind _fill_value_below _fill_value_above",
+            _of_interp1d,
+        ),
+    }
+
+
+def _of_type(cls) -> Any:
+    """(attributes, maker of a Form) of a type of interpolators; (None, None) for another type."""
+    known = _known()
+    return next((known[base] for base in cls.__mro__ if base in known), (None, None))
 
 
 def numbers_in(value):
     """The names of the attributes that determine an interpolator; None for an unknown type."""
-    from scipy import interpolate
-
-    if isinstance(value, interpolate.PPoly):
-        return "x", "c", "extrapolate", "axis"
-    if isinstance(value, interpolate.BSpline):
-        return "t", "c", "k", "extrapolate", "axis"
-    if isinstance(value, interpolate.UnivariateSpline):
-        return "_eval_args", "ext"
-    if isinstance(value, interpolate.interp1d):
-        more = "_spline x_bds _x_shift _side _ind _fill_value_below _fill_value_above".split()
-        return INTERP1D + tuple(name for name in more if hasattr(value, name))
-    return None
+    names, _ = _of_type(type(value))
+    return names and tuple(name for name in names.split() if hasattr(value, name))
 
 
 class Interpolator(Unwritten):
@@ -77,10 +84,7 @@ class Interpolator(Unwritten):
 
 def maker_of(cls):
     """A function that makes interpolators of a class from constants; None for another class."""
-    from scipy import interpolate
-
-    known = interpolate.interp1d, interpolate.PPoly, interpolate.BSpline
-    if not issubclass(cls, (*known, interpolate.UnivariateSpline)):
+    if _of_type(cls) == (None, None):
         return None
 
     def made(*args, **kwargs):
@@ -101,13 +105,7 @@ def _as_now(value) -> Any:
 
 def form_of(value, *args, **kwargs):
     """The Form of an interpolator that is called with these arguments; None for an unknown type."""
-    from scipy import interpolate
-
-    makers = {
-        interpolate.interp1d: _of_interp1d, interpolate.PPoly: _of_polynomials,
-        interpolate.BSpline: _of_b_spline, interpolate.UnivariateSpline: _of_univariate,
-    }  # fmt: skip
-    make = next((makers[k] for k in type(value).__mro__ if k in makers), None)
+    _, make = _of_type(type(value))
     return make and make(value, *args, **kwargs)
 
 
@@ -172,16 +170,23 @@ def _of_knots(t, c, k, nu=0, nan=True):
 
 
 def _of_univariate(value, nu=0, ext: Any = None):
-    t, c, k = value._eval_args
     ext = value.ext if ext is None else ext
     ext = {"extrapolate": 0, "zeros": 1, "raise": 2, "const": 3}.get(ext, ext)
-    columns = _of_knots(t, c[: len(t) - k - 1], k, nu, nan=False)
+    return _of_fitpack(value._eval_args, nu, ext, value)
+
+
+def _of_fitpack(tck, nu, ext, value_at):
+    """The Form of a spline, by FITPACK's rule `ext` outside its range; None if it has no Form."""
+    t, c, k = tck
+    n = len(t) - k - 1
+    columns = _of_knots(t, c[:n], k, nu, nan=False)
     if columns is None or (ext == 3 and nu):
         return None
-    ends = float(t[k]), float(t[len(t) - k - 1])
-    low, high = (([float(value(end))]) for end in ends)
-    outside = {0: None, 1: ([0.0], [0.0]), 2: RAISE, 3: (low, high)}[ext]
-    return Form(columns, (), ends, outside, finite=True)
+    ends = float(t[k]), float(t[n])
+    outside: Any = {0: None, 1: ([0.0], [0.0]), 2: "outside the range of the interpolation"}
+    if ext == 3:
+        outside[3] = tuple([float(value_at(end))] for end in ends)
+    return Form(columns, (), ends, outside[ext], finite=True)
 
 
 def _of_interp1d(value):
@@ -192,13 +197,14 @@ def _of_interp1d(value):
     columns = _ways(value, how)
     if columns is None:
         return None
-    outside = None
-    if not value._extrapolate:
+    outside: Any = None
+    if value.bounds_error and not value._extrapolate:
+        outside = "A value in x_new is outside the interpolation range."
+    elif not value._extrapolate:
         below, above = value._fill_value_below, value._fill_value_above
         outside = [np.broadcast_to(f, shape or (1,)).ravel().tolist() for f in (below, above)]
     finite = how in ("_call_spline", "_call_linear")  # SciPy 1.18 has another order than before
-    form = Form(columns, shape, ends, outside, value._y_axis, finite=finite)
-    return Checked(form, ends) if outside and value.bounds_error else form
+    return Form(columns, shape, ends, outside, value._y_axis, finite=finite)
 
 
 def _ways(value, how):
@@ -232,9 +238,11 @@ class _ByNumPy:
 def evaluated(x, tck, der=0, ext=0):
     """splev."""
     t, c, k = tck
-    columns = _of_knots(numbers(t), numbers(c)[: len(t) - int(k) - 1], int(k), int(der), False)
-    if columns is None or ext not in (0, 1, 2):
+    form = (
+        _of_fitpack((numbers(t), numbers(c), int(k)), int(der), ext, None)
+        if ext in (0, 1, 2)
+        else None
+    )
+    if form is None:
         refuse("splev in this spline")
-    ends = float(numbers(t)[int(k)]), float(numbers(t)[len(t) - int(k) - 1])
-    outside = {0: None, 1: ([0.0], [0.0]), 2: RAISE}[ext]
-    return Form(columns, (), ends, outside, finite=True)(x)
+    return form(x)

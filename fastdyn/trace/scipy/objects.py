@@ -2,6 +2,7 @@
 
 import functools
 import types
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ..symbols.symbolic import BATCHES, Batched, Unwritten, in_batches, is_symbo
 from . import called_objects
 from .convolution import convolved_2d
 from .distances import DISTANCES
-from .functions import WRITTEN_OUT
+from .functions import logsumexp, sawtooth, softmax, square
 from .interpolators import Interpolator, evaluated, maker_of, numbers_in
 from .rotation import Rotation
 
@@ -30,10 +31,19 @@ CONTENTS = {  # attributes of sparse matrices, by format
     "dia": ("data", "offsets", "shape"),
     "coo": ("data", "coords", "shape"),
 }
-LINEAR = {"dct", "idct", "dst", "idst", "diff", "hilbert"}
+OF_FFT = {"dct", "idct", "dst", "idst", "diff", "hilbert"}
+LINEAR = {"scipy.fft": OF_FFT, "scipy.fftpack": OF_FFT, "scipy.ndimage": FILTERS}
 LIBRARIES = {f"scipy.{name}" for name in "fft fftpack linalg ndimage signal special".split()}
 WITH_EFFECTS = {"set_workers", "set_backend", "set_global_backend", "register_backend"}
-ALGEBRA = {"solve": solution, "inv": inverse, "det": determinant, "norm": norm}
+WRITTEN_OUT: dict[str, dict[str, Any]] = {
+    "scipy.fft": {name: transform(name) for name in ("fft", "ifft", "rfft", "irfft")},
+    "scipy.fftpack": {name: transform(name) for name in ("fft", "ifft")},
+    "scipy.interpolate": {"splev": evaluated},
+    "scipy.linalg": {"solve": solution, "inv": inverse, "det": determinant, "norm": norm},
+    "scipy.signal": {"square": square, "sawtooth": sawtooth, "convolve2d": convolved_2d},
+    "scipy.spatial": DISTANCES,
+    "scipy.special": {"softmax": softmax, "logsumexp": logsumexp},
+}
 
 
 def stand_in_of(value):
@@ -46,25 +56,15 @@ def stand_in_of(value):
         return Rotation
     if isinstance(value, type) and module.startswith("scipy.interpolate"):
         return maker_of(value)
-    if module.startswith("scipy.signal") and name == "convolve2d":
-        return _beside(value, convolved_2d)
-    if module.startswith("scipy.interpolate") and name == "splev":
-        return _beside(value, evaluated)
     if not isinstance(value, types.FunctionType) and type(value).__module__ != "uarray":
         return None
     package = ".".join(module.split(".")[:2])
     if package == "scipy.optimize":
         return _of_constants(value)
-    if module.startswith("scipy.spatial.distance") and name in DISTANCES:
-        return _beside(value, DISTANCES[name])
-    if module.startswith("scipy.linalg") and name in ALGEBRA:
-        return _beside(value, ALGEBRA[name])
-    if "fft" in module and name in ("fft", "ifft", "rfft", "irfft"):
-        return _beside(value, transform(name))
-    if ("fft" in module and name in LINEAR) or ("ndimage" in module and name in FILTERS):
-        return _beside(value, functools.partial(linear_in_first, value))
     written_out = WRITTEN_OUT.get(package, {}).get(name)
-    if written_out is None and package in LIBRARIES and name not in WITH_EFFECTS:
+    if name in LINEAR.get(package, ()):
+        written_out = functools.partial(linear_in_first, value)
+    elif written_out is None and package in LIBRARIES and name not in WITH_EFFECTS:
         written_out = lambda *args, **kwargs: apart(value, args, kwargs)  # noqa: E731
     return written_out and _beside(value, written_out)
 
