@@ -62,6 +62,27 @@ VALUES = [
     lambda y: math.atan2(round(-0.1 * y[0]), -1.0),
     lambda y: pow(7, int(4 * y[0]), 5),
     lambda y: np.frombuffer(y.tobytes())[0],
+    lambda y: np.add(y, 0.5, dtype=int)[0],
+]
+OF_ARRAYS = [  # of short and of long arrays
+    lambda y: np.sum(3 * y, dtype=int),
+    lambda y: (3 * y).sum(dtype=int),
+    lambda y: np.mean(3 * y, dtype=int),
+    lambda y: np.cumsum(3 * y, dtype=int)[-1],
+    lambda y: np.any(y > 0.7, where=np.arange(len(y)) % 2 == 1),
+    lambda y: np.all(y > 0.7, where=np.arange(len(y)) % 2 == 0),
+    lambda y: np.all(y > 0.2, keepdims=True).ndim,
+    lambda y: (y > 0.2) @ (y > 0.3),
+    lambda y: np.dot(y > 0.2, y > 0.3),
+    lambda y: np.diff(y > 0.7)[0],
+    lambda y: np.linalg.norm(y.reshape(2, -1) + [[0.0], [1.0]], 1, axis=(0, 1)),
+    lambda y: np.linalg.norm(y.reshape(2, -1) + [[0.0], [1.0]], np.inf, axis=(0, 1)),
+    lambda y: np.linalg.norm(np.vstack([y, y + 1.0]), 2, axis=(0, 1)),
+    lambda y: np.linalg.norm(np.vstack([y, y + 1.0]), "fro"),
+    lambda y: np.linalg.norm(y * (1.0 + 2.0j)),
+    lambda y: np.gradient(np.vstack([y, y * y]))[0][0, 0],
+    lambda y: np.angle(y * (1.0 + 2.0j), deg=True)[0] / 90.0,
+    lambda y: np.interp(0.3 * y[0], [0.0, 0.2, 1.0], [1.0, 2.0, 0.0]),
 ]
 
 
@@ -75,16 +96,12 @@ def test_it_is_what_python_says(value):
     assert np.allclose(mine.y[:, -1], theirs.y[:, -1], rtol=1e-9, atol=0)
 
 
-def test_a_function_of_the_class_above():
-    class Below:
-        def fun(self, t, y):
-            return -self.k * y
+@pytest.mark.parametrize("n", [2, 80])
+@pytest.mark.parametrize("value", OF_ARRAYS)
+def test_options_of_reductions_and_norms_count(value, n):
+    def fun(t, y):
+        return -y * tried(lambda: value(y))
 
-    class Above(Below):
-        k = 1.0
-
-        def fun(self, t, y):
-            return 2.0 * super().fun(t, y)
-
-    end = fastdyn.solve_ivp(Above().fun, (0.0, 0.1), [1.0], rtol=1e-9).y[0, -1]
-    assert math.isclose(end, math.exp(-0.2), rel_tol=1e-6)
+    start = np.resize([1.0, 0.5], n)
+    mine, theirs = (f(fun, (0.0, 0.1), start) for f in (fastdyn.solve_ivp, reference))
+    assert np.allclose(mine.y[:, -1], theirs.y[:, -1], rtol=1e-9, atol=0)

@@ -10,6 +10,7 @@ import numpy as np
 
 from fastdyn.trace.graph.user_lines import of_user
 from fastdyn.trace.outside.identities import compared_by_identity
+from fastdyn.trace.outside.kinds import has_functions
 
 from .. import memory
 from .captured import HEAP_TYPE, MISSING
@@ -20,6 +21,7 @@ KNOWN = (  # Numba has types for these, or their contents are inspected
     int, float, complex, str, bytes, type(None), type(Ellipsis), slice, range, type,
     python.ModuleType, np.ndarray, np.generic, np.dtype,
 )  # fmt: skip
+DATA = int, float, complex, str, bytes, list, tuple, np.ndarray
 DEEPEST = 3  # depth of functions that call functions
 
 
@@ -117,7 +119,13 @@ def _value(chain, function, owner):
 
 
 def _never(value):
-    """True if Numba has no type for a value; False for values that are inspected or called."""
+    """True if Numba has no type for a value; False for values that are inspected or called.
+
+    Numba takes an instance of a user's class for the number or sequence that the class derives
+    from, without the functions of the class.
+    """
+    if isinstance(value, DATA) and any(map(has_functions, type(value).__mro__)):
+        return True
     if isinstance(value, KNOWN) or callable(value):
         return False
     if isinstance(value, list | tuple):
