@@ -64,6 +64,7 @@ VALUES = [
     lambda y: np.frombuffer(y.tobytes())[0],
     lambda y: np.add(y, 0.5, dtype=int)[0],
 ]
+OFFSET = np.array([[0.0], [1.0]])
 OF_ARRAYS = [  # of short and of long arrays
     lambda y: np.sum(3 * y, dtype=int),
     lambda y: (3 * y).sum(dtype=int),
@@ -75,8 +76,8 @@ OF_ARRAYS = [  # of short and of long arrays
     lambda y: (y > 0.2) @ (y > 0.3),
     lambda y: np.dot(y > 0.2, y > 0.3),
     lambda y: np.diff(y > 0.7)[0],
-    lambda y: np.linalg.norm(y.reshape(2, -1) + [[0.0], [1.0]], 1, axis=(0, 1)),
-    lambda y: np.linalg.norm(y.reshape(2, -1) + [[0.0], [1.0]], np.inf, axis=(0, 1)),
+    lambda y: np.linalg.norm(y.reshape(2, -1) + OFFSET, 1, axis=(0, 1)),
+    lambda y: np.linalg.norm(y.reshape(2, -1) + OFFSET, np.inf, axis=(0, 1)),
     lambda y: np.linalg.norm(np.vstack([y, y + 1.0]), 2, axis=(0, 1)),
     lambda y: np.linalg.norm(np.vstack([y, y + 1.0]), "fro"),
     lambda y: np.linalg.norm(y * (1.0 + 2.0j)),
