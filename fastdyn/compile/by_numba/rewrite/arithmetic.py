@@ -83,7 +83,7 @@ CHECKED = {
     operator.add: _add, operator.iadd: _add, operator.sub: _subtract, operator.isub: _subtract,
     operator.mul: _multiply, operator.imul: _multiply, operator.neg: _negative,
     operator.lshift: _shift_left, operator.ilshift: _shift_left,
-    operator.pow: _power, operator.ipow: _power,
+    operator.pow: _power, operator.ipow: _power, pow: _power,
 }  # fmt: skip
 
 
@@ -106,6 +106,7 @@ class Arithmetic(FunctionPass):
                     statement.value = _checked(value, state)
                 elif isinstance(value, ir.Expr) and value.op == "call":
                     body += _fitted(value, statement.target.scope, state)
+                    statement.value = _checked(value, state)
                 body.append(statement)
             block.body = body
         return True
@@ -124,16 +125,21 @@ def _refuse(value, types_of):
 
 def _checked(value, state):
     """The checked form of an expression on whole numbers; any other expression unchanged."""
-    function = CHECKED.get(value.fn)
-    names = ["value"] if value.op == "unary" else ["lhs", "rhs"]
-    operands = [getattr(value, name) for name in names]
+    if value.op == "call":  # such as pow(a, b), or operator.mul(a, b)
+        called = getattr(state.typemap[value.func.name], "typing_key", None)
+        operands = [] if value.kws or value.vararg else list(value.args)
+    else:
+        called = value.fn
+        operands = [value.value] if value.op == "unary" else [value.lhs, value.rhs]
+    names = ["value"] if len(operands) == 1 else ["lhs", "rhs"]
+    function = CHECKED.get(called) if operands else None
     kinds = [state.typemap[v.name] for v in operands]
     whole = all(isinstance(ty, types.Integer | types.Boolean) for ty in kinds)
     if function is None or not whole or state.calltypes[value].return_type != types.int64:
         return value
     given = dict(zip(names, operands, strict=True))
     given |= {f"static_{name}": ir.UNDEFINED for name in names}
-    op = "unary" if value.op == "unary" else "binop"
+    op = "unary" if len(operands) == 1 else "binop"
     return _typed(ir.Expr(op=op, loc=value.loc, fn=function, **given), function, operands, state)
 
 
