@@ -9,6 +9,7 @@ import functools
 import math
 from fractions import Fraction
 
+import numba
 import numpy as np
 import pytest
 
@@ -194,8 +195,19 @@ def test_dense_output_has_its_order_inside_the_step(name, x):
     assert t.order(b, sizes, x) == order
 
 
+@pytest.fixture(scope="module")
+def value():
+    """`polynomial`, callable from Python."""
+
+    @numba.njit
+    def called(d, x, out):
+        polynomial(d, x, out)
+
+    return called
+
+
 @pytest.mark.parametrize("name", TABLED)
-def test_the_compiled_interpolant_is_the_one_examined(name):
+def test_the_compiled_interpolant_is_the_one_examined(name, value):
     # Stages e_1 ... e_n, so that component i of the state shows the weight of stage i.
     t, h = table(name), 0.25
     work, d = np.zeros((K + t.n, t.n)), np.zeros((4 + len(t.extra), t.n))
@@ -205,7 +217,7 @@ def test_the_compiled_interpolant_is_the_one_examined(name):
     d[4:] = h * np.array(t.extra, dtype=float).reshape(-1, t.n)
     found = np.empty(t.n)
     for x in (Fraction(0), Fraction(1, 8), Fraction(1, 2), Fraction(7, 8), Fraction(1)):
-        polynomial.py_func(d, float(x), found)
+        value(d, float(x), found)
         b, _ = t.interpolant(x)
         allowed = 4 * EPS * len(d) * np.abs(d).sum(axis=0)
         assert (np.abs(found - 0.5 - h * np.array(b, dtype=float)) <= allowed).all()
