@@ -41,8 +41,8 @@ class Code(NamedTuple):
 def first_kept(make):
     """A cache of code for a process: the first value for given arguments stays, in all threads.
 
-    functools.cache replaces the value that one thread has got by that of a slower thread.  The code
-    would then leave memory, while its address is in a block or an array.
+    functools.cache replaces the value that one thread has got by the value of a slower thread.  The
+    replaced code would then leave memory, while its address is in a block or an array.
     """
     values = {}
 
@@ -94,7 +94,7 @@ def _compiled(key, build, kernel):
 @contextlib.contextmanager
 def _numba():
     """Numba in its calm state, and the module that takes code from Numba."""
-    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+    import numba  # noqa: F401  # waits for an import in another thread; a submodule's does not
     from numba.core.errors import NumbaWarning
 
     from . import emit_object
@@ -123,9 +123,9 @@ def assembled(key, write, scheduled=False):
 
 
 def without_function(key, build=None):
-    """The kernel for `key` without the function that it calls, from disk or by `build()`.
+    """The kernel for `key` without the function that the kernel calls, from disk or by `build()`.
 
-    Returns None for a kernel that is not on disk, without `build`, which is as in `compiled`.
+    Returns None if the kernel is not on disk and `build` is None; for `build` see `compiled`.
     """
     symbol = _symbol(key)
     found = _bitcode(symbol)
@@ -159,7 +159,7 @@ def _bitcode(symbol):
 def linked(key, kernel, functions, look):
     """The machine code for `key`: a kernel of `without_function` and the functions that it calls.
 
-    `functions` has by each name ``write(name)``, as in `assembled`.  ``look()`` is called now and
+    `functions` maps each name to ``write(name)``, as in `assembled`.  ``look()`` is called now and
     then, and may raise.
     """
     from .unlinked import linked

@@ -1,11 +1,11 @@
-"""Numba without optimisation and translation of each helper: `sealed` does both for the whole."""
+"""Numba without optimisation and translation of each helper: `sealed` does both once, for all."""
 
 # pyright: reportAttributeAccessIssue=false
 
 import functools
 import threading
 
-import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+import numba  # noqa: F401  # waits for an import in another thread; a submodule's does not
 from numba.core import callconv, codegen, cpu, dispatcher, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import lookup_environment
@@ -67,7 +67,7 @@ def _spared(library):
 
 @_instead(dispatcher._DispatcherBase, "get_call_template")
 def _call(original, called, args, kws):
-    """Compile our own functions once for all whole numbers, not once for each constant.
+    """Compile our own functions once for all integers, not once for each constant.
 
     LLVM still sees the constants.  Numba needs a constant where it selects a field of a tuple.
     """
@@ -134,5 +134,5 @@ def _environment(original, code, name, environment):
 
 @_instead(callconv.CPUCallConv, "set_dynamic_user_exc")
 def _raise(original, convention, builder, exc, args, types, loc=None, func_name=None):
-    """Omit messages made at run time, which need an environment: only the fact is ever read."""
+    """Omit messages made at run time, which need an environment and are never read."""
     convention.set_static_user_exc(builder, exc, None, loc, func_name)

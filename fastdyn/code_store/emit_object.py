@@ -11,7 +11,7 @@ symbol internal, optimises and translates the whole once.
 import inspect
 
 import llvmlite.binding as llvm
-import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+import numba  # noqa: F401  # waits for an import in another thread; a submodule's does not
 from llvmlite import ir
 from numba.core import types
 from numba.core.registry import cpu_target
@@ -41,7 +41,7 @@ def sealed(result, symbol, kernel):
     Parameters
     ----------
     result : CompileResult
-        Compiled within `deferred`, as this call is.
+        The result of a compilation within `deferred`; call `sealed` within `deferred`, too.
     symbol : str
         The name of the function in the object code.
     kernel : bool

@@ -25,22 +25,22 @@ PYTHON = frozenset("PyGILState_Ensure PyGILState_Release Py_FatalError".split())
 PREFIX = "numba_"
 
 _lock = threading.Lock()
-PIECES = 32  # of code that a linker gets, as what one linker keeps grows faster than they
-_numbers = itertools.count()  # of the libraries, including those that did not link
+PIECES = 32  # most pieces of code of a linker, whose data grow faster than their number
+_numbers = itertools.count()  # numbers of libraries, including libraries that did not link
 _released: deque = deque()  # (linker, name) of libraries that nobody holds
 
 
 def _near_alone():
     """True on ARM, whose code reaches its data within 4 GB only.
 
-    JITLink puts both side by side.  RuntimeDyld, LLVM's older linker, puts them anywhere, and ends
-    the process where the distance is too long.
+    JITLink puts code and data side by side.  RuntimeDyld, LLVM's older linker, puts code and data
+    anywhere, and ends the process if their distance is too long.
     """
     return llvm.get_process_triple().startswith(("aarch64", "arm64"))
 
 
 class _Linker:
-    """A linker of LLVM, and what keeps the libraries in it that somebody holds, by name."""
+    """A linker of LLVM, and the trackers of its libraries that somebody holds, by name."""
 
     def __init__(self):
         initialise()
@@ -51,7 +51,7 @@ class _Linker:
 class _Linkers:
     def __init__(self):
         self.newest: Any = None
-        self.used: set = set()  # those with libraries: a linker ends after them
+        self.used: set = set()  # linkers with libraries: a linker ends after its libraries
 
 
 _linkers = _Linkers()
@@ -66,7 +66,7 @@ class Library:
         self.address, self._held = address, (linker, name)
 
     def __del__(self, released=_released):
-        released.append(self._held)  # LLVM is not called from wherever an object ends
+        released.append(self._held)  # `_unload` calls LLVM later: an object may end anywhere
 
 
 class UnknownSymbol(Exception):
@@ -131,7 +131,7 @@ def _linker():
 
 
 def _unload():
-    """Take the code of libraries that nobody holds out of the process, and linkers without any."""
+    """Remove the code of libraries that nobody holds, and close full linkers without libraries."""
     while _released:
         linker, name = _released.popleft()
         linker.trackers.pop(name).close()
@@ -141,7 +141,7 @@ def _unload():
 
 
 def unload():
-    """Give back the memory of code that nobody holds, which `load` does before anything else."""
+    """Give back the memory of code that nobody holds; `load` begins with this step, too."""
     with _lock:
         _unload()
 
@@ -149,19 +149,19 @@ def unload():
 def load(code, symbol, needs):
     """The Library of object code, linked by itself, with the address of `symbol`.
 
-    Blocks and kernels hold addresses as numbers: who puts one there holds the Library.  Raises
-    UnknownSymbol, or NotWhole for what cannot be linked.
+    Blocks and kernels hold addresses as numbers: the code that stores an address also keeps the
+    Library alive.  Raises UnknownSymbol, or NotWhole if the code cannot be linked.
     """
     with _lock:
         _unload()
-        linker = _linker()  # first: it makes the symbols of the process known to LLVM
+        linker = _linker()  # first: a linker makes the symbols of the process known to LLVM
         builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
         for name in needs:
             builder.import_symbol(name, _address(name))
         try:
             name = f"{symbol} {next(_numbers)}"
             tracker = linker.trackers[name] = builder.link(linker.llvms, name)
-        except RuntimeError as error:  # of every failure in LLVM
+        except RuntimeError as error:  # raised for every failure in LLVM
             raise NotWhole(f"it cannot be linked: {error}") from None
         _linkers.used.add(linker)
         return Library(tracker[symbol], linker, name)

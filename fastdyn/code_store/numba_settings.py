@@ -13,7 +13,7 @@ DEFAULTS = {
     "CPU_NAME": None,
     "CPU_FEATURES": None,
 }
-ELSEWHERE = ("NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER")  # no code depends on
+ELSEWHERE = ("NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER")  # no effect on code
 FILE = ".numba_config.yaml"  # read by Numba where a process starts
 
 
@@ -24,10 +24,10 @@ def chosen():
     """
     found = sys.modules.get("numba.core.config")
     if found is None and any(k.startswith("NUMBA_") and k not in ELSEWHERE for k in os.environ):
-        import numba  # waits for a thread that imports it; a module inside does not
+        import numba  # waits for an import in another thread; a submodule's does not
         from numba.core import config as found
     if found is None and os.path.isfile(FILE):
-        import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+        import numba  # noqa: F401  # waits for an import in another thread; a submodule's does not
         from numba.core import config as found
     return found
 
@@ -46,7 +46,7 @@ def settings():
 def changed(now=None):
     """(name, value as text) of each setting that the user changed; `now` are the `settings`."""
     found = (now or settings()).items()
-    # OPT is a number with a class of its own, and a name for one that is not
+    # The text of OPT is a number, or a number in the name of a class of Numba's.
     texts = ((name, str(value), DEFAULTS[name]) for name, value in found)
     return tuple((name, text) for name, text, v in texts if text not in (str(v), f"_OptLevel({v})"))
 

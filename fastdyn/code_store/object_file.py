@@ -40,7 +40,7 @@ def packed(header, code):
 def unpacked(data, symbol, check=None):
     """(header, code) of a file that must define `symbol`; raises NotWhole.
 
-    ``check(code, symbol, needs)`` is `checked`, of object code, unless the code is of another kind.
+    ``check(code, symbol, needs)`` refuses wrong code; the default, `checked`, is for object code.
     """
     n = len(MAGIC)
     digest, rest = data[n : n + DIGEST], data[n + DIGEST :]
@@ -51,7 +51,7 @@ def unpacked(data, symbol, check=None):
         header, code = json.loads(rest[8 : 8 + size]), rest[8 + size :]
         _check_header(header, symbol)
         (check or checked)(code, symbol, header["needs"])
-    except BROKEN as error:  # the hash tells that the file is unchanged, not that it was right
+    except BROKEN as error:  # the hash tells that the file is unchanged, not that the file is right
         raise NotWhole(f"it is not made as it should be: {error}") from error
     return header, code
 
@@ -109,7 +109,10 @@ def _of_elf(code):
 
 
 def _of_mach_o(code):
-    """macOS puts an underscore before each name, which a linker of LLVM does, too."""
+    """The result of `symbols` for a Mach-O file, without the underscore before each name.
+
+    LLVM's linker adds this underscore again.
+    """
     kind, count = struct.unpack_from("<II", code, 0x0C)
     if kind != MACH_O_OBJECT:
         raise NotWhole("it is no relocatable object")

@@ -18,7 +18,7 @@ _V3 = (*_V2, "avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsa
 _V4 = (*_V3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl")
 _X86 = {"x86-64-v4": _V4, "x86-64-v3": _V3, "x86-64-v2": _V2}  # the System V ABI's, best first
 _ARM = {"generic": ()}  # LLVM's name of Armv8-A with vectors of two numbers: any aarch64
-LEVELS = {  # what each needs, by LLVM's triple of the process
+LEVELS = {  # levels with their features, by LLVM's triple of the process
     "x86_64-unknown-linux-gnu": _X86,
     "x86_64-pc-linux-gnu": _X86,
     "aarch64-unknown-linux-gnu": _ARM,

@@ -2,8 +2,8 @@
 
 `warnings.catch_warnings` changes the filters of all threads, and two threads that enter and leave
 in turn lose the filters of the user.  Numba's modules therefore get this module instead of
-`warnings`: in the background thread it catches and reports nothing, in all other threads it is
-`warnings`.
+`warnings`: in the background thread this module catches and reports nothing, in all other threads
+this module acts as `warnings`.
 """
 
 import contextlib

@@ -41,7 +41,7 @@ def _processor(name, features):
 def _features(name):
     """The features of the host, as Numba chooses them."""
     if chosen() is not None or name in WITHOUT_AVX:
-        import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+        import numba  # noqa: F401  # waits for an import in another thread; a submodule's does not
         from numba.core.codegen import get_host_cpu_features
 
         return get_host_cpu_features()
@@ -70,7 +70,7 @@ def _target(triple, cpu, features, opt):
 
 
 def in_elf(triple):
-    """The triple of object code: on Windows, too, ELF, which `object_file` reads and LLVM loads."""
+    """The triple of object code; on Windows the triple names ELF, which `object_file` can read."""
     return f"{triple}-elf" if "windows" in triple and not triple.endswith("-elf") else triple
 
 
@@ -147,7 +147,7 @@ def drop_unused(module):
 
 def internal(module, symbol):
     """Make all of a module's symbols internal but one."""
-    # A global that is filled in later must not be internal: the optimiser would assume its null.
+    # A global that is filled in later must not be internal: the optimiser would assume null.
     for value in (*module.functions, *module.global_variables):
         if not value.is_declaration and not value.name.startswith(PROCESS_BOUND):
             value.linkage = "external" if value.name == symbol else "internal"

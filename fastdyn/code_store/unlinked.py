@@ -15,7 +15,7 @@ import llvmlite.binding as llvm
 from .loader import initialise
 from .target import drop_unused, for_machine, internal, optimise, settled, target
 
-FUNCTION = "fastdyn_function"  # the name of the function in the kernel; of others, its beginning
+FUNCTION = "fastdyn_function"  # the name of the function; several functions append a number
 KERNEL = "fastdyn_kernel"
 
 

@@ -65,7 +65,7 @@ def _due(bound):
 def _states(problem, results, i, count):
     """Times and states of a trajectory, at most `count`, the last among them."""
     times, states = [float(results.t_end[i])], [np.array(results.y_end[i])]
-    y = results.y_eval[i]  # which is empty if a store has it
+    y = results.y_eval[i]  # empty if a store has the states
     known = min(len(y), int(results.counts[i, 3]))
     for k in np.unique(np.linspace(0, known - 1, count - 1).astype(int)) if known else ():
         if np.isfinite(y[k]).all():
@@ -77,7 +77,7 @@ def _states(problem, results, i, count):
 def _compare_alone(ensemble, results, i, bound):
     """Raise Different if a trajectory alone ends elsewhere than in the lanes of a vector.
 
-    The difference may be as large as the difference of two starts that differ by rounding becomes.
+    The allowed difference includes the difference to which a rounding of the start grows.
     """
     p, members = ensemble.problem, ensemble.members
     most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
@@ -93,7 +93,7 @@ def _compare_alone(ensemble, results, i, bound):
     spread = max(float(np.max(np.abs(other - alone))) for other in others)
     size = np.max(np.abs(alone), initial=0.0)
     atol = np.broadcast_to(p.atol, alone.shape)
-    counts = np.isfinite(atol)  # in the error of a step
+    counts = np.isfinite(atol)  # components in the error of a step
     largest = np.max(atol, where=counts, initial=0.0)
     allowed = APART * (np.max(p.rtol) * size + largest) + ROUNDINGS * spread + 1e-9 * size
     if not (np.abs(mine - alone) <= allowed)[counts].all():

@@ -24,7 +24,7 @@ def with_discrete(discrete, y0, given):
         raise ValueError("`y0` and `discrete` must have rows of one length.") from None
     of_one = [each[0] if each.ndim == 2 and len(each) else each for each in (states, numbers)]
     if np.issubdtype(of_one[0].dtype, np.floating):
-        of_one[0] = np.where(np.isfinite(of_one[0]), of_one[0], 0.0)  # one that fails alone
+        of_one[0] = np.where(np.isfinite(of_one[0]), of_one[0], 0.0)  # this trajectory fails alone
     extended, n, m = longer(of_one[1], {**given, "y0": of_one[0]})
     return {**extended, "y0": joined_rows(states, numbers, n, m)}, m
 

@@ -87,7 +87,7 @@ def in_blocks(ensemble, client, store, block, threads, options):
 
 
 def executor_of(client):
-    """The executor of a client, and the number of blocks that may wait or run there."""
+    """The executor of a client, and the number of blocks that may wait or run in it."""
     if client is None:
         return _Here(), 1
     if hasattr(client, "get_executor"):  # of dask; an adaptive cluster may have no worker yet

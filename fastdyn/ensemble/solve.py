@@ -79,7 +79,7 @@ def solve_ensemble(
         `rtol`, `atol`, `max_step`, `first_step`, `step`, `max_steps`, `breakpoints`, `project`,
         `on_event`, `at`, `every`, `on_interrupt`, as in `solve_ivp`.  Schedules of
         ``fastdyn.at(rows)`` among the events have times of each trajectory; `discrete`, of shape
-        (M, m) or (m,), are discrete states, which the result has as `discrete`, too.
+        (M, m) or (m,), has discrete states; the result has a field `discrete`, too.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def common(events, options, t0, tf, count):
 
 
 def of_members(table, members) -> Any:
-    """SCHEDULES records as each trajectory begins, (M or 1, n_schedules)."""
+    """SCHEDULES records with which each trajectory begins, (M or 1, n_schedules)."""
     if not members.times:
         return table[None]
     records: Any = np.repeat(table[None], members.count, axis=0)

@@ -40,7 +40,7 @@ class Trajectories:
         The reason why each trajectory ran alone, or why events and folds were evaluated for each
         trajectory alone.
     y0 : ndarray, shape (M, n) or (1, n)
-        Initial states, one row if all trajectories share it.
+        Initial states; one row if all trajectories share one initial state.
     t_start, method, first : float, str, tuple
         The start, the name of the method, and the arguments of the first trajectory.
     parameters : dict of int to ndarray
@@ -196,7 +196,7 @@ class Trajectories:
 
     @functools.cached_property
     def _occurrences(self):
-        """(t, y) of each event, arrays for each trajectory; y has all that is integrated."""
+        """(t, y) of each event, arrays for each trajectory; y has all integrated components."""
         found, n, p = self._results.occurrences(), self._members.n, self._problem
         where = np.concatenate([w for w, _, _ in found] or [np.empty((0, 2), int)])
         t = np.concatenate([t for _, t, _ in found] or [np.empty(0)])

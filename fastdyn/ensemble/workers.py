@@ -132,7 +132,7 @@ class Worker:
             advance, start_kernel(name), watch_kernel(), dense_rows_kernel(name), already_kernel(),
             events_kernel(), scalar,
         )  # fmt: skip
-        self._kernels = kernels  # of which the kernel gets addresses
+        self._kernels = kernels  # kept alive: the kernel gets their addresses
         blocks = [bound.block.ctypes.data for bound in self.bounds]
         blocks += [block.ctypes.data for block in self._mass.blocks]
         return np.array([*(kernel.address for kernel in kernels), *blocks], np.int64)

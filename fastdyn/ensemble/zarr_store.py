@@ -1,9 +1,9 @@
 """Results of an ensemble in a Zarr group, written by block, from which a broken run goes on.
 
-A block counts once its entry in `finished` is written, which is written last.  Arrays with a few
-numbers for each trajectory are in memory, too; the states at the times of output, and the events,
-stay in the group until they are used.  Each chunk ends with a checksum, which Zarr compares when it
-reads the chunk.
+The entry of a block in `finished` is written last; a block without an entry does not count.  Arrays
+with a few numbers for each trajectory are in memory, too.  The states at the times of output, and
+the events, stay in the group until they are used.  Each chunk ends with a checksum, which Zarr
+compares when Zarr reads the chunk.
 """
 
 import hashlib

@@ -1,7 +1,7 @@
 """Discrete states: numbers behind the state that only events and schedules change.
 
-They are further components with the derivative 0, which count neither in the error of a step nor in
-the state of the user's functions.
+Discrete states are further components with the derivative 0.  They are no part of the error of a
+step, and no part of the state that the user's functions get.
 """
 
 import inspect
@@ -15,13 +15,13 @@ from .lsoda import NAME as LSODA
 from .schedules import SHORTHANDS, Schedule, listed
 
 BESIDE = "behind y, every function gets `discrete`"
-REFUSED = ("lband", "uband", "vectorized")  # the band of the longer Jacobian is another
+REFUSED = ("lband", "uband", "vectorized")  # the longer Jacobian has another band
 
 
 def longer(discrete, given):
     """The arguments of `solve_ivp` for the longer state, and the lengths n and m of its parts.
 
-    `given` are those of the user without `discrete`.
+    `given` are the user's arguments, without `discrete`.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def extended_options(options, method, n, m):
     """The options of a solve of the longer state."""
     options = dict(options)
     if method is None or method.error_order:
-        largest = ("Taylor", LSODA)  # of their norms of the error; others take the mean square
+        largest = ("Taylor", LSODA)  # methods whose norm is the largest; others take the mean
         mean = method is None or not (method.like_matlab or method.name in largest)
         share = math.sqrt(n / (n + m)) if mean else 1.0
         rtol, atol = (np.asarray(options.get(k, v), float) for k, v in DEFAULTS.items())
@@ -175,12 +175,12 @@ def extended_function(fun, n, m):
 
 
 def _listed(found):
-    """A result with one entry a component; a number is a result of one."""
+    """A result as a sequence with one entry for each component; a number becomes one entry."""
     return found if hasattr(found, "__len__") else [found]
 
 
 def _sign(longer, fun):
-    """Give a function the name and, but for `discrete`, the parameters of the user's."""
+    """Give a function the name of the user's function, and its parameters without `discrete`."""
     _name(longer, fun)
     try:
         signature = inspect.signature(fun)
@@ -192,7 +192,7 @@ def _sign(longer, fun):
 
 
 def _name(longer, function):
-    """Give a function the name of the user's, which warnings and results show."""
+    """Give a function the name of the user's function, which warnings and results show."""
     for name in ("__name__", "__qualname__"):
         setattr(longer, name, getattr(function, name, getattr(longer, name)))
 
@@ -209,7 +209,7 @@ def extended_event(event, n):
 
 
 def _of_parts(function, n):
-    """A function of (t, y, d, *args) as one of the longer state."""
+    """A function of (t, y, d, *args) as a function of the longer state."""
 
     def of_parts(t, z, *args):
         return function(t, z[:n], z[n:], *args)

@@ -99,7 +99,7 @@ def between_steps(problem):
 def of_own(event, n):
     """An event function of the first n components of a longer state."""
     while isinstance(event, functools.partial) and not event.args and not event.keywords:
-        event = event.func  # of a partial whose only purpose is to carry marks
+        event = event.func  # the event of a partial that only carries marks
 
     def watched(t, y, *args):
         return event(t, y[:n], *args)

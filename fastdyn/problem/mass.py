@@ -45,7 +45,7 @@ def refuse_sensitivity(options):
 def given(fun, t0, y0, args, options, method, mode):
     """The equations, and `mass` as an array of (n, n) floats or None.
 
-    A function `mass`, whose matrix is regular, is divided by in the equations.
+    If `mass` is a function, its matrix is regular, and the equations are solved for y'.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def is_singular(matrix):
 
 
 def parts_of(matrix):
-    """The pseudo-inverse of a matrix, and rows x with x matrix = 0 and with matrix x = 0.
+    """The pseudo-inverse of a matrix, rows x with x matrix = 0, and rows x with matrix x = 0.
 
     Rows and columns of zeros give unit vectors.  Components that no equation couples, directly or
     through others, stay apart.

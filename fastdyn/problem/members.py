@@ -22,7 +22,7 @@ class Shared:
 
 
 def _column(j, value):
-    """An argument as a 1-D array with an entry for each member; None if all members share it."""
+    """An argument as a 1-D array with an entry for each member; None for a common value."""
     if isinstance(value, Shared) or not isinstance(value, np.ndarray | list):
         return None
     array = np.asarray(value)
@@ -174,10 +174,13 @@ class Members:
         return with_callback(callback, called, [], mode, block)
 
     def places(self, kernel, block):
-        """Write common values into a vector kernel's block; (address, column, stride) of others."""
+        """Write common values into a vector kernel's block.
+
+        Returns (address, column of `words`, bytes from lane to lane) of each varying value.
+        """
         at, keepalive, found = FIRST, [], []
         kernel.keepalive.append(keepalive)
-        for parameters in kernel.parameters:  # of one function
+        for parameters in kernel.parameters:  # the parameters of one function
             column = len(self.varying)
             for parameter_type, value in parameters:
                 if parameter_type[0] == "lanes":

@@ -9,7 +9,7 @@ def checked(who, refused, method, t_span, y0, options, otherwise=""):
     Parameters
     ----------
     who : str
-        The solver, and in `otherwise` the alternative, for the sentences of a refusal.
+        The name of the solver; `otherwise` is the alternative.  Both are for messages.
     refused : sequence of str
         Options that the solver does not take.
     method, t_span, y0, options

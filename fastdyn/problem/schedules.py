@@ -21,7 +21,7 @@ class Schedule:
     times : ndarray or None
         The times, in rising order; None for times at equal distances.
     period, start : float or None
-        The distance of the times, and the first of them; without `start`, that of the run.
+        The distance of the times, and the first time; without `start`, the start of the run.
     terminal : bool or int
         As of an event function.
     """
@@ -54,7 +54,7 @@ def at(times):
 
     Notes
     -----
-    A step ends at each time, which is exact, and the function of `on_event` acts there.  A time at
+    A step ends exactly at each time, and the function of `on_event` acts there.  A time at
     the start of the span acts at the start; a time at the end is left to the run that goes on.
     """
     rows, several = _rows(times)
@@ -64,15 +64,15 @@ def at(times):
 
 
 def every(period, start=None):
-    """Make a schedule of the times ``start + k * period``, k = 0, 1, 2, ..., as `at` of times.
+    """Make a schedule of the times ``start + k * period``, k = 0, 1, 2, ...
 
     Parameters
     ----------
     period : float
         Above zero.
     start : float, optional
-        The first of the times, by default the start of the run, in whose direction the times then
-        follow.  It may lie before the start of the run: parts of a span have the same times.
+        The first time.  By default the times begin at the start of the run, and follow in the
+        direction of the run.  With a `start` before the run, parts of a span have equal times.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def check_span(times, t0, tf):
 
 
 def listed(events, options):
-    """The events as a list, the schedules of the shorthands behind; None without any."""
+    """The events as a list, followed by the schedules of `at` and `every`; None without any."""
     times, periods = [options.get(name) for name in SHORTHANDS]
     if isinstance(events, Schedule) or callable(events):
         events = [events]
@@ -208,7 +208,7 @@ def refuse_schedules(events, advice):
 def divided(events, options, t0, tf) -> tuple[Any, tuple, tuple]:
     """(event functions, their functions of `on_event`, Scheduled ones), all checked.
 
-    The event functions are as of `events.event_list`; None without any event.
+    The event functions have the form of `events.event_list`; None without any event.
     """
     found = listed(events, options)
     checked, jumps = functions.acting(options.get("on_event"), functions.event_list(found))
@@ -226,7 +226,7 @@ def divided(events, options, t0, tf) -> tuple[Any, tuple, tuple]:
 
 
 def checked(events, options, t0, tf):
-    """The result of `divided`; ValueError for a `callback` beside, and for a run without an end."""
+    """The result of `divided`; ValueError for actions with a `callback`, and for an endless run."""
     found, on_event, scheduled = divided(events, options, t0, tf)
     if (on_event or scheduled) and options.get("callback") is not None:
         said = "`on_event`" if on_event else "a schedule"
@@ -236,7 +236,7 @@ def checked(events, options, t0, tf):
 
 
 def segments(options, schedules, t0, tf, constant_steps):
-    """The segments, one at least with schedules; constant steps have no `breakpoints`."""
+    """The segments of a span, at least one with schedules; constant steps have no `breakpoints`."""
     breakpoints = None if constant_steps else options.get("breakpoints")
     if breakpoints is None and not schedules:
         return NO_SEGMENTS
@@ -244,7 +244,7 @@ def segments(options, schedules, t0, tf, constant_steps):
 
 
 def in_order(of_functions, schedules, of_schedules):
-    """What belongs to the events in the order of the list, from both kinds apart."""
+    """The values of event functions and of schedules as one list, in the order of the events."""
     found = list(of_functions)
     for schedule, each in zip(schedules, of_schedules, strict=True):
         found.insert(schedule.place, each)

@@ -110,7 +110,7 @@ def probe_equations(problem):
 def takes_batches(problem):
     """True if the pointer form of the equations suffices for a solve.
 
-    Implicit methods then take differences for the Jacobian, at the places that may not be zero.
+    Implicit methods then take differences for the Jacobian, where it may differ from zero.
     """
     p = problem
     short = len(p.y0) < IMPLICIT_FROM or p.mode.complex_numbers

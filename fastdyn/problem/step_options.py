@@ -96,7 +96,7 @@ def fixed_step(options, t0, tf, name):
 
 
 def segments_of_span(breakpoints, t0, tf):
-    """Start, end, and time of the end in the output, of each segment; no rows without breakpoints.
+    """Start, end, and output time of the end, of each segment; no rows if `breakpoints` is None.
 
     Segments end a few roundings of the time before the breakpoint and begin as far behind, so that
     a derivative with a jump is evaluated on the right side.

@@ -1,4 +1,4 @@
-"""Sentences about states that functions of `on_event` returned, and that end a run."""
+"""Messages of runs that end because a function of `on_event` returned a state that is refused."""
 
 from fastdyn.kernels.state.record import BAD_JUMP, NEGATIVE, OUTSIDE
 from fastdyn.problem.schedules import in_order

@@ -44,7 +44,7 @@ def jacobian_of(problem, bound, others):
     """The block of the Jacobian, or None for differences.
 
     The user's Jacobian is the last of `others`.  A traced function has an exact Jacobian, which
-    replaces a `jac` that returns sparse matrices: only Python can call such a function.
+    replaces a `jac` that returns sparse matrices: only Python can call such a `jac`.
     """
     p, block = problem, None
     given = others[-1] if p.jac is not None else None
@@ -90,7 +90,7 @@ def schedule_table(problem, others) -> Any:
 
 
 def jumps_at_once(problem):
-    """The most points that a step stores beside its end."""
+    """The most points that a step stores at its end, after changes of the state."""
     return bool(problem.on_event) + any(each.jump is not None for each in problem.schedules)
 
 

@@ -21,7 +21,7 @@ from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.fingerprint import contains_opaque, frozen
 
 SECONDS = 5.0  # between two writes, at least
-FULL = {getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT")}  # errors that may pass
+FULL = {getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT")}  # errors that may be temporary
 
 
 def fingerprint(bounds):
@@ -108,7 +108,7 @@ class Checkpoint:
             header, digest = json.loads(str(arrays.pop("header"))), str(arrays.pop("digest"))
             if isinstance(header, dict):
                 return header, arrays, digest
-        except Exception:  # whatever the parsers of three formats make of garbage
+        except Exception:  # damaged bytes raise any exception in three parsers
             pass
         raise ValueError(
             f"`{self.path}` is not a whole checkpoint. Give another `checkpoint`, or remove this "

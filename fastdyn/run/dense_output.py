@@ -83,7 +83,7 @@ class PiecewisePolynomial(OdeSolution):
     spans : ndarray, shape (n_segments, 2)
         Start and length of the step that each polynomial belongs to.
     floors : ndarray, shape (n_segments, n), optional
-        The least value of each component, -inf for those without.
+        The least value of each component, -inf for a component without a bound.
     """
 
     def __init__(self, ts, polynomials, spans, floors=None):

@@ -11,7 +11,7 @@ SHARE = 0.9  # of the memory
 
 
 class KeepsBands(LeftToSciPy, MemoryError):
-    """SciPy's LSODA, which keeps only the given band."""
+    """Full matrices do not fit, but SciPy's LSODA keeps only the given band."""
 
 
 def memory_of_machine():

@@ -1,4 +1,4 @@
-"""The words of a Run for the compiled entry: where C finds what a solve takes and gives."""
+"""The words of a Run for the compiled entry: the places of inputs and outputs of a solve."""
 
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls.block import SIDES

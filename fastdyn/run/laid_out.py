@@ -27,7 +27,7 @@ from .matrices.layouts import matrices_of
 from .matrices.mass import mass_of
 from .memory import MEMORY, Y0, lay, plan
 
-MOST_PIECES = 16  # most pieces of output that a solve gets at the start, if the solve before did
+MOST_PIECES = 16  # most pieces of output at the start of a solve, if the last solve needed them
 
 
 def new_memory(size):
@@ -56,7 +56,7 @@ class LaidOut(PythonBetween):
     memory : ndarray
         The memory of the last solve, also after a failure; each solve has its own memory.
     grown : Output or None
-        The output of the last solve, if needed before the end.
+        The output of the last solve, if Python needed the output before the end.
     """
 
     def __init__(self, problem, bound, others=(), n_extra=0):
@@ -80,7 +80,7 @@ class LaidOut(PythonBetween):
         called = *(b.callback for b in self.bounds), self._matrices.solver, *islands_of(self.bounds)
         self._callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
-        if problem.method.name == LSODA:  # in SciPy, all its times are Python's
+        if problem.method.name == LSODA:  # in SciPy, all times of LSODA are Python floats
             for callback in self._callbacks:
                 callback.later = float
         self._late = [c.account for c in self._callbacks if getattr(c, "account", None)]
@@ -209,7 +209,7 @@ class LaidOut(PythonBetween):
             return kernel(words.buffer_info()[0])
 
     def check(self, status):
-        """Raise the exception of a user's function, if the status says so."""
+        """Raise the exception of a user's function, if the status stands for an exception."""
         if status == RAISED:
             for called in self._callbacks:
                 if called.exception is not None and not isinstance(called, Island):

@@ -26,13 +26,14 @@ from .resume import checkpoint_of, from_arrays, to_arrays
 
 CHUNK_SECONDS = 0.05  # length of a chunk; Ctrl-C, progress bar and tier act between two chunks
 GOES_ON = (RUNNING, FULL)
-# A run stands if its steps are shorter than STANDS times the longest mean before, and the way to
-# the end takes more such steps than MOST_AHEAD, or than MANY_AHEAD, if another method may follow or
-# one of SLIDING steps hardly changes the time.
+# A run by series stands if the mean step of a chunk is shorter than STANDS times the longest mean
+# step of a chunk before, and the end is more than MOST_AHEAD such steps away.  MANY_AHEAD takes the
+# place of MOST_AHEAD if another method may follow, or if one of SLIDING steps is a step at a jump.
 STANDS, FEWEST, MANY_AHEAD, MOST_AHEAD, SLIDING = 1e-3, 1000, 1e6, 1e8, 4
-# It slides along a jump if that many steps lead nowhere: so many more as far as it came.
+# A run slides along a jump if NOWHERE steps advance so little that FOR_EVER steps of their mean
+# length would cover neither the way to the end nor the way from the start.
 NOWHERE, FOR_EVER = 10_000, 1e11
-FIRST_OF_SERIES = 2000  # steps of the first chunk, whose mean is the first to compare with
+FIRST_OF_SERIES = 2000  # most steps of the first chunk, whose mean step is the first to compare
 
 
 def counters(state):
@@ -41,7 +42,7 @@ def counters(state):
 
 
 def reached(state):
-    """The time of a STATE, its steps, and for Taylor those at a jump."""
+    """The time of a STATE, the number of steps, and for Taylor the number of steps at a jump."""
     return float(state["t"]), int(state["n_accepted"]), int(state["n_equal"])
 
 
@@ -69,9 +70,9 @@ class Progress:
     t : float
         The time after the first `n_steps` steps.
     n_steps, n_at_jumps : int
-        Steps so far, and those of them at a jump.
+        Steps so far, and steps at a jump so far.
     most : float
-        The most steps ahead of a Taylor series that stands.
+        The number of steps to the end above which a Taylor series stands.
     """
 
     def __init__(self, problem, t, n_steps, n_at_jumps=0, most=MOST_AHEAD):
@@ -161,7 +162,7 @@ class Run(LaidOut):
         return plain and len(self.bounds) == 1 and not self.watched and self.n_first() > 0
 
     def words(self):
-        """The words of the kernel's arguments, and those of its Launch; both change with a plan."""
+        """The words of the kernel's arguments and of its Launch; both change with the plan."""
         return self._words, self._launch
 
     def given(self):
@@ -173,7 +174,7 @@ class Run(LaidOut):
         return self.spent / max(1, min(sum(counters(self.memory)[:2]), self.n_first()))
 
     def _call_at_the_end(self):
-        """Call the equations once more at the end, so that outside objects have the last writes."""
+        """Call the equations once more at the end, so that outside objects have the last values."""
         (state,), bound = self.view("solve.state"), self._own
         evaluate(bound.python, bound.mode, state["t"], self.view("solve.work")[Y].copy())
 

@@ -127,7 +127,7 @@ def n_factorised(memory):
 
 
 class Ended(NamedTuple):
-    """The data from which the parts of a result are made; `grown` is the Output if it grew."""
+    """The data from which the parts of a result are made; `grown` is the Output, or None."""
 
     problem: Any
     plan: Any

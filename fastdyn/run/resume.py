@@ -47,7 +47,7 @@ def description(problem, functions):
 
 
 def _of_schedule(scheduled):
-    """The times and the limit of a schedule, and whether it acts."""
+    """The times and the limit of a schedule, and whether the schedule acts."""
     times = b"" if scheduled.times is None else scheduled.times.tobytes()
     rest = scheduled._replace(times=hashlib.sha256(times).hexdigest(), jump=None)
     return tuple(rest), scheduled.jump is not None

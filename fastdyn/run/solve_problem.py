@@ -66,7 +66,7 @@ def run_of(problem, to_the_end=False):
         check_jacobian(p, bound, others[-1])
     if _between_steps(p):
         leave_writers_to_scipy(p, bound, others)
-    asked = p.mode.second_order and bound.function is None  # by `check_second_order`, twice
+    asked = p.mode.second_order and bound.function is None  # in `check_second_order`, twice
     return Run(p, bound, others, 2 if asked else 0)
 
 
@@ -202,7 +202,7 @@ def _taken(idle, problem, functions):
     """An idle run whose code is valid for the present functions and arguments, or None."""
     try:
         run = idle[0].pop()
-    except (TypeError, IndexError):  # there is none, or another thread has it
+    except (TypeError, IndexError):  # no run is idle, or another thread took it
         return None
     for bound, fun in zip(run.bounds, functions, strict=True):
         if not rebind(bound, fun, problem.args):

@@ -10,7 +10,7 @@ def checked_callback(options):
 
 
 def with_observed(options):
-    """The options with a `callback` that follows a Run."""
+    """The options, with the user's `callback` as a function that a Run calls."""
     if options.get("callback") is None:
         return options
     from .stepper import observed  # imports SciPy

@@ -23,7 +23,7 @@ def solve_with_discrete(solve, discrete, given):
 class PreparedWithDiscrete:
     """A solver of one problem: ``solver(y0=None, args=None, discrete=None)`` returns an OdeResult.
 
-    `prepare` with `discrete` makes it; see `fastdyn.solve.prepare.Prepared`.
+    `prepare` with `discrete` makes the solver; see `fastdyn.solve.prepare.Prepared`.
     """
 
     def __init__(self, prepare, discrete, given):
@@ -52,7 +52,7 @@ class PreparedWithDiscrete:
         ----------
         y0s : array_like, shape (k, n) or (n,)
         discrete : array_like, shape (k, m) or (m,)
-            Initial and discrete states, or those of all solves; by default those of `prepare`.
+            Initial and discrete states, or one state for all solves; by default as in `prepare`.
         args : tuple, optional
 
         Returns
@@ -127,7 +127,7 @@ def _after(name, after, n, m):
 def parted(whole, n):
     """The result with the first n components as the state, the others as discrete states.
 
-    Parts are made at their first use, as those of `whole`.
+    Parts are made at their first use, as the parts of `whole`.
     """
     made = [name for name in dict.keys(whole) if name not in PARTS]
     parts = {name: functools.partial(_same, name) for name in (*OF_SOLVE, *made)} | PARTS

@@ -37,7 +37,7 @@ def with_error_estimate(solve, given):
 
 
 def _tightened(method, options):
-    """Tighten the options of the second pass; the first pass's share of the difference."""
+    """Tighten the options of the second pass; return the first pass's share of the difference."""
     ours = method_named(method)
     if ours is not None and not ours.error_order:
         if options.get("step") is not None:

@@ -96,14 +96,14 @@ def solve_ivp(
         Longest step and first step of adaptive methods.
     jac : callable or array_like or sparse matrix, shape (n, n), or "2-point"
         The Jacobian of `fun`, for implicit methods: ``jac(t, y, *args)``, or a matrix.  By default
-        the Jacobian of a traced `fun` is exact, and that of another `fun` is by differences, as
+        the Jacobian is exact for a traced `fun`; for another `fun` it is by differences, as
         with "2-point".  Functions that return sparse matrices run in Python.
     jac_sparsity : array_like or sparse matrix, shape (n, n)
         The places of elements of the Jacobian, for differences with fewer evaluations and for
         sparse elimination.  Not needed for an exact Jacobian.
     lband, uband : int or None
-        For "LSODA", as in SciPy: the lower and upper diagonals of the Jacobian, in the form in
-        which a function `jac` returns them.
+        For "LSODA", as in SciPy: the numbers of diagonals of the Jacobian below and above the main
+        diagonal.  A function `jac` then returns the diagonals.
     min_step : float
         For "LSODA", as in SciPy: the shortest step.
     mass : array_like, shape (n, n), or callable
@@ -132,8 +132,8 @@ def solve_ivp(
         energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` are
         projected, too; states of `sol` are not.
     domain, nonnegative
-        ``domain(t, y, *args)`` returns whether `fun` is defined; True, indices or bools name the
-        components that must not become negative.
+        ``domain(t, y, *args)`` returns whether `fun` is defined; `nonnegative`, True, indices or
+        bools, names the components that must not become negative.
     max_steps : int
         Largest number of accepted steps; then the run ends with status -1.
     progress : bool
@@ -143,7 +143,7 @@ def solve_ivp(
     callback : callable
         ``callback(solver)`` is called after each accepted step, in Python; `solver` has the
         attributes of a `Stepper` (`t`, `y`, `t_old`, `step_size`, `nstep`, `nfev`,
-        `interpolate`).  To end the run, with status 1, it returns True or raises StopIteration.
+        `interpolate`).  If the callback returns True or raises StopIteration, the status is 1.
     checkpoint : str or path
         A file, written every few seconds, whole or not at all.  After a crash or Ctrl-C, the same
         call continues from the file, bit for bit.  A folder that cannot be written raises OSError.

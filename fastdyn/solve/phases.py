@@ -149,7 +149,7 @@ def solve_phases(
 
 
 def _check(phases, method, events, max_phases, options):
-    """Raise ValueError for what phases do not take."""
+    """Raise ValueError for options that phases do not take."""
     if method_named(method) is None:
         raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
     for name in ("on_event", *SHORTHANDS):

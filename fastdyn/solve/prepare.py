@@ -135,8 +135,8 @@ class Prepared:
         Returns
         -------
         OdeResult
-            With the end times `t` (m,) and the end states `y` (m, n); with `t_eval`, with these
-            times and `y` (m, n, n_times), NaN after the end of a solve.  `nfev`, `status`,
+            With the end times `t` (m,) and the end states `y` (m, n); with `t_eval`, `t` has
+            these times, and `y` (m, n, n_times) is NaN after the end of a solve.  `nfev`, `status`,
             `success`, `n_accepted` and `n_rejected` have shape (m,).
 
         Raises

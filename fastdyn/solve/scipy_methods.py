@@ -40,7 +40,7 @@ def python_callable(fun, args, mode, near, others=()):
     if bound.function is None:
         return _checked_at_first(bound, mode)
     given, out = np.empty((2, n))
-    left = np.zeros(1, np.int64)  # Numba's code stores the exception that it raised here
+    left = np.zeros(1, np.int64)  # room for an exception of Numba's code
     block, function = bound.block, code_at(bound.function.address)
 
     def f(t, y):
@@ -175,7 +175,7 @@ def _observed(method, callback, stopped):
 
 
 def _known_at_first(derivative, f0, state):
-    """The derivative with a known first value, because every solver first evaluates the start.
+    """The derivative as a function that returns `f0` at its first call, which is at the start.
 
     `state` is the initial state as the function left it.
     """

@@ -205,7 +205,7 @@ def _given_once(first, method):
 
 
 def _resumed(cls, arguments, options, state, work, kept):
-    """A Stepper with the state of the pickled one."""
+    """A Stepper with the state of the pickled Stepper."""
     stepper = cls(*arguments, **options)
     stepper._run.view("solve.state")[:], stepper._run.view("solve.work")[:] = state, work
     vars(stepper).update(kept)

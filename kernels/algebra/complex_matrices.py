@@ -93,7 +93,7 @@ def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
 def solve_complex_sum(s, work, block, first, to, pivots, row, free):
     """Replace a right-hand side by the solution: real parts in `row`, imaginary parts in the next.
 
-    The rows `free` and the next may be written to.
+    The row `free` and the row behind it may be overwritten.
     """
     n, b, c = work.shape[1], work[row], work[row + 1]
     if block[MATRICES] == 0:

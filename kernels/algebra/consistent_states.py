@@ -3,8 +3,9 @@
 The functions `rates`, `change`, `settle` and `act` have the common form of the user's functions and
 are called by their addresses (`calls/consistent.py`), with the block of a pencil (`pencil.py`).
 
-What is singular or does not converge sets RAISED_WORD, and the block keeps what a sentence needs:
-the time at TIME, what failed, the state in the last of `states`.
+A singular matrix, or an iteration that does not converge, sets RAISED_WORD.  The block then keeps
+the data of the message: the time in the word TIME, the failure in the word FAILURE, and the state
+in the last row of `states`.
 """
 
 import numpy as np
@@ -38,17 +39,17 @@ from .pencil import (
     solve_algebraic,
 )
 
-FORWARD = float(np.finfo(float).eps) ** 0.5  # of a forward difference
+FORWARD = float(np.finfo(float).eps) ** 0.5  # step of a forward difference
 ITERATIONS, HALVINGS = 50, 30
 DESCENT = 1e-4  # the share of the linear decrease that a step must reach
-CLOSE, NEAR = 1e-12, 1e-4  # last change, relative to a component and to its tolerance
+CLOSE, NEAR = 1e-12, 1e-4  # bounds of the last change, relative to a component and to its tolerance
 
 
 @njit(**INTERNAL)
 def rates(t, y, n, block, out):
     """The derivative y' of a consistent state: M y' = f, and d/dt of the algebraic equations is 0.
 
-    NaN where they do not determine it.
+    NaN if these equations do not determine y'.
     """
     words, p = pencil_at(block, n)
     state, rate, f = carray(y, n), carray(out, n), p.states[F]
@@ -83,9 +84,9 @@ def rates(t, y, n, block, out):
 
 @njit(**INTERNAL)
 def change(t, y, n, block, out):
-    """The change of y by a step of Newton's iteration towards a consistent state, NaN without one.
+    """The change of y by a step of Newton's iteration to a consistent state; NaN if there is none.
 
-    RAISED_WORD is set, for a start, if the change is larger than the tolerance.
+    RAISED_WORD is set if the change exceeds the tolerance: y is no consistent start.
     """
     words, p = pencil_at(block, n)
     state, found = carray(y, n), carray(out, n)
@@ -108,7 +109,7 @@ def change(t, y, n, block, out):
 
 @njit(**INTERNAL)
 def _descend(words, p, t, y, direction, before):
-    """Move y along a direction, or by a part of it, so that the equations decrease; whether."""
+    """Add a direction, or a part of it, to y so that the residual decreases; True on success."""
     share, trial = 1.0, p.states[TRIAL]
     for _ in range(HALVINGS):
         for i in range(len(y)):
@@ -123,7 +124,7 @@ def _descend(words, p, t, y, direction, before):
 
 @njit(**INTERNAL)
 def settle(t, y, n, block, out):
-    """The consistent state with M times the state as in y, by Newton's iteration."""
+    """The consistent state x with M x = M y, by Newton's iteration."""
     words, p = pencil_at(block, n)
     state, direction = carray(out, n), p.states[MOVED]
     copy_row(carray(y, n), p.states[FAILED])

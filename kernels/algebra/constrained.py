@@ -11,8 +11,8 @@ CONTRADICTORY = (
 def constrained(mass, a, force, b):
     """Accelerations and reactions of a system with constraints.
 
-    Solves M q'' - A^T R = f and A q'' = b: each constraint, differentiated until it holds for the
-    accelerations, has one reaction, which acts along its row of A.
+    Solves M q'' - A^T R = f and A q'' = b.  Each constraint is differentiated until it contains the
+    accelerations, and gives a row of A.  Each constraint has one reaction, along this row.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class _Elements:
 
 
 def _exchange(builder, pivot, column, k, rows):
-    """Exchange value k of a column with that of the row that the pivot of each lane names."""
+    """Exchange value k of a column with the value in the row that the pivot of each lane names."""
     before, new = column[k], column[k]
     for i in rows:
         chosen = builder.fcmp_ordered("==", pivot, constant(pivot.type, i))
@@ -57,7 +57,7 @@ def _exchange(builder, pivot, column, k, rows):
 
 
 def _fill(builder, a, entries, factor, mass):
-    """The matrix ``factor M - J`` of the entries of J, and of M or of None for the identity.
+    """Store ``factor M - J`` in `a`, with the entries of J and of M; None stands for M = I.
 
     Entries are {(row, column): value}.
     """
@@ -73,18 +73,18 @@ def _fill(builder, a, entries, factor, mass):
 
 
 def make_elimination(rows, columns, form, mass=None):
-    """The functions for matrices ``factor M - J``, J with entries in these places.
+    """The functions for matrices ``factor M - J``, where J has entries at (rows, columns).
 
-    `mass` has the places of the numbers of M, rows and columns; without it, M is the identity.
+    `mass` has the rows and the columns of the numbers of M; None stands for M = I.
 
     Returns
     -------
     room : int
         Rows of vectors that factors take.
     factorise : function
-        ``factorise(factors, entries, factor, mass)`` fills the array `factors`, with the numbers of
-        M or None, and returns whether any lane has exchanged rows.  For a singular matrix, U has a
-        zero on its diagonal, and solutions are infinite or NaN.
+        ``factorise(factors, entries, factor, mass)`` fills the array `factors` and returns whether
+        any lane has exchanged rows.  `mass` has the numbers of M, or is None.  For a singular
+        matrix, U has a zero on its diagonal, and solutions are infinite or NaN.
     solve : function
         ``solve(factors, exchanged, b)`` gives x, with A x = b.
     """
@@ -95,7 +95,7 @@ def make_elimination(rows, columns, form, mass=None):
 
 
 def make_product(rows, columns):
-    """``multiply(entries, x, total)`` gives J x + total, of a J with entries in these places."""
+    """``multiply(entries, x, total)`` gives J x + total; J has entries at (rows, columns)."""
 
     @intrinsic
     def product(typingctx, entries, x, total):

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-MOST_PRODUCTS = 1360  # for a factorisation in straight-line code: those of a full matrix of 16 rows
+MOST_PRODUCTS = 1360  # most products in straight-line code: products of a full matrix of 16 rows
 
 
 class Structure(NamedTuple):

@@ -15,7 +15,7 @@ factorisation takes n lower (lower + upper) operations.
 from ..jit_options import INTERNAL, njit
 from ..state.rows import after
 
-LONG = 8  # from here on a loop over a column is worth two slices
+LONG = 8  # from this length on, two slices speed up a loop over a column
 
 
 @njit(**INTERNAL)

@@ -51,7 +51,7 @@ def eliminate(rows):
     scale = [largest(row[:n]) for row in rows]
     regular = True
     for k in range(n):
-        for i in range(k + 1, n):  # row k becomes the better of the two
+        for i in range(k + 1, n):  # row k becomes the row with the better pivot
             swap = abs(rows[i][k]) * scale[k] > abs(rows[k][k]) * scale[i]
             pairs = [(rows[k][j], rows[i][j]) for j in range(k, n + 1)]
             rows[k][k:] = [select(swap, y, x) for x, y in pairs]

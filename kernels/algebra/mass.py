@@ -1,8 +1,8 @@
 """A constant mass matrix M of M y' = f(t, y), which may be singular, as a list of its entries.
 
-In words: their number, the diagonals below and above the main one, the address of a block (see
-`pencil.py`), the place of each entry, column * n + row, and the numbers.  Address 0 stands for the
-identity.
+The words of M are the number of entries, the numbers of diagonals below and above the main
+diagonal, the address of the block of a pencil (see `pencil.py`), the place of each entry,
+column * n + row, and the numbers.  The address 0 in place of the words stands for M = I.
 """
 
 from ..calls.block import LOWER, PLACES, UPPER, N
@@ -13,7 +13,7 @@ from ..state.rows import after
 
 @njit(**INTERNAL)
 def widened(mass, lower, upper):
-    """The bandwidths of the sum of M and a matrix of these."""
+    """The bandwidths of the sum of M and a matrix with the given bandwidths."""
     if mass == 0:
         return lower, upper
     words = words_at(mass)
@@ -42,7 +42,7 @@ def add_mass(mass, factor, a, ld, n):
 
 @njit(**INTERNAL)
 def add_mass_to_pairs(mass, b, c, pairs, base, ld, n):
-    """Add (b + i c) M to a matrix of complex numbers, pairs of numbers behind `base` of them."""
+    """Add (b + i c) M to a complex matrix, stored as pairs of numbers from pair `base` on."""
     if mass == 0:
         for j in range(n):
             place = 2 * (base + j * ld + j)

@@ -37,7 +37,7 @@ def make_numbers(count, form):
 
 
 def make_mass_product(rows, columns, form):
-    """``add(block, x, total)`` gives M x + total, of an M with numbers in these places."""
+    """``add(block, x, total)`` gives M x + total; M has numbers at (rows, columns)."""
     numbers, multiply = make_numbers(len(rows), form), make_product(rows, columns)
 
     @njit(**INLINED)

@@ -8,7 +8,7 @@ routines, and, if ORDERED, the new number of each component.
 
 An OUTSIDE solver keeps the factors itself.  The rows of J then hold the elements of J, in the order
 of the solver.  The rows of the factors hold a and b, from which the solver can factorise again.
-The routines of the solver get the addresses of both.
+The routines of the solver get the addresses of the elements of J and of a and b.
 """
 
 import numpy as np

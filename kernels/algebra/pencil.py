@@ -1,9 +1,9 @@
 """The numbers of a mass matrix M, and the algebraic equations of M y' = f(t, y).
 
-The block of a pencil, at the address PENCIL of the words of M (`mass.py`), has its words in
-`calls/block.py`; at NUMBERS are those of a `Pencil`.  Rows of `left` are combinations of the
-equations that are free of y', rows of `right` are directions of y that M does not see: there are
-none if M is regular.
+The word PENCIL of M (see `mass.py`) is the address of the block of a pencil; `calls/block.py`
+describes the words of this block.  The word NUMBERS of the block is the address of the numbers of a
+`Pencil`.  The rows of `left` are combinations of the equations without y'.  The rows of `right` are
+directions of y that M maps to 0.  If M is regular, `left` and `right` have no rows.
 """
 
 from typing import Any, NamedTuple
@@ -34,8 +34,9 @@ class Pencil(NamedTuple):
     """The numbers of a pencil of n components with r algebraic equations.
 
     `span` is the end less the start of the run, finite; `inverse` maps f to a y' with M y' = f, if
-    there is one.  Then room: the matrix of Newton's iteration by columns, its pivots, sizes of its
-    rows and columns, a right-hand side; five states, the last for a failure.
+    such a y' exists.  The other arrays are room: `matrix` for the matrix of Newton's iteration, by
+    columns; `small` for its pivots, the sizes of its rows and columns, and a right-hand side;
+    `states` for five states, the last for the state of a failure.
     """
 
     span: Any
@@ -87,7 +88,7 @@ def is_finite(row):
 
 @njit(**INTERNAL)
 def evaluate_finite(words, t, y, out):
-    """The right-hand side; False if it raised, or is not finite."""
+    """Evaluate the right-hand side; False if the function raised, or a number is not finite."""
     call_function(words[EQUATIONS], t, y, out)
     words[EVALUATIONS] += 1
     return not raised(words[EQUATIONS]) and is_finite(out)
@@ -95,7 +96,7 @@ def evaluate_finite(words, t, y, out):
 
 @njit(**INTERNAL)
 def _least(y):
-    """The least size of a component for differences: a share of the median."""
+    """The least size of a component for differences: the median of |y|, but at least LEAST."""
     n = len(y)
     for i in range(n):
         below = equal = 0
@@ -164,7 +165,7 @@ def factorise_algebraic(words, p, t, y):
 
 @njit(**INTERNAL)
 def solve_algebraic(p, out):
-    """Put the change of y, that makes the equations equal to RIGHT_SIDE, in the row `out`."""
+    """Put the change of y that changes the algebraic equations by RIGHT_SIDE in the row `out`."""
     r, b = len(p.left), p.small[RIGHT_SIDE]
     for j in range(r):
         b[j] /= p.small[ROWS, j]
@@ -178,7 +179,7 @@ def solve_algebraic(p, out):
 
 @njit(**INTERNAL)
 def algebraic_size(p, f, sign):
-    """Put the algebraic equations, times a sign, in RIGHT_SIDE; their size in units of rows."""
+    """Put the algebraic equations, times a sign, in RIGHT_SIDE; return their scaled size."""
     size = 0.0
     for j in range(len(p.left)):
         total = 0.0
@@ -191,6 +192,6 @@ def algebraic_size(p, f, sign):
 
 @njit(**INTERNAL)
 def fail(words, p, t, failure):
-    """Keep what a sentence needs, besides the state."""
+    """Mark the block, and keep the failure and the time for the message."""
     words[RAISED_WORD], words[FAILURE] = 1, failure
     words.view(np.float64)[TIME] = t

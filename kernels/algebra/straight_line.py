@@ -18,7 +18,7 @@ from ..vector.instructions import BIT, REAL, constant, intrinsic_of
 
 
 class Reals:
-    """Numbers, or vectors with a number in each lane; `flags` are LLVM's of sums and products."""
+    """Numbers, or vectors with a number in each lane; `flags` are LLVM's for sums and products."""
 
     parts = 1  # doubles in a number
 

@@ -16,8 +16,8 @@ a constant Jacobian has the address 0, and the numbers of the Jacobian in place 
 A sparse Jacobian has N_ENTRIES entries, column by column.  The places of the entries in the matrix
 lie behind the words.  The entries have one of four sources:
 
-- the function of an exact Jacobian: it takes the block of the derivative, and appends the time
-  derivative for a method that needs the time derivative;
+- the function of an exact Jacobian, which takes the block of the derivative, and appends df/dt for
+  a method that needs df/dt;
 - a function of the user, with a block of its own (OWN_BLOCK);
 - differences in GROUPS of columns, which also replace exact entries that are not finite;
 - constant numbers behind the places.
@@ -25,7 +25,7 @@ lie behind the words.  The entries have one of four sources:
 
 ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, FIRST = range(8)
 
-# Two bits for each of the first decisions of a function: the decision was true; it was false.
+# Two bits for each of the first decisions of a function: the decision was true, or was false.
 SIDES, MOST_DECISIONS = TIME, 31
 
 # Words of the block of a Jacobian; N_ENTRIES is 0 for a full matrix.
@@ -45,17 +45,17 @@ OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
 # Words of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PENCIL, PLACES = range(5)
 
-# Words behind FIRST of the block of a pencil, see `algebra/pencil.py`.  Its function is `rates` of
-# `algebra/consistent_states.py`; then the addresses of `change` and `settle`, and of the block of
-# the equations; the number of algebraic
-# equations; the address of the numbers; evaluations of the equations that nobody counted yet; what
-# failed: the start is not consistent, or Newton's iteration finds no consistent state.
+# Words behind FIRST of the block of a pencil, see `algebra/pencil.py`.  They are the addresses of
+# `change` and `settle`, and of the block of the equations; the number of algebraic equations; the
+# address of the numbers; the evaluations of the equations since the last count; and the failure,
+# NO_START if the start is not consistent, NOT_FOUND if Newton's iteration finds no consistent
+# state.  The function of the block is `rates` of `algebra/consistent_states.py`.
 CHANGE, SETTLE, EQUATIONS, N_ALGEBRAIC, NUMBERS, EVALUATIONS, FAILURE = range(FIRST, FIRST + 7)
 WORDS_OF_PENCIL = FIRST + 7
 NO_START, NOT_FOUND = 1, 2
 
 # Words behind FIRST of the block of an action whose state is made consistent: the addresses of the
-# block of the user's function, and of that of the pencil.
+# block of the user's function, and of the block of the pencil.
 ACTION, PENCIL_OF_ACTION = FIRST, FIRST + 1
 WORDS_OF_ACTION = FIRST + 2
 

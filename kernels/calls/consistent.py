@@ -1,6 +1,6 @@
 """Consistent states and derivatives of M y' = f, by `algebra/consistent_states.py`.
 
-All take the address of the words of M, the block's word MASS.
+The argument `mass` of each function is the address of the words of M, the word MASS of the block.
 """
 
 from ..jit_options import INTERNAL, njit
@@ -10,13 +10,13 @@ from .user_function import call_function, call_with, raised, words_at
 
 @njit(**INTERNAL)
 def rates_of(mass, t, y, out):
-    """The derivative of the state, of equations with the matrix of this address."""
+    """Write the derivative y' of M y' = f to `out`."""
     call_function(words_at(mass)[PENCIL], t, y, out)
 
 
 @njit(**INTERNAL)
 def made_consistent(mass, t, y):
-    """Replace a state by the consistent one; False if none was found."""
+    """Replace a state by a consistent state; False if no consistent state was found."""
     pencil = words_at(mass)[PENCIL]
     call_with(words_at(pencil)[SETTLE], pencil, t, y, y)
     return not raised(pencil)

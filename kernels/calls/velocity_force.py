@@ -1,6 +1,6 @@
 """Two functions of the user, q' = velocity(t, p) and p' = force(t, q), for a state [q, p].
 
-The block of a pair names the blocks of both: word VELOCITY and word FORCE are their addresses.
+The words VELOCITY and FORCE of the block of a pair are the addresses of the two functions' blocks.
 """
 
 from numba import carray

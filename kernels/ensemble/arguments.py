@@ -14,7 +14,7 @@ NEXT, COUNT = range(2)  # indices into `queue`
 
 
 IDLE = -1  # number of the member in a lane without a trajectory
-GIVEN_UP = -2  # minus the number of a member: the number of one whose end is out of reach
+GIVEN_UP = -2  # GIVEN_UP - i stands in `members` for a member i whose end is out of reach
 
 
 class Task(NamedTuple):
@@ -149,5 +149,5 @@ WORKER = np.dtype(
 )
 
 
-# A value that is accumulated along a trajectory: number <- function(t, [number, state]).
+# A number that is accumulated along a trajectory, by number <- function(t, [number, state]).
 FOLD = np.dtype([("block", "i8"), ("start", "f8")])

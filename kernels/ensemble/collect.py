@@ -38,7 +38,7 @@ def keep_events(w, o, room, found, t_first, member):
 
 @njit(**INTERNAL)
 def stop_at_event(s, work, n_events, room):
-    """The state at the event that ended the run: the last one of the step."""
+    """The state at the event that ended the run: the last event of the step."""
     last = 0
     for i in range(n_events):
         if s.direction * (room.e_t[i] - room.e_t[last]) >= 0.0:

@@ -147,7 +147,7 @@ def adaptive(
             ok = (error < 1.0) & ~not_tried
             size = abs(size)
             longer = control.grow(size, error, exponent, tries)
-            shortened = (t_new == t_end) & (longer < wanted)  # to end there, not for its error
+            shortened = (t_new == t_end) & (longer < wanted)  # to end at t_end, not for the error
             shorter = control.shrink(size, error, exponent, tries, h_min)
             again = select(not_tried, h, shorter)
             h = select(ok, select(shortened, wanted, longer), again)

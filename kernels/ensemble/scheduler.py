@@ -105,7 +105,7 @@ def serve(task, lanes, single, room, results, found, folds, n_steps):
 
 @njit(**INTERNAL)
 def _fill(task, lanes, single, room, results, found, folds, lane):
-    """Give an idle lane the next trajectory that begins, if there is one."""
+    """Give an idle lane the next trajectory, if a trajectory is left."""
     w, queue, members = task.worker[0], task.queue, lanes.members
     while members[lane] == IDLE and queue[NEXT] < queue[COUNT]:
         if w.n_found + len(room.e_t) > len(found.t):

@@ -5,8 +5,8 @@ formulas with their constants kappa, and the change of the step.  E. Hairer, S. 
 Wanner, "Solving Ordinary Differential Equations I", section III.2: the error constants.
 
 The past is kept as backward differences D[j] for steps of size h_old.  If the step size changes,
-the differences are changed when the next step begins: until then, the polynomial of the last step
-is computed from the differences of this step.
+the differences are changed when the next step begins: until then, the differences give the
+polynomial of the last step.
 """
 
 import numpy as np

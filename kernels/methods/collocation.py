@@ -52,8 +52,8 @@ def make_step(s, mu, ratio, b, c, nystrom=False, batched=False):
     LOW, STAGES, CHANGE, SLOPE = rows(s)
     weight = outer_weights(s, b)
     weights = all_weights(b, weight)
-    # Without `nystrom`, positions follow from the velocities of the iteration before, velocities
-    # from its positions.  An iteration must be compared with the second iteration before, because
+    # Without `nystrom`, positions and velocities follow from the velocities and positions of the
+    # iteration before.  An iteration must be compared with the second iteration before, because
     # positions or velocities alone may be right by chance at first.
     turns = 1 if nystrom else 2
     stages = Form(1, s, exact=True)

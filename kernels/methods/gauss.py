@@ -29,7 +29,7 @@ from .iteration import INCREMENTS
 from .method import method
 from .stages import Matrix
 
-N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments and stages; rounding, two changes, slope
+N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments, stages; compensation, two rows of changes, slope
 ITERATIONS = 12  # a guess, for an estimate of the time of a step
 
 

@@ -44,7 +44,7 @@ def all_weights(b, weight):
 
 
 def make_sweep(nystrom, s, weights, refined):
-    """``sweep(work, h, count)``: new stages from the increments; returns the largest patience."""
+    """``sweep(work, h, count)``: new stages; returns the largest patience, see `collocation.py`."""
     _, STAGES, _, _ = rows(s)
     stages = Form(1, s, exact=True)
 
@@ -71,7 +71,7 @@ def make_evaluate(batched, nystrom, s, c, weight, weights):
 
     @njit(**INLINED)
     def given(value):
-        """The part of a state that the function of the equations takes, or gives."""
+        """The part of a state that the equations take or return: positions alone if `nystrom`."""
         return halves(value)[0] if nystrom else value
 
     @njit(**INLINED)

@@ -5,8 +5,7 @@ A. C. Hindmarsh, "ODEPACK, a systematized collection of ODE solvers", in Scienti
 ordinary differential equations", SIAM J. Sci. Stat. Comput. 4 (1983): steps as SciPy's.
 
 The size of the next step is chosen when a step is accepted.  The Nordsieck array is changed to the
-new size when the next step begins: until then, the polynomial of the last step is computed from the
-array of this step.
+new size when the next step begins: until then, the array gives the polynomial of the last step.
 """
 
 from ..jit_options import INTERNAL, njit

@@ -97,9 +97,9 @@ def _cut(s, work):
 
 @njit(**INTERNAL)
 def _sum_rows(s, work, block):
-    """The sizes of the elements of each row of the Jacobian, in units of the weights of columns.
+    """For each row of the Jacobian, the sum of |element| / weight of its column.
 
-    The sizes of a matrix that is not full are sums over its entries.
+    The sum runs over the entries of a sparse Jacobian, or over the band.
     """
     n, given = work.shape[1], block[JACOBIAN]
     for i in range(n):
@@ -121,7 +121,7 @@ def _sum_rows(s, work, block):
 def _renew_matrix(rhs, s, t, work, block, h, c):
     """Factors of I - c df/dy: (status, whether the matrix is regular).
 
-    The norm of the Jacobian is the matrix norm that belongs to `norm`.
+    The norm of the Jacobian is the matrix norm induced by `norm`.
     """
     status = _jacobian(rhs, s, t, work, block, h)
     if status != RUNNING:

@@ -69,9 +69,9 @@ for _family, _highest in enumerate(HIGHEST):
     for _order in range(1, _highest + 1):
         CORRECTION[_family, _order, : _order + 1] = correction(_family, _order)
 CONSTANT = _by_order(constant)
-# Divisors that turn the norm of a row into that of an error: SAME of a correction, at its order;
-# HIGHER of the change of two corrections, at an order more; LOWER of the last term of the array, at
-# an order less.
+# Divisors that turn the norm of a row into the norm of an error.  SAME: from a correction to the
+# error of its order.  HIGHER: from the change between two corrections to the error one order above.
+# LOWER: from the last term of the Nordsieck array to the error one order below.
 SAME = _by_order(lambda family, order: _per_correction(family, order, order))
 HIGHER = _by_order(lambda family, order: _per_correction(family, order, order + 1))
 LOWER = _by_order(

@@ -119,7 +119,7 @@ def _newton_change(s, work, block, h):
 def _stages(rhs, s, work, block, h):
     """Evaluate the derivatives at the stages into the rows D; return whether all are finite.
 
-    If the function raises, the block says so.
+    If the function raises, RAISED_WORD of its block is set.
     """
     finite = True
     for r in range(3):

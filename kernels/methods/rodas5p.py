@@ -1,9 +1,9 @@
 """Rodas5P: a Rosenbrock method of order 5(4) with 8 stages, for M y' = f(t, y).
 
-Stiffly accurate, L-stable, with dense output of order 4.  On stiff problems and DAEs of index 1 its
-order falls less than the order of other Rosenbrock methods.  A step factorises the matrix
-M / (h gamma) - df/dy once, solves 8 systems with it, and does not iterate.  See `rodas5p_table.py`
-for the paper.
+The method is stiffly accurate and L-stable, and has dense output of order 4.  On stiff problems and
+DAEs of index 1 its order falls less than the order of other Rosenbrock methods.  A step factorises
+the matrix M / (h gamma) - df/dy once, solves 8 systems with the factors, and does not iterate.  See
+`rodas5p_table.py` for the paper.
 """
 
 from ..algebra.mass import add_product
@@ -55,8 +55,8 @@ def _solve_last_stage(s, work, block, h):
     The equation of the stage is replaced by the equation of the end of the step, M (y_1 - y_0) =
     sum(b_i h (f_i + J U_i)).  In exact arithmetic, the two equations are equivalent.  But each
     stage has a rounding error of eps h |J U_i| in a linear invariant l M y, and nothing damps this
-    error.  With the equation of the end, only two errors remain: of the last stage, which is small,
-    and of one product with J.
+    error.  With the equation of the end, only two rounding errors remain: the error of the last
+    stage, which is small, and the error of one product with J.
     """
     n, row, total = work.shape[1], work[U + N_STAGES - 1], work[TOTAL]
     add_jacobian_product(s, work, block, J, SUM, TOTAL, FACTOR + 1)

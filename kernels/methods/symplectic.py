@@ -6,7 +6,7 @@ McLachlanAtela4: R. I. McLachlan and P. Atela, "The accuracy of symplectic integ
 Nonlinearity 5 (1992), order 4, four stages, optimal; order 3 unless T is quadratic.
 BlanesMoanPRK4, BlanesMoan4, BlanesMoan6: S. Blanes and P. C. Moan, "Practical symplectic
 partitioned Runge-Kutta and Runge-Kutta-Nystrom methods", J. Comput. Appl. Math. 142 (2002), S6,
-SRKN6b and SRKN11b, the latter two made for quadratic T; SRKN11b has order 4 with others.
+SRKN6b and SRKN11b, the latter two made for quadratic T; SRKN11b has order 4 with other T.
 KahanLi8: W. Kahan and R.-C. Li, "Composition constants for raising the orders of unconventional
 schemes for ordinary differential equations", Math. Comp. 66 (1997), s17odr8a.
 SofroniouSpaletta10: M. Sofroniou and G. Spaletta, "Derivation of symmetric composition constants

@@ -33,7 +33,7 @@ class Kernels(NamedTuple):
     continues a solve after a jump, with the `order` of the error estimate.
 
     `inside` is the block of the function that is positive in the domain of the equations, or 0;
-    `keeps` says what each step is checked for, CLIPS and CHECKS; `past` and `n_past` are the first
+    `keeps` has CLIPS and CHECKS, checks of the end of each step; `past` and `n_past` are the first
     row and the number of rows of a method that looks back at more than one step, else 0.
     """
 
@@ -49,7 +49,7 @@ class Kernels(NamedTuple):
     n_past: Any
 
 
-CLIPS, CHECKS = 1, 2  # in `keeps`: `project` returns what is negative to 0; the domain is checked
+CLIPS, CHECKS = 1, 2  # in `keeps`: `project` sets negative components to 0; the domain is checked
 
 
 class Output(NamedTuple):
@@ -58,7 +58,8 @@ class Output(NamedTuple):
     An OUTPUT record; times (room,), values (room, n), polynomials (room, rows, n), and t_old and h
     of the polynomials (room, 2), of which one place is always free; the times `t_eval`; and
     `segments`, (n_segments, 3): the start and the end of each part of a span with breakpoints, and
-    the time of that end in the output.  Without breakpoints, `segments` has no rows.
+    the time under which the output stores this end.  `segments` has no rows for a span without
+    breakpoints and without schedules.
     """
 
     record: Any
@@ -70,10 +71,10 @@ class Output(NamedTuple):
     segments: Any
 
 
-MOST_TERMS = 34  # coefficients of a series
-MOST_ROOTS = 256  # that one event has in a step, by its series
+MOST_TERMS = 34  # most coefficients of the series of an event
+MOST_ROOTS = 256  # most roots of the series of one event in a step
 
-# One per event function.
+# One record for each event function.
 EVENTS = np.dtype(
     [
         ("block", "i8"),  # address of the function's block
@@ -93,7 +94,7 @@ EVENTS = np.dtype(
         (
             "active",
             "i8",
-        ),  # 1: crossed in this step; PENDING (events.py): acts after the jump at its end
+        ),  # 1: crossed in this step; PENDING (events.py): acts after the jump that ends the step
         ("t_jump", "f8"),  # the last jump at which the event occurred or was pending; NaN before
         ("noise", "f8"),  # size up to which the value at t_jump could not be told from zero
         ("begins", "i8"),  # value at the start of this step: PLAIN, LEAVES or TOUCHES, of events.py
@@ -102,14 +103,14 @@ EVENTS = np.dtype(
 )
 
 
-# One per schedule.
+# One record for each schedule.
 SCHEDULES = np.dtype(
     [
         ("jump", "i8"),  # address of the block of the function that changes the state, or 0
         ("times", "i8"),  # address of the times, or 0 for times at equal distances
         ("next", "i8"),  # index of the next time
         ("end", "i8"),  # index behind the last time
-        ("way", "i8"),  # from one index to the next, 1 or -1
+        ("way", "i8"),  # step of the index, 1 or -1
         ("start", "f8"),  # time of index 0
         ("period", "f8"),  # distance of the times
         ("t_next", "f8"),
@@ -122,7 +123,7 @@ SCHEDULES = np.dtype(
 class Events(NamedTuple):
     """The EVENTS and the SCHEDULES records, and room for occurrences: index, time, state.
 
-    The index of a schedule follows those of the event functions.
+    The schedules have the indices behind the indices of the event functions.
     """
 
     table: Any
@@ -135,8 +136,9 @@ class Events(NamedTuple):
 class Begin(NamedTuple):
     """The start of a solve.
 
-    `fresh` is 0 for a solve that goes on; then the addresses of the kernels `open_events` and
-    `watch`; then the initial state; then what precedes the first call of the events.
+    `fresh` is 0 for a solve that goes on.  `open` and `watch` are the addresses of the kernels
+    `open_events` and `watch`.  `y0` is the initial state.  `before_events` names the computation
+    before the first evaluation of the events: SLOPE, JACOBIAN or NOTHING.
     """
 
     fresh: Any
@@ -153,9 +155,10 @@ SLOPE, JACOBIAN, NOTHING = 0, 1, 2  # values of `before_events`
 class Launch(NamedTuple):
     """A solve that begins in a new memory.
 
-    The address of the kernel `whole_solve`, and the address of the words of `whole_solve`; the
-    addresses of the memory and of the initial state; the first content of the memory; and, (n, 2),
-    the words that name arrays of the memory, each with the offset of its array in bytes.
+    `kernel`, `words`, `memory` and `y0` are the addresses of the kernel `whole_solve`, of its
+    arguments, of the memory and of the initial state.  `image` is the first content of the memory.
+    `places`, (n, 2), has the words that name arrays of the memory, and the offset of each array in
+    bytes.
     """
 
     kernel: Any
@@ -175,11 +178,13 @@ GIVEN_UP = 2
 class Many(NamedTuple):
     """Common data of m solves, data of each solve, and arrays for the results.
 
-    `queue`; the records and the first piece of the output in the memory; initial states, (m, n),
-    or (1, n) for all solves; values of the arguments that vary, as words, (m, k); and the
-    destinations of these words, (address, column) each.  Then end times, (m,); states,
-    (m, places, n); and counts, (m, 4): status, accepted steps, rejected steps, extra evaluations.
-    Last, the word of `whole_solve` with the number of steps, and the most steps of a solve.
+    `queue` tells how far the solves are.
+    `state`, `record`, `t` and `y` are the records and the first piece of the output in the memory.
+    `y0` has the initial states, (m, n), or (1, n) for all solves.  `values`, (m, k), has the values
+    of the arguments that vary, as words; `places` has the destination of each word, (address,
+    column).  The results are `t_end`, (m,), `y_end`, (m, places, n), and `counts`, (m, 4): status,
+    accepted steps, rejected steps, extra evaluations.  `n_steps` is the word of `whole_solve` with
+    the number of steps, `max_steps` the largest number of steps of a solve.
     """
 
     queue: Any

@@ -5,7 +5,7 @@ loop serves every method, with shared and with inlined kernels.  The loop asks f
 time if each step is stored, projected or searched for events, else for all steps up to the next
 output time.
 
-The loop is compiled twice: whole, and for the many solves without events, projection and
+The loop is compiled twice: whole, and for the many solves without events, projection, domain and
 breakpoints.  For these solves `events` is None, and the compiler omits the code for events.
 """
 
@@ -52,7 +52,7 @@ def watch(kernels, solve, output, events, scratch, n_steps):
 
 @njit(**INTERNAL)
 def watch_plain(kernels, solve, output, events, scratch, n_steps):
-    """`watch` without events, projection and breakpoints."""
+    """`watch` without events, projection, domain and breakpoints."""
     return _watch(kernels, solve, output, None, scratch, n_steps)
 
 
@@ -66,8 +66,8 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
     solve : state.record.Solve
     output : Output
     events : events.Events or None
-        With room for all events of one step; None for a solve without events, breakpoints and
-        projection.
+        With room for all events of one step; None for a solve without events, projection,
+        domain and breakpoints.
     scratch : array, (2, n)
 
     Returns

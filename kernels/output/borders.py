@@ -1,7 +1,7 @@
-"""The border of the domain of the equations: no step ends beyond, and a run may end there.
+"""The border of the domain of the equations: no step ends beyond it, a run may end at it.
 
 A stage beyond the border has no derivative (NaN), which rejects the step in every adaptive method.
-What is checked here is the end of a step, which an implicit method may accept without a derivative.
+This file checks the end of each step: an implicit method may accept an end without a derivative.
 
 Components that must not be negative follow L. F. Shampine, S. Thompson, J. A. Kierzenka and G. D.
 Byrne, "Non-negative solutions of ODEs", Appl. Math. Comput. 170 (2005): a step to a value below
@@ -33,7 +33,7 @@ from ..vector.scalar_or_vector import spacing
 from .arguments import CHECKS, CLIPS
 from .projection import derive
 
-KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES, ENDS = range(6)  # what becomes of a step
+KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES, ENDS = range(6)  # results of `keep_inside`
 STUCK, NEAR = 50, 1e-3  # see `_clings`
 SHORTEST = 10.0  # steps, in units of the spacing of times
 LOOKS = 9  # distances from the end of a run, each four times longer, at which the border is sought
@@ -41,7 +41,7 @@ LOOKS = 9  # distances from the end of a run, each four times longer, at which t
 
 @njit(**INTERNAL)
 def keep_inside(kernels, solve, scratch):
-    """Check the end of a step; what becomes of the step."""
+    """Check the end of a step; return KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES or ENDS."""
     s, work = solve.state[0], solve.work
     y, found = work[Y], KEPT
     if kernels.keeps & CLIPS:
@@ -66,10 +66,11 @@ def keep_inside(kernels, solve, scratch):
 
 @njit(**INTERNAL)
 def _clings(kernels, solve, scratch):
-    """True if a small share of the tolerance leads from the end of a step over the border.
+    """True if a short step by y', a small share of the tolerance, leads over the border.
 
-    The equations of an implicit step may have a solution inside where that of the run leaves, as
-    y_1 = y_0 - h sqrt(y_1) has: the run would crawl along the border, each step rejected at first.
+    The equations of an implicit step may have a solution inside the domain where the exact solution
+    leaves the domain; an example is y_1 = y_0 - h sqrt(y_1).  The run would crawl along the border,
+    and the first trial of each step would be rejected.
     """
     s, work, steepest = solve.state[0], solve.work, 0.0
     rate = slot(None, work, K + kernels.fsal_stage)
@@ -128,9 +129,9 @@ def _begin_anew(kernels, solve, h):
 
 @njit(**INTERNAL)
 def goes_on(kernels, solve, scratch, status):
-    """True if a method begins anew with a shorter step, its Jacobian being nan at the border.
+    """Begin anew with a shorter step if the Jacobian is NaN at the border; True on success.
 
-    Differences are nan where they reach over the border, and so is a matrix found behind it.
+    Differences are NaN if they reach over the border.  A Jacobian behind the border is NaN, too.
     """
     s = solve.state[0]
     if status != BAD_JACOBIAN or kernels.keeps & CHECKS == 0:
@@ -149,9 +150,9 @@ def goes_on(kernels, solve, scratch, status):
 
 @njit(**INTERNAL)
 def settle(kernels, solve, scratch):
-    """After a step whose end was changed: its derivative, and the past of what is 0.
+    """Evaluate the derivative at a changed end; clear the past of components that became 0.
 
-    False if the function raised.
+    Returns False if the function raised.
     """
     s, work, first = solve.state[0], solve.work, kernels.past
     if s.t == s.t_old:  # behind a jump
@@ -161,7 +162,7 @@ def settle(kernels, solve, scratch):
         if not evaluate(kernels.project, s.t, scratch[0], scratch[1]):
             return False
         for i in range(work.shape[1]):
-            if scratch[1, i] == 0.0 and work[Y, i] == 0.0:  # it must not be negative
+            if scratch[1, i] == 0.0 and work[Y, i] == 0.0:  # a component of `nonnegative`
                 for r in range(first, first + kernels.n_past):
                     work[r, i] = 0.0
     return derive(solve, kernels.fsal_stage) != RAISED
@@ -169,11 +170,11 @@ def settle(kernels, solve, scratch):
 
 @njit(**INTERNAL)
 def at_border(kernels, solve, scratch, status):
-    """The status of a run that ends; BORDER for one whose steps failed because of the border."""
+    """The status of a run that ends; BORDER if the steps failed because of the border."""
     if kernels.inside == 0 or status < STEP_TOO_SMALL or status == RAISED:
         return status
     if status == BAD_JACOBIAN and kernels.keeps & CHECKS and _clings(kernels, solve, scratch):
-        return BORDER  # nearer than the differences reach
+        return BORDER  # the border is nearer than the differences reach
     s, work, y = solve.state[0], solve.work, slot(None, solve.work, Y)
     rate = slot(None, work, STAGE)
     if solve.block[MASS] != 0:

@@ -79,9 +79,10 @@ def crossing(event, d, t_from, t_new, t_old, h, y, out):
 
 @njit(**INTERNAL)
 def crossing_from_zero(event, sign, d, t_from, t_new, t_old, h, y, out):
-    """The next zero of a function that is zero to rounding at t_from, and then has this sign.
+    """The next zero of a function that is zero to rounding at t_from and then has the sign `sign`.
 
-    The result is `t_from` if the function has this sign at no time that differs from `t_from`.
+    The times t_from + (t_new - t_from) / 2^k are tried.  The result is `t_from` if the function has
+    the sign `sign` at none of these times.
     """
     t = t_new
     while not raised(event):

@@ -16,7 +16,7 @@ from ..state.record import RAISED, RUNNING, Y_OLD, K, Y
 from ..state.rows import keep_vector, numbers_of, vector_at
 
 F = 1  # rows of `d`: y_old, then F0, F1, ...
-WIDTH = 4  # components that `polynomial` evaluates together, with the roundings of one
+WIDTH = 4  # components that `polynomial` evaluates together, each rounded as if alone
 VECTOR = Form(1, WIDTH, exact=True)
 
 

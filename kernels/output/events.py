@@ -23,8 +23,8 @@ from .meetings import (
 from .projection import project_events
 from .segments import first_time
 
-# The value of an event function at the start of a step: any; zero, where the event has just
-# occurred, and the sign of `g` behind; or zero, to which another event has brought the function.
+# The value of an event function at the start of a step.  PLAIN: any value.  LEAVES: zero, because
+# the event has just occurred; `g` has the sign behind.  TOUCHES: zero, because of another event.
 PLAIN, LEAVES, TOUCHES = range(3)
 PENDING = 2
 
@@ -52,7 +52,7 @@ def accept(events):
 
 @njit(**INTERNAL)
 def open_events(events, t, y, scratch):
-    """The values at the start, before the first step."""
+    """Evaluate the events at the start, before the first step; RUNNING or RAISED."""
     if not evaluate_all(events, t, y, scratch):
         return RAISED
     accept(events)
@@ -99,7 +99,7 @@ def ends_run(e):
 
 @njit(**INTERNAL)
 def never_ends(e, t):
-    """True if an event that changes the state did so immediately before t."""
+    """True if an event has just changed the state at t, and may not act there again."""
     just = e.jump != 0 and abs(t - e.t_jump) <= near(t)
     return just and (e.begins != TOUCHES or e.repeats == MOST_REPEATS)
 
@@ -147,7 +147,7 @@ def coincide(events, cut, d, t_old, h, direction, scratch):
     """Activate every event whose function is zero at the time of the event that ends the step.
 
     Returns the event among them that ends the run, otherwise `cut`; FAILED if a function raised;
-    ENDLESS if an event that changes the state did so immediately before.
+    ENDLESS if events accumulate at one time.
     """
     t, final = events[cut].root, NONE
     for i in range(len(events)):
@@ -188,7 +188,7 @@ def record(events, cut, d, t_old, h, direction, n):
                 e.active = 0
                 continue
             if e.jump != 0 and i != cut:
-                e.active = PENDING  # one event acts at a time: this one on the other's state
+                e.active = PENDING  # one event acts at a time: this event acts after the other
                 continue
         e.count += 1
         events.index[n], events.t[n] = i, e.root
@@ -210,7 +210,10 @@ def evaluate_end(solve, events, scratch, t, reached, d):
 
 @njit(**INTERNAL)
 def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
-    """Record the events of a step up to t; the event that ends it, NONE, FAILED or ENDLESS."""
+    """Record the events of a step up to t.
+
+    Returns the event that ends the step, NONE, FAILED or ENDLESS.
+    """
     s, o, table = solve.state[0], output.record[0], events.table
     t_old, h = s.t_old, s.t - s.t_old
     if not evaluate_end(solve, events, scratch, t, reached, d):

@@ -10,7 +10,8 @@ from ..jit_options import INTERNAL, njit
 from ..state.record import FINISHED, RAISED, RUNNING, Y
 from ..state.rows import copy_row, slot
 
-# One per invariant: the address of the function, the statistics of (value - start) / scale.
+# One record for each invariant: the address of its function, the statistics of
+# (value - start) / scale.
 INVARIANT = np.dtype(
     [
         ("block", "i8"),  # address of the function's block
@@ -51,7 +52,7 @@ def _evaluate(invariants, t, y, scratch):
             return False
         change = (scratch[0] - q.start) / q.scale
         size = abs(change)
-        if not size <= q.max:  # NaN counts
+        if not size <= q.max:  # true for NaN, too
             q.max = size
         q.sum += change
         q.sum_sq += change * change

@@ -26,14 +26,15 @@ from .events import LEAVES, PENDING, PLAIN, SIGN, TOUCHES, evaluate_all
 from .projection import derive, project_row
 from .segments import ends_segment, next_segment
 
-AHEAD = 1e-3  # of the last step: the distance at which a zero event function is asked for its sign
+AHEAD = 1e-3  # share of the last step behind a jump, where the sign of a zero function is found
 
 
 @njit(**INTERNAL)
 def jump(kernels, solve, output, events, scratch, d, t, t_old, h):
     """Let the event at time t of the step from t_old, of length h, change the state at t.
 
-    A new solve begins behind the jump; RUNNING, FINISHED, NON_FINITE, or a failure of `act`.
+    A new solve begins behind the jump.  Returns RUNNING, FINISHED, NON_FINITE, or a failure of
+    `act`.
     """
     y = slot(None, solve.work, Y)
     polynomial(d, (t - t_old) / h, y)
@@ -57,8 +58,8 @@ def jump(kernels, solve, output, events, scratch, d, t, t_old, h):
 def act(kernels, solve, scratch, function, place, t):
     """Let the function of `on_event` at an address change the state at t.
 
-    `place` is the index of its event.  RUNNING; or RAISED, BAD_JUMP, OUTSIDE or NEGATIVE, and the
-    state is that before.
+    `place` is the index of the event of the function.  Returns RUNNING; or RAISED, BAD_JUMP,
+    OUTSIDE or NEGATIVE, with the state unchanged.
     """
     s, y = solve.state[0], slot(None, solve.work, Y)
     s.acted = place
@@ -73,9 +74,9 @@ def act(kernels, solve, scratch, function, place, t):
 
 @njit(**INTERNAL)
 def _admit(kernels, solve, t, y, found):
-    """Check a state that `on_event` returned; a status.
+    """Check a state that `on_event` returned; return a status.
 
-    As at the end of a step, what is less negative than `atol` becomes 0.
+    A component of `nonnegative` between -atol and 0 becomes 0, as at the end of a step.
     """
     s = solve.state[0]
     for i in range(len(y)):
@@ -142,8 +143,8 @@ def begin(kernels, solve, output, events, scratch, t):
 def watch_from(kernels, solve, table, scratch, h):
     """Set the values of the events at the start of the new solve; RUNNING or RAISED.
 
-    An event that has just occurred, whose function is zero to rounding, takes the next sign of the
-    function, which follows from the derivative of the state.
+    The function of an event that has just occurred is zero to rounding.  The event takes the next
+    sign of this function, which is found by means of the derivative of the state.
     """
     s, y = solve.state[0], slot(None, solve.work, Y)
     rate = slot(None, solve.work, K + kernels.fsal_stage)

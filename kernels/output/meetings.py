@@ -1,7 +1,7 @@
 """Events at the times of schedules.
 
-An event function whose zero cannot be told from the time of a schedule occurs at that time, before
-the schedules act, whether rounding puts the zero before or behind the time.
+If the zero of an event function cannot be told from the time of a schedule, the event occurs at
+this time, before the schedules act.  Rounding may put the zero before or behind the time.
 """
 
 from ..calls.user_function import evaluate
@@ -34,13 +34,13 @@ def distance_to_meet(s, segments, schedules, t):
 
 @njit(**INTERNAL)
 def has_rate(o, reached):
-    """True if the rows of a step have the derivative at t; those of a series have none."""
+    """True if the rows of a step have the derivative at t; the rows of a series do not."""
     return reached and o.ends == 0
 
 
 @njit(**INTERNAL)
 def crosses_behind(e, t, y, out):
-    """1 if an event function crosses zero between t and a time behind, where the state is y.
+    """1 if an event function crosses zero between the time of g_new and t, where the state is y.
 
     -1 if the function raised.
     """
@@ -55,10 +55,10 @@ def crosses_behind(e, t, y, out):
 
 @njit(**INTERNAL)
 def meet_schedule(kernels, solve, events, d, t, ahead, by_rate, scratch):
-    """Mark the events that cross zero within a distance behind the time t of a schedule.
+    """Mark the events that cross zero within the distance `ahead` behind the time t of a schedule.
 
-    The state there is found `by_rate`, or by the interpolant d.  Returns the number of events, or
-    RAISES.
+    The state at t + ahead is extrapolated by the derivative if `by_rate`, else by the interpolant
+    d.  Returns the number of events, or RAISES.
     """
     s, work, y, n = solve.state[0], solve.work, scratch[0], 0
     if by_rate:

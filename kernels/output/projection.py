@@ -29,7 +29,7 @@ def project_row(project, t, y, scratch):
 def project_state(kernels, solve, scratch, by_series):
     """Project the new state; False if a function raised.
 
-    Where events are found `by_series`, the rows of the step stay: a derivative has no row there.
+    If events are found `by_series`, the rows hold the series, and no derivative is stored.
     """
     if not evaluate(kernels.project, solve.state[0].t, slot(None, solve.work, Y), scratch):
         return False

@@ -24,7 +24,7 @@ def aim(s, o, segments, schedules):
 
 @njit(**INTERNAL)
 def _move_on(e, direction):
-    """Let a schedule look at its next time."""
+    """Let a schedule proceed to its next time."""
     e.next += e.way
     if e.next == e.end:
         e.t_next = direction * np.inf
@@ -36,7 +36,7 @@ def _move_on(e, direction):
 
 @njit(**INTERNAL)
 def arrive(kernels, solve, output, events, scratch, d, t, t_old, h):
-    """Let the state be that of a schedule's time, which a constant step has passed."""
+    """Interpolate to a schedule's time that a constant step has passed, and begin anew there."""
     y = slot(None, solve.work, Y)
     polynomial(d, (t - t_old) / h, y)
     if not project_row(kernels.project, t, y, scratch[0]):

@@ -23,7 +23,7 @@ def ends_segment(s, o, segments):
 
 @njit(**INTERNAL)
 def time_reached(s, o, segments, over):
-    """The time in the output of the end of a step."""
+    """The time under which the output stores the end of a step."""
     if over:
         return segments[o.i_segment, 2] if ends_segment(s, o, segments) else s.t_end
     t_end = end_of_span(s, segments)
@@ -32,7 +32,7 @@ def time_reached(s, o, segments, over):
 
 @njit(**INTERNAL)
 def first_time(s, o, segments):
-    """The time at which the events of a step begin; between two segments, that of the second."""
+    """The time from which the events of a step count; at the start of a segment, the breakpoint."""
     if o.i_segment > 0 and s.t_old == segments[o.i_segment, 0]:
         return segments[o.i_segment - 1, 2]
     return s.t_old
@@ -47,7 +47,7 @@ def _extrapolate(work, fsal_stage, gap):
 
 @njit(**INTERNAL)
 def _leave_zero(events, t, y, scratch):
-    """At the start of a segment, look anew at counted events whose function is exactly zero."""
+    """At the start of a segment, evaluate anew the event functions that are exactly zero."""
     for i in range(len(events)):
         e = events[i]
         if e.g == 0.0:
@@ -63,7 +63,7 @@ def next_segment(kernels, solve, output, events, scratch):
     s, o, mass = solve.state[0], output.record[0], solve.block[MASS]
     segments, fsal_stage = output.segments, kernels.fsal_stage
     o.i_segment += 1
-    gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # crossed with the slopes of both sides
+    gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # half of the gap, for the slope of each side
     if mass == 0:
         _extrapolate(solve.work, fsal_stage, gap)
     s.t, s.t_end = segments[o.i_segment, 0], segments[o.i_segment, 1]

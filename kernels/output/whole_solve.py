@@ -33,10 +33,12 @@ def whole_solve(begin, kernels, solve, output, events, scratch, n_steps):
 
 @njit(**INTERNAL)
 def _begin(begin, kernels, solve, output, events, scratch):
-    """Begin: the records hold their values at `t0`, the state is still to be copied.
+    """Copy the initial state, and compute the first derivative and the first values of the events.
 
-    The events are asked first where SciPy's solver of that name asks them, since an event may
-    change what the equations read: a step kernel that takes no step computes the Jacobian.
+    The records already hold their values at `t0`.  The events are first evaluated where SciPy's
+    solver of the same name evaluates them, because an event may change values that the equations
+    read.  If SciPy evaluates the Jacobian before the events, the step kernel computes the Jacobian
+    in a call that takes no step.
     """
     o, work, y0 = output.record[0], solve.work, begin.y0
     not_finite = 0

@@ -111,7 +111,7 @@ def factor(value):
 def _weighted_map(row, k, start=None):
     """The code of h sum(a_i k_i), or of start + h sum(a_i k_i), from left to right.
 
-    The sum omits each a_i that is zero, but for the last a_i of a Row that is `to_the_end`.  The
+    The sum omits each a_i that is zero, except the last a_i of a Row that is `to_the_end`.  The
     arguments are out, the start, h, the row and the k_i.
     """
     if len(row.known.exact) != len(k):
@@ -168,7 +168,7 @@ def load(builder, pointer):
 
 @intrinsic
 def halves(typingctx, value):
-    """The two halves of a value, (q, v) of a state [q, v]; (None, None) of no place."""
+    """The two halves of a value, (q, v) of a state [q, v]; (None, None) for None."""
     if isinstance(value, types.NoneType):
         none = types.Tuple((types.none, types.none))
         return none(value), lambda c, b, s, a: c.make_tuple(b, none, [c.get_dummy_value()] * 2)

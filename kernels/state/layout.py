@@ -1,4 +1,4 @@
-"""How a kernel stores values of vectors: known to the compiler, without memory of its own."""
+"""The storage of values in vectors, as a constant that the compiler knows."""
 
 from numba import types
 
@@ -7,7 +7,7 @@ from .constant import Constant
 
 
 class Form(Constant):
-    """How values are stored: tuples of n vectors, `value` their type."""
+    """The storage of a value as a tuple of n vectors; `value` is the type of the tuple."""
 
     def __init__(self, n, width, exact=False):
         self.value = types.UniTuple(Vector(width, exact), n)

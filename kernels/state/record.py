@@ -46,21 +46,21 @@ STATE = np.dtype(
         ("l0", "f8"),  # first coefficient of the formula
         ("drift", "f8"),  # h l0 over the h l0 of the factors
         ("rate", "f8"),  # rate of convergence
-        ("lipschitz", "f8"),  # two estimates of the Lipschitz constant: in use, and since that
+        ("lipschitz", "f8"),  # estimates of the Lipschitz constant: in use, since the last reset
         ("lipschitz_now", "f8"),
         ("jacobian_norm", "f8"),
         ("stiff", "i8"),  # whether the next step is a step of BDF, and whether the last step was
         ("was_stiff", "i8"),
         ("limited", "i8"),  # whether stability bounds the step of Adams' formula
-        ("wait", "i8"),  # steps until order and size may change, and until the family may
+        ("wait", "i8"),  # steps until order and size, and until the family, may change
         ("wait_family", "i8"),
         ("age", "i8"),  # number of steps with the present factors
         ("n_standing", "i8"),  # consecutive trials that are too short to change the time
         # For components that must not be negative:
-        ("cut", "f8"),  # sum of the corrections that returned them to 0, in units of atol
+        ("cut", "f8"),  # sum of the corrections from below 0 to 0, in units of atol
         # For the function of `on_event` that was called last:
-        ("acted", "i8"),  # the place of its event: event functions first, then schedules
-        ("component", "i8"),  # the component of its state that is refused
+        ("acted", "i8"),  # the index of the event: event functions first, then schedules
+        ("component", "i8"),  # the component of the returned state that is refused
     ]
 )
 
@@ -82,7 +82,7 @@ FINISHED = 1  # t == t_end
 FULL = 2  # an output array is full; the caller makes room and calls again
 EVENT = 3  # a terminal event occurred
 STEP_TOO_SMALL = 4
-NON_FINITE = 5  # the derivative at the start is not finite
+NON_FINITE = 5  # the first derivative, or the state after a constant step, is not finite
 NOT_CONVERGED = 7  # the iteration of an implicit step did not converge
 RAISED = 6  # the user's function raised; the exception waits in Python
 BAD_STATE = 8  # the initial state is not finite

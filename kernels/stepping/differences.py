@@ -16,7 +16,7 @@ from ..state.record import ATOL, STAGE, Y
 from ..state.rows import copy_row, slot
 
 EPS = float(np.finfo(float).eps)
-REJECT, SMALL, BIG = EPS**0.875, EPS**0.75, EPS**0.25  # of a difference, relative to its terms
+REJECT, SMALL, BIG = EPS**0.875, EPS**0.75, EPS**0.25  # of a difference over its terms
 FIRST_FACTOR, LEAST_FACTOR = EPS**0.5, 1e3 * EPS
 
 
@@ -72,7 +72,7 @@ def column_difference(rhs, t, work, y, f, block, factor, column, j):
     if not evaluate_row(rhs, t, work, STAGE, found, block):
         return False
     change, size = _largest_change(work[found], work[f])
-    if not np.isfinite(change):  # beyond a border, so that the other side is taken
+    if not np.isfinite(change):  # beyond a border: the other side is taken
         h = -h
         work[STAGE, j] = work[y, j] + h
         if not evaluate_row(rhs, t, work, STAGE, found, block):
@@ -197,7 +197,7 @@ def keep_factors(work, factor):
 
     SciPy shortens a step whose difference is large beside the derivative.  The derivative of an
     algebraic equation is zero, and any derivative is small near an equilibrium: with ever shorter
-    steps, the difference becomes rounding.
+    steps, the difference would consist of rounding errors.
     """
     for j in range(work.shape[1]):
         work[factor, j] = max(work[factor, j], FIRST_FACTOR)

@@ -23,7 +23,7 @@ def kernel(step, fsal_stage, compensation_stage, rhs, form):
     Step i ends at t_start + (i + 1) h, so that the times carry no accumulated rounding.  The last
     step is as long as the others and ends at t_end or beyond.  A state that is no longer finite
     ends the run with NON_FINITE.  Stage `compensation_stage` carries the rounding errors of a
-    compensated summation to the next step; without such a summation it equals `fsal_stage`.
+    compensated summation to the next step; without this summation the stage is `fsal_stage`.
     """
 
     @njit(**INTERNAL)

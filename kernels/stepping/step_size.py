@@ -28,7 +28,7 @@ ROUNDED = 1.125
 class Norm(NamedTuple):
     """The norm of errors: ``mean(error, y, y_new, rtol, atol)``, 1 at the tolerance.
 
-    `squares` is the sum of the squares behind the mean, over components of `parts` numbers each.
+    `squares` is the sum of squares of which `mean` takes the mean; a component has `parts` numbers.
     """
 
     mean: object

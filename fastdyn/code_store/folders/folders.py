@@ -1,6 +1,6 @@
 """The folders of kept code: first the system's folders, which are only read, then the user's own.
 
-Whoever can write to a folder decides what code the processes run that read from the folder.  A
+Whoever can write to a folder decides which code runs in processes that read the folder.  A
 folder that anybody but the user or the system's owner can write or exchange is refused.
 """
 
@@ -36,7 +36,7 @@ def of_the_system():
 
 
 def entries(name):
-    """The bytes of the entries of a name, those of the system's folders first."""
+    """The bytes of the entries of a name, from the system's folders first."""
     for path in filter(None, (*of_the_system(), own())):
         try:
             with Folder(path) as folder:

@@ -46,7 +46,7 @@ def _clip(y, listed):
 
 
 def clipped(listed):
-    """The function that returns what is negative to 0."""
+    """The function that sets the negative ones among the listed components to 0."""
 
     def clipped(t, y, *args):
         return _clip(y, listed)
@@ -55,7 +55,7 @@ def clipped(listed):
 
 
 def of_clipped(fun, listed):
-    """An event, a domain, or a function of `on_event` for a state that is not negative."""
+    """A function of the state, called with 0 for negative components among those listed."""
 
     @functools.wraps(fun)
     def of_clipped(t, y, *args):
@@ -65,7 +65,7 @@ def of_clipped(fun, listed):
 
 
 def kept(fun, listed):
-    """The equations that go on beyond zero; a wrong shape is left to be found."""
+    """The equations, continued below zero; a result of a wrong shape is refused later."""
     shape = listed.shape
 
     @functools.wraps(fun)
@@ -92,7 +92,7 @@ def jacobian_inside(jac, domain, problem):
 
 
 def jacobian_of_kept(jac: Any, fun, listed):
-    """The Jacobian of `kept` from that of `fun`, a function or a matrix."""
+    """The Jacobian of `kept` from `jac`, the Jacobian of `fun`, which is a function or a matrix."""
     n, of_state = len(listed), jac if callable(jac) else lambda t, y, *args: jac
 
     def jacobian(t, y, *args):

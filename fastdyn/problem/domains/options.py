@@ -1,9 +1,9 @@
 """The options `domain` and `nonnegative`, checked, and the functions that keep a solve inside.
 
 Outside of the domain the equations are nan, which every adaptive method answers with a shorter
-step; `fun` is not called there.  With `nonnegative`, the equations go on beyond zero: `fun` sees 0
-for what is negative, and the derivative of what is not positive is not negative.  What becomes of
-the end of a step: `kernels/output/borders.py`.
+step; `fun` is not called there.  With `nonnegative`, the equations are continued below zero:
+`fun` gets 0 for a negative component, and the derivative of a component that is not positive is at
+least 0.  `kernels/output/borders.py` checks the end of each step.
 """
 
 import warnings
@@ -50,9 +50,9 @@ def refuse_sensitivity(options):
 
 
 def keeps(problem):
-    """What the kernels check the end of each step for."""
+    """The flags CLIPS and CHECKS of the checks by the kernels at the end of each step."""
     p = problem
-    checked = p.inside is not None and p.method.n_matrices > 0  # others have a stage there
+    checked = p.inside is not None and p.method.n_matrices > 0  # others have a stage at the end
     return CLIPS * (p.nonnegative is not None) + CHECKS * checked
 
 
@@ -62,7 +62,7 @@ def kept_inside(problem, options):
     Parameters
     ----------
     problem : validate.Problem
-        Without regard to the options of this file.
+        The problem without the options of this file.
     options : dict
 
     Returns
@@ -123,7 +123,7 @@ def check_start(problem):
 
 
 def warn_of_cut(cut):
-    """Warn if what was added to return components to 0 is much, in units of `atol`."""
+    """Warn if `cut`, the sum of the corrections to 0 in units of `atol`, is large."""
     if cut > MOST_CUT:
         warnings.warn(
             f"`nonnegative` has returned components to 0 so often that {cut:.3g} times their "

@@ -1,4 +1,4 @@
-"""The functions of a problem, bound: its equations, and those that are called between steps."""
+"""Binds the functions of a problem: the equations, and the functions called between steps."""
 
 import numpy as np
 
@@ -23,7 +23,10 @@ from .followed import with_room
 
 
 def leave_writers_to_scipy(problem, bound, others):
-    """Raise WritesToState where a function writes to the state, or let it be raised then."""
+    """Raise WritesToState if a function in Python writes to the state at the start.
+
+    Later writes of such functions raise WritesToState, too.
+    """
     p, n = problem, len(problem.y0)
     functions = [(bound, p.fun), *zip(others, [f for f, _ in between_steps(p)], strict=True)]
     for each, fun in functions:
@@ -63,9 +66,10 @@ def _bind(problem, fun, mode, near):
 
 
 def raise_kept(bounds, problem):
-    """Raise the exception of a user's function: the kept one, or by a call of the function.
+    """Raise the exception of a user's function: the kept exception, or that of a new call.
 
-    The call has the type of time of SciPy's solver.  Raises GaveUp if the function raises nothing.
+    The new call passes the time in the type of SciPy's solver.  Raises GaveUp if the function
+    raises nothing.
     """
     for bound in bounds:
         if bound.block[RAISED_WORD]:

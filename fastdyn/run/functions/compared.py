@@ -15,7 +15,7 @@ from fastdyn.problem.lsoda import NAME as LSODA
 from ..output import occurrences_in, points_in
 
 MOST_NUMBERS = 2**18  # numbers in all states of a comparison
-OFF = 0.1  # by how much of its size a derivative is displaced
+OFF = 0.1  # displacement of a derivative, as a share of its size
 AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
 NEVER = 2**62  # solves
 MOST_SEARCHES = 16  # failed searches for a state on a new side; then the side is left out
@@ -27,7 +27,7 @@ class Schedule:
     """The schedule of comparisons for some functions and one method, common to all Runs.
 
     `left` is the number of solves until the next comparison.  `sides` has a word for each function
-    with decisions: the sides that were compared.  The compiled entry reads both, and counts `left`.
+    with decisions: the sides that were compared.  The compiled entry reads both and lowers `left`.
     """
 
     def __init__(self, when, n_deciding=0):
@@ -170,7 +170,7 @@ def _showing(run, bound, missing, t, y):
 
 
 def _given(run, bound, count):
-    """Times and states that a function was given in a solve: those of events, if it acts there."""
+    """Times and states at which a solve called a function: events, if the function acts there."""
     if bound.mode.acts_at_events:
         o = run.grown
         _, t, y = o.found_so_far() if o else occurrences_in(run.plan, run.memory)
@@ -181,7 +181,7 @@ def _given(run, bound, count):
 
 
 def states_of(run, count):
-    """Times and states of the last solve, at most `count`, the last among them."""
+    """Times and states of the last solve, at most `count`, including the last."""
     count = max(1, min(count, MOST_NUMBERS // max(run.plan.n, 1)))
     t, y = run.grown.points() if run.grown else points_in(run.plan, run.memory)
     apart = (len(t) - 1) / max(count - 2, 1)

@@ -7,7 +7,7 @@ NOT_OF_INDEX_1 = (
     "determine the algebraic variables. Differentiate the constraints by hand until they do, or "
     "leave out what is said twice; `solve_dae` does that by itself."
 )
-SHARE, SHOWN = 0.3, 5  # of the largest number of a combination: what counts; names in a sentence
+SHARE, SHOWN = 0.3, 5  # least number shown, as a share of the largest; most names in a message
 
 
 class Inconsistent(ValueError):

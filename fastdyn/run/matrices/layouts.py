@@ -1,7 +1,7 @@
 """The storage of the Jacobian and of the matrices of an implicit method: full, band or sparse.
 
-The words are described in `kernels/algebra/matrices.py`, those of Jacobians in
-`kernels/calls/block.py`.
+`kernels/algebra/matrices.py` describes the words of matrices, `kernels/calls/block.py` the words of
+Jacobians.
 """
 
 import ctypes
@@ -93,8 +93,9 @@ class Layout(NamedTuple):
 
 
 def matrices_of(problem, bound, block):
-    """The Matrices of a problem, whose Jacobian has a block or None; the block of the equations
-    names them from now on.
+    """The Matrices of a problem; `block` is the block of the Jacobian, or None.
+
+    Writes the addresses of the Jacobian and of the matrices into the block of the equations.
     """
     p, n = problem, len(problem.y0)
     if p.mode.residual:

@@ -1,4 +1,4 @@
-"""A mass matrix as the kernels of a solve take it, with what makes states consistent."""
+"""A mass matrix in the form for kernels, and the functions that make states consistent."""
 
 import math
 from typing import Any
@@ -76,7 +76,7 @@ class Mass:
         bound.block[words.MASS] = address_of(self._words)
 
     def consistent(self, others):
-        """The Bounds `others`, with blocks of actions that make the state behind consistent."""
+        """The Bounds `others`, but with actions that also make the new state consistent."""
         if not len(self.left):
             return others
         return [self._acting(each) if each.mode.acts_at_events else each for each in others]
@@ -90,7 +90,7 @@ class Mass:
         return action._replace(block=block)
 
     def called(self, name, t, y):
-        """The result of a function of the pencil at a time and a state; what it raises is lost."""
+        """The result of a function of the pencil at a time and a state; exceptions are dropped."""
         block, out = self.block.copy(), np.zeros(len(y))
         block[words.ADDRESS] = _function(name).address
         Call(evaluate_kernel(), block, t, np.ascontiguousarray(y), out)()

@@ -64,7 +64,7 @@ def _may_come_again(problem, options):
 
 
 class Known:
-    """Calls of one function with one method and options; `code` is alive, as its id is a key."""
+    """Calls of one function with one method and options; `code` is kept alive: its id is a key."""
 
     entry: Any = None
     solver: Any = None

@@ -33,7 +33,7 @@ class _Method(ctypes.Structure):
 
 
 def is_here(wait=0.0):
-    """Whether the code is in this process; the first call lets a thread load it."""
+    """Whether the code is in this process; the first call lets a thread load the code."""
     s = _State
     if s.code is None and not s.refused:
         if s.job is None or (s.job.wait(wait) and s.code is None and not s.refused):

@@ -25,7 +25,7 @@ PLAIN = 0x101  # flags of an array that is C-contiguous and aligned
 NEW = 93  # PyArray_New among NumPy's C functions
 LAYOUT = HEAD, TUPLE, ATTRIBUTES
 
-FUNCTIONS = (  # of Python's C interface; the stable one, but for PyFunction_Get* and PyCell_Get
+FUNCTIONS = (  # of Python's stable C interface, except PyFunction_Get* and PyCell_Get
     "PyTuple_GetItem", "PyTuple_Size", "PyList_GetItem", "PyList_Size", "PyList_SetSlice",
     "PyList_Append", "PyDict_GetItem", "PyDict_Next", "PyDict_Size", "PyDict_SetItem",
     "PyDict_Update", "PyFloat_AsDouble", "PyLong_FromLongLong", "PyLong_AsLongLongAndOverflow",

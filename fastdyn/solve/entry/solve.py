@@ -68,8 +68,8 @@ class Entry(Emitter):
 
     Missing arguments are the prepared arguments, if any; without `t_span` and `t_eval`, the span is
     the prepared span.  A call that is not plain goes to `slow` with all its arguments; without
-    `slow` it returns None.  If a solve turns out not to be plain after its start, the solve goes to
-    `finish`.
+    `slow` the call returns None.  If a solve turns out not to be plain after its start, the
+    solve goes to `finish`.
     """
 
     def __init__(self, module, name, functions):

@@ -35,7 +35,7 @@ class Solver:
         if not load.is_here():
             return None
         p, y0 = self.problem, np.empty(self.shape)
-        y0[:] = p.y0  # an array with NumPy's own type; that of a copy may be another object
+        y0[:] = p.y0  # keeps NumPy's own type object, which a copy may not
         return entry_of(self, len(p.args), (self.solve, p.fun, p.args, y0))
 
     def solve(self, y0=None, args=None):
@@ -68,12 +68,12 @@ class Solver:
         return y0
 
     def _give_up(self, reason):
-        self.idle.clear()  # of runs with the compiled function
+        self.idle.clear()  # the idle runs call the compiled function
         leave_to_python(reason.bound, reason)
 
     def _solved(self, y0, args):
         try:
-            kept = self.idle.pop()  # another thread may have it
+            kept = self.idle.pop()  # another thread may have taken the run
         except IndexError:
             kept = None
         if kept is None or not kept.take(args):
@@ -126,7 +126,7 @@ def entry_of(solver, n_args, prepared=None):
 
     `prepared` has the function for slow calls, and the defaults of the user's function, its
     arguments and the state.  Without `prepared`, a call must give all of these, a span and times,
-    and the call returns None if it is not plain.
+    and a call that is not plain returns None.
     """
     table, finish = objects.table(), solver.finish
     slow, *rest = prepared or (None,) * 4

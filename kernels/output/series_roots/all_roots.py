@@ -1,15 +1,15 @@
 """Events of a step by series: all zeros of an event function, not only its changes of sign.
 
-The address `series` of an event is that of a kernel
+The field `series` of an event is the address of a kernel
 
     series(t_old, h, work, block, out),
 
-which writes to `out`, by the rows of the last step, the coefficients of the event function,
+which reads the rows of the last step, writes to `out` the coefficients of the event function,
 
     g(t_old + x h) = sum out[k] x^k,
 
 and returns the number of coefficients: at most MOST_TERMS, or 0 if the event has no series in this
-step, which is then left to Brent.  `block` is the address of the event's block.
+step.  Brent's method then finds the zero.  `block` is the address of the event's block.
 
 The remainder of the series at x = 1 is added as one more term, so that the polynomial ends with the
 value of the event function, and no crossing is lost between two steps.
@@ -53,7 +53,7 @@ CONVERGED = 1e-9  # largest remainder of a series that is used, as a share of it
 
 @njit(**INTERNAL)
 def find_all(kernels, solve, output, events, scratch, t, reached, ready, d):
-    """Record the events of a step up to t, each as often as it occurs; returns as `find_events`."""
+    """Record the events of a step up to t, each as often as it occurs; results as `find_events`."""
     s, o, table = solve.state[0], output.record[0], events.table
     first = n = o.n_events
     if not evaluate_end(solve, events, scratch, t, reached, d):
@@ -172,7 +172,7 @@ def _roots(e, solve, t, room, kept, scratch):
 
 @njit(**INTERNAL)
 def _is_wanted(e, turn, begins):
-    """True if the user asks for an event with this sign behind the root; 0: no change of sign.
+    """True if the user asks for events with the sign `turn` behind the root; 0: no change of sign.
 
     An event that `begins` a solve has no sign before the root, and changes the state only if its
     function leaves zero in the direction that is asked for.

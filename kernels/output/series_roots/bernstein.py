@@ -56,7 +56,7 @@ def split(piece, left):
 
 @njit(**INTERNAL)
 def trim(piece):
-    """Set coefficients at both ends to zero if noise hides their sign; the range of the others."""
+    """Set end coefficients to zero if noise hides their sign; return the range of the others."""
     low, high = HEAD, HEAD + int(piece[DEGREE])
     while low <= high and abs(piece[low]) <= piece[NOISE]:
         piece[low] = 0.0

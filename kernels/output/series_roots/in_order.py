@@ -46,7 +46,7 @@ def meet(events, first, n, end, d, s, scratch):
     """Let all events whose times cannot be told from the time of note n occur with note n.
 
     Returns the event among them that ends the run, otherwise the event of note n; FAILED if a
-    function raised; ENDLESS if an event that changes the state did so immediately before.
+    function raised; ENDLESS if events accumulate at one time.
     """
     table, t, cut, final = events.table, events.t[n], events.index[n], NONE
     h = s.t - s.t_old

@@ -7,12 +7,14 @@ turn or none (Descartes' rule, Vincent's theorem); for integers see G. E. Collin
 
 The coefficients are rounded.  A value is told from zero if the value exceeds
 
-    noise = (2 m + 8) u sum|c|,    u = 2^-53,
+    noise = (2 m + 8) u sum|c|,    u = 2^-53.
 
-the rounding of Horner's scheme, 2 m u sum|c| (N. J. Higham, "Accuracy and Stability of Numerical
-Algorithms", section 5.1), of which the conversion to Bernstein's basis needs m + 3, and 8 u for
-each coefficient that is given.  Two roots are one root if no value between them can be told from
-zero: a crossing if the polynomial has different signs on both sides, otherwise a graze.
+The first term, 2 m u sum|c|, is the rounding of Horner's scheme (N. J. Higham, "Accuracy and
+Stability of Numerical Algorithms", section 5.1); the conversion to Bernstein's basis needs only
+m + 3 instead of 2 m.  The second term allows an error of 8 u in each given coefficient.
+
+Two roots are one root if no value between them can be told from zero: a crossing if the polynomial
+has different signs on both sides, otherwise a graze.
 """
 
 import numpy as np
@@ -35,7 +37,7 @@ from .bernstein import (
 from .newton import bracketed, derivatives, refined, sign_behind_one
 
 NOT_FINITE = -1
-MARGIN = 1.0 + 2.0**-44  # of the bounds: more than the noise of both sides of a bound
+MARGIN = 1.0 + 2.0**-44  # factor of a bound: covers the rounding of both sides of the bound
 DEPTH = 50  # halvings of [0, 1]
 
 # Rows of `room`: the search; the roots found; a row for the caller's coefficients; scratch; and the
@@ -43,8 +45,9 @@ DEPTH = 50  # halvings of [0, 1]
 SEARCH, PLACES, TURNS, GIVEN, SCALED, SCRATCH, PIECES = range(7)
 ROWS = PIECES + DEPTH + 2
 
-# Of the search: the sign that the polynomial had last; the number of roots; whether and where it
-# has touched zero since then; its noise, the factors x left out, and the sign of c[0].
+# The row SEARCH: the last sign of the polynomial; the number of roots; whether and where the
+# polynomial has touched zero since that sign; its noise; how many factors x were left out; the sign
+# of c[0].
 SIDE, FOUND, TOUCHED, FROM, TO, LEVEL, FACTORS, FIRST = range(8)
 
 
@@ -59,15 +62,15 @@ def polynomial_roots(c, room):
     ----------
     c : array, at most MOST + 1 numbers
     room : array, (ROWS, WIDTH)
-        Receives the roots in room[PLACES], and in room[TURNS] the sign that the polynomial has
-        behind each, or 0 where it keeps its sign.
+        Receives the roots in room[PLACES], and in room[TURNS] the sign of the polynomial
+        behind each root, or 0 if the sign does not change at the root.
 
     Returns
     -------
     int
         Number of roots; NOT_FINITE if a coefficient is not finite.
     float
-        The sign behind 1; 0 if the polynomial cannot be told from zero, and comes from no sign.
+        The sign behind 1; 0 if the polynomial cannot be told from zero and c[0] is 0.
     """
     size = abs(c[0])
     if size > MARGIN * _sum(c, 1) and size < np.inf:
@@ -76,7 +79,7 @@ def polynomial_roots(c, room):
         size = max(size, abs(c[k]))
     total = 0.0
     for k in range(len(c)):
-        total += c[k] - c[k]  # NaN if one is not finite
+        total += c[k] - c[k]  # NaN if a coefficient is not finite
     if total != 0.0:
         return NOT_FINITE, 0.0
     return _search(c, size, room)
@@ -214,7 +217,7 @@ def _noise_at(a, x):
 def _report(a, room, x, turn):
     """Add a root, or merge it with the last root if no value between them can be told from zero.
 
-    Near a root at 0 the noise falls with the powers of x: a ball may bounce as low as it can.
+    Near a root at 0 the noise decreases with the powers of x, so that very low bounces are found.
     """
     search, places, changed = room[SEARCH], room[PLACES], room[TURNS]
     n, factors = int(search[FOUND]), int(search[FACTORS])
@@ -231,7 +234,7 @@ def _report(a, room, x, turn):
         if n < MOST:
             places[n], changed[n] = max(x, before), turn
             search[FOUND] = n + 1.0
-    elif n == 0:  # one with the root at 0
+    elif n == 0:  # the same root as the root at 0
         if turn != 0.0 and search[FIRST] != 0.0:
             places[0], changed[0] = 0.0, turn
             search[FOUND] = 1.0
