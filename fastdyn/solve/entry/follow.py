@@ -133,7 +133,7 @@ class Follow(Emitter):
         place = self._field("place")
         with self.b.if_then(self.some(place)):
             self.store(number, place)
-        same = self.b.fcmp_ordered("==", as_float, self._field("value", REAL))
+        same = self.equal(self.b.bitcast(as_float, WORD), self._field("value"))  # 0.0 is not -0.0
         return self.b.or_(self.none(self._field("fixed")), same)
 
     def _has_length(self, value, kind, size):
@@ -169,8 +169,8 @@ class Follow(Emitter):
         data, fixed = self.load(value, DATA), self._field("value")
         with self.each(self._field("fixed")) as i:
             at = self.b.add(fixed, self.b.shl(i, WORD(4)))
-            number = self.load(self.b.add(data, self.load(at)), kind=REAL)
-            self.require(self.b.fcmp_ordered("==", number, self.load(at, 8, REAL)))
+            number = self.load(self.b.add(data, self.load(at)))
+            self.require(self.equal(number, self.load(at, 8)))
         self.store(data, place)
         return BIT(1)
 

@@ -1,5 +1,6 @@
 """The checks that a later call applies to the objects that a traced function reads."""
 
+import operator
 from typing import Any
 
 import numpy as np
@@ -7,9 +8,46 @@ import numpy as np
 from . import table_reads
 
 MISSING = object()
+INEXACT = (
+    float,
+    complex,
+    np.float64,
+    np.float32,
+    np.float16,
+    np.longdouble,
+    np.complex128,
+    np.complex64,
+)
+
+
+def _equal(value, expected):
+    """Whether two constants are equal, also in types of their parts and in signs of zeros."""
+    if type(value) is not type(expected) or value != expected:
+        return False
+    return value is expected or _unseen(value) == _unseen(expected)
+
+
+def _unseen(value):
+    """The properties of a constant that == does not compare: 1 == 1.0 == True, and 0.0 == -0.0."""
+    if isinstance(value, set | frozenset):
+        return frozenset((each, _unseen(each)) for each in value)
+    if isinstance(value, tuple):
+        return type(value), tuple(map(_unseen, value))
+    return type(value), repr(value) if type(value) in INEXACT else None
+
+
+def _has_keys(value, expected):
+    """Whether a dict of a type has the expected keys, in order."""
+    kind, keys = expected
+    found = list(value)
+    if type(value) is not kind or found != keys:
+        return False
+    return all(map(operator.is_, found, keys)) or [*map(_unseen, found)] == [*map(_unseen, keys)]
+
+
 CHECKS: dict[str, Any] = {
     "same": lambda value, expected: value is expected,
-    "equal": lambda value, expected: type(value) is type(expected) and value == expected,
+    "equal": _equal,
     "number": lambda value, expected: type(value) is expected,
     "array": lambda value, shape: (
         type(value) is np.ndarray and value.shape == shape and value.dtype == float
@@ -29,6 +67,6 @@ CHECKS: dict[str, Any] = {
         and (len(value.__defaults__ or ()), len(value.__kwdefaults__ or ())) == expected[2:]
     ),
     "length": lambda value, expected: type(value) is expected[0] and len(value) == expected[1],
-    "keys": lambda value, expected: type(value) is expected[0] and list(value) == expected[1],
+    "keys": _has_keys,
     **table_reads.CHECKS,
 }

@@ -6,6 +6,7 @@ of the code.
 """
 
 import bisect
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -206,4 +207,5 @@ def _count(group):
 
 
 def _same(a, b):
-    return a == b or (a != a and b != b)
+    """Whether two numbers are equal, also in the sign of zero, or both nan."""
+    return (a == b and math.copysign(1.0, a) == math.copysign(1.0, b)) or (a != a and b != b)
