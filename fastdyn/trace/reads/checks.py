@@ -31,6 +31,8 @@ def _unseen(value):
     """The properties of a constant that == does not compare: 1 == 1.0 == True, and 0.0 == -0.0."""
     if isinstance(value, set | frozenset):
         return frozenset((each, _unseen(each)) for each in value)
+    if isinstance(value, slice):
+        value = value.start, value.stop, value.step
     if isinstance(value, tuple):
         return type(value), tuple(map(_unseen, value))
     return type(value), repr(value) if type(value) in INEXACT else None
