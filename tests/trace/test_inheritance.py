@@ -155,12 +155,42 @@ def made_inside(t, y):
     return MoreSlots(1.2, y[1]).rates(t, y)
 
 
+class Doubles:
+    def __setattr__(self, name, value):
+        super().__setattr__(name, 2.0 * value)
+
+
+def set_inside(t, y):
+    made = Doubles()
+    made.k = 1.5
+    return [y[1], -made.k * y[0]]
+
+
+class Raised(dict):
+    def __getitem__(self, key):
+        return super().__getitem__(key) + 1.0
+
+
+class Unequal:
+    def __init__(self, v):
+        self.v = v
+
+    def __eq__(self, other):
+        return not super().__eq__(other)
+
+    __hash__ = None
+
+
 LOAD = MoreLoad()
+RAISED = Raised(k=0.5)
+UNEQUAL = Unequal(1.0)
 TRACED = {
     "damped": Damped(1.5), "diamond": Diamond(1.2), "skips": Skips(1.1), "silent": Silent(1.1),
     "nested": Nested(0.9), "abc": Cubic(), "slots": MoreSlots(1.1, 0.3).rates,
     "dataclass": lambda t, y: [y[1], LOAD.force(y[0])],
     "unbound": functools.partial(Damped.__call__, Nested(1.3)), "made inside": made_inside,
+    "set inside": set_inside, "dict": lambda t, y: [y[1], -RAISED["k"] * y[0]],
+    "equal": lambda t, y: [y[1], -(3.0 if UNEQUAL == UNEQUAL else 1.0) * y[0]],
 }  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..graph.refusal import Refusal
+from ..numpy.above import SHADOW_OF
 from ..numpy.stand_ins import IMPURE, PURE, Forbidden, root_of
 from ..reads.reads import STABLE
 from ..symbols.symbolic import Unwritten, refuse
@@ -94,7 +95,7 @@ def apart_from(outside, cls, row):
 def shadow_of(outside, cls, row=None):
     """A subclass that has copies of a class's members; its other bases are the bases' shadows.
 
-    `super()` finds the copies, because the shadows have the order of their classes.
+    `super()` finds the copies in the order of the classes: see `numpy/above.py`.
     """
     made, reads = outside.known(cls), outside.reads
     if made is not None:
@@ -110,7 +111,7 @@ def shadow_of(outside, cls, row=None):
         for base in cls.__bases__
         if root_of(base) not in PURE | IMPURE
     ]
-    own: dict = {} if hasattr(cls, "__dict__") else {"__slots__": ()}
+    own: dict = {SHADOW_OF: cls} | ({} if hasattr(cls, "__dict__") else {"__slots__": ()})
     try:
         new = type(cls)(cls.__name__, (*bases, cls), own)
     except TypeError:
