@@ -23,13 +23,13 @@ class Form:
     ends : (float, float)
         The range of definition.
     outside : None, str or ((...), (...))
-        Values of the components below and above the range; None extrapolates.  A str is the
-        message of the exception that the interpolator raises there.
+        Values of the components below and above the range.  With None, the components extrapolate.
+        A str is the message of the exception that the interpolator raises outside the range.
     axis : int
-        The place of the argument's axes among the axes of `shape`.
+        The place in `shape` at which the axes of the argument are inserted.
     period : float or None
     finite : bool
-        Whether infinite arguments are left to Python, because the result depends on the order of
+        Whether infinite arguments are left to Python, because their result depends on the order of
         operations.
     """
 
