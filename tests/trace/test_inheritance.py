@@ -103,14 +103,9 @@ class Law(abc.ABC):
         return [y[1], self.force(y[0])]
 
 
-class Linear(Law):
+class Cubic(Law):
     def force(self, x):
-        return -x
-
-
-class Cubic(Linear):
-    def force(self, x):
-        return super().force(x) - x**3
+        return -x if x < 0 else -(x**3)
 
 
 @dataclasses.dataclass

@@ -1,6 +1,7 @@
 """The formula of a box: the values and stores of a rectangular part of a loop.
 
-Within a box, every operand is affine in the indices, so that one formula holds for all its points.
+Within a box, every operand is affine in the loop indices.  One formula then holds for all points of
+the box.
 """
 
 from itertools import pairwise, product
@@ -11,8 +12,8 @@ import numpy as np
 from .pieces import place_of
 from .table import IN_MEMORY
 
-SMALL = 16  # a box is an edge if the whole loop has this many times the points of the box
-FEWEST = 3  # edges with the same operations that become one loop
+SMALL = 16  # a box is an edge if the whole loop has more than SMALL times as many points
+FEWEST = 3  # edges with equal operations become one loop if there are at least so many
 MOST_BOXES = 200
 
 
@@ -74,7 +75,7 @@ class Formula:
         return tuple(s if n > 1 else 0 for s, n in zip(strides, self.shape, strict=True))
 
     def value(self, b, start, strides):
-        """The index of a batch's value in `values`, read at ``start + strides . k``."""
+        """The index, in `values`, of the Value of b that is read at ``start + strides . k``."""
         strides = self._along(strides)
         key = b.number, start, strides
         if key not in self._places:
@@ -138,14 +139,17 @@ class Formula:
         return axes, shape
 
     def signature(self):
-        """Everything but the places: boxes with equal signatures share their code."""
+        """The formula without its places: boxes with equal signatures share their code.
+
+        A formula with a "gather" has the signature None.
+        """
         values = []
         for v in self.values:
             if v.kind == "read":
                 values.append(("read", v.data[0]))
             elif v.kind == "gather":
                 return None
-            elif v.kind == "op" and v.data[0] == "select":  # the number of the decision is left out
+            elif v.kind == "op" and v.data[0] == "select":  # without the decision's number
                 values.append((v.kind, "select", v.args))
             else:
                 values.append((v.kind, v.data, v.args))
@@ -159,7 +163,7 @@ class Formula:
 
 
 def name_of(batch):
-    """The name of the array that holds a batch: state, parameters, block, or its memory."""
+    """The name of the array that holds a batch: state, parameters, block, or a batch's number."""
     if batch.op in ("y", "block"):
         return batch.op
     return ("par", batch.data) if batch.op == "par" else batch.number
@@ -183,7 +187,8 @@ def grid_of(at, strides, shape):
 def boxes_of(plan, group):
     """The formulas of a group's boxes, and lists of formulas with equal signatures.
 
-    A list comes from edges: small boxes that become one loop over a table of places.
+    Each list holds the formulas of edges, which are small boxes.  The edges of one list become one
+    loop over a table of places.
     """
     lines = [sorted(set().union(*c)) for c in zip(*[r.cuts for r in group], strict=True)]
     spans = [list(pairwise(line)) for line in lines]

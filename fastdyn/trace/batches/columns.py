@@ -16,11 +16,12 @@ from .table import ID, PAIR, PARTS, common_kind, numbers, paired
 
 
 class Columns(Batched):
-    """An array whose elements are node numbers, or pairs of them for complex numbers.
+    """An array whose elements are node numbers; a complex element is a pair of node numbers.
 
-    An array that is a whole batch in order stores the batch, and a complex array two batches; the
-    node numbers are made on demand.  Views share their node numbers as views of NumPy's arrays
-    share memory.  `kind` is "b" for truth values, "f" for real and "c" for complex numbers.
+    If an array equals a whole batch in order, the array stores the batch, and makes the node
+    numbers on demand.  A complex array stores two batches.  Views share their node numbers as
+    views of NumPy's arrays share memory.  `kind` is "b" for truth values, "f" for real numbers and
+    "c" for complex numbers.
     """
 
     __slots__ = ("_batch", "_ids", "_written", "kind", "shape", "table")
@@ -28,7 +29,7 @@ class Columns(Batched):
 
     def __init__(self, table, ids, batch: Any = None, written=None, kind="f"):
         self.table, self._ids, self._batch = table, ids, batch
-        self._written = written or [False]  # common to all views
+        self._written = written or [False]  # one list, shared by all views
         if ids is not None:
             self.shape, self.kind = ids.shape, kind
         elif isinstance(batch, tuple):
@@ -54,7 +55,10 @@ class Columns(Batched):
         return self._ids
 
     def whole(self):
-        """The batch that this array equals, in order; None if it equals none or was written to."""
+        """The batch that this array equals in order; two batches for a complex array; else None.
+
+        After a write to the array, the result is None, too.
+        """
         return None if self._written[0] else self._batch
 
     def written(self):
@@ -83,7 +87,7 @@ class Columns(Batched):
         self._part(i)[...] = new
 
     def parts(self):
-        """The real and the imaginary part, to be read only; of real numbers, the array itself."""
+        """(real part, imaginary part), to be read only; a real array gives (the array,)."""
         if self.kind != "c":
             return (self,)
         if self.whole() is None:
@@ -167,7 +171,7 @@ class Columns(Batched):
         return refuse(f"a conversion to {dtype}")
 
     def view(self, dtype=None):
-        """A view of complex numbers as real and imaginary parts in turn, or the opposite."""
+        """A complex array as alternating real and imaginary parts, or the reverse; a view."""
         kind: Any = None if dtype is None else kind_of(dtype)
         if {kind, self.kind} != {"f", "c"}:
             refuse("a view of a long array in this way")
@@ -193,13 +197,13 @@ def joint(real: Any, imag: Any) -> Any:
 
 
 def ids_of(table, value, kind=None) -> Any:
-    """The node numbers of an array-like, in its shape, converted to a kind of numbers."""
+    """The node numbers of an array-like, in the array's shape, converted to a kind of numbers."""
     found, its = ids_and_kind(table, value)
     return found if kind is None else of_kind(table, found, its, kind)
 
 
 def of_kind(table, ids, before, kind):
-    """Node numbers of the kind `before` as node numbers of another kind."""
+    """Convert node numbers of numbers of the kind `before` to another kind of numbers."""
     if kind == before:
         return ids
     if before == "c":
@@ -232,7 +236,10 @@ def ids_and_kind(table, value: Any) -> Any:
 
 
 def joined(table, function, found, *args, **kwargs):
-    """``function(arrays, *args, **kwargs)`` of (node numbers, kind), and the common kind."""
+    """Join the arrays `found`, pairs of (node numbers, kind), by a function such as np.concatenate.
+
+    Returns the node numbers of the joined array, and the common kind.
+    """
     kind = common_kind({kind for _, kind in found})
     arrays = [of_kind(table, ids, its, kind) for ids, its in found]
     if kind != "c":

@@ -1,4 +1,4 @@
-"""Filters of SciPy with few weights, as weighted sums of shifted arrays."""
+"""SciPy's filters with few weights, and convolutions, as weighted sums of shifted arrays."""
 
 from typing import Any
 
@@ -18,19 +18,19 @@ BOUNDARIES = {"fill": "constant", "wrap": "wrap", "symm": "symmetric"}
 
 
 def correlated(a, weights, mode="reflect", cval=0.0, origin=0, flipped=False) -> Any:
-    """Correlate an array with weights of as many axes, centred on each element.
+    """Correlate an array with weights that are centred on each element.
 
     Parameters
     ----------
     a : array
     weights : array
-        At most 81 weights.
+        At most 81 weights, in an array with as many axes as `a`.
     mode, cval
         As for `scipy.ndimage.correlate`.
     origin : int or sequence of int
         Must be 0.
     flipped : bool
-        Whether to convolve instead.
+        Whether to flip the weights, which makes the correlation a convolution.
     """
     a, weights = as_columns(NOW.table, a), _weights(weights)
     if weights.ndim != a.ndim or weights.size > MOST_WEIGHTS or np.any(np.asarray(origin) != 0):
@@ -68,7 +68,7 @@ def _summed(wide, weights, shape):
 
 
 def _along(a, weights, axis):
-    """Reshape the weights of one axis for an array of as many axes as `a`."""
+    """Reshape weights along one axis to an array with as many axes as `a`."""
     shape = [1] * np.ndim(a)
     shape[axis] = -1
     return _weights(weights).reshape(shape)

@@ -55,7 +55,7 @@ def elementwise(table, function, values) -> Any:
 
 
 def _anywhere(table, node, operands, shape):
-    """The node of the condition that holds if `node` holds for any element."""
+    """The condition that `node`, a condition on one element, holds for at least one element."""
     g = table.g
     if not any(each.op == "arg" for each in live([node])):
         return node
@@ -66,7 +66,7 @@ def _anywhere(table, node, operands, shape):
 
 
 def _instances(table, given: Any, operands, shape) -> Any:
-    """Make a batch of each node of a formula; return the array of its result."""
+    """Make a batch of each node of a formula; return the array of the formula's results."""
     if isinstance(given, tuple):
         return tuple(_instances(table, each, operands, shape) for each in given)
     if is_complex(given):
@@ -92,7 +92,7 @@ def _instances(table, given: Any, operands, shape) -> Any:
         return filled(table, shape, result)
     operand, batch = found[result.node.key]
     ids: Any = operand
-    if batch is None:  # the result is an operand
+    if batch is None:  # the formula returns an operand unchanged
         batch = table.batches[operand] if isinstance(operand, int) else None
         if batch is None:
             ids = np.broadcast_to(ids.reshape(shape) if ids.ndim else ids, shape)
@@ -124,9 +124,9 @@ def as_complex(table, value):
 
 
 def operand_of(array, shape):
-    """An array as the operand of a batch of a shape; later writes do not change the batch.
+    """Convert an array, not a complex one, to an operand of a batch with this shape.
 
-    The array is not complex.
+    Later writes to the array do not change the operand.
     """
     if array.whole() is not None and array.shape == shape:
         return array.whole().number

@@ -1,7 +1,7 @@
-"""Fourier transforms of long arrays: each factor of the length is one operation on all numbers.
+"""Fourier transforms of long arrays: each factor of the length gives one pass over the array.
 
-Stockham's form, whose results are in order: C. Van Loan, "Computational frameworks for
-the fast Fourier transform" (1992), section 1.7.
+The passes are those of Stockham's algorithm, which needs no bit reversal: C. Van Loan,
+"Computational frameworks for the fast Fourier transform" (1992), section 1.7.
 """
 
 import sys
@@ -15,12 +15,12 @@ from .formulas import as_complex
 from .products import side_by_side
 
 FACTORS = 4, 2, 3, 5, 7
-SHORTEST, LONGEST = 32, 2048  # lengths; the library is called for others
+SHORTEST, LONGEST = 32, 2048  # for other lengths, compiled code calls the library
 NORMS = {None: (0.0, 1.0), "backward": (0.0, 1.0), "ortho": (0.5, 0.5), "forward": (1.0, 0.0)}
 
 
 def _factors(n):
-    """The fewest factors of a length; an empty list if a large prime factor is left."""
+    """The factors of a length, from FACTORS; an empty list if another prime factor is left."""
     found = []
     for p in FACTORS:
         while n % p == 0:
@@ -30,9 +30,9 @@ def _factors(n):
 
 
 def transformed(z: Any, sign):
-    """sum over k of z[..., k] exp(sign 2 pi i j k / n), for all j."""
+    """The sum over k of z[..., k] exp(sign 2 pi i j k / n), for all j."""
     n, rows = z.shape[-1], z.shape[:-1]
-    z, m = z.reshape(*rows, 1, n), 1  # m numbers of each transform are known
+    z, m = z.reshape(*rows, 1, n), 1  # transforms of length m are done
     for p in _factors(n):
         q = n // (m * p)
         parts = [z[..., None, :, k * q : (k + 1) * q] for k in range(p)]
@@ -45,7 +45,7 @@ def transformed(z: Any, sign):
 
 
 def _turn(k, n, sign):
-    """exp(sign 2 pi i k / n); quarters are exact."""
+    """exp(sign 2 pi i k / n); exact where k / n is a multiple of 1 / 4."""
     found = np.exp(sign * 2j * np.pi * (k % n) / n)
     exact = 4 * k % n == 0
     found[exact] = np.round(found[exact])
@@ -53,7 +53,7 @@ def _turn(k, n, sign):
 
 
 def _of_rows(name, z: Any, n) -> Any:
-    """The transform of the last axis, of n numbers, without a factor."""
+    """The transform of length n along the last axis, without the factor of `norm`."""
     inverse = name[0] == "i"
     if name == "irfft":
         m = n // 2 + 1
@@ -78,7 +78,10 @@ def _resized(z, n) -> Any:
 
 
 def transform(function):
-    """The stand-in of a transform along one axis; for other lengths, it calls the library."""
+    """The stand-in of a transform along one axis.
+
+    If a length is no product of FACTORS or is out of range, compiled code calls the library.
+    """
     name = function.__name__
 
     def of_arrays(a, n=None, axis=-1, norm=None, **more):
@@ -107,7 +110,7 @@ def _last(array, axis, back=False):
 
 
 def over_axes(function, one):
-    """The stand-in of a transform along several axes, from the transform along one axis."""
+    """The stand-in of a transform along several axes, made of the transform `one` along an axis."""
     of_one = transform(one)
 
     def of_arrays(a, s=None, axes=None, norm=None, **more):
@@ -128,7 +131,7 @@ OVER_SEVERAL = {"fft2": "fft", "fftn": "fft", "ifft2": "ifft", "ifftn": "ifft"}
 
 
 def fourier(function):
-    """The stand-in of a Fourier transform of NumPy or SciPy on long arrays, or None."""
+    """The stand-in of a Fourier transform on long arrays; None for any other function."""
     module, name = getattr(function, "__module__", ""), getattr(function, "__name__", "")
     library = {"numpy.fft": np.fft, "scipy.fft": sys.modules.get("scipy.fft")}
     known = next((m for start, m in library.items() if module.startswith(start)), None)

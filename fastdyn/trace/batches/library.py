@@ -145,7 +145,7 @@ def _running(table, a, axis=None, dtype=None, out=None):
     return stored(running_sum(table, a.reshape(-1)), out)
 
 
-TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # its name before NumPy 2
+TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # "trapz" before NumPy 2
 AS_ARRAYS = np.asarray, np.asanyarray, np.ascontiguousarray
 OWN: dict[Any, Any] = {
     np.linspace: _spaced, np.full: _full, np.meshgrid: _mesh,
@@ -165,7 +165,7 @@ OWN: dict[Any, Any] = {
     np.append: lambda table, a, b: joined(table, np.concatenate, [np.ravel(a), np.ravel(b)]),
     np.count_nonzero: lambda table, a, axis=None: np.sum(np.where(a, 1.0, 0.0), axis),
 }  # fmt: skip
-OF_COMPLEXES = {  # whose stand-ins are right for complex numbers, too
+OF_COMPLEXES = {  # functions whose stand-ins also handle complex numbers
     np.sum, np.mean, np.cumsum, np.diff, np.gradient, TRAPEZOID, np.dot, np.inner,
     np.outer, np.vdot, np.convolve, np.einsum, np.linalg.norm, np.trace, np.pad, np.append,
     np.array, *AS_ARRAYS, np.full, np.full_like,

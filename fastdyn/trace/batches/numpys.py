@@ -20,7 +20,7 @@ from .library import OF_COMPLEXES, OWN, reduced
 from .products import matmul
 from .structure import JOINING, STRUCTURE, joined, structured
 
-FOR_ALL_ARRAYS = {  # functions of `numpy.functions` that are right for long arrays, too
+FOR_ALL_ARRAYS = {  # functions whose stand-ins in `numpy.functions` also handle long arrays
     np.where, np.clip, np.select, np.isclose, np.nan_to_num, np.sinc, np.interp, np.round,
     np.around, np.piecewise, np.gradient, np.linalg.norm, np.dot, np.inner, np.vdot, np.outer,
     np.shape, np.ndim, np.size, np.real, np.imag, np.angle, np.iscomplexobj, np.isrealobj,
@@ -61,7 +61,7 @@ def call_ufunc(ufunc, method, args, kwargs):
 
 
 def call_function(function, args, kwargs):
-    """Call a function of NumPy; functions without a rule become calls of the library."""
+    """Call the stand-in of a NumPy function; without a stand-in, compiled code calls NumPy."""
     table, of_complexes = NOW.table, any(map(any_complex, (*args, *kwargs.values())))
     if kwargs.get("dtype") in ((complex, np.complex128) if of_complexes else (float, np.float64)):
         kwargs = {k: v for k, v in kwargs.items() if k != "dtype"}
@@ -87,7 +87,7 @@ def call_function(function, args, kwargs):
 
 
 def _takes_complexes(function):
-    """Whether the stand-in of a function of NumPy is right for complex numbers, too."""
+    """Whether the stand-in of a function of NumPy also handles complex numbers."""
     elementwise_or_moves = function in STRUCTURE or function in JOINING or function is np.where
     return elementwise_or_moves or function in OF_COMPLEXES or isinstance(function, np.ufunc)
 
@@ -97,7 +97,7 @@ def _listed(table, value):
 
 
 def call_scipy(function, args, kwargs):
-    """Call a function of SciPy; refuse a function without a rule."""
+    """Call the stand-in of a SciPy function; refuse a function without a stand-in."""
     name = getattr(function, "__name__", "")
     transform = fourier(function)
     if transform is not None:

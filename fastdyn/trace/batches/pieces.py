@@ -9,12 +9,12 @@ from numpy.lib.stride_tricks import as_strided
 
 from .table import PRODUCTS, REDUCTIONS
 
-FEW, LIMIT = 8, 64  # most cuts along an axis before rows, or a table of places, are tried
+FEW, LIMIT = 8, 64  # cuts along an axis: above FEW, rows are tried; above LIMIT, a table of places
 MOST_TURNS = 4096
 
 
 class Irregular(Exception):
-    """Raised for an array with too many pieces; the argument has the indices of the cuts."""
+    """Raised for an array with too many pieces; the argument is an array of indices of cuts."""
 
 
 class Piece(NamedTuple):
@@ -37,7 +37,7 @@ def row_major(shape):
 
 
 def place_of(at, strides):
-    """``strides . at``"""
+    """The dot product ``strides . at``."""
     return sum(a * s for a, s in zip(at, strides, strict=True))
 
 
@@ -47,7 +47,7 @@ def view(flat, at, strides, shape):
 
 
 def cuts_along(ids, axis, limit):
-    """The indices along an axis at which affine pieces begin, for all other indices together."""
+    """The indices along an axis at which affine pieces begin, anywhere along the other axes."""
     n = ids.shape[axis]
     if n == 1:
         return [0]
@@ -64,7 +64,7 @@ def cuts_along(ids, axis, limit):
     for a, b in zip([0, *at], [*at, n - 1], strict=True):  # d[a:b] are equal
         a = max(a, begin)
         if b > a:
-            begin = b + 1 if b - a > 1 else a + 1  # a single deviating difference is a cut
+            begin = b + 1 if b - a > 1 else a + 1  # one deviating difference is a cut
             cuts.append(begin)
     return [c for c in cuts if c < n]
 
@@ -86,7 +86,7 @@ def segment(table, ids, limit=LIMIT):
             found.append(piece)
             continue
         part = ids[tuple(slice(a, a + n) for a, n in zip(piece.lo, piece.shape, strict=True))]
-        for inner in _pieces(table, part, _turns(table, part)):  # an affine run may cross batches
+        for inner in _pieces(table, part, _turns(table, part)):  # an affine piece may cross batches
             lo = tuple(x + y for x, y in zip(inner.lo, piece.lo, strict=True))
             found.append(inner._replace(lo=lo))
     return found
@@ -164,7 +164,7 @@ class Edges:
         The numbers of the batches that `result` and `items` depend on.
     edges : dict of (batch, operand) to list of Piece
     places : dict of (batch, operand) to (Batch, array of int)
-        For operands without regular pieces: the source batch, and the places in it.
+        For operands with too many pieces: the source batch, and the places in the source batch.
     """
 
     def __init__(self, table, result, items):
@@ -212,7 +212,7 @@ class Edges:
         return pieces
 
     def _as_places(self, b, j, operand):
-        """Describe an irregular operand by a table of places in its source batch."""
+        """Describe an operand with too many pieces by a table of places in one source batch."""
         source = self.table.batch_of(int(operand.min()))
         if self.table.batch_of(int(operand.max())) is not source or b.op in PRODUCTS:
             raise Irregular(np.arange(0))
@@ -220,7 +220,7 @@ class Edges:
         return [Piece((), (), source.first, (), source)]
 
     def shape_of(self, b):
-        """The shape of a batch's loop; for a reduction or a product, the shape of its operand."""
+        """The shape of a batch's loop; a reduction or a product loops over its operand."""
         if b.number in self._shapes:
             return self._shapes[b.number]
         if b.op in PRODUCTS:

@@ -1,8 +1,8 @@
 """Turns batches into loops: which batches are kept in memory, and in which order loops run.
 
-The plan goes from the results to the operands: a batch that is read at places affine in the loop
-indices reads its operands at affine places.  So loops fuse, reads are shifted, and common
-subexpressions are shared, without a search.
+The plan goes from the results to the operands.  If a batch is read at places that are affine in
+the loop indices, the batch reads its operands at affine places, too.  Therefore loops fuse, shifts
+become offsets of reads, and common subexpressions are shared, without a search.
 """
 
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ from ..graph.expressions import live
 from .pieces import Edges, Irregular, lengths, place_of, row_major
 from .table import LEAVES, PRODUCTS, REDUCTIONS
 
-COSTLY = 16  # cost from which a batch with several users is kept in memory
+COSTLY = 16  # a batch of this cost or more, with several users, is kept in memory
 WEIGHT = {"call": 20, "div": 4, "sqrt": 4, "interpolate": 20, "piecewise": 20, "search": 20}
 MOST_USES = 8
 DEEP = 10**6
@@ -22,8 +22,9 @@ DEEP = 10**6
 class Root(NamedTuple):
     """The store of a loop: ``target[offset + steps . k] = batch at start + strides . k``.
 
-    `target` is "out" or the number of a batch.  `cuts` are the indices along each axis of `domain`
-    at which the formula changes.  A root runs after all roots of a lower `level`.
+    `target` is "out" or the number of a batch.  `domain` is the shape of the loop.  `cuts` are the
+    indices along each axis of `domain` at which the formula changes.  A root runs after all roots
+    of a lower `level`.
     """
 
     level: int
@@ -60,8 +61,9 @@ class Plan(Edges):
     def _choose(self, fixed):
         """Choose the batches to keep in memory.
 
-        These are `fixed`, reductions, products and their first operands, copies, sources of
-        irregular reads, and costly batches with several uses.
+        These are the batches `fixed`, reductions, products and their first operands, copies,
+        batches that are read through a table of places, and costly batches of numbers with several
+        uses.
         """
         table, cost, uses = self.table, {}, {}
         for b in table.batches:
@@ -105,7 +107,7 @@ class Plan(Edges):
         return list({condition.key: condition for condition in found}.values())
 
     def _read_one_by_one(self, nodes):
-        """The batches, by number, of which single nodes read MOST_USES elements or more."""
+        """The numbers of the batches of which single nodes read MOST_USES elements or more."""
         items = self.table.items_of(*self._with_ones(nodes))
         numbers, times = np.unique(
             [self.table.batch_of(i).number for i in items], return_counts=True

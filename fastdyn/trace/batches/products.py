@@ -31,7 +31,7 @@ def matmul(table, a: Any, b: Any) -> Any:
     if a.ndim == 0 or b.ndim == 0:
         return a * b
     if all(v.dtype == bool for v in both):
-        refuse("a product of arrays of truth values")  # True or False, no sum
+        refuse("a product of arrays of truth values")  # such a product is a truth value, not a sum
     if any(map(any_complex, both)):
         if a.ndim == b.ndim == 2:
             both = [side_by_side(v) if isinstance(v, Batched) else v for v in both]
@@ -88,12 +88,12 @@ def einsum(table, subscripts, *operands, **_):
 
 
 def _is_plain(matrix):
-    """Whether a matrix consists of constants, or of one array's parameters."""
+    """Whether a matrix is no long array: it is made of constants, or of parameters."""
     return not isinstance(matrix, Batched)
 
 
 def _by_matrix(table, matrix, x):
-    """Multiply a matrix, stored in one array of parameters, by a vector."""
+    """Multiply a matrix by a vector; one batch if one array of parameters holds the matrix."""
     ids = ids_of(table, matrix)
     rows, columns = ids.shape
     batch = table.batch_of(int(ids.flat[0]))
@@ -132,7 +132,7 @@ def sparse(table, matrix, x):
 
 
 def whole(table, x):
-    """The number of the batch that equals an array, or else of a new copy."""
+    """The number of a batch that equals an array; a new batch "copy" if there is none."""
     x = as_columns(table, x)
     operand = operand_of(x, x.shape)
     if isinstance(operand, int):
@@ -141,10 +141,10 @@ def whole(table, x):
 
 
 def island(table, parts, data):
-    """The results of an island for numbers, arrays and single symbols, as one array.
+    """Call an island with `parts`, numbers and arrays; return all outputs as one array.
 
-    `data` are the slot of the island's address and the numbers of its inputs and outputs, without
-    the last output, the failure flag.
+    `data` is (slot of the island's address, number of inputs, number of outputs).  The number of
+    outputs does not count the last output, which is the failure flag.
     """
     found = [ids_and_kind(table, part) for part in parts]
     if any(kind == "b" for _, kind in found):
@@ -155,7 +155,7 @@ def island(table, parts, data):
 
 
 def _by_parts(table, function, arrays):
-    """A function that is linear in each of some arrays: the sum over products of parts."""
+    """Apply a multilinear function to complex arrays, by their real and imaginary parts."""
     real, imag = None, None
     for chosen in all_of((0, 1), repeat=len(arrays)):
         terms = [_parts(table, a)[i] for a, i in zip(arrays, chosen, strict=True)]
@@ -176,7 +176,7 @@ def _by_parts(table, function, arrays):
 
 
 def _parts(table, value):
-    """The real and the imaginary part of an array; None for a part that is zero."""
+    """(real part, imaginary part) of an array; None in place of a part that is zero."""
     if isinstance(value, np.ndarray) and not isinstance(value, Batched) and value.dtype != object:
         both = [np.ascontiguousarray(part) for part in (value.real, value.imag)]
         return [part if part.any() else None for part in both]
@@ -184,7 +184,7 @@ def _parts(table, value):
 
 
 def side_by_side(array) -> Any:
-    """A copy of numbers that lie side by side in memory."""
+    """Copy an array to contiguous memory."""
     table = array.table
     if array.kind == "c":
         return joint(*map(side_by_side, array.parts()))

@@ -7,7 +7,7 @@ import numpy as np
 from .boxes import boxes_of, formula_of_one, grid_of, name_of
 from .table import PRODUCTS
 
-MOST_A_ROW = 200  # mean number of elements a row, up to which a matrix counts as sparse
+MOST_A_ROW = 200  # up to this mean number of elements a row, a matrix counts as sparse
 
 
 class Dense(Exception):
@@ -29,7 +29,7 @@ class Sparsity:
         self._items: dict = {}
 
     def of_results(self):
-        """The (rows, columns) of elements that may differ from zero, sorted by column.
+        """The (rows, columns) of the elements that may be nonzero, sorted by column.
 
         Raises
         ------
@@ -70,7 +70,7 @@ class Sparsity:
         return self._sparse.csr_matrix((ones, (rows, columns)), shape)
 
     def _sum(self, pieces, size):
-        """The union of patterns, each (rows, columns) or a matrix."""
+        """The union of patterns; each pattern is (rows, columns) or a matrix."""
         pairs = [p for p in pieces if isinstance(p, tuple)]
         matrices = [p for p in pieces if not isinstance(p, tuple)]
         if pairs:
@@ -112,7 +112,7 @@ class Sparsity:
             name, places = name_of(source), table[grid_of(at, strides, formula.shape)]
         if name == "y":
             return rows, places
-        if name not in self._kept:  # of parameters and constants
+        if name not in self._kept:  # parameters and constants do not depend on the state
             return None
         return self._through(rows, places, store, self._kept[name])
 
@@ -128,7 +128,7 @@ class Sparsity:
         return found.astype(bool).astype(np.int8)
 
     def _of_node(self, node, rows, size):
-        """The pattern of a node of the graph that all `rows` depend on."""
+        """The pattern of `rows`, which all depend on one node of the graph."""
         columns = np.unique(np.concatenate(
             [self._of_item(i) for i in self.plan.table.items_of(node)] or [np.empty(0, np.int64)]
         ))  # fmt: skip

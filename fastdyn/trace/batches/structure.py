@@ -20,7 +20,7 @@ STRUCTURE = {
 
 
 def structured(table, function, args, kwargs):
-    """Apply a function of STRUCTURE to an array; a view where NumPy's result is a view."""
+    """Apply a function of STRUCTURE to an array; the result is a view where NumPy's is a view."""
     first, *others = args
     array = as_columns(table, first)
     if any(is_symbolic(a) for a in (*others, *kwargs.values())):

@@ -1,7 +1,7 @@
 """The batches of a trace: the nodes of an operation on arrays have consecutive numbers.
 
-A node number determines the batch and the place in the batch.  Operations on single numbers are
-nodes of the graph; each such node that an array needs is a batch of one element.
+A node number determines a batch and a place in the batch.  An operation on single numbers is a node
+of the graph.  If an array needs such a node, the node is a batch of one element.
 """
 
 import hashlib
@@ -24,13 +24,13 @@ from ..symbols.symbolic import Lazy, is_symbolic, refuse
 ID = np.int32
 PARTS = "real", "imag"
 PAIR = np.dtype([(name, ID) for name in PARTS])  # the node numbers of a complex number
-MOST = 2**31 - 2**24  # numbers of nodes
+MOST = 2**31 - 2**24  # limit of node numbers
 FEW = 8  # up to so many constants become nodes of the graph
 MOST_BATCHES = 4000
 TRUTHS = frozenset(("lt", "le", "eq", "and", "or", "not"))
 REDUCTIONS = frozenset(("sum", "top", "low"))
-PRODUCTS = frozenset(("dense", "csr", "running", "island"))  # their loops are not fused
-IN_MEMORY = frozenset(("y", "par", "block", "const"))  # before any loop
+PRODUCTS = frozenset(("dense", "csr", "running", "island"))  # each has a loop of its own, not fused
+IN_MEMORY = frozenset(("y", "par", "block", "const"))  # in memory before any loop runs
 LEAVES = IN_MEMORY | {"one"}
 
 
@@ -38,8 +38,8 @@ class Batch:
     """The nodes of one operation on arrays; they have the numbers ``first + i`` for i < size.
 
     An operand is the number of a batch (read in order), an array without axes (one node for all
-    elements), or a flat array of node numbers.  `truth` tells whether the nodes are truth values;
-    `at` is the number of nodes of the graph when the batch was made.
+    elements), or a flat array of node numbers.  `truth` tells whether the nodes are truth values.
+    `at` is the number of nodes that the graph had when the batch was made.
     """
 
     __slots__ = ("at", "data", "first", "number", "op", "operands", "shape", "size", "truth")
@@ -112,7 +112,7 @@ class Table:
         return self.g.condition(node) if node.op != "const" else node.data
 
     def items_of(self, *nodes):
-        """The node numbers that nodes of the graph depend on."""
+        """The node numbers of the elements of batches that nodes of the graph depend on."""
         return [each.data for each in live(nodes) if each.op in ("item", "y")]
 
     # -- arrays from outside
@@ -122,9 +122,9 @@ class Table:
         return self.make("par", slots, (len(slots),), ())
 
     def of_array(self, array) -> Any:
-        """(ids, kind): an array's node numbers, and the kind of its numbers.
+        """(node numbers, kind of numbers) of an array that is no long array.
 
-        The function may have made the array, or read the array from outside.
+        The user's function may have made the array, or read the array from outside.
         """
         if isinstance(array, Lazy):
             found = _untouched(array)
@@ -172,7 +172,7 @@ class Table:
         return found
 
     def _of_parameters(self, nodes):
-        """The node numbers of parameters in one array from outside; None for other nodes."""
+        """The node numbers of parameters of one array from outside; None for any other nodes."""
         if any(node.op != "par" for node in nodes):
             return None
         slots, reads = [node.data for node in nodes], self.g.reads
@@ -210,21 +210,21 @@ def numbers(batch):
 
 
 def paired(real, imag):
-    """The node numbers of complex numbers."""
+    """Combine the node numbers of real and imaginary parts to pairs."""
     ids = np.empty(np.shape(real), PAIR)
     ids["real"], ids["imag"] = real, imag
     return ids
 
 
 def common_kind(kinds):
-    """The kind of an array of numbers of several kinds."""
+    """The kind of an array that is made of numbers of several kinds."""
     if "b" in kinds and len(kinds) > 1:
         refuse("truth values and numbers in one array")
     return "c" if "c" in kinds else "b" if "b" in kinds else "f"
 
 
 def _untouched(array):
-    """The slots and places of a long array from outside; None if the function wrote to it."""
+    """(slots, places) of a long array from outside; None after a write to the array."""
     array = as_table(array) if not isinstance(array, LongArray) else array
     if not isinstance(array, LongArray) or array._at is None or not array._asked.untouched():
         return None
@@ -240,5 +240,5 @@ def _place(operand):
 
 
 def truth_of(g, value):
-    """The node of a truth value, symbolic or not."""
+    """The node of a truth value, which is a Condition or a plain bool."""
     return value.node if isinstance(value, Condition) else g.const(bool(value))

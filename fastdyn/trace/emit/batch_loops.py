@@ -29,7 +29,7 @@ class BatchLoops(BatchValues):
         self._loops(formula, axes, shape, wide, inner, values, depths, ())
 
     def _loops(self, formula, axes, shape, wide, inner, values, depths, ks):
-        """Emit the loops over the remaining axes, with the values and stores of each depth."""
+        """Emit nested loops over `axes`; each loop computes the values of its depth."""
         if not axes:
             self._stores(formula, values, ks)
             return
@@ -45,7 +45,7 @@ class BatchLoops(BatchValues):
         totals = self._totals(reduced, wide)
         emitter, width = (self._wide, WIDTH) if wide else (self._one, 1)
         count = shape[axis]
-        exact = any(s.reduction for s in formula.stores)  # each element counts once
+        exact = any(s.reduction for s in formula.stores)  # each element counts only once
         whole = count - count % width if exact else count
         with self.each(WORD(whole), width) as k:
             here, within = list(values), (*ks, (axis, k))
@@ -103,7 +103,7 @@ class BatchLoops(BatchValues):
             self.put(self.splat(value), target, k)
 
     def _totals(self, reduced, wide):
-        """Allocate the accumulators of each reduction: a vector of partial results, a number."""
+        """Allocate two accumulators for each reduction: a vector of partial results, a number."""
         found, b = [], self.builder
         with b.goto_entry_block():
             for _ in reduced:
@@ -139,7 +139,7 @@ class BatchLoops(BatchValues):
         return self._one._intrinsic({"top": "maximum", "low": "minimum"}[op], [a, b])
 
     def _combine_at(self, store, value, ks):
-        """Combine the element in memory with a value, and store the result."""
+        """Combine the stored element with a value, and store the result in its place."""
         b, axis = self.builder, ks[-1][0] if ks else None
         place, target = self._place(store.place, store.steps, ks), self._array(store.target)
         if isinstance(value.type, ir.VectorType):
@@ -153,7 +153,7 @@ class BatchLoops(BatchValues):
     # -- edges
 
     def _edges(self, formulas):
-        """Emit one loop for boxes with equal code; a table gives the places of each iteration."""
+        """Emit one loop over all points of boxes with equal code; a table holds the places."""
         first = formulas[0]
         rows = np.concatenate([f.grid() for f in formulas]).astype(np.int32)
         reads = [i for i, v in enumerate(first.values) if v.kind == "read"]
@@ -175,7 +175,7 @@ class BatchLoops(BatchValues):
 
 
 def _depth(v, axes):
-    """The depth of the innermost loop along whose axis a read varies; 0 for other values."""
+    """The depth of the innermost loop in which a read varies; 0 for a value that is no read."""
     if v.kind in ("one", "op"):
         return 0
     return max((i + 1 for i, axis in enumerate(axes) if v.strides[axis]), default=0)

@@ -33,7 +33,7 @@ class BatchValues(Memory):
             return self.source.array(name)
         if isinstance(name, tuple):
             return self.source.table(name[1].start)
-        if name not in self._at:  # constants
+        if name not in self._at:  # an array of constants
             content = np.frombuffer(self.table_of.batches[name].data)
             self._at[name] = self.table(content, REAL)
         return self._at[name]
@@ -68,7 +68,7 @@ class BatchValues(Memory):
         ----------
         v : boxes.Value
         values : list
-            The values of the formula so far; the operands of `v` are among them.
+            The values of the formula so far, which include the operands of `v`.
         emitter : Emitter
             The emitter of numbers, or of vectors.
         inner : int or None

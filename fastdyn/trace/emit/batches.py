@@ -11,12 +11,12 @@ from .islands import call_island
 from .memory import VECTOR, WIDTH
 from .numbers import REAL, WORD
 
-ON_STACK = 4096  # up to so many numbers, batches that are kept in memory lie on the stack
+ON_STACK = 4096  # up to so many numbers in all, the kept batches lie on the stack
 BYTES, VOID = ir.IntType(8).as_pointer(), ir.VoidType()
 
 
 class TooManyEdges(Refusal):
-    """The loops of a plan have more boxes than code is written for."""
+    """The refusal of a plan whose loops have more than MOST_BOXES boxes."""
 
 
 class BatchEmitter(BatchLoops):
@@ -28,11 +28,11 @@ class BatchEmitter(BatchLoops):
     graph : Graph
     plan : Plan
     source : object
-        The source of an `Emitter` that also has ``array(name)``, the address of an array.
+        The source of an `Emitter`, which also has ``array(name)``, the address of an array.
     vector_function : callable
         ``function(name, values)`` emits an elementary function of vectors.
     sides : Sides, optional
-        Notes the sides that decisions take.
+        Emits the code that notes the outcomes of decisions.
     """
 
     def store(self, out, nodes):
@@ -64,7 +64,7 @@ class BatchEmitter(BatchLoops):
         return values
 
     def _reserve(self):
-        """Allocate the batches kept in memory; return the heap address, None on the stack."""
+        """Allocate the kept batches; return the address on the heap, None if on the stack."""
         b, sizes, total = self.builder, {}, 0
         for number, batch in self.plan.kept.items():
             sizes[number], total = total, total + -(-batch.size // WIDTH) * WIDTH

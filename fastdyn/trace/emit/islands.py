@@ -15,9 +15,9 @@ def rooms(builder, data):
 
 
 def call_island(builder, source, data, given, found):
-    """Call an island with memory `given` and `found`; return `found`.
+    """Call an island, which reads inputs at `given` and stores outputs at `found`; return `found`.
 
-    The last output is the failure flag.  It is set before the call, and the island clears it.
+    The last output is the failure flag: the emitted code sets the flag, and the island clears it.
     """
     slot, _, n_out = data
     builder.store(REAL(1.0), builder.gep(found, [INDEX(n_out)]))
@@ -27,7 +27,7 @@ def call_island(builder, source, data, given, found):
 
 
 def call_in_c(builder, source, slot, *args):
-    """Call a C function that takes one more argument, an unused int, after its numbers."""
+    """Call a C function; an unused int, which Cython's functions take, follows the numbers."""
     address = source.parameter(slot)
     if address.type != REAL:  # all lanes hold the same address
         address = builder.extract_element(address, INDEX(0))

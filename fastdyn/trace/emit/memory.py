@@ -1,4 +1,4 @@
-"""Emits loops over arrays: contiguous vectors, truth values stored as numbers, constant tables."""
+"""Emits loops over arrays, loads and stores of vectors and truth values, and constant tables."""
 
 import contextlib
 
@@ -74,14 +74,14 @@ class Memory:
         b.store(value, at).align = 8
 
     def truth(self, truth, value):
-        """Convert a stored number back to a truth value, if `truth`."""
+        """Convert a stored number back to a truth value, if `truth`; else return the number."""
         if not truth:
             return value
         zero = REAL(0.0) if value.type == REAL else ir.Constant(VECTOR, [0.0] * WIDTH)
         return self.builder.fcmp_unordered("!=", value, zero)
 
     def number(self, value):
-        """Convert truth values to 1.0 and 0.0; numbers stay."""
+        """Convert truth values to 1.0 and 0.0; return numbers unchanged."""
         if getattr(value.type, "element", value.type) != BIT:
             return value
         return self.builder.uitofp(value, REAL if value.type == BIT else VECTOR)

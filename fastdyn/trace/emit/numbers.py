@@ -1,7 +1,7 @@
 """Emits a graph as machine code: on numbers, or on vectors with one trajectory in each lane.
 
-LLVM's operations are the graph's: nothing is fused or reordered unless `flags` allow fusion.
-The bits of a result then do not depend on the code around it.
+Each node becomes LLVM's own operation; LLVM fuses or reorders nothing, unless `flags` allow fusion.
+Therefore the bits of a result do not depend on the surrounding code.
 """
 
 import functools
@@ -29,9 +29,9 @@ class Emitter:
     kind : ir.Type
         The type of numbers: double, or a vector of doubles.
     source : object, optional
-        Has the values `t`, ``y(i)`` and ``parameter(slot)``, and addresses ``table(slot)``.
+        Gives the values `t`, ``y(i)`` and ``parameter(slot)``, and the address ``table(slot)``.
     function : callable, optional
-        ``function(name, values)`` for elementary functions; the C library's by default.
+        ``function(name, values)`` emits an elementary function; by default a call of the C library.
     flags : tuple of str
         LLVM's fast-math flags for arithmetic.
     """
@@ -187,7 +187,7 @@ class Emitter:
         return result
 
     def _interpolate(self, data, x):
-        """np.interp: by the left knot; if that gives NaN, by the right knot, or equal heights."""
+        """np.interp from the left knot; if NaN, from the right knot; if NaN, from equal heights."""
         b, (knots, heights) = self.builder, map(self._row, data)
         i = self._piece(knots, x)
         after = b.add(i, WORD(1))
@@ -214,7 +214,7 @@ def number_at(builder, address, i, step=1):
 
 
 def constant_bytes(module, label, content):
-    """A constant array as bytes, which LLVM's text holds more briefly than numbers."""
+    """A constant array as bytes, which are shorter than numbers in LLVM's text."""
     data = bytearray(content.tobytes())
     kind = ir.ArrayType(ir.IntType(8), len(data))
     found: Any = ir.GlobalVariable(module, kind, label)
@@ -224,7 +224,7 @@ def constant_bytes(module, label, content):
 
 
 def _search_function(module, side, pointer, step):
-    """The function ``i64 search(double *a, i64 n, double x)``: np.searchsorted; NaN comes last."""
+    """The function ``i64 search(double *a, i64 n, double x)``: np.searchsorted, with NaN last."""
     name = f"fastdyn_search_{side}_{pointer.pointee}_{step}"
     if name in module.globals:
         return module.globals[name]

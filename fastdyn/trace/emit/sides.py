@@ -1,4 +1,4 @@
-"""Emits code that notes, for each decision in a loop, whether it was true, and was false."""
+"""Emits code that notes for each decision whether it was ever true, and whether ever false."""
 
 from llvmlite import ir
 
@@ -9,16 +9,16 @@ MASK, BITS = ir.VectorType(BIT, WIDTH), ir.IntType(WIDTH)
 
 
 class Sides:
-    """The sides that decisions take in one call of the code.
+    """The sides that decisions take in one call of the code: true, false or both.
 
-    The truth values of a vector are kept as the bits of a small whole number: loops have no vector
-    registers to spare.
+    The truth values of a vector are kept as the bits of a small integer, because loops have no
+    vector registers to spare.
 
     Parameters
     ----------
     builder : ir.IRBuilder
     most : int
-        The number of decisions with notes of their own; further decisions share notes.
+        The number of separate notes; decisions i and i + most share a note.
     """
 
     def __init__(self, builder, most):
@@ -43,7 +43,7 @@ class Sides:
         return room
 
     def store(self, place):
-        """Add the sides to the word at an address: two bits for each decision."""
+        """Set the bits of the sides in the word at an address: two bits for each decision."""
         b = self.builder
         word = b.load(place)
         for (decision, kind), (somewhere, everywhere) in self._seen.items():

@@ -1,6 +1,6 @@
 """A callback that long work on a graph calls now and then, so that a time limit can stop the work.
 
-`look` is called while a graph is built, compared or emitted.  The callback may raise OutOfTime.
+The code that builds, compares or emits a graph calls `look`.  The callback may raise OutOfTime.
 Each thread has its own callback, or none.
 """
 

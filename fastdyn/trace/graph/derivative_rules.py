@@ -1,8 +1,8 @@
 """Rules for the differentials of a graph's operations.
 
-A rule ``(graph, node, wanted)`` returns a list of (factor, operand): the sum of factor times the
-differential of the operand is the differential of the node.  ``wanted(operand)`` tells whether the
-operand depends on an input.
+A rule ``(graph, node, wanted)`` returns a list of pairs (factor, operand).  The differential of the
+node is the sum of each factor times the differential of the operand.  ``wanted(operand)`` tells
+whether the operand depends on an input.
 """
 
 import math
@@ -18,7 +18,7 @@ def _mul(g: Graph, node, wanted):
         return [(g.mul(g.const(2.0), a), a)]
     for root, other in ((a, b), (b, a)):
         rest = _without(g, other, root) if root.op == "sqrt" else None
-        if rest is not None:  # u sqrt(u) has a derivative at u = 0, sqrt(u) has none
+        if rest is not None:  # at u = 0, u sqrt(u) has a derivative, sqrt(u) none
             u = root.args[0]
             if other is u:
                 return [(g.mul(g.const(1.5), root), u)]
@@ -27,7 +27,7 @@ def _mul(g: Graph, node, wanted):
 
 
 def _without(g, product, root):
-    """The quotient product / root, if a factor of the product is the root's square; else None."""
+    """The quotient product / root, if the square of `root` is a factor of `product`; else None."""
     if product is root.args[0]:
         return root
     if product.op == "mul":
@@ -133,7 +133,7 @@ def inside_tables(g, node, slots):
 
 
 def _units(g, name, slots):
-    """For each parameter in a table, yield its slot and a table that is 1 at its place, else 0."""
+    """For each parameter in a table, yield (slot, name of a table with 1 there, 0 elsewhere)."""
     table = g.tables[name]
     if isinstance(table, range):
         for slot in slots:
@@ -141,7 +141,7 @@ def _units(g, name, slots):
                 yield slot, g.table(np.arange(len(table)) == table.index(slot))
 
 
-# -- functions of one number: a derivative is made from the graph, the argument and the value
+# -- functions of one number: a lambda makes the derivative from (graph, argument, value)
 
 
 def _of_one(derivative):

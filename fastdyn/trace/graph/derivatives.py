@@ -22,7 +22,7 @@ def _too_many(reason):
 
 
 class Entries(NamedTuple):
-    """The derivatives that are not zero everywhere, sorted by column, then by row."""
+    """The derivatives other than the constant zero, sorted by column, then by row."""
 
     rows: np.ndarray
     columns: np.ndarray
@@ -77,7 +77,7 @@ def entries(found):
 
 
 def partials(graph, outputs, inputs):
-    """The derivatives of each output as {index of the input: node}; zeros are left out.
+    """The derivatives of each output, as a dict {index of the input: node} without zeros.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class _Sweep:
         return self._added(terms)
 
     def _factors(self, node):
-        """Yield the terms (factor, operand) of the differential that depend on an input."""
+        """Yield the terms (factor, operand) of a differential whose operands depend on an input."""
         rule = LOCAL.get(node.data if node.op == "call" else node.op)
         if rule is None:
             name = node.data if node.op == "call" else node.op
@@ -137,7 +137,7 @@ class _Sweep:
         return {i: node for i, node in sums.items() if not is_zero(node)}
 
     def _of_sum(self, node):
-        """Differentiate a tree of sums as one sum, so that many terms are added in pairs."""
+        """Differentiate a tree of sums as one sum, so that `Graph.sum` adds the terms in pairs."""
         g, terms, todo = self.graph, {}, [(node, False)]
         while todo:
             each, minus = todo.pop()
@@ -159,14 +159,14 @@ class _Sweep:
             at_a_point.update(*(self.known[a.key] for a in condition.args))
         for i in dict.fromkeys((*yes, *no)):
             one, other, chosen = yes.get(i, zero), no.get(i, zero), condition
-            if i in at_a_point:  # sin(x) / x, and 1 at x = 0: a point has no slope of its own
+            if i in at_a_point:  # such as sin(x) / x, and 1 at x = 0
                 infinite = g.negation(g.compare(g.make("abs", (other,)), largest, "le"))
                 chosen = g.both(condition, infinite)
             result[i] = g.select(chosen, one, other)
         return result
 
     def _of_root(self, node):
-        """The derivatives of a root; 0 where its argument has derivative 0, as ``|v|`` at rest."""
+        """The derivatives of a root; 0 where the radicand has derivative 0, as ``|v|`` at v = 0."""
         g, result = self.graph, {}
         ((factor, source),) = self._factors(node)
         for i, d in self.known[source.key].items():

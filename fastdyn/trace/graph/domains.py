@@ -4,7 +4,7 @@ import math
 
 from .expressions import Graph
 
-# C function: (comparison, limit, whether |x| is compared); it is undefined where this is true
+# C function: (comparison, limit, whether |x| is compared); undefined where x satisfies it
 OUTSIDE = {
     "sin": ("eq", float("inf"), True), "cos": ("eq", float("inf"), True),
     "tan": ("eq", float("inf"), True), "asin": ("gt", 1.0, True), "acos": ("gt", 1.0, True),
@@ -15,8 +15,8 @@ OUTSIDE = {
 GROWING = {"exp", "expm1", "exp2", "sinh", "cosh"}
 NEVER = {"atan", "atan2", "tanh", "asinh", "erf", "erfc", "cbrt"}
 LARGEST = 1.7976931348623157e308
-WHOLE = 2**53  # floats represent every whole number up to this size
-INDEX = 2**31  # limit of whole numbers that depend on the state
+WHOLE = 2**53  # floats represent all integers up to this absolute value
+INDEX = 2**31  # limit of integers that depend on the state
 
 
 def divided_by_zero():
@@ -39,9 +39,9 @@ def is_finite(g: Graph, node):
 
 
 def failures(g: Graph, name, result, args):
-    """The (condition, function that raises) pairs under which ``math.name(*args)`` raises.
+    """List pairs (condition, raising): ``math.name(*args)`` raises where a condition holds.
 
-    The function that raises gives the exception that `math` gives.
+    The function ``raising()`` raises the exception that `math` raises there.
     """
     if name in NEVER:
         return []
@@ -74,7 +74,7 @@ def overflows(g: Graph, result, args):
 
 
 def bound(g: Graph, node):
-    """An upper bound of the absolute value of a whole number; inf if none is known."""
+    """An upper bound of the absolute value of an integer; inf if no bound is known."""
     known = g.bounds.get(node.key)
     if known is None:
         known = g.bounds[node.key] = _bound(g, node)

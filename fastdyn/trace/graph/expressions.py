@@ -35,13 +35,13 @@ class Node:
 class Graph:
     """All nodes of one trace.
 
-    Leaves are "t", "y" (`data`: index), "par" (slot) and "const" (value); `COMPUTE` has the rest.
+    Leaves are "t", "y" (`data`: index), "par" (slot), "const" (value); with batches, "item", "arg".
     """
 
     def __init__(self):
         self._known, self.nodes, self.values, self.tables = {}, [], Values(), {}
         self.batches: Any = None  # the Table of long arrays, see `trace.batches`
-        self.kept, self.islands = {}, {}  # copies for later runs; Islands and InCs, by slot
+        self.kept, self.islands = {}, {}  # values kept for later runs; Islands and InCs by slot
         self.most = MAX_NODES
         self.bounds: dict = {}  # upper bounds of whole numbers, see `domains.bound`
         self.largest_whole = LARGEST_WHOLE
@@ -49,7 +49,7 @@ class Graph:
         self.true, self.false = self.make("const", (), True), self.make("const", (), False)
 
     def make(self, op, args=(), data=None):
-        """The node of an operation; its folded constant if all operands are constants."""
+        """The node of an operation; if all operands are constants, the constant result."""
         label = (type(data), repr(data)) if op == "const" else data  # -0.0 == 0.0, True == 1.0
         place = (op, tuple([a.key for a in args]), label)
         node = self._known.get(place)
@@ -82,7 +82,7 @@ class Graph:
             node.value = bool(value) if isinstance(value, bool | np.bool_) else float(value)
 
     def compute(self, node, args, values=None):
-        """The value of a node from the values of its operands, which are numbers or arrays."""
+        """Compute a node from the values of the operands, which are numbers or arrays."""
         data = node.data
         if node.op in ("island", "in c"):
             return self.islands[data[0]].values(args)
@@ -96,7 +96,7 @@ class Graph:
         return self.make("const", (), float(value))
 
     def table(self, array):
-        """Store a table of constants, or of an array's slots, and return its name."""
+        """Store a table, of constants or of the slots of an array; return the table's name."""
         slots = [getattr(getattr(v, "node", None), "data", None) for v in np.asarray(array).flat]
         whole = range(slots[0], slots[0] + len(slots)) if isinstance(slots[0], int) else ()
         if list(whole) == slots and array[0].node.op == "par" and self.is_array(whole):
@@ -181,9 +181,9 @@ class Graph:
         return self.const(1.0) if result is None else result
 
     def sum(self, terms):
-        """Add the terms in order; many terms in pairs, as NumPy does, which shortens the chain.
+        """Add up to 8 terms in order; add more terms in pairs first, which shortens the chain.
 
-        Terms that are zero are left out: they could change only the sign of a sum that is zero.
+        Constant zeros are left out, because a zero could change only the sign of a zero sum.
         """
         terms = [term for term in terms if not is_zero(term)]
         while len(terms) > 8:

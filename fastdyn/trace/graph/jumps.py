@@ -6,8 +6,8 @@ from .evaluate import evaluate
 from .expressions import live
 
 HALVINGS = 60
-AT_THE_END = 1e-9  # of a step
-TOLERANCE = 1e-6  # of a jump, in the largest number
+AT_THE_END = 1e-9  # fraction of a step
+TOLERANCE = 1e-6  # smallest jump that counts, relative to the largest output
 
 
 def decisions(graph, outputs, slots):
@@ -39,7 +39,7 @@ def first_jump(graph, outputs, nodes, times, solution, values):
     nodes : list of Node
         The result of `decisions`.
     times : ndarray, shape (k,)
-        Ends of steps.  A decision changes at most once between two of them.
+        Ends of steps.  A decision changes at most once in a step.
     solution : callable
         ``solution(times)`` has shape (n, k).
     values : sequence of float
@@ -58,7 +58,7 @@ def first_jump(graph, outputs, nodes, times, solution, values):
                 same = at(np.array([middle]), [], [nodes[row]])[1][0, 0] == sides[row, i]
                 ends = (middle, ends[1]) if same else (ends[0], middle)
             if abs(times[-1] - ends[0]) <= AT_THE_END * abs(times[i + 1] - times[i]):
-                continue  # an event has ended the motion here
+                continue  # an event ended the solution here
             before, after = at(np.array(ends), outputs)[0].T
             if np.abs(after - before).max() > TOLERANCE * np.abs([before, after]).max():
                 return float(ends[1])

@@ -1,3 +1,3 @@
-"""The rules that a number follows: Python's, or NumPy's (inf and nan where Python raises)."""
+"""The kinds of numbers: NumPy's, with inf and nan, and Python's float and int, which raise."""
 
 NUMPY, FLOAT, INT = 2, 1, 0

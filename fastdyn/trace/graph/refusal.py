@@ -10,7 +10,7 @@ class Untraceable(Exception):
     Attributes
     ----------
     final : bool
-        Whether the reason remains for all other values from outside.
+        Whether the reason holds for all values from outside.
     effect : bool
         Whether the function has a side effect, so that machine code cannot replace it.
     said : bool
@@ -18,7 +18,7 @@ class Untraceable(Exception):
     writes : bool
         Whether the function writes to an array or to its state, which machine code can do.
     alive : bool
-        Whether the function asks which objects are alive, so that the trace may leave no object.
+        Whether the function asks which objects are alive; the trace then may leave no object alive.
     """
 
     def __init__(self, why, *, final=False, effect=False, said=True, writes=False, alive=False):
@@ -32,7 +32,7 @@ class NotYet(Untraceable):
 
 
 class _Latest(threading.local):
-    """The first refusal of this run, kept because a bare ``except:`` may swallow the exception."""
+    """The first Refusal of the current run; a bare ``except:`` of the user may catch a Refusal."""
 
     refusal: "Refusal | None" = None
 
@@ -41,13 +41,13 @@ LATEST = _Latest()
 
 
 class Abandoned(BaseException):
-    """Ends a path that Python has to take: the compiled function reports a failure there."""
+    """Ends a path that is left to Python: on this path, the compiled function reports a failure."""
 
 
 class Refusal(BaseException):
     """The reason why a function has no graph, raised inside the traced function.
 
-    It is a BaseException, so that ``except Exception`` of the user does not catch it.
+    Refusal is a BaseException, so that ``except Exception`` in the user's code does not catch one.
     """
 
     def __init__(self, why, *, final=False, effect=False, said=True, alive=False):
@@ -73,7 +73,7 @@ class OutOfTime(Refusal):
 def refused_as(error):
     """Decorate a function that works on a finished graph: its Refusals become other exceptions.
 
-    ``error(refusal)`` makes the exception; work that is out of time raises NotYet.  No code outside
+    ``error(refusal)`` makes the exception; an OutOfTime becomes NotYet.  Therefore no code outside
     `trace` and `compile` sees a Refusal.
     """
 

@@ -1,4 +1,4 @@
-"""The user's files and lines, beside those of Python and of libraries."""
+"""Distinguishes the user's files and lines from those of Python and of some libraries."""
 
 import functools
 import os
@@ -12,7 +12,7 @@ PACKAGES = {"fastdyn", "numba", "numpy", "llvmlite", "scipy"}
 
 @functools.lru_cache(4096)
 def of_user(filename):
-    """Whether a file belongs neither to Python nor to the libraries that compile functions."""
+    """Whether a file belongs neither to Python nor to one of the libraries in PACKAGES."""
     path = os.path.realpath(filename)
     if filename.startswith("<frozen") or filename in ("<string>", "<__array_function__ internals>"):
         return False

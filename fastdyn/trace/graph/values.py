@@ -1,4 +1,4 @@
-"""The values of all parameters, by slot; the elements of an array have consecutive slots."""
+"""The values of all parameters, indexed by slot; an array has consecutive slots."""
 
 import numpy as np
 

@@ -1,5 +1,6 @@
 """Calls of library functions that have no formula in the graph.
 
-The graph computes the inputs of such a call number by number, and uses the results number by
-number.  The compiled code calls the library itself, once for each evaluation: an island of Python.
+Such a call is an island of Python in compiled code.  Nodes of the graph compute the numbers that go
+into the call, and use the numbers that the call returns.  The compiled code calls the library once
+for each evaluation.
 """

@@ -25,11 +25,11 @@ def apart(function, args, kwargs, name=None, what=None) -> Any:
         A library function without side effects, whose value depends on its arguments only.
     args : tuple
     kwargs : dict
-        Some of the arguments hold symbols.
+        The arguments, some of which hold symbols.
     name : str, optional
         The name of the function in messages.
     what : tuple, optional
-        The identity of the function; by default the function itself.
+        Objects that identify the function; by default (function,).
 
     Returns
     -------
@@ -74,7 +74,7 @@ def _entries(g, given, data):
 
 
 def _island(g, function, given, name, what):
-    """The Island of a call and the form of its result; all paths share them."""
+    """The Island of a call, and the form of the result; all paths share both."""
     key = "island", *map(id, what), given.key
     known = g.kept.get(key)
     if known is None:
@@ -88,7 +88,7 @@ def _island(g, function, given, name, what):
 
 
 def _first(g, function, given, name):
-    """Call the library at the start of the solve, or else with random numbers in [0.5, 1.5)."""
+    """Call the library with the inputs at the start, or else with random inputs in [0.5, 1.5)."""
     rng = np.random.default_rng(0)
     error: Any = None
     for numbers in (_at_the_start(g, given), rng.uniform(0.5, 1.5, given.size)):
@@ -104,7 +104,7 @@ def _first(g, function, given, name):
 
 
 def _at_the_start(g, given):
-    """The values of an island's inputs at the start; None if the inputs are long arrays."""
+    """The values of an island's inputs at the start; None in a trace in batches."""
     if g.batches:
         return None
     known = g.kept.setdefault("values at the start", {})

@@ -1,4 +1,4 @@
-"""The forms of an island's arguments and results, with the numbers taken out."""
+"""The forms of an island's arguments and results: types, shapes and constants, without numbers."""
 
 import math
 from typing import Any
@@ -23,11 +23,11 @@ class Changed(Exception):
 class Given:
     """The arguments of a call.
 
-    `numbers` are the symbols, and arrays of symbols, in the arguments; `size` is the count of their
-    elements.  `key` identifies everything else in the arguments.  ``of(values)`` builds the
-    arguments from the values of the numbers.  Arrays among the arguments are views of `values`.
-    `fixed` tells whether all numbers are in such arrays, so that the arguments need to be built
-    only once.
+    `numbers` lists the symbols, and the arrays with symbols, in the arguments; `size` is the count
+    of real numbers in `numbers`.  `key` identifies everything else in the arguments.
+    ``of(values)`` builds the arguments from the values of these numbers.  An array of real numbers
+    becomes a view of `values`.  `fixed` tells whether `numbers` has only such arrays, so that one
+    call of `of` suffices.
     """
 
     def __init__(self, args, kwargs):
@@ -41,13 +41,13 @@ class Given:
         return args, dict(zip(self._names, named, strict=True))
 
     def _take(self, value, size=1):
-        """Append a number, or an array of `size` numbers; return (begin, end) of the numbers."""
+        """Append a number, or an array of `size` numbers; return its (begin, end) in the values."""
         self.numbers.append(value)
         self.size += size
         return self.size - size, self.size
 
     def _part(self, value: Any) -> tuple[Any, Any]:
-        """(build, key): a function that builds this part of the arguments; the part's identity."""
+        """(build, key) of a part: ``build(values)`` makes the part, `key` identifies the part."""
         value = complete(value)
         if isinstance(value, Symbol):
             return self._number(value)
@@ -104,7 +104,7 @@ class Given:
     def _complex_array(self, real, imag, shape):
         self.fixed, size = False, math.prod(shape)
         at, middle = self._take(real, size)
-        self._take(imag, size)  # after all real parts
+        self._take(imag, size)  # the imaginary parts follow all real parts
 
         def of_complexes(v):
             found = np.empty(size, complex)
@@ -115,7 +115,7 @@ class Given:
 
 
 class Result:
-    """The form of a library's result: `size` numbers, and constants that must not change.
+    """The form of a library's result: `size` numbers, and constants that no call may change.
 
     ``store(value, numbers)`` copies the numbers of a result, or raises Changed.  ``of(found)``
     builds the result from an array of symbols.

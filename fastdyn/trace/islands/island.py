@@ -12,11 +12,11 @@ import numpy as np
 
 SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 DOUBLES = ctypes.POINTER(ctypes.c_double)
-MAX_KNOWN = 1000  # pairs of memory addresses whose arguments are kept
+MAX_KNOWN = 1000  # most pairs of addresses (inputs, outputs) with a kept work function
 
 
 class Address(float):
-    """An address, exact as a float; `of` keeps the object at the address alive."""
+    """An address as a float, which is exact; the attribute `of` keeps the object there alive."""
 
     of: Any
 
@@ -32,15 +32,15 @@ class Island:
     name : str
         The name of the function in messages.
     place : tuple or None
-        File and line of the user's first call.
+        File and line of the first call in the user's code.
 
     Attributes
     ----------
     address : Address
     exception : BaseException or None
-        An interrupt that stopped the function.  The caller of the compiled code raises it.
+        An interrupt that stopped the function, for the caller of the compiled code to raise.
     inside, pending, later, account
-        The attributes of compile's `Callback`, because a solve treats both alike.
+        As in the `Callback` of `compile`, because a solve treats Islands and Callbacks alike.
     """
 
     account: Any = None
@@ -56,7 +56,7 @@ class Island:
         self.address.of = self
 
     def values(self, args):
-        """The outputs for numbers, or for arrays of numbers, with the failure flag as last row."""
+        """The outputs for numbers or arrays: one row for each output, the failure flag last."""
         points = np.broadcast_arrays(*[np.asarray(a, float) for a in args])
         found = np.ones((points[0].size, self.n_out + 1))
         for k in range(points[0].size):
@@ -65,7 +65,7 @@ class Island:
         return found.T.reshape(self.n_out + 1, *points[0].shape)
 
     def _work(self, numbers, out):
-        """A function that calls the library with `numbers` and stores into `out`; it may raise."""
+        """A function that calls the library with `numbers`, and stores the results in `out`."""
         function, of, store = self._function, self._given.of, self._result.store
         fixed = self._given.fixed and of(numbers)
 
@@ -113,7 +113,7 @@ def raise_interrupts(islands):
 
 
 def calls_libraries(graph):
-    """The islands of a graph: libraries that its code calls."""
+    """The Islands of a graph, without its InCs."""
     return [each for each in graph.islands.values() if isinstance(each, Island)]
 
 

@@ -1,6 +1,6 @@
 """Special functions: compiled code calls SciPy's C functions by their addresses.
 
-The addresses are parameters of the code, because they hold in one process only.
+The addresses are parameters of the code, because an address is valid in one process only.
 """
 
 import ctypes
@@ -55,7 +55,7 @@ def in_c(ufunc):
 
 
 def by_address(ufunc, *args) -> Any:
-    """``ufunc(*args)`` by its C function; NotImplemented if there is none."""
+    """``ufunc(*args)`` by the C function of the ufunc; NotImplemented if there is no C function."""
     known = in_c(ufunc) if ufunc.nout == 1 else None
     if known is None or _any_complex(args):
         return NotImplemented

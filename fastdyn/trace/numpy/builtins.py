@@ -94,7 +94,7 @@ def _extreme(plain, sign):
         for item in items[1:]:  # the first of equal items, as in Python
             best = select(sign(symbol(g, item), best), item, best)
         kinds = {symbol(g, item).kind for item in items}
-        # a mixed result counts as Python's float, for which division by zero leads to Python
+        # a result of several kinds counts as Python's float: a division by zero then raises
         return Float(best) if len(kinds) > 1 and isinstance(best, Symbol) else best
 
     return function
@@ -109,13 +109,13 @@ def _sum(values, /, start=0):
 
 
 def varies(value):
-    """Whether a symbolic value depends on more than parameters."""
+    """Whether a symbolic value depends on t, y or a parameter that varies."""
     found = value.number()
     return found is None or found.node.varies
 
 
 def _exact_sum(values):
-    """math.fsum of at most two symbols: such a sum is exact but for its last rounding."""
+    """math.fsum of at most two numbers, whose plain sum is correctly rounded, too."""
     values = list(values)
     if not any(isinstance(v, Symbolic) and varies(v) for v in values):
         return math.fsum(map(float, values))  # the values become constants of the code
@@ -135,7 +135,7 @@ def _of_python(truth):
     return truth.g.condition(truth.node, True) if isinstance(truth, Condition) else truth
 
 
-vars(bool_of)["plain"] = bool  # acts as a type in `dtype=`
+vars(bool_of)["plain"] = bool  # so that `dtype=bool` works
 
 
 def _sorted(values, **kwargs):
@@ -171,7 +171,7 @@ BUILTINS = {
 
 
 def _of_math(name, plain):
-    """A function of `math` on symbols: a Python float, or an exception where `math` raises one."""
+    """A function of `math` on symbols; like `math`, it returns Python floats and raises."""
     formula = {
         "fabs": abs, "floor": math.floor, "ceil": math.ceil, "trunc": math.trunc, "fmod": None,
         "degrees": BY_FORMULA["degrees"], "radians": BY_FORMULA["radians"],

@@ -74,7 +74,7 @@ def call_ufunc(ufunc, method, args, kwargs):
 
 
 def _refuse_options(name, options):
-    """Refuse options of a ufunc, such as a type of whole numbers, which rounds."""
+    """Refuse options of a ufunc, such as an integer dtype, which would round."""
     for option, value in options.items():
         if value is not None and value is not np._NoValue:
             refuse(f"np.{name} with {option}")
@@ -161,7 +161,7 @@ def call_function(function, args, kwargs):
 
 
 def _possibly_apart(function):
-    """The stand-in of a NumPy function; if the stand-in refuses, an island of the function."""
+    """The stand-in of a NumPy function; if the stand-in refuses, the function becomes an island."""
     written_out = STAND_INS.get(function) or functools.partial(_as_numpy_does, function)
     if isinstance(function, np.ufunc) or function.__name__ in WITH_EFFECTS:
         return written_out
@@ -171,7 +171,7 @@ def _possibly_apart(function):
 def _as_numpy_does(function, *args, **kwargs):
     if isinstance(function, np.ufunc):
         return function(*map(as_array, args), **kwargs)
-    # NumPy's implementation, without the dispatch by `__array_function__`
+    # NumPy's own Python code, which does not call `__array_function__`
     implementation = getattr(function, "_implementation", None)
     if implementation is None:
         return raised(function(*[_bare(as_array(a)) for a in args], **kwargs))

@@ -32,13 +32,13 @@ class Constants(np.ndarray):
         return array
 
     def watch(self):
-        """(what, the current content, the content before the run), for finding writes."""
+        """(kind of object, current content, content before the run), to find writes."""
         if not self.flags.writeable:
             return "an array", [], []
         return "an array", Content(self), [self.tobytes()]
 
     def again(self):
-        """The array itself for another run; None if a run may have written to it."""
+        """The array itself, for another run; None if a run may have written to the array."""
         return None if self.flags.writeable else self
 
     def searchsorted(self, v: Any, side: Any = "left", sorter: Any = None) -> Any:

@@ -1,4 +1,4 @@
-"""Fourier transforms written out as operations of the graph, by the factors of the length."""
+"""Fourier transforms as operations of the graph: transforms of the factors of the length."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ def transform(name):
         size = 2 * (rows.shape[-1] - 1) if n is None and name == "irfft" else n
         size = rows.shape[-1] if size is None else int(size)
         count = int(np.prod(rows.shape[:-1]))
-        # times 3, because functions often transform back, too
+        # 3 transforms, because most functions also transform back
         check_operations(3 * count * 5 * size * max(1, size.bit_length() - 1))
         results = [_of_row(name, list(row), size, norm) for row in rows.reshape(count, -1)]
         found = np.empty((count, len(results[0])), dtype=object)
@@ -54,7 +54,7 @@ def _of_row(name, row: list, n, norm):
 
 
 def _whole_spectrum(half, n):
-    """The n values of a Hermitian spectrum, from its values 0 to n / 2."""
+    """The n values of a Hermitian spectrum, from the values 0 to n / 2."""
     m = n // 2 + 1
     half = (half + [0.0] * m)[:m]
     half[0] = parts(half[0])[0]
@@ -65,7 +65,7 @@ def _whole_spectrum(half, n):
 
 
 def _transformed(x, sign) -> list:
-    """The sum over k of x[k] exp(sign 2 pi i j k / n) for all j; complex numbers are pairs."""
+    """The sum over k of x[k] exp(sign 2 pi i j k / n), for all j; numbers are (real, imag)."""
     n = len(x)
     p = next((p for p in (4, 2, *range(3, LARGEST_FACTOR, 2)) if n % p == 0), n)
     if p == n:

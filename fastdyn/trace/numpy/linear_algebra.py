@@ -123,7 +123,7 @@ def norm(x, ord=None, axis=None, keepdims=False):
 
 
 def linear_in_first(function, a, *args, **kwargs):
-    """Apply a linear C function to an array of symbols, by the matrix of the function."""
+    """Apply a function in C, linear in `a`, to an array of symbols, by the function's matrix."""
     a = Array.of(a)
     if a.size > MAX_COLUMNS or is_symbolic([*args, *kwargs.values()]):
         refuse(f"{function.__name__} of so much that depends on the state", final=True)

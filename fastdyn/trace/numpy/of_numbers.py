@@ -95,7 +95,7 @@ BY_FORMULA = {
 
 
 def is_known(name):
-    """Whether a ufunc has a formula here, or an operation in the graph."""
+    """Whether a ufunc has a formula in this file, or is an operation of the graph."""
     return name in BY_OPERATOR or name in BY_FORMULA or by_name(name) is not None
 
 
@@ -120,7 +120,7 @@ def of_numbers(ufunc):
             return ufunc(*values)
         if any(isinstance(v, np.integer) for v in values) and any(map(_is_whole, values)):
             refuse("whole numbers of NumPy, which have a width")
-        # a NumPy number would call the ufunc again, with the symbol
+        # a NumPy number beside a symbol would call the ufunc again
         values = [v.item() if isinstance(v, np.generic) else v for v in values]
         values = [v.as_numpy() if isinstance(v, Condition) else v for v in values]
         of_complexes = any(map(is_complex, values))
@@ -136,7 +136,7 @@ def of_numbers(ufunc):
             result = known(*values)
         if isinstance(result, Symbol) and all(isinstance(v, Condition | bool) for v in values):
             if name in ("maximum", "minimum", "fmax", "fmin"):
-                refuse(f"{name} of truth values")  # which adds as a truth value does
+                refuse(f"{name} of truth values")  # NumPy returns a truth value, not a number
         if not isinstance(result, Symbol) or (result.kind == INT and all(map(_is_exact, values))):
             return result
         return Symbol(result.g, result.node, NUMPY)

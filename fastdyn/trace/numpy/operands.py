@@ -12,7 +12,7 @@ from ..symbols.symbolic import Lazy, refuse
 
 
 class Operand(NamedTuple):
-    """A table: its name in the graph, its current numbers, and ``at(i)``, its elements."""
+    """A table: name in the graph, current numbers, and ``at(i)``, which gives element i."""
 
     name: str
     known: np.ndarray
@@ -41,7 +41,7 @@ def operand(g, value):
 
 
 def ascending(g, table):
-    """Whether the numbers of an Operand never decrease; each later solve checks it again."""
+    """Whether the numbers of an Operand never decrease; later solves check parameters again."""
     known = g.kept.get(("ascending", table.name))
     if known is None:
         known = bool(np.all(table.known[1:] >= table.known[:-1]))

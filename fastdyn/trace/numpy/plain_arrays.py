@@ -10,7 +10,7 @@ from .constants import Constants
 
 
 def lowered(value) -> Any:
-    """Convert an object array without symbols to a plain array, also inside lists."""
+    """Convert an object array without symbols to a plain array, also in lists and tuples."""
     if isinstance(value, Array) and value.dtype == object and graph_of(value) is None:
         plain = np.array(value.tolist())
         return plain.reshape(value.shape) if plain.dtype != object else value.view(np.ndarray)
@@ -44,7 +44,7 @@ def number(value):
 
 
 def as_array(value):
-    """Convert a list with symbols to an array; other values stay."""
+    """Convert a list or tuple with symbols to an Array; return any other value unchanged."""
     return Array.of(value) if isinstance(value, list | tuple) and is_symbolic(value) else value
 
 

@@ -14,7 +14,7 @@ FEW = 4096  # largest matrix that is written out without a check
 
 
 def matmul(a, b, dot=False) -> Any:
-    """``a @ b``, or ``np.dot(a, b)``; a product too large to write out calls NumPy."""
+    """``a @ b``, or ``np.dot(a, b)``; a product that is too large to write out is an island."""
     if in_batches((a, b)):
         return BATCHES["matmul"](NOW.table, a, b)
     return or_apart(np.dot if dot else np.matmul, lambda a, b: _written_out(a, b, dot))(a, b)
@@ -27,7 +27,7 @@ def _written_out(a, b, dot=False):
     _check(a, b)
     a, b = (np.asarray(x, dtype=object).view(np.ndarray) for x in (a, b))
     if all(isinstance(v, Condition | bool) for x in (a, b) for v in x.flat):
-        refuse("a product of arrays of truth values")  # True or False, no sum
+        refuse("a product of arrays of truth values")  # such a product is a truth value, not a sum
     if a.ndim > 2 or b.ndim > 2:
         return _stacked(a, b, dot)
     rows = a.reshape(1, -1) if a.ndim == 1 else a

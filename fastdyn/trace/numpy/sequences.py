@@ -65,7 +65,7 @@ def median(a, axis=None, out=None, overwrite_input=False, keepdims=False):
 
 
 def place_of(a, axis, further):
-    """np.argmax or np.argmin: the first of equal elements; a NaN precedes all numbers."""
+    """np.argmax or np.argmin: the first of equal elements, or the first NaN if there is one."""
 
     def one(row):
         row = _symbols(row)
@@ -152,7 +152,7 @@ def convolved(a, v, mode="full"):
     if is_symbolic(v) and not is_symbolic(a):
         a, v = v, a
     n, m = len(a), len(v)
-    if n * m > MAX_PRODUCTS:  # NumPy's own is as fast
+    if n * m > MAX_PRODUCTS:  # NumPy's own function is as fast
         refuse("np.convolve of so much that depends on the state", final=True, said=False)
     whole = [
         total(product(a[i], v[k - i]) for i in range(max(0, k - m + 1), min(n, k + 1)))

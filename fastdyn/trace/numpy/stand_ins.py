@@ -57,7 +57,7 @@ def _plain_type(value) -> Any:
 
 
 class Forbidden:
-    """An object that refuses every use: its use is a side effect, or cannot be repeated."""
+    """An object that refuses every use, because a use has side effects or gives other results."""
 
     def __init__(self, name, effect=True):
         object.__setattr__(self, "_why", (f"it uses {name}", effect))

@@ -1,4 +1,4 @@
-"""Long arrays from outside: they have an address, and an element is one load."""
+"""Long arrays from outside: compiled code loads an element from the array's address."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from ..symbols.symbolic import NOW, Lazy, is_symbolic
 
 
 class Asked(list):
-    """The elements of a table that a run has used; `before` keeps the original elements."""
+    """The elements of a Table that a run has used; `before` keeps their original content."""
 
     def __init__(self, memory):
         self.memory, self.places, self.before = memory.reshape(-1), [], []
@@ -32,7 +32,7 @@ class Asked(list):
 
 
 class Elements:
-    """The elements of an array outside: symbols while few are used, then constants.
+    """The elements of an array from outside: symbols up to MAX_ARRAY used elements, then constants.
 
     Parameters
     ----------
@@ -67,8 +67,9 @@ class Elements:
 class Table(Lazy, Array):
     """A long array whose elements become symbols only where a run uses them.
 
-    The memory of the array and its views holds `Unasked` objects at first; `_at` are the places of
-    the elements.  An array that NumPy computes from a Table has no `_at` and acts as a plain Array.
+    The memory, which views share, holds `Unasked` objects at first.  `_at` has the places of the
+    elements in the array from outside.  An array that NumPy computes from a Table has no `_at`, and
+    acts as a plain Array.
     """
 
     _at: Any = None
@@ -93,7 +94,7 @@ class Table(Lazy, Array):
         return table
 
     def watch(self):
-        """(what, the current elements, the elements before the run), for finding writes."""
+        """(kind of object, used elements now, used elements before the run), to find writes."""
         return "an array", self._asked, self._asked.before
 
     def again(self):
@@ -128,7 +129,10 @@ class Table(Lazy, Array):
             self._asked.before += found
 
     def table(self):
-        """(name, numbers) of this array as a table; None after a write, or for several axes."""
+        """(name, numbers) of this array as a table of the graph; None after a write.
+
+        None also for several axes, and for a step that is not positive.
+        """
         if self._at is None or self._at.ndim != 1 or not self.size or not self._asked.untouched():
             return None
         step = self._at.strides[0] // self._at.itemsize

@@ -9,7 +9,7 @@ from ..symbols.symbolic import refuse
 from .shared_copies import SMALL, constant_array, long_array
 from .unwritten import UNWRITTEN
 
-FEW = 16  # complex numbers, of which each may have an imaginary part later
+FEW = 16  # up to so many complex numbers may be real now and complex in a later call
 
 
 def array_copy(outside, value, row):
@@ -28,7 +28,7 @@ def array_copy(outside, value, row):
         for i, slot in enumerate(reads.parameters(row, value)):
             flat[i] = Symbol(g, g.make("par", (), slot))
     elif value.dtype == complex and not outside.fixed(row) and 2 * value.size <= MAX_ARRAY:
-        real = value.size > FEW and not value.imag.any()  # half of the products, or less
+        real = value.size > FEW and not value.imag.any()  # saves half of the products
         reads.expect(row, "real values" if real else "complex array", value.shape)
         copy = np.empty(value.shape, dtype=object)
         copy.reshape(-1)[:] = outside.pairs_of(value, row, real)

@@ -1,4 +1,4 @@
-"""Classes without functions, and objects of libraries: used directly, and watched for changes."""
+"""Classes without functions, used without a copy, and objects of libraries, copied whole."""
 
 import types
 from copy import deepcopy
@@ -12,7 +12,7 @@ from .kinds import members_of
 
 
 def library_object(outside, value):
-    """A copy of a library's object; changes of its attributes and arrays are noticed."""
+    """A deep copy of a library's object, watched for changes of attributes and arrays."""
     if isinstance(value, types.FunctionType | types.BuiltinFunctionType | type):
         return value
     try:

@@ -9,7 +9,7 @@ from .copies import slots_of
 
 PLAIN = (bool, int, float, complex, str, bytes)
 OF_FUNCTIONS = ("__code__", "__defaults__", "__kwdefaults__", "__name__", "__doc__")
-IGNORED = {"__warningregistry__"}  # Python stores there which warnings it has shown
+IGNORED = {"__warningregistry__"}  # Python notes here the warnings that were shown
 
 
 def changed(copy, before):
@@ -29,7 +29,7 @@ def changed(copy, before):
         return not _is_set(type(copy).cell_contents, copy) or copy.cell_contents is not before
     slots = slots_of(type(copy))
     if not isinstance(copy, type | types.FunctionType) and any(_is_set(s, copy) for s in slots):
-        return True  # slots are read from the original, so that a set slot is a change
+        return True  # the copy has no slot set at first: reads of slots go to the original
     own = object.__getattribute__(copy, "__dict__")
     return bool(before.keys() - own.keys()) or any(
         before.get(name, copy) is not value for name, value in own.items()
@@ -42,7 +42,7 @@ def facts(function):
 
 
 def _same(a, b):
-    """Whether two values are equal, down to the sign of zeros."""
+    """Whether two values are equal, including the signs of zeros."""
     if a is b:
         return True
     if type(a) is not type(b) or not (type(a) in PLAIN or isinstance(a, np.generic)):

@@ -19,7 +19,7 @@ DICTS: dict = {  # types of dict: function that makes an empty dict of the type
 
 
 def sequence(outside, value, kind, row):
-    """A copy of a list or tuple; a long one of numbers is stored as one array."""
+    """A copy of a list or tuple; a long list of numbers is stored as one array."""
     whole = outside.lifted == "all"
     copy = None if outside.fixed(row) else long_list(outside.graph, value, row, whole)
     if copy is not None:
@@ -74,7 +74,7 @@ def is_of_a_user(value, kind):
 
 
 def _of_a_user(outside, value, kind, row):
-    """A copy of a dict of a user's class; the class's functions and the items are copied, too."""
+    """A copy of a dict of a user's class, with copies of the class's functions and of the items."""
     reads, own = outside.reads, getattr(value, "__dict__", {})
     reads.expect(row, "keys", (kind, list(value)))
     of_class = reads.step(row, "class")

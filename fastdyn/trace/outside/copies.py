@@ -16,7 +16,7 @@ from ..symbols.symbolic import Unwritten, refuse
 from .kinds import members_of
 
 ATOMS = (type(None), bool, str, bytes, complex, slice, range, frozenset, np.generic, np.dtype)
-HOOKS = "__getattribute__", "__subclasshook__"  # which Python calls on a subclass, too
+HOOKS = "__getattribute__", "__subclasshook__"  # hooks that Python would also call on a subclass
 LEFT_OUT = (
     "__new__",
     "__init_subclass__",
@@ -57,7 +57,7 @@ def _of_users(cls):
 
 
 def registers(cls):
-    """Whether a class notices its subclasses, by a metaclass or `__init_subclass__`."""
+    """Whether a class may notice subclasses, by a user's metaclass or by `__init_subclass__`."""
     of_users = _of_users(cls)
     return root_of(type(cls)) not in PURE or any("__init_subclass__" in vars(b) for b in of_users)
 
@@ -93,9 +93,10 @@ def apart_from(outside, cls, row):
 
 
 def shadow_of(outside, cls, row=None):
-    """A subclass that has copies of a class's members; its other bases are the bases' shadows.
+    """The shadow of a class: a subclass with copies of the class's members.
 
-    `super()` finds the copies in the order of the classes: see `numpy/above.py`.
+    The shadow also inherits from the shadows of the class's bases.  For `super()`, see
+    `numpy/above.py`.
     """
     made, reads = outside.known(cls), outside.reads
     if made is not None:
@@ -122,7 +123,7 @@ def shadow_of(outside, cls, row=None):
     itself = reads.step(row, "base", 0)
     above = [name for shadow in new.__mro__[1 : new.__mro__.index(cls)] for name in vars(shadow)]
     for name, value in members_of(outside, cls, itself):
-        if name in ("__new__", "__del__"):  # for objects that the call makes, and deletes
+        if name in ("__new__", "__del__"):  # an object made in the call would run the original
             new.__new__ = lambda *_, name=name, **__: refuse(
                 f"a class with a `{name}` of its own", effect=name == "__del__"
             )
@@ -130,7 +131,7 @@ def shadow_of(outside, cls, row=None):
             copy = _member(outside, name, value, reads.step(itself, "own", name))
             if copy is not None:
                 setattr(new, name, copy)
-            elif name in above:  # the class's own member goes before the members of its bases
+            elif name in above:  # hides the copy of a base's member
                 setattr(new, name, value)
     outside.watched.append(("an attribute of a class", new, dict(vars(new))))
     return new
@@ -167,7 +168,7 @@ def _member(outside, name, value, row):
 
 
 class NotCached:
-    """A cached_property of an object that holds no value of it yet; held values hide it."""
+    """A cached_property that has no cached value; a cached value is an attribute that hides it."""
 
     def __init__(self, function, reads):
         self.function, self.reads = function, reads
@@ -175,7 +176,7 @@ class NotCached:
     def __get__(self, thing, kind=None):
         if thing is None:
             refuse("it uses a cached_property of a class")
-        self.reads.lasting = False  # a call in Python makes the object hold the value
+        self.reads.lasting = False  # a call in Python would cache the value in the object
         return self.function(thing)
 
 
@@ -215,7 +216,7 @@ def instance_of(outside, thing, row):
         if name not in mine and not name.startswith("__"):
             if name in own:
                 load(mine, name)
-            else:  # the class has the attribute, and the object must not get an own attribute
+            else:  # a later attribute of the object would hide the class's
                 outside.reads.expect(outside.reads.step(row, "own", name), "absent")
         return base.__getattribute__(self, name)
 

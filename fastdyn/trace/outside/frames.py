@@ -1,4 +1,4 @@
-"""pandas tables: their numbers are parameters, their labels constants of the code."""
+"""Stand-ins of pandas tables: numbers become parameters, labels constants of the code."""
 
 from typing import Any
 
@@ -36,8 +36,9 @@ class Labels:
 class OfPandas:
     """The common part of Series and Frame.
 
-    `labels` are the attributes of the table with its labels, `named` the one whose labels are also
-    attributes of the table; ``_by_label(key)`` and ``_by_place(i)`` give parts of the table.
+    `labels` names the attributes that hold labels of the table.  `named` is the attribute whose
+    labels are also attributes of the table.  ``_by_label(key)`` and ``_by_place(i)`` return parts
+    of the table.
     """
 
     of_pandas = True

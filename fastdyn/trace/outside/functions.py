@@ -71,7 +71,7 @@ class Functions:
         return new
 
     def _builtin(self, name, scope, row):
-        """Copy a name that the user has put into, or replaced in, `builtins`."""
+        """Copy a builtin that the user added or replaced; an undefined name must stay undefined."""
         value = vars(builtins).get(name)
         if name in vars(builtins) and value is not ORIGINAL.get(name):
             scope[name] = self.outside.copy(value, row)
@@ -107,7 +107,7 @@ class Functions:
         return self.outside.copy(module, known)
 
     def scopes(self):
-        """(id of a module's globals, (names of the copy, names before the run)) for each module."""
+        """For each module: (id of its globals, (copied globals, copied globals before the run))."""
         return self._scopes.items()
 
     def _cell(self, old):
@@ -131,7 +131,7 @@ class Functions:
         self.outside.watched.append(("a variable of an outer function", new, new.cell_contents))
 
     def _remembered(self, cached, row):
-        """The stand-in of a cached function, which takes only arguments that are known numbers."""
+        """The stand-in of a function with `lru_cache`; refuses arguments that are not known."""
         reads = self.outside.reads
 
         def of_known(*args, **named):
@@ -139,7 +139,7 @@ class Functions:
             before = cached.cache_info()
             found = cached(*given[0], **dict(given[1]))
             held = cached.cache_info().misses == before.misses
-            if not before.currsize:  # the cache would keep the value, and later values may differ
+            if not before.currsize:  # else the cache would keep the value of this trace
                 cached.cache_clear()
             return self.outside.copy(found, reads.step(row if held else None, "remembered", given))
 
@@ -148,7 +148,7 @@ class Functions:
     def wrapper(self, value, row):
         """A copy of a method, a partial, or a wrapper of a function; None for any other value."""
         kind, outside, reads = type(value), self.outside, self.outside.reads
-        # hasattr would ask objects that answer to any name
+        # hasattr would call `__getattr__`, which may accept any name
         for name in ("py_func", "pyfunc", "__wrapped__"):
             static = name in getattr(value, "__dict__", ()) or name in vars(kind)
             wraps = name != "__wrapped__" or kind is functools._lru_cache_wrapper
@@ -183,7 +183,7 @@ class Functions:
 
 
 def _plain(value):
-    """A plain number or text as a key for a user's cache."""
+    """Convert an argument of a cached function to a plain number or text."""
     if isinstance(value, Symbol) and not value.node.varies:
         return int(value) if value.kind == INT else float(value)
     if not isinstance(value, bool | int | float | str | None):
@@ -199,7 +199,7 @@ def _asks_who_inherits(code):
 
 @functools.lru_cache(1024)
 def _names(code):
-    """The global names in code and in its nested functions."""
+    """The names of globals in the code of a function and of nested functions."""
     found = [i.argval for i in dis.get_instructions(code) if i.opname in GLOBAL]
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):

@@ -1,4 +1,4 @@
-"""Constants that a function compares by `is`: symbols, and values of Numba, have no identity."""
+"""Constants that a function compares by `is`; symbols and Numba's values have no identity."""
 
 import dis
 import functools
@@ -10,7 +10,10 @@ CONSTANTS = (None, True, False, Ellipsis)
 
 @functools.lru_cache(1024)
 def compared_by_identity(code):
-    """The constants on the right of `is` in code; the code itself stands for anything else."""
+    """The constants on the right of `is` in code.
+
+    For another right operand, the result has the code itself and the True and False in the code.
+    """
     before: Any = None
     found = []
     for i in dis.get_instructions(code):

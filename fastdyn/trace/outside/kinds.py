@@ -19,7 +19,7 @@ def has_functions(cls):
 
 
 def members_of(outside, cls, row):
-    """(name, member) of a user's class itself; later calls check the number of its members."""
+    """The own (name, member) pairs of a class; later calls check the number of own members."""
     outside.reads.expect(row, "size", len(vars(cls)))
     of_tuple = OF_NAMED_TUPLES.union(getattr(cls, "_fields", ())) if issubclass(cls, tuple) else ()
     return [(name, value) for name, value in vars(cls).items() if name not in of_tuple]

@@ -16,7 +16,7 @@ def _check(count):
 
 
 def _shared(g, value, make):
-    """The copy of a value; an earlier run's copy, if that run did not write to the copy."""
+    """The copy of an earlier run, reset; a new copy if there is none, or a run may have written."""
     key = "copy", id(value)
     copy, anew = g.kept.get(key) or (None, None)
     copy = copy is not None and copy.again()
@@ -28,7 +28,7 @@ def _shared(g, value, make):
 
 
 def _noting(reads, row, content):
-    """A function that makes the content of a row a constant of the code."""
+    """A function ``constants()`` that makes the content of a row a constant of the code."""
 
     def constants():
         if reads.root_of(row) in reads.varying:
@@ -39,7 +39,7 @@ def _noting(reads, row, content):
 
 
 def long_array(g, value, row):
-    """A copy of an array of floats that leaves the elements in memory."""
+    """A copy of an array of floats whose elements compiled code loads from memory."""
     _check(value.size)
 
     def make():

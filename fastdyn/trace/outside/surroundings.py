@@ -52,7 +52,7 @@ class Outside:
 
     @contextlib.contextmanager
     def numbers_fixed(self, fixed=True):
-        """Within the context, numbers that are copied become constants of the code."""
+        """Within the context, copied numbers become constants of the code, if `fixed`."""
         before, self.lifted = self.lifted, "none" if fixed else self.lifted
         try:
             yield
@@ -60,9 +60,9 @@ class Outside:
             self.lifted = before
 
     def keep(self, value, copy, what="", before=None):
-        """Store the copy of a value; hold the value, so that its id stays unique.
+        """Store the copy of a value; keep the value alive, so that its id stays unique.
 
-        If `what` names the kind of the copy, the run must leave the copy as `before`.
+        `what` names the kind of object; with `what`, the copy must equal `before` after the run.
         """
         self._made[id(value)] = copy
         self._held.append(value)
@@ -170,11 +170,11 @@ class Outside:
         return self.keep(value, copy)
 
     def part(self, value, row, step, key=None):
-        """A copy of the part of a value that a step of `Reads` leads to."""
+        """A copy of a part of a value: the part that a step of `Reads` reaches."""
         return self.copy(STEPS[step](value, key), self.reads.step(row, step, key))
 
     def parts(self, value, row, step, keys):
-        """{key: copy of the part} for the parts that a step leads to by several keys."""
+        """{key: copy of a part}: the parts that a step of `Reads` reaches with each of the keys."""
         return {key: self.part(value, row, step, key) for key in keys}
 
     def items(self, values, row):

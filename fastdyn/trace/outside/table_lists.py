@@ -75,7 +75,7 @@ class Items:
 
 
 class Rows(list):
-    """The lists of a run that the run may write to, iterated as one list."""
+    """The lists that a run got and may write to; iterated as one list of all their items."""
 
     def __init__(self):
         self.lists, self.before = [], []
@@ -109,7 +109,7 @@ class _Long(Lazy):
         return self._items and self._items.table()
 
     def content(self):
-        """(slots, numbers, kind, constants) as in Items; None after all items were filled in."""
+        """(slots, numbers, kind, constants) of the Items; None after all items were filled in."""
         items = self._items
         return items and (items.slots, items.content, items.kind, items.constants)
 
@@ -117,7 +117,7 @@ class _Long(Lazy):
         return "a list", self._rows, self._rows.before
 
     def again(self):
-        """The list itself, reset for another run; None if its items were filled in."""
+        """The list itself, reset for another run; None if all items were filled in."""
         if self._items is None:
             return None
         self._asked, self._rows = {}, Rows()

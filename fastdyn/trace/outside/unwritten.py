@@ -1,7 +1,8 @@
 """Functions that write places (attributes, items, arrays, globals) before they read them.
 
 The value of such a function does not depend on the former content of the places.  The function is
-traced twice: first to find the places, then with objects in the places that refuse every use.
+traced twice.  The first trace finds the places.  In the second trace, each place holds an
+`Unwritten`, which refuses every use.
 """
 
 from typing import Any
@@ -47,14 +48,14 @@ UNWRITTEN = Unwritten()
 class Stores:
     """The places that a function writes to, as (id of the owner, kind, name).
 
-    Given `places`, the runs are checked: each path must write to exactly these places.
+    With `places`, `note` checks that each path writes to exactly these places.
     """
 
     def __init__(self, places=()):
         self.known, self.places = bool(places), set(places)
 
     def note(self, outside):
-        """Take in the places that a run wrote to; False if they differ from the given places."""
+        """Add the places that a run wrote to; return False if they differ from the given places."""
         found = _places(outside)
         if found is None or self.known:
             return found == self.places
@@ -69,7 +70,7 @@ class Stores:
 
 
 def _places(outside):
-    """The places that a run has written to; None if a write has no name."""
+    """The places that a run has written to; None if a write has no place with a name."""
     found, things = set(), {id(copy): thing for thing, copy in outside.pairs()}
     scopes = {id(names): outer for outer, (names, _) in outside.functions.scopes()}
     for what, copy, before in outside.watched:

@@ -22,7 +22,7 @@ class Paths(Graph):
     """
 
     reads: Any
-    until: Any = None  # the code object of the function that runs the traced one
+    until: Any = None  # the code object of the function that calls the traced function
     stores: Any = None  # the Stores that the function may write to
     start: Any = None  # time and state of the first call, if known
 
@@ -35,10 +35,10 @@ class Paths(Graph):
         self.script, self.known, self.taken, self.raising = script, {}, [], self.false
         self.implied = Implied(self)
         self.texts, self.abandoned, self.conditions = False, None, False
-        self.bounds = {}  # bounds were checked on another path, not on this one
+        self.bounds = {}  # the bounds were checked on another path only
 
     def condition(self, node, python=False):
-        """A Condition, or its truth if parameters alone determine it.
+        """A Condition, or a plain truth value if parameters alone determine the node.
 
         `python` tells whether the Condition acts as a bool of Python or of NumPy.
         """
@@ -59,14 +59,15 @@ class Paths(Graph):
         return group.first == slots[0] and group.shape == (len(slots),)
 
     def as_text(self):
-        """The text of a number, which may appear in an error message and nowhere else."""
+        """A placeholder for the text of a number; only a path that then raises may use the text."""
         self.texts = True
         return "..."
 
     def raises_if(self, node, raising):
-        """Let the function raise where a condition holds; ``raising()`` raises the exception.
+        """Record that the function raises where a condition holds.
 
-        If the user's code may catch the exception, both outcomes become paths.
+        ``raising()`` raises the exception.
+        If the user's code may catch the exception, the condition becomes a decision with two paths.
         """
         if node is self.false:
             return
@@ -85,7 +86,7 @@ class Paths(Graph):
         return is_handled(self.until)
 
     def leaves_to_python_if(self, node):
-        """Leave the call to Python where a condition holds, even inside a handler."""
+        """Leave the call to Python where a condition holds, even if the user catches exceptions."""
         if node is self.true:
             self.abandon("it leaves the range of its compiled form")
         if node is self.false:
@@ -95,7 +96,7 @@ class Paths(Graph):
     def stays_below(self, node):
         """Leave the call to Python where a condition holds; Taylor series ignore the condition.
 
-        Such conditions compare sizes of numbers with limits.
+        Such a condition tells that a number is beyond a limit of accuracy.
         """
         self.sizes = self.both(self.sizes, node, "or")
 

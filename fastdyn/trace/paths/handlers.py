@@ -13,9 +13,10 @@ _entries: Any = vars(dis)["_parse_exception_table"]
 
 
 def is_handled(until):
-    """Whether a frame, from the caller's up to the code `until`, is in a ``try`` or ``with``.
+    """Whether a frame on the stack is in a ``try`` or ``with``.
 
-    Frames of NumPy, SciPy and this package do not count.
+    The search goes from the caller's frame to the frame of the code `until`, and leaves out frames
+    of NumPy, of SciPy and of this package.
     """
     frame = sys._getframe(1)
     while frame is not None and frame.f_code is not until:
@@ -34,10 +35,10 @@ def _counts(filename):
 
 @functools.lru_cache(4096)
 def _is_caught(code, at):
-    """Whether a handler of ``try`` or ``with`` gets an exception that is raised at an offset.
+    """Whether a ``try`` or ``with`` handles an exception that is raised at a bytecode offset.
 
-    Other handlers restore variables and raise again: in generators and, from Python 3.12 on, in
-    comprehensions.
+    Generators and, from Python 3.12 on, comprehensions have handlers that restore variables and
+    raise again.  Such a handler does not count.
     """
     names = {i.offset: i.opname for i in dis.get_instructions(code)}
     for entry in _entries(code):

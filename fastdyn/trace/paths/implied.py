@@ -1,24 +1,24 @@
-"""Comparisons that earlier decisions on a path imply: after t < 1 is true, so is t < 2."""
+"""Comparisons that earlier decisions on a path imply: t < 1 implies t < 2."""
 
 from typing import Any, NamedTuple
 
-FREE = 4  # from so many decisions on, a path may rely on the present order of two parameters
+FREE = 4  # from so many decisions on, a path may assume the current order of two parameters
 
 
 class Bound(NamedTuple):
-    """``x < limit`` if `upper`, else ``limit < x``; with <= instead of < if not `strict`."""
+    """``x < limit`` if `upper`, else ``limit < x``; <= instead of < if not `strict`."""
 
     upper: bool
     strict: bool
     limit: Any  # a node that does not vary
 
     def opposite(self):
-        """The bound that holds for an x other than NaN if this bound does not hold."""
+        """The negation of this bound, for an x that is not NaN."""
         return Bound(not self.upper, not self.strict, self.limit)
 
 
 def bound_of(node):
-    """(node, Bound) of a comparison of a varying node with a limit; None for other conditions."""
+    """(compared node, Bound) of a comparison with a limit that does not vary; else None."""
     if node.op not in ("lt", "le"):
         return None
     a, b = node.args
@@ -37,7 +37,7 @@ class Implied:
         self._numbers: set = set()  # nodes that are not NaN
 
     def note(self, node, value):
-        """Store that the condition `node` was decided as `value`."""
+        """Record the decision that the condition `node` has the truth `value`."""
         found = bound_of(node)
         if found is not None:
             x, bound = found
@@ -52,8 +52,8 @@ class Implied:
     def truth(self, node, many):
         """The truth of a condition if earlier decisions imply it, else None.
 
-        Limits that depend on parameters are used only with `many`: the code then holds for the
-        present order of these limits.
+        Limits that depend on parameters are compared only with `many`.  The code is then valid only
+        for the current order of these limits.
         """
         found = bound_of(node)
         if found is None:
@@ -79,7 +79,7 @@ class Implied:
 
 
 def _follows(bound, known, held, is_number):
-    """The truth of `bound` if it follows from the truth `held` of `known`, else None."""
+    """The truth of `bound`, if the truth `held` of the bound `known` implies it; else None."""
     if not held:
         if known.upper is bound.upper and _within(bound, known):
             return False

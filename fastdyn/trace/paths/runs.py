@@ -27,8 +27,8 @@ IN_PLACE = {STATE, "an array"}  # objects that machine code can write to
 class Where(NamedTuple):
     """Facts about the calls of a function.
 
-    `start` is the (time, state) of the first call, in real numbers.  `stores` are the Stores that
-    the function may write to.
+    `start` is the (time, state) of the first call, in real numbers.  `stores` is a Stores, the
+    places outside that the function may write to.
     """
 
     start: Any = None
@@ -39,7 +39,7 @@ ANYWHERE = Where()
 
 
 class Leaf(NamedTuple):
-    """The end of a path: decisions, results (None if it raised), and condition of raising."""
+    """The end of a path; `results` is None if the path raised or is left to Python."""
 
     taken: list
     results: list | None
@@ -49,9 +49,9 @@ class Leaf(NamedTuple):
 class Trace(NamedTuple):
     """The graph of a function.
 
-    `outputs` are nodes.  `raising` is the condition under which the function raises or is left to
-    Python; `failing` leaves out the conditions of `Paths.stays_below`.  `error` is the message of
-    an exception that a path raised, or empty.
+    `outputs` are nodes, or node numbers of batches.  `raising` is the condition under which the
+    function raises or is left to Python.  `failing` is this condition without the conditions of
+    `Paths.stays_below`.  `error` is the message of an exception that a path raised, or empty.
     """
 
     graph: Paths
@@ -86,10 +86,10 @@ def trace(
         Number of constant zeros appended to the n components.
     complex_state : bool
         Whether components are complex.  Entries 2 i and 2 i + 1 of the state are then the real and
-        the imaginary part of component i; so are the results, unless `shape` is None.
+        the imaginary part of component i.  Results alternate in this way, unless `shape` is None.
     batches : bool
         Whether long arrays are traced in batches.  The outputs are then node numbers of
-        `graph.batches`.
+        `graph.batches`, unless `shape` is None.
     where : Where
 
     Raises
@@ -124,7 +124,7 @@ def trace(
 
 
 def _run(g, script, outside, fun, args, states, shape):
-    """Run one path; return its results, or None, and a list with the exception's message."""
+    """Run one path; return the results or None, and a list with the message of an exception."""
     g.until = _run.__code__
     NOW.table = g.batches
     g.begin(script)
@@ -149,7 +149,7 @@ def _run(g, script, outside, fun, args, states, shape):
     except Refusal as reason:
         if not outside.writes() or reason.flags["effect"]:
             raise reason.untraceable() from None
-        LATEST.refusal = None  # the write explains more than the refusal
+        LATEST.refusal = None  # the user is told of the write, not of the refusal
     except RecursionError:
         raise Untraceable("it calls itself too deep", final=True, said=False) from None
     except Abandoned:

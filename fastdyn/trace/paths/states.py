@@ -53,11 +53,11 @@ class Numbers:
         return [symbol(g, v).node for v in flat]
 
     def chosen(self, node, yes, no):
-        """Select, for each result, the node `yes` or `no` by the condition `node`."""
+        """Select the results `yes` or `no` by the condition `node`."""
         return [self.g.select(node, a, b) for a, b in zip(yes, no, strict=True)]
 
     def lost(self, n):
-        """The results of a path that raises: n times NaN."""
+        """The results of a path that raises or is left to Python: n times NaN."""
         return [self.g.const(np.nan)] * n
 
 

@@ -1,4 +1,4 @@
-"""Traces functions that write to objects outside but read only what the same call wrote."""
+"""Traces functions that write places in outside objects before they read these places."""
 
 from ..graph.expressions import live
 from ..graph.refusal import Untraceable
@@ -7,10 +7,10 @@ from .runs import trace
 
 
 def trace_with_stores(*given, where):
-    """The Trace of a function that writes to places outside before it reads them.
+    """Trace a function that writes to places outside before it reads them.
 
-    Takes the arguments of `trace`.  After a solve, the caller must call the function itself at
-    the end point, so that the places hold the values of the last call.
+    The arguments are those of `trace`.  The machine code does not write to the places.  After a
+    solve, the caller must therefore call the user's function at the end point.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def trace_with_stores(*given, where):
 
 
 def _text(found):
-    """The computation of a trace as a list, independent of parameter slots, for comparison."""
+    """The nodes of a trace as a list without parameter slots, for comparison with another trace."""
     reads, nodes = found.reads, live([*found.outputs, found.raising])
     names = {node.key: i for i, node in enumerate(nodes)}
     lines = []

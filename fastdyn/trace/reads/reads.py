@@ -1,8 +1,8 @@
 """Records what a traced function reads from outside, so that a later call can check it.
 
-Each object that was read has a row: the earlier row and the step that lead to the object, and the
-check that the object must pass.  A number is checked for its type only: its value is a parameter
-of the code.
+Each object that was read has a row.  The row holds the row of the parent object, the step from the
+parent to the object, and the check that the object must pass.  For a number, the check compares
+only the type, because the value is a parameter of the code.
 """
 
 import bisect
@@ -57,7 +57,7 @@ class Reads:
         return self._add(STABLE, "root", i)
 
     def step(self, parent, step, key=None):
-        """The row that `step` reaches from `parent`; None if the origin of `parent` is unknown."""
+        """The row that `step` reaches from the row `parent`; None if `parent` is None."""
         return parent if parent is None or parent == STABLE else self._add(parent, step, key)
 
     def _add(self, parent, step, key):
@@ -71,7 +71,7 @@ class Reads:
     def expect(self, row, check, expected=None):
         """Record the check that the object of a row must pass."""
         if row is None:
-            self.lasting = False  # the origin is unknown, so that no later call can check it
+            self.lasting = False  # without a row, no later call can find the object
         elif row != STABLE and self.rows[row].check is None:
             self.rows[row] = self.rows[row]._replace(check=check, expected=expected)
 
@@ -116,7 +116,7 @@ class Reads:
         return bisect.bisect_right(self._firsts, slot) - 1
 
     def of_arguments(self):
-        """The index of each argument's group; None for an argument that is no parameter."""
+        """For each argument, the index of its group; None for an argument without a group."""
         rows = [self._known.get((STABLE, "root", i)) for i in range(1, len(self.roots))]
         return tuple([self._of_row.get(row) for row in rows])
 
@@ -132,7 +132,7 @@ class Reads:
     # -- a later call
 
     def found(self, roots):
-        """The objects of all rows, reached from other roots; empty if a step fails."""
+        """The objects of all rows, reached from the given roots; empty if a step fails."""
         found = []
         try:
             for parent, step, key, *_ in self.rows:
@@ -144,7 +144,8 @@ class Reads:
     def same_things(self):
         """The `pattern` of the objects of all rows at the trace, if identities are compared.
 
-        The roots are live objects: the pattern is kept from the first call, just after the trace.
+        The roots may change later.  Therefore the first call, just after the trace, computes the
+        pattern, and later calls return it.
         """
         if self._pattern is None:
             self._pattern = pattern(self.found(self.roots)) if self.identities else ()
@@ -156,7 +157,7 @@ class Reads:
         return [found[group.row] for group in self.groups]
 
     def follow(self, *roots):
-        """The values of all groups, read from other roots; None if the trace does not hold."""
+        """The values of all groups, read from other roots; None if the trace is not valid there."""
         if not self.lasting or len(roots) != len(self.roots):
             return None
         found = []
@@ -176,7 +177,7 @@ class Reads:
         return given if self._holds(given) else None
 
     def _holds(self, given):
-        """Whether the values on which the code relies have not changed."""
+        """Whether the values on which the code relies are those of the trace."""
         if not self.fixed and not self.assumed:
             return True
         values = flat(given)

@@ -55,19 +55,19 @@ def labels_of(table, which):
 
 
 def real_numbers(value):
-    """Real and imaginary parts of complex numbers, alternating; a view of the array if possible."""
+    """Alternating real and imaginary parts of complex numbers; a view of the array if possible."""
     return np.ascontiguousarray(value, dtype=complex).reshape(-1).view(float)
 
 
 def real_parts(value):
-    """The real parts of complex numbers, in turn."""
+    """The real parts of complex numbers, as a flat array."""
     return np.ascontiguousarray(value.real).reshape(-1)
 
 
 def remembered(cached, args, named):
     """The value that a function of ``functools.lru_cache`` holds; KeyError if there is none."""
     before = cached.cache_info()
-    if not before.currsize:  # a call here would fill the cache before the user's call does
+    if not before.currsize:  # a call would be the first to fill the cache
         raise KeyError(args)
     try:
         found = cached(*args, **dict(named))

@@ -1,6 +1,6 @@
 """Reads tables from outside: lists of numbers as arrays, and constants stored beside the code.
 
-`reads` adds `STEPS` and `CHECKS` to its own.
+`steps` and `checks` include the tables `STEPS` and `CHECKS` of this file.
 """
 
 import hashlib
@@ -14,8 +14,8 @@ import numpy as np
 from ..graph.kinds import FLOAT, INT, NUMPY
 
 LONG = 64  # a constant table with more numbers is stored beside the code
-MAX_WHOLE = 2**53  # beyond, floats cannot tell a whole number from its neighbours
-KINDS = {  # types of a list's items: the dtype of its array, and the rules that its items follow
+MAX_WHOLE = 2**53  # floats represent all integers up to this absolute value
+KINDS = {  # types of a list's items: (dtype of the array, kind of the items)
     frozenset((float,)): (float, FLOAT),
     frozenset((int,)): (np.int64, INT),
     frozenset((bool,)): (bool, bool),
@@ -39,13 +39,13 @@ class Held:
 
 
 def held(reads, content):
-    """The slots of a constant array."""
+    """The slots of a constant array, which is stored beside the code."""
     row = reads.step(reads.root(0), "held", Held(content))
     return reads.parameters(row, reads.rows[row].key.array)
 
 
 class Nature:
-    """The common type of a list's items, or of the rows in a list of lists."""
+    """The facts about a list of numbers, or of rows of numbers, that a later list must share."""
 
     def __init__(self, value):
         self.rows = type(value[0]) if type(value[0]) in (list, tuple) else None
@@ -53,7 +53,7 @@ class Nature:
         self.size = math.prod(self.shape)
         self.last = None  # (items, array) of the last conversion
         self.types, self.whole = frozenset(map(type, self._flat(value))), None
-        if len(self.types) > 1:  # the items that are whole numbers
+        if len(self.types) > 1:  # marks the items that are integers
             self.whole = bytes([type(v) is int for v in self._flat(value)])
 
     @classmethod

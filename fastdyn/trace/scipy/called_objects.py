@@ -37,7 +37,7 @@ def is_factor(kind):
 
 
 def content_of(value):
-    """The names of an object's attributes that hold numbers, and so may change."""
+    """The names of the attributes of an object that hold numbers; numbers may change."""
     own = getattr(value, "__dict__", {})
     if _is_distribution(value):
         return ()
@@ -45,7 +45,7 @@ def content_of(value):
 
 
 def _is_distribution(value):
-    return hasattr(value, "rvs") and hasattr(value, "numargs")  # not frozen
+    return hasattr(value, "rvs") and hasattr(value, "numargs")  # not a frozen distribution
 
 
 def _holds_numbers(part):
@@ -55,7 +55,7 @@ def _holds_numbers(part):
 
 
 def kept(part):
-    """The current content of an object's part, for a later comparison."""
+    """The current content of an attribute, for a later comparison; a dict is copied."""
     return copy.copy(part) if type(part) is dict else part
 
 

@@ -29,13 +29,13 @@ def _points(values) -> Any:
 
 
 def cdist(XA, XB, metric="euclidean", **more):
-    """The distance of each point of one set from each of another, shape (n, m)."""
+    """The distance between each point of one set and each point of another, shape (n, m)."""
     measure, a, b = _measure(metric, more), _points(XA), _points(XB)
     return measure(a[:, None, :] - b[None, :, :])
 
 
 def pdist(X, metric="euclidean", **more):
-    """The distance of each pair of points, shape (n (n - 1) / 2,)."""
+    """The distance between each two points of a set, shape (n (n - 1) / 2,)."""
     measure, x = _measure(metric, more), _points(X)
     i, j = np.triu_indices(len(x), 1)
     return measure(x[i] - x[j])

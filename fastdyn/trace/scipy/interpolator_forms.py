@@ -23,13 +23,13 @@ class Form:
     ends : (float, float)
         The range of definition.
     outside : None, str or ((...), (...))
-        Values of the components below and above the range; None extrapolates.  A str is the
-        message of the exception that the interpolator raises there.
+        Values of the components below and above the range.  With None, the components extrapolate.
+        A str is the message of the exception that the interpolator raises outside the range.
     axis : int
-        The place of the argument's axes among the axes of `shape`.
+        The place in `shape` at which the axes of the argument are inserted.
     period : float or None
     finite : bool
-        Whether infinite arguments are left to Python, because the result depends on the order of
+        Whether infinite arguments are left to Python, because their result depends on the order of
         operations.
     """
 
@@ -42,7 +42,7 @@ class Form:
         if self.finite and self.outside is None:
             g = v.g
             size = g.make("abs", (v.node,))
-            g.raises_if(g.compare(size, g.const(np.inf), "eq"), ArithmeticError)
+            g.leaves_to_python_if(g.compare(size, g.const(np.inf), "eq"))
         if self.period is not None:
             v = low + (v - low) % self.period
         if isinstance(self.outside, str) and (v < low) | (v > high):

@@ -20,7 +20,7 @@ METHODS = {"derivative", "antiderivative", "integrate", "solve", "roots", "integ
 
 
 def _known():
-    """Types of interpolators: the attributes that determine one, the function that makes a Form."""
+    """{type of interpolators: (attributes that determine an interpolator, maker of its Form)}."""
     from scipy import interpolate
 
     return {
@@ -115,7 +115,7 @@ def _is_ascending(x, least=2):
 
 
 def _columns(c, at):
-    """The coefficients of each component; the components lie along the axes from `at` on."""
+    """One array of coefficients for each component; axes from `at` on count the components."""
     return np.moveaxis(c.reshape(*c.shape[:at], -1), -1, 0)
 
 
@@ -176,7 +176,7 @@ def _of_univariate(value, nu=0, ext: Any = None):
 
 
 def _of_fitpack(tck, nu, ext, value_at):
-    """The Form of a spline, by FITPACK's rule `ext` outside its range; None if it has no Form."""
+    """The Form of a spline with FITPACK's rule `ext` outside the range; None if there is none."""
     t, c, k = tck
     n = len(t) - k - 1
     columns = _of_knots(t, c[:n], k, nu, nan=False)
@@ -203,12 +203,12 @@ def _of_interp1d(value):
     elif not value._extrapolate:
         below, above = value._fill_value_below, value._fill_value_above
         outside = [np.broadcast_to(f, shape or (1,)).ravel().tolist() for f in (below, above)]
-    finite = how in ("_call_spline", "_call_linear")  # SciPy 1.18 has another order than before
+    finite = how in ("_call_spline", "_call_linear")  # SciPy 1.18 changed their operations
     return Form(columns, shape, ends, outside, value._y_axis, finite=finite)
 
 
 def _ways(value, how):
-    """The components of an interp1d, by the method that it calls; None for an unknown method."""
+    """The components of an interp1d that calls the method `how`; None for an unknown method."""
     x, columns = value.x, [np.ascontiguousarray(c) for c in _columns(value._y, 1)]
     if how == "_call_linear_np":
         y = np.asarray(value.y)

@@ -70,7 +70,7 @@ def stand_in_of(value):
 
 
 def _of_constants(solver):
-    """A solver of scipy.optimize that refuses symbols: its code in C reports them on stderr."""
+    """A solver of scipy.optimize that refuses symbols, because its C code would print errors."""
 
     def function(*args, **kwargs):
         given = [*args, *kwargs.values()]
@@ -84,7 +84,7 @@ def _of_constants(solver):
 
 
 def _beside(plain, of_symbols):
-    """A SciPy function that calls `of_symbols` for symbols, and itself for plain numbers.
+    """A function that calls `of_symbols` for symbols, and the SciPy function `plain` for numbers.
 
     Where `of_symbols` refuses, compiled code calls the SciPy function as an island.
     """
@@ -104,7 +104,7 @@ def _beside(plain, of_symbols):
 
 
 def is_of_scipy(value, kind):
-    """Whether a value is an object of SciPy; a factor's type does not tell its module."""
+    """Whether a value is an object of SciPy; the type of LU factors names no module of SciPy."""
     return (kind.__module__ or "").startswith("scipy") or called_objects.is_factor(kind)
 
 
@@ -130,7 +130,7 @@ def content_of(value):
 
 
 def expect_content(reads, value, row):
-    """Restrict the code to the current content of an object."""
+    """Let later calls check that an object has the current content."""
     names = content_of(value)
     if names is None:
         reads.lasting = False  # a later call cannot check the content
@@ -168,7 +168,7 @@ def copy_of(value, watched):
 
 
 class Sparse(Unwritten):
-    """A constant sparse matrix times a factor; vectors can be multiplied by it."""
+    """The stand-in of a constant sparse matrix, times a factor; the stand-in multiplies vectors."""
 
     def __init__(self, matrix, factor=1.0):
         vars(self).update(_matrix=matrix.tocsr(), _factor=factor, shape=matrix.shape)

@@ -1,4 +1,4 @@
-"""The attributes that stand-ins of SciPy's objects hand out: copies, watched for writes."""
+"""The attributes that stand-ins of SciPy's objects return: copies that are watched for writes."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ NUMBERS = bool | int | float | complex | str | np.generic | None
 
 
 def handed_out(part, watched):
-    """A copy of an attribute; a write to the copy is found in `watched` after the run."""
+    """A copy of an attribute; an array is appended to `watched`, to find writes after the run."""
     if type(part) is tuple:
         return tuple(handed_out(each, watched) for each in part)
     if not isinstance(part, np.ndarray):

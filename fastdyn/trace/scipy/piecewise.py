@@ -19,7 +19,7 @@ class Polynomials:
         Knots, increasing.
     c : ndarray, shape (m + 1, n)
     nan : bool
-        Whether NaN gives NaN even where the pieces are constant.
+        Whether the value at NaN is NaN even if the pieces are constant.
     """
 
     def __init__(self, x, c, nan=True):
@@ -41,9 +41,9 @@ class Polynomials:
 
 
 class Steps:
-    """``heights[searchsorted(bounds, x, side) + shift]``, with the index clipped to the range.
+    """``heights[searchsorted(bounds, x, side) + shift]``, with the index clipped to `heights`.
 
-    `nan` tells whether NaN gives NaN.
+    `nan` tells whether the value at NaN is NaN.
     """
 
     def __init__(self, bounds, heights, side, shift=0, nan=False):

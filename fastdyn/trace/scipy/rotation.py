@@ -1,4 +1,4 @@
-"""`scipy.spatial.transform.Rotation` for values that depend on the state: a single rotation."""
+"""The stand-in of `scipy.spatial.transform.Rotation` for a single, state-dependent rotation."""
 
 import functools
 from typing import Any
@@ -11,7 +11,7 @@ from ..symbols.conditions import select
 from ..symbols.real import symbol
 from ..symbols.symbolic import graph_of, refuse
 
-SMALL = 1e-3  # rad; below, SciPy uses a series
+SMALL = 1e-3  # rad; for smaller angles, SciPy uses a series
 
 
 def _product(p, q):
@@ -37,7 +37,7 @@ def _of_no_length():
 @functools.cache
 def _nan_has_no_length():
     """Whether the installed SciPy refuses a quaternion of nan: SciPy 1.17 does, 1.15 does not."""
-    from scipy.spatial import transform  # late: a solve without rotations does not import it
+    from scipy.spatial import transform  # only a solve with rotations imports this module
 
     try:
         transform.Rotation.from_quat([np.nan] * 4)

@@ -21,7 +21,7 @@ def _comparison(sign) -> Any:
 class Arithmetic(Symbolic):
     """A real number: a node of the graph, and the rules (`kinds`) of its arithmetic.
 
-    The graph makes Conditions from comparisons, and Pairs from sums with complex numbers.
+    `Paths.condition` makes a comparison a Condition; `Paths.pair` makes a complex result a Pair.
     """
 
     __slots__ = ("g", "kind", "node")
@@ -44,7 +44,7 @@ class Arithmetic(Symbolic):
         return type(self)(self.g, node, kind)
 
     def lift(self, other) -> Self | None:
-        """Convert `other` to a number of this graph; None if it is no real number."""
+        """Convert `other` to a number of this graph; None if `other` is no real number."""
         if isinstance(other, Symbolic):
             found = other.number()
             of_numpy = self.kind == FLOAT and getattr(other, "python", True) is False
@@ -172,7 +172,7 @@ class Arithmetic(Symbolic):
         if bound(g, self.node) > INDEX:
             g.leaves_to_python_if(g.negation(g.compare(size, g.const(float(INDEX)), "le")))
             g.bounds[self.node.key] = INDEX
-        return self.made(g.add(self.node, g.const(0.0)), INT)  # no whole number is -0.0
+        return self.made(g.add(self.node, g.const(0.0)), INT)  # an integer cannot be -0.0
 
     # -- functions
 

@@ -14,7 +14,7 @@ from .operators import by_function
 from .real import Symbol, as_python
 from .symbolic import BATCHES, NOW, AnswersNumPy, Batched, in_batches, is_symbolic, refuse
 
-MAX_CHOICES = 64  # most symbols among which a symbolic index chooses
+MAX_CHOICES = 64  # most elements that a symbolic index selects from by comparisons
 
 
 def _of_truths(function, start):
@@ -47,7 +47,7 @@ class Array(AnswersNumPy, np.ndarray):
         return array.view(cls)
 
     def watch(self):
-        """(what, the array, its elements now), for finding writes."""
+        """(kind of object, array, elements before the run), to find writes."""
         return "an array", self, list(self.flat)
 
     def __reduce__(self):
@@ -77,7 +77,7 @@ class Array(AnswersNumPy, np.ndarray):
         if not is_symbolic(key):
             return super().__setitem__(_plain_key(key), value)
         if isinstance(key, Symbol) and self.ndim == 1:
-            look_up(list(self), key)  # an index outside raises
+            look_up(list(self), key)  # raises IndexError for an index out of bounds
             for i in range(len(self)):
                 here = (key == i) | (key == i - len(self))
                 super().__setitem__(i, select(here, value, super().__getitem__(i)))
@@ -120,7 +120,7 @@ class Array(AnswersNumPy, np.ndarray):
     data = base = ctypes = property(_memory)  # type: ignore
 
     def _real(self) -> Any:
-        """The array itself if it is real, so that writes reach it; else a read-only array."""
+        """The array itself if all elements are real; else a read-only array of real parts."""
         if not any(map(is_complex, self.flat)):
             return self
         return _only_read(elementwise(lambda v: v.real, self))
@@ -159,7 +159,7 @@ def _nodes(mask):
 
 
 def _plain_key(key):
-    """A key without symbols, with arrays of objects as arrays of whole numbers or truth values."""
+    """Convert the arrays of objects in a key without symbols to integers or truth values."""
     if isinstance(key, tuple):
         return tuple(map(_plain_key, key))
     if isinstance(key, Array) and key.size:
@@ -221,7 +221,7 @@ def _at(array, key):
 
 
 def look_up(rows, index):
-    """``rows[index]``; an index outside the bounds raises IndexError on a path of its own."""
+    """``rows[index]``; an index out of bounds becomes a separate path, which raises IndexError."""
     index = index_of(index)
     if not isinstance(index, Symbol):
         return rows[index]

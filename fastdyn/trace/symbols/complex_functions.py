@@ -1,4 +1,4 @@
-"""Elementary functions of complex numbers, made of real ones; principal values."""
+"""Elementary functions of complex numbers, as formulas of real functions; principal values."""
 
 import cmath
 from typing import Any
@@ -52,7 +52,7 @@ def _cos(z):
 
 
 def power(base, exponent):
-    """base ** exponent for complex numbers; a small whole exponent gives products."""
+    """base ** exponent for complex numbers; products for a small integer exponent."""
     if not is_complex(exponent) and not is_symbolic(exponent) and exponent == int(exponent):
         if abs(exponent) <= 16:
             result = Pair(1.0, 0.0)
@@ -117,7 +117,7 @@ CMATH = {
 
 
 def made(real: Any = 0.0, imag: Any = 0.0):
-    """complex(real, imag); a sum is made only with the other part of a complex argument."""
+    """complex(real, imag), where the arguments may themselves be complex."""
     if not is_symbolic([real, imag]):
         return complex(real, imag)
     (a, b), (c, d) = parts(real), parts(imag)

@@ -1,4 +1,4 @@
-"""A complex number as two real ones."""
+"""A complex number as a pair of real numbers."""
 
 from typing import Any
 
@@ -38,7 +38,7 @@ def parts(value) -> tuple[Any, Any]:
 
 
 def product(a, b) -> Any:
-    """a b; exactly 0 if a factor is an exact zero."""
+    """a times b; the plain number 0.0 if a factor is a plain zero."""
     for factor in (a, b):
         if not is_symbolic(factor) and factor == 0:
             return 0.0
@@ -55,10 +55,10 @@ class Pair(Symbolic):
 
     @property
     def g(self):
-        return graph_of(self.real, self.imag)  # None for a product with zero
+        return graph_of(self.real, self.imag)  # None if no part is a symbol
 
     def lift(self, other):
-        """Convert `other` to a Pair; None if it is no number."""
+        """Convert `other` to a Pair; None if `other` is no number."""
         return Pair(*parts(other)) if isinstance(other, NUMBER | Symbolic) else None
 
     def _add(self, o):

@@ -1,4 +1,4 @@
-"""Truth values that depend on symbols, and selections by them."""
+"""Truth values that depend on symbols, and selections by such truth values."""
 
 from typing import Any
 
@@ -30,12 +30,12 @@ class Condition(Symbolic):
         return other.node if isinstance(other, Condition) else None
 
     def _truth_of_numpy(self, other):
-        """Whether NumPy's rules hold for this and another truth value; False beside a number."""
+        """Whether `other` is a truth value, too, and NumPy's rules hold for the two."""
         python = self.python and getattr(other, "python", isinstance(other, bool))
         return isinstance(other, Condition | bool | np.bool_) and not python
 
     def _beside(self, other):
-        """The number of the truth value in arithmetic with another value."""
+        """The truth value as a number, for arithmetic with `other`."""
         if self._truth_of_numpy(other):
             refuse("arithmetic of two truth values")  # True + True is 2 in Python, True in NumPy
         return self.number()
@@ -88,7 +88,7 @@ class Condition(Symbolic):
         return self.g.condition(self.g.negation(self.node), self.python)
 
     def __neg__(self) -> Any:
-        return -self.number() if self.python else np.negative(np.True_)  # raises, as NumPy does
+        return -self.number() if self.python else np.negative(np.True_)  # raises TypeError
 
     def choose(self, a, b):
         """a if the condition is true, else b."""
@@ -118,7 +118,7 @@ class Condition(Symbolic):
         return getattr(self.number(), name)
 
     def __hash__(self):
-        return hash(bool(self))  # a dict finds the entry of True, or of False
+        return hash(bool(self))  # equal to the hash of True or False
 
 
 def _of_number(name):
@@ -157,7 +157,7 @@ def select(condition, a, b):
 
 
 def both(a, b):
-    """a and b, for truth values, numbers, Conditions and Symbols."""
+    """The conjunction of a and b: truth values, numbers, Conditions or Symbols."""
     a, b = (v != 0 if isinstance(v, Symbol) else v for v in (a, b))
     if isinstance(a, Condition):
         return a & b
@@ -165,7 +165,7 @@ def both(a, b):
 
 
 def either(a, b):
-    """a or b, for truth values, numbers, Conditions and Symbols."""
+    """The disjunction of a and b: truth values, numbers, Conditions or Symbols."""
     a, b = (v != 0 if isinstance(v, Symbol) else v for v in (a, b))
     if isinstance(a, Condition):
         return a | b

@@ -7,11 +7,11 @@ import numpy as np
 from ..graph.kinds import INT
 from .symbolic import refuse
 
-EXACT = 2.0**50  # below, the rounding error of x 10^k is less than a half
+EXACT = 2.0**50  # below this size, the rounding error of x 10^k is less than 1/2
 
 
 def not_caught(a, b):
-    """Refuse a division by zero that raises for Python's whole numbers and not for NumPy's."""
+    """Refuse a division of integers in a handler: Python's raise for zero, NumPy's do not."""
     if any(v.kind == INT and v.node.varies for v in (a, b)) and a.g.in_handler():
         refuse("a division of whole numbers where an exception may be caught")
 
@@ -19,7 +19,8 @@ def not_caught(a, b):
 def floor_division(a, b):
     """The nodes of a // b and a % b; the caller has handled division by zero.
 
-    The quotient comes from C's fmod, which is exact where a rounded quotient is not.
+    The quotient is computed from the remainder of C's fmod, because fmod is exact, and a rounded
+    quotient is not.
     """
     g, zero = a.g, a.g.const(0.0)
     x, y = a.node, b.node
@@ -41,7 +42,7 @@ def floor_division(a, b):
 
 
 def to_decimals(a, digits, python=False):
-    """round(a, digits); a tie between decimals of a Python float is left to Python."""
+    """round(a, digits); near a tie, and for large values, a Python float is left to Python."""
     digits = operator.index(digits)
     factor = 10.0 ** abs(digits)
     scaled = a * factor if digits > 0 else a / factor

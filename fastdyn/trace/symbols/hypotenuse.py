@@ -1,4 +1,4 @@
-"""The length of a vector; squares that overflow or vanish are left to Python."""
+"""The length of a vector; a call with squares that overflow or underflow is left to Python."""
 
 from .complex_pair import total
 from .real import symbol
@@ -7,7 +7,7 @@ LARGE, SMALL = 1e300, 1e-280  # sums of squares in this range are accurate
 
 
 def hypotenuse(a, *others):
-    """The square root of a sum of squares, where the squares neither overflow nor underflow."""
+    """The square root of a sum of squares, valid if no square overflows or underflows."""
     squares = total([v * v for v in (a, *others)])
     g, node = squares.g, squares.node
     g.stays_below(g.compare(node, g.const(LARGE), "gt"))

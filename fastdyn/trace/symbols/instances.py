@@ -1,4 +1,4 @@
-"""Whether a symbol is an instance of a type."""
+"""`isinstance` on symbols."""
 
 import numbers
 
@@ -11,7 +11,7 @@ from .symbolic import Symbolic, refuse
 
 
 def of_type(value, kinds):
-    """isinstance(value, kinds); a symbol counts as a number of its kind."""
+    """isinstance(value, kinds); a symbol is an instance of the type that the symbol stands for."""
     if not isinstance(value, Symbolic):
         return isinstance(value, kinds)
     kinds = kinds if isinstance(kinds, tuple) else (kinds,)

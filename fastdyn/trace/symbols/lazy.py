@@ -6,7 +6,7 @@ from .symbolic import Lazy, Symbolic, refuse
 
 
 class Unasked(Symbolic):
-    """The placeholder of an element that no run has used; it refuses every use."""
+    """The placeholder of an element that no run has used; the placeholder refuses every use."""
 
     __slots__ = ("g",)
 

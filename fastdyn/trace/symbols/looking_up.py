@@ -14,7 +14,7 @@ from .symbolic import Batched, Symbolic, is_symbolic, refuse
 
 
 def index_of(key) -> Any:
-    """A symbol as an index: a plain number if parameters alone determine the symbol."""
+    """Check a symbol as an index; if parameters alone determine the symbol, return its integer."""
     if not isinstance(key, Symbol):
         return key
     if not key.node.varies:
@@ -25,9 +25,9 @@ def index_of(key) -> Any:
 
 
 def check_bounds(index, n):
-    """Raise IndexError on paths of their own where an index is outside -n, ..., n - 1."""
+    """Add paths that raise IndexError, on which an index is outside -n, ..., n - 1."""
     g = index.g
-    g.implied.is_number(index.node)  # a whole number: if it is not below n, it is n or more
+    g.implied.is_number(index.node)  # an index is never NaN: not below n means n or more
     below = g.compare(index.node, g.const(float(n)), "lt")
     above = g.compare(g.const(float(-n)), index.node, "le")
     if not g.condition(below) or not g.condition(above):
@@ -35,7 +35,7 @@ def check_bounds(index, n):
 
 
 def entry(g, name, node, kind):
-    """The entry of a table at an index node; a truth value if `kind` is bool."""
+    """The element of a table at the index `node`; a truth value if `kind` is bool."""
     found = g.make("table", (node,), name)
     if kind is bool:
         return g.condition(g.negation(g.compare(found, g.const(0.0), "eq")))
@@ -48,7 +48,7 @@ def table_of(g, content):
 
 
 def namer(g, content):
-    """A function ``name_of(range)``: the name of a table of the constants at these places."""
+    """A function ``name_of(places)``, which names a table of the constants at a range of places."""
     content = np.ascontiguousarray(content)
     if content.size <= LONG:
         numbers = content.astype(float)
@@ -63,7 +63,7 @@ def namer(g, content):
 
 
 def part_of(slots, places):
-    """The slots of the elements at these places of an array, both as ranges."""
+    """The slots, as a range, of the elements at the range `places` of an array."""
     first = slots[0]
     return range(first + places.start, first + places.stop, places.step)
 
@@ -81,13 +81,13 @@ def chosen(at, key, name_of, kind) -> Any:
     Parameters
     ----------
     at : ndarray of int
-        The places of the elements in the table, evenly spaced along each axis.
+        The places in the table of the elements of an array, evenly spaced along each axis.
     key : tuple
         Plain keys and symbols, one for each axis.
     name_of : callable
-        ``name_of(range)`` is the name of a table of the elements at these places.
+        ``name_of(places)`` is the name of the table of the elements at a range of places.
     kind : int or type
-        The kind of the entries.
+        The kind of the entries; bool for truth values.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def chosen(at, key, name_of, kind) -> Any:
     firsts = np.asarray(at[plain])
     if len(moving) == 1:
         index, step, count = key[moving[0]].node, steps[0], counts[0]
-    else:  # several symbols become one index, counted from the first place
+    else:  # combines several symbols to one index from the first place
         index, step, count = _place(g, [key[i].node for i in moving], steps, counts), 1, 0
         count = 1 + sum(s * (n - 1) for s, n in zip(steps, counts, strict=True))
     result = np.empty(firsts.shape, dtype=object)
@@ -144,7 +144,7 @@ def spread(key, ndim):
 
 
 def by_elements(array, key) -> Any:
-    """``array[key]`` by one key for each element of the arrays in `key`, some of them of symbols.
+    """``array[key]`` for a `key` that has arrays of symbols; each element is looked up by itself.
 
     The axes of the result lie where NumPy puts them.  None if `key` has no array of symbols, or
     contains None.

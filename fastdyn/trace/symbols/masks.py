@@ -4,7 +4,7 @@ from .symbolic import refuse
 
 
 class Masked:
-    """``a[mask]`` with a mask of Conditions; it is of use in ``out[mask] = f(a[mask])`` only."""
+    """``a[mask]`` with a mask of Conditions, only for statements ``out[mask] = f(a[mask])``."""
 
     def __init__(self, whole, mask):
         self.whole, self.mask = whole, mask

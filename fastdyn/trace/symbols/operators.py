@@ -1,4 +1,4 @@
-"""The operators of symbols, and the methods of arrays, as tables of names make them."""
+"""Makers of the operators of symbols, and of the methods of arrays."""
 
 from typing import Any
 
@@ -6,10 +6,10 @@ import numpy as np
 
 
 def operators(method, beside_complex=None) -> tuple[Any, Any]:
-    """The operator, and the reflected operator, of a method of two numbers of one graph.
+    """The operator, and the reflected operator, that a method of two numbers of a graph gives.
 
-    The class of the method has `lift`, which converts the other operand, or returns None.  A
-    complex operand that `lift` does not convert is passed to ``beside_complex(a, b)`` with a Pair.
+    The class of the method has `lift`, which converts the other operand, or returns None.  If
+    `lift` does not convert a complex operand, ``beside_complex(a, b)`` gets the operand and a Pair.
     """
 
     def direct(self, other):

@@ -1,4 +1,4 @@
-"""Powers under Python's rules: where they raise, and where they are complex."""
+"""Powers under Python's rules: the conditions under which a power raises or is complex."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from ..graph.domains import overflows, too_large_a_power, zero_to_a_negative_pow
 
 def note_power(base, o, result, kind):
     """Add the conditions under which a power raises, or is left to Python."""
-    whole = kind == 0  # whole numbers of Python
+    whole = kind == 0  # Python's integers
     g, value, zero = base.g, o.node.value, base.g.const(0.0)
     negative = g.compare(base.node, zero, "lt")
     if not whole and (o.node.varies or value != np.rint(value)):

@@ -10,7 +10,7 @@ from ..graph.operations import FUNCTIONS
 from .arithmetic import Arithmetic
 from .symbolic import graph_of, kind_of, refuse
 
-MAX_INDEX = 8  # a symbol as a plain index gets paths for the values 0, ..., 7 and -1
+MAX_INDEX = 8  # a symbol as a plain index gets paths for 0, ..., MAX_INDEX - 1 and -1
 NAMES = {  # name in NumPy or Python: name in C
     "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh",
     "arctanh": "atanh", "arctan2": "atan2", "gamma": "tgamma", "gammaln": "lgamma",
@@ -22,7 +22,7 @@ class Symbol(Arithmetic):
 
     __slots__ = ()
 
-    # -- as a plain number: only if parameters determine the value, which becomes a constant
+    # -- as a plain number: if parameters determine the value, the code assumes the value
 
     def _plain(self, *_):
         if self.node.varies:
@@ -110,7 +110,7 @@ def _of_numpy(function):
 
     def attribute(number):
         if number.kind != NUMPY:
-            raise AttributeError  # `Symbol.__getattr__` says more
+            raise AttributeError  # Python then calls `Symbol.__getattr__`, whose message is better
         return function(number)
 
     return property(attribute)

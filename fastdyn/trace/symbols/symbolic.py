@@ -1,4 +1,4 @@
-"""The base of all symbolic objects: NumPy passes its calls to them, and code can detect them."""
+"""The base classes of all symbolic objects; NumPy passes calls to these objects."""
 
 import threading
 from collections.abc import Callable
@@ -13,7 +13,7 @@ _handlers: dict[str, Callable] = {}
 
 
 def hand_over(ufunc, function):
-    """Register the functions that answer NumPy for symbols; `numpy.calls` does so on import.
+    """Register the functions that handle NumPy's calls on symbols; `numpy.calls` calls this.
 
     Parameters
     ----------
@@ -26,12 +26,12 @@ def hand_over(ufunc, function):
 
 
 def refuse(why, **flags) -> NoReturn:
-    """Refuse to trace the function; the flags are those of a Refusal."""
+    """Refuse to trace the user's function; `flags` are the keywords of Refusal."""
     raise Refusal(why, **flags)
 
 
 def check_operations(count):
-    """Refuse an operation, before its first node is made, if a graph may not have so many nodes."""
+    """Refuse an operation of `count` nodes, if so many do not fit into a graph."""
     if count > MAX_NODES:
         refuse("it takes too many operations", final=True, said=False)
 
@@ -57,7 +57,7 @@ class Symbolic(AnswersNumPy):
     __hash__: Any = object.__hash__
 
     def number(self) -> Any:
-        """The value as a real number; None if it is none."""
+        """The value as a real number; None if the value is no real number."""
         return None
 
     def item(self):
@@ -84,7 +84,7 @@ class Symbolic(AnswersNumPy):
 class Batched(np.lib.mixins.NDArrayOperatorsMixin):
     """A long array that depends on the state, in batches: see `trace.batches`.
 
-    The class has the part of an ndarray that follows from elements and copies.
+    The class has the methods of an ndarray that `copy`, `ravel` and indexing suffice for.
     """
 
     __slots__ = ()
@@ -146,7 +146,7 @@ class Batched(np.lib.mixins.NDArrayOperatorsMixin):
 
 
 SHORT = 16  # arrays up to this length are traced element by element
-BATCHES: dict[str, Callable] = {}  # functions that answer NumPy for arrays in batches
+BATCHES: dict[str, Callable] = {}  # functions that handle calls on long arrays
 
 
 class _Now(threading.local):
@@ -159,7 +159,7 @@ NOW = _Now()
 
 
 def in_batches(values):
-    """Whether a call with these arguments belongs to `trace.batches`."""
+    """Whether `trace.batches` handles a call with these arguments."""
     if NOW.table is None:
         return False
     if any(isinstance(v, Batched | Lazy) for v in values):
@@ -176,7 +176,7 @@ def _is_long(value):
 
 
 class Unwritten:
-    """The base of stand-ins for outside objects: refuses writes, which would be lost."""
+    """The base of stand-ins of outside objects; refuses writes, because they would be lost."""
 
     def _written(self, *_) -> NoReturn:
         refuse("it changes an object", effect=True)

@@ -1,4 +1,7 @@
-"""Groups single nodes by formula: equal operations on numbers of equal arrays."""
+"""Groups single nodes by formula.
+
+Two nodes have one formula if they apply equal operations to elements of equal arrays.
+"""
 
 import numpy as np
 
@@ -6,7 +9,7 @@ from ...graph.clock import EVERY, look
 
 COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
 ALONE = frozenset(("t", "par", "island"))
-FEWEST = 8  # a formula with so many nodes becomes a batch, even if no batch reads the nodes
+FEWEST = 8  # from so many nodes on, a formula becomes a batch, even if no batch reads the nodes
 
 
 class Formulas:
@@ -27,7 +30,7 @@ class Formulas:
     args : list of list of int
         The operands of each node.
     leaf : list
-        The array, and the place in the array, of a number; None for the result of an operation.
+        (array, place in the array) of each leaf; None for the result of an operation.
     depth : list of int
         The length of the longest chain of operations that ends at a node.
     formula : list of int
@@ -89,7 +92,7 @@ class Formulas:
         return 1 + max([self.rank[b.number] for b in self.needed.read_by(batch)], default=-1)
 
     def _leaf_of(self, node):
-        """The array of a number, and its place; None for the result of an operation."""
+        """(array, place in the array) of a leaf; None for the result of an operation."""
         if node.op == "item":
             batch = self.table.batch_of(node.data)
             return ("batch", batch), node.data - batch.first
@@ -102,7 +105,7 @@ class Formulas:
         return (("y", None), node.data) if node.op == "y" else None
 
     def _order(self, sides):
-        """Mark the formulas that become batches, and order their nodes in the order of reading.
+        """Mark the formulas that become batches, and sort their nodes in the order of reading.
 
         A formula becomes a batch if it has many nodes, or if a batch reads several of its nodes.
         """
@@ -112,7 +115,7 @@ class Formulas:
         ones = {b.first: self.at[b.data.key] for b in self.needed.batches if b.op == "one"}
         outputs = self.needed.outputs
         ends = [self.at[node.key] for node in outputs] if self.needed.single else []
-        order: list = [{} for _ in self.groups]  # dicts keep the order, and each node once
+        order: list = [{} for _ in self.groups]  # dicts serve as ordered sets
         read = [] if self.needed.single else [outputs]
         read += [o for b in self.needed.batches for o in b.operands if not isinstance(o, int)]
         for ids in read if ones else ():
@@ -126,7 +129,7 @@ class Formulas:
         self.groups = [list(members) for members in order]
 
     def _read(self, ends, order):
-        """Append to the order of each formula the nodes that `ends` read; later formulas first."""
+        """Append the nodes that `ends` depend on to the order of their formulas, deepest first."""
         for i in ends:
             order[self.formula[i]][i] = None
         depths = [self.depth[members[0]] for members in self.groups]
@@ -139,7 +142,7 @@ class Formulas:
                     order[self.formula[i]][i] = None
 
     def _mark(self, members):
-        """Mark the formulas of which `members`, which are read together, contain several nodes."""
+        """Mark each formula with several nodes among `members`, which one operand reads."""
         first: dict = {}
         for i in members:
             if first.setdefault(self.formula[i], i) != i:

@@ -14,7 +14,7 @@ class Needed:
     outputs : list of Node, or array of int
         Single nodes, or node numbers.
     condition : Node
-        A further truth value that is needed, most often whether one of many conditions holds.
+        A truth value that is also needed, most often the disjunction of many conditions.
     """
 
     def __init__(self, table, outputs, condition):
@@ -45,7 +45,7 @@ class Needed:
         return [self.table.batches[number] for number in numbers]
 
     def read_by(self, batch):
-        """The batches that the operands of a batch are in."""
+        """The batches that hold the operands of a batch."""
         found = []
         for operand in batch.operands:
             is_number = isinstance(operand, int)
@@ -54,7 +54,7 @@ class Needed:
 
 
 def alternatives(node):
-    """The nodes whose disjunction a truth value is."""
+    """The conditions of a disjunction; the node itself if the node is no disjunction."""
     found, todo = {}, [node]
     while todo:
         each = todo.pop()

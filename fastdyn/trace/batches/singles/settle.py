@@ -1,6 +1,6 @@
 """Rebuilds a table such that the single nodes of one formula are the nodes of one batch.
 
-Functions that loop over components, or read single components, have single nodes.
+A function that loops over components, or reads single components, makes single nodes.
 """
 
 import functools
@@ -13,7 +13,7 @@ from ...graph.expressions import Node
 from ..table import ID, TRUTHS, Batch, Table
 from .formulas import FEWEST, Formulas
 
-NONE = -1  # the number of a node in no batch
+NONE = -1  # stands for the node number of a node in no batch
 
 
 class Settled:
@@ -24,8 +24,8 @@ class Settled:
     graph : Graph
     needed : Needed
     array_of : callable
-        ``array_of(slot)``: the array, ("array", slots) or ("block", words), in which a parameter
-        lies, and its place there; None if the parameter lies in no array of doubles.
+        ``array_of(slot)`` is (array, place in the array) of a parameter, where the array is
+        ("array", slots) or ("block", words); None if the parameter lies in no array of doubles.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Settled:
         self._formula = formulas.formula
         self.table = Table(graph, needed.table.state.size)
         self._ids = np.full(len(self._nodes), NONE, ID)
-        self._alone: dict = {}  # nodes in no batch, which read the batches of their operands
+        self._alone: dict = {}  # nodes in no batch; they read operands from batches
         self._moved = np.full(needed.table.next, NONE, ID)  # new node numbers, by old numbers
         self._next = len(graph.nodes)
         steps = [(formulas.depth[members[0]], members) for members in formulas.groups]
@@ -86,14 +86,14 @@ class Settled:
             self._ids[members] = np.arange(batch.first, batch.first + batch.size)
 
     def _call(self, node, args):
-        """The node number of the first number that a call of a library gives."""
+        """Make the batch of a call of a library; return the node number of the first result."""
         given = np.array([self._number(a) for a in args], ID)
         copy = self.table.make("copy", None, given.shape, [given])
         shape = (node.data[2] + 1,)
         return self.table.make("island", ("island", *node.data), shape, [copy.number]).first
 
     def _first_of(self, kind, data):
-        """The node number of the first number of an array."""
+        """The node number of the first element of an array."""
         if kind == "y":
             return 0
         if kind == "batch":
@@ -117,7 +117,7 @@ class Settled:
         return np.arange(constants.first, constants.first + constants.size, dtype=ID)
 
     def _any(self, sides):
-        """A node that says whether a side holds: sides in batches are reduced to their maximum."""
+        """The disjunction of `sides`; conditions in batches are reduced to their maximum."""
         groups, found = defaultdict(list), []
         for i in sides:
             groups[self._formula[i] if self._ids[i] != NONE else ("alone", i)].append(i)
@@ -131,7 +131,7 @@ class Settled:
         return functools.reduce(lambda a, b: self._new("or", (a, b), None), found)
 
     def _move(self, batch):
-        """Make a batch again from settled operands."""
+        """Make the batch in the new table, from settled operands."""
         operands = []
         for operand in batch.operands:
             if isinstance(operand, int):
@@ -158,9 +158,9 @@ class Settled:
         return self.table.one(self._one(i)) if self._ids[i] == NONE else self._ids[i]
 
     def _one(self, i):
-        """A single node equal to a node of the graph; reads operands that are in batches.
+        """A single node equal to node i of the graph, with the operands read from batches.
 
-        A chain of nodes may be longer than Python's stack.
+        The method uses no recursion, because a chain of nodes may be longer than Python's stack.
         """
         todo = [i]
         while todo:
