@@ -1,8 +1,8 @@
 """The background thread, which makes code that no solve waits for.
 
 The thread ends when its queue is empty.  While functions run in Python, the thread alternates short
-work with long rests: compiled code that calls Python releases the interpreter at each call, and
-would wait a switch interval to get the interpreter back.  The thread never keeps the interpreter
+work with long rests: compiled code that calls Python gives up the interpreter lock at each call,
+and would otherwise wait a switch interval for the lock.  The thread never keeps the interpreter
 from exiting.  A fork waits until the thread has stopped.
 """
 
@@ -23,7 +23,7 @@ from fastdyn.code_store import quiet
 from fastdyn.trace.graph.clock import CLOCK
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
-WORK, REST = 0.001, 5.0  # seconds of work before a rest; length of a rest over the work before
+WORK, REST = 0.001, 5.0  # seconds of work before a rest; ratio of a rest to the work before it
 EVENTS = 100  # calls in Python between two looks at the clock
 LONGEST = 0.5  # most seconds of work that count for the length of a rest
 AT_EXIT, AT_FORK = 1.0, 60.0  # seconds to wait for the thread
@@ -36,7 +36,7 @@ _jobs: deque = deque()
 class _State:
     """The state of the thread.
 
-    `thread` is None if nothing is to be made.  `busy` counts the functions that run in Python now.
+    `thread` is None if the queue is empty.  `busy` counts the functions that run in Python now.
     """
 
     thread: threading.Thread | None = None
@@ -73,7 +73,7 @@ class Job:
             if _state.stop:
                 return False
         except BaseException:
-            pass  # a solve that needs the code makes it again, and raises
+            pass  # a solve that needs the code makes the code again, and raises
         self.end()
         return True
 
@@ -111,7 +111,7 @@ def is_here():
 
 @contextlib.contextmanager
 def without_collecting():
-    """Switch off garbage collection, because a graph is many objects without reference cycles."""
+    """Switch off garbage collection: a graph has many objects, and no reference cycles."""
     on = gc.isenabled() and not is_here()
     if on:
         gc.disable()
@@ -123,7 +123,7 @@ def without_collecting():
 
 
 def give_way(one):
-    """Count a function that begins (1) or ceases (-1) to run in Python; the thread rests for it."""
+    """Count a function that begins (1) or ceases (-1) to run in Python, while the thread rests."""
     with _lock:
         _state.busy += one
 
@@ -178,14 +178,14 @@ def _rest():
 
 
 def watch_numba():
-    """Let the thread rest also while Numba compiles: between Numba's passes, and in calls."""
+    """Let the thread also rest within a compilation by Numba: checked at passes and at calls."""
     _watch_calls()
     _listen()
 
 
 @functools.cache
 def _listen():
-    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+    import numba  # noqa: F401  # waits for another thread's import; importing a submodule does not
     from numba.core import event
 
     class Listener(event.Listener):
@@ -199,7 +199,7 @@ def _listen():
 
 
 def _watch_calls():
-    """Look at the clock every EVENTS calls, while the thread must rest; calls then cost double."""
+    """While the thread must rest, check the clock every EVENTS calls; a call then costs double."""
     if is_here() and _must_rest():
         sys.setprofile(_on_call)
 

@@ -1,9 +1,9 @@
 """Binds functions: compiled code for the function, and a block with its parameters.
 
 `bind` takes a function as the user wrote it (function, lambda, method, partial, callable object,
-jitted or not) and the current values that the function uses.  It returns a Bound, whose block
-kernels can call.  A function that cannot be compiled is called in Python from the same kernels,
-after one warning.
+jitted or not) and the current values that the function uses.  `bind` returns a Bound; kernels call
+the function by the block of the Bound.  A function that cannot be compiled is called in Python
+from the same kernels, after one warning.
 """
 
 import functools
@@ -42,7 +42,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     refused : str, optional
         The reason why the function must run in Python.
     varying : tuple of int
-        The positions of arguments that vary between calls of the block.
+        The positions of arguments whose values in the block vary between calls.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A bound function: its code or its callback, and the block that kernels pass to both."""
+"""A bound function: machine code or a callback, and the block that kernels pass to either."""
 
 from typing import Any, NamedTuple
 
@@ -17,7 +17,7 @@ class Bound(NamedTuple):
 
     `python(t, y)` is the function as written.  `values` has a (type, value) for each parameter;
     `at` has the indices of the arguments in `values`.  `pair` has the two functions of a Pair.
-    `seen` stores facts for `rebind`.
+    `seen` stores what `rebind` knows about the outside values.
     """
 
     function: Function | None
@@ -33,7 +33,10 @@ class Bound(NamedTuple):
 
     @property
     def n(self):
-        """The length of a compiled function's y; the block ends with the state of a fault."""
+        """The length of a compiled function's y.
+
+        The block ends with n words for the state at the first exception.
+        """
         return len(self.block) - int(self.block[FAULT])
 
     def word(self, j):
@@ -42,7 +45,7 @@ class Bound(NamedTuple):
 
 
 def with_code(function, python, keepalive, parameters, mode, n, at=()):
-    """The Bound of a compiled function of n numbers; `keepalive` gets the function, too."""
+    """The Bound of a compiled function of n numbers; the function is appended to `keepalive`."""
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)
     block[0], block[FAULT] = function.address, end

@@ -1,8 +1,8 @@
 """Limits how long a solve waits for compiled code.
 
-The thread of the solve traces the function itself, against a clock.  Slower work, and Numba's
-compilation, which cannot be interrupted, go to the background thread.  The solve waits for the
-rest of its time and continues in Python.  A later solve finds the code.
+The thread of the solve traces the function, against a clock.  Tracing that takes longer goes to the
+background thread; so does Numba's compilation, which cannot be interrupted.  The solve waits for
+the code until its time is over, and then continues in Python.  A later solve finds the code.
 """
 
 import contextlib
@@ -19,13 +19,13 @@ from . import background, memory
 
 SECONDS = float(os.environ.get("FASTDYN_BUDGET", "0.3"))  # seconds; "inf" waits for all code
 SHARE = 0.2  # the limit is at least this share of the time of earlier solves in Python
-ROUNDS = 3  # after so many background jobs whose code did not last, solves wait for the code
+ROUNDS = 3  # after so many background jobs in a row whose code was not found, solves wait
 
 _accounts = memory.Table()
 
 
 class _Here(threading.local):
-    least: Any = None  # lower bound, s, of the solve's time in Python; None: wait for code
+    least: Any = None  # lower bound, s, of the solve's time in Python; None: no limit
     end = math.inf
 
 
@@ -33,7 +33,7 @@ _here = _Here()
 
 
 class Account:
-    """The time that a function has taken: seconds of waiting, and of solves in Python."""
+    """The seconds that solves have waited for a function's code, and have run it in Python."""
 
     def __init__(self):
         self.waited, self.in_python, self.rounds = 0.0, 0.0, 0

@@ -1,7 +1,8 @@
 """Compares machine code with the function that it was made from.
 
-Code is used only after a comparison at the start, around the start and on each side of the
-decisions found there (`compare_around`), and at states of the solution (`compare_along`).
+Before a solve, `compare_around` compares code and function at the start, around the start, and on
+each side of the decisions that points around the start reach.  Then `compare_along` compares code
+and function at states of the solution.
 """
 
 import ctypes
@@ -21,10 +22,10 @@ from .function_convention import call, code_at
 from .python_callback import evaluate as in_python
 
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
-FEWEST, MOST_NUMBERS = 4, 2**19  # for long states: fewest points, most numbers in all points
+FEWEST, MOST_NUMBERS = 4, 2**19  # fewest points; most numbers, points times length
 PERIOD = 65_537  # a prime, after which the random numbers of a long state repeat
 EPS = np.finfo(float).eps
-ROUNDINGS = 1e3  # largest difference, in units of the function's response to rounding of y
+ROUNDINGS = 1e3  # largest difference, over the function's change by roundings of t, y
 SPREADS = np.array([0.01, 0.1, 0.5, 1.5, 10.0, 100.0])
 
 
@@ -56,9 +57,9 @@ def points_around(near, n, trace=None):
     y *= size
     y *= spread[:, None]
     y += y0
-    positive = each % 3 == 2  # keep the signs of the start: concentrations, radii
+    positive = each % 3 == 2  # every third point keeps the signs of the start, as radii do
     y[positive] = np.abs(y[positive]) * np.where(y0 < 0, -1.0, 1.0)
-    for i in np.flatnonzero((each % 7 == 3) & ~positive):  # parts of the state are at rest
+    for i in np.flatnonzero((each % 7 == 3) & ~positive):  # some components unchanged, or 0
         y[i] = np.where(rng.random(n) < 0.5, (1 - i % 2) * y0, y[i])
     for i in np.flatnonzero((each % 7 == 5) & ~positive):
         y[i] *= 10.0 ** rng.uniform(-12, 2)
@@ -96,7 +97,7 @@ def compare_around(bound, near, trace=None):
     """The reason why a Bound's machine code differs from its function; None if they agree.
 
     The code of a trace must agree at ENOUGH points, and raise where the function raises.  Numba's
-    code may raise where the function does not: a solve notices that later.
+    code may raise where the function does not: a solve notices such an exception later.
 
     Parameters
     ----------
@@ -178,9 +179,10 @@ def sides_at(bound, t, y):
 
 
 def called(bound, function, size, t, y):
-    """Call a Function with the block of a Bound, which is left as it was.
+    """Call a Function with the block of a Bound; leave the block's marks of exceptions unchanged.
 
-    Returns the `size` results, whether the code raised, and the word of the sides that it took.
+    Returns the `size` results, whether the code raised, and the word of the sides that its
+    decisions took.
     """
     block, out = bound.block, np.empty(size)
     kept = block[RAISED_WORD : TIME + 1].copy()
@@ -201,7 +203,7 @@ def agree(bound, real, mine, t, y, largest=0.0):
 
 
 def _by_rounding(bound, real, mine, t, y):
-    """Whether a function itself changes as much by roundings of its arguments."""
+    """Whether roundings of t and y change the Python function as much as the results differ."""
     spread, signs = np.zeros(real.shape), np.random.default_rng(0).choice((-1.0, 1.0), (3, len(y)))
     for sign in signs:
         moved = python_value(bound, type(t)(t * (1.0 + sign[0] * EPS)), y * (1.0 + sign * EPS))

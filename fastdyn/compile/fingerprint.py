@@ -13,7 +13,7 @@ from .callables.jitted import is_jitted
 
 
 class Opaque:
-    """The token of a value that has an identity in this process only; it keeps the value alive."""
+    """The token of a value that only this process can identify; the token keeps the value alive."""
 
     def __init__(self, value):
         self.value = value
@@ -83,7 +83,7 @@ LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operat
 
 
 def is_named(value, module, name):
-    """Whether a library has this very object under this name; other objects may claim the name."""
+    """Whether the name in the module, which a value claims for itself, refers to this value."""
     if module.split(".")[0] not in LIBRARIES and not module.startswith(KERNELS):
         return False
     found = sys.modules.get(module)

@@ -1,9 +1,10 @@
 """The calling convention of the user's compiled functions: ``function(t, y, n, block, out)``.
 
-Numba adds a status as result, and two addresses before t: of a result and of an exception.  This
-file writes the convention for C, for LLVM, and as text; for Numba, `FORM` in
-`kernels/calls/user_function.py` has the types.  `kernels/calls/block.py` defines the words of a
-block.  Kernels have another convention: `kernels/calls/calling_convention.py`.
+Numba's machine code returns a status, and has two more arguments before t: the addresses of a
+result and of an exception.  This file writes the convention for C, for LLVM, and as LLVM's text;
+for Numba, `FORM` in `kernels/calls/user_function.py` has the types.  The words of a block are
+defined in `kernels/calls/block.py`.  Kernels have another convention:
+`kernels/calls/calling_convention.py`.
 """
 
 import ctypes

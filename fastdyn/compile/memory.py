@@ -1,8 +1,9 @@
 """The memory of a process for functions: one bounded store with one lock.
 
-A user of an entry holds the entry's value: a run holds its functions, a function its machine code.
-Above the bound, the store therefore releases the entries that were unused for longest, of any kind.
-A value that is in use survives; a value that is needed again is made again.
+Code that uses an entry refers to the entry's value: a run refers to its functions, a function to
+its machine code.  Above the bound, the store releases the entries that were unused for longest, of
+any kind.  A released value that is in use survives; a released value that is needed later is made
+again.
 """
 
 import functools
@@ -17,7 +18,7 @@ MOST = int(os.environ.get("FASTDYN_MEMORY", "4096"))  # the limit of the entries
 
 
 class _Entry:
-    """A value of a table, its size, and whether it was used since the store last visited it."""
+    """A value of a table, its size, and whether it was used since the last visit of the store."""
 
     __slots__ = ("key", "size", "table", "used", "value")
 
@@ -93,7 +94,7 @@ def cached(function):
 
 
 def forget():
-    """Release everything that the process remembers: functions, facts about them, their code.
+    """Release everything that the process remembers: functions, facts about functions, code.
 
     Existing solvers (`prepare`, `Stepper`) and solves in other threads keep what they use.  The
     next solve of a function reads its code from disk.

@@ -1,7 +1,7 @@
-"""The modes of functions: how each kind of function is called.  No other file compares names.
+"""The modes of functions: how each kind of function is called.
 
-A mode relates two lengths: the compiled function takes n numbers and gives ``n_results(n)``;
-`given` and the flags tell what the user's function takes and returns.
+The compiled function takes n numbers and returns ``n_results(n)`` numbers.  `given` and the flags
+tell what the user's function takes and returns.  Other files ask for flags, not for names of modes.
 """
 
 from dataclasses import dataclass
@@ -24,14 +24,14 @@ class Mode:
     column : bool
         Whether the user's y has shape (n, 1), as for `vectorized=True`.
     second_order : bool
-        Whether the user's y has n zeros, the velocities, behind the n numbers; then only the second
-        half of the user's result counts.
+        Whether the user's y has n zeros, as velocities, behind the n numbers.  Only the second half
+        of the user's result is used.
     moments : tuple of str
-        Integrals that follow the state: "mean" of the state, "rms" of its squares.
+        Integrals behind the state: "mean" of the state, "rms" of the state's squares.
     half : int or None
         The half of a state [q, p] that the user's function takes.
     constant : bool
-        Whether there is no function but a constant matrix.
+        Whether a constant matrix takes the place of a function.
     entries : bool
         Whether the result is the entries of a sparse matrix, in any number.
     residual : bool
@@ -51,7 +51,8 @@ class Mode:
     probed : bool
         Whether the function is called in Python before a solve, to find mistakes.
     by_numba : bool
-        Whether Numba may compile a function that cannot be traced; else it stays in Python.
+        Whether Numba may compile a function that cannot be traced; else the function runs in
+        Python.
     in_vectors : bool
         Whether kernels may evaluate the stages of a step together, as vectors.
     """
@@ -86,7 +87,7 @@ class Mode:
 
     @property
     def n_copies(self):
-        """The size of the state over the size of the user's state; moments follow the state."""
+        """The size of the state, with moments behind it, over the size of the user's state."""
         return 1 + len(self.moments)
 
     @property
@@ -127,7 +128,7 @@ DERIVATIVE = _mode(
     "derivative", acts_on_state=True, long_arrays=True, notes_sides=True, probed=True,
     by_numba=True, in_vectors=True,
 )  # fmt: skip
-RESIDUAL = _mode(  # F of state and derivative in one vector; behind its n numbers are n zeros
+RESIDUAL = _mode(  # F(t, [y, y']); the result is F and as many zeros
     "residual", argument="F", residual=True, long_arrays=True, notes_sides=True, by_numba=True,
 )  # fmt: skip
 COLUMN = _mode("column", column=True, acts_on_state=True)

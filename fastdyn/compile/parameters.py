@@ -34,7 +34,7 @@ def parameter_type(value):
     -------
     tuple or Constant
         FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", types), ("lanes", width) or
-        a Constant.  ("list", dtype, 1) is a list, which is copied.
+        a Constant.  ("list", dtype, 1) is the type of a list, which is copied.
     """
     cls = value.__class__
     if cls is float:
@@ -85,9 +85,9 @@ def n_words(parameter_type: Any) -> int:
 def pack(parameter_type, value, words, floats, at, keepalive):
     """Write a value into `words` from index `at` on; return the next index.
 
-    `floats` is a view of `words`.  `keepalive` collects the memory that the words point to; it must
-    live as long as the words.  A contiguous array is passed in place, so that the function sees
-    later changes.
+    `floats` is a view of `words`.  `keepalive` collects the memory that the words point to;
+    `keepalive` must live as long as the words.  A contiguous array is passed in place, so that the
+    function sees later changes.
     """
     if isinstance(parameter_type, Constant):
         return at

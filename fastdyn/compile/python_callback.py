@@ -1,8 +1,8 @@
 """A function that runs in Python, called from compiled kernels.
 
 Kernels run without the interpreter lock; ctypes takes the lock for each call.  An exception cannot
-cross compiled code: the Callback keeps it and marks the block, and `run.laid_out.raise_kept` raises
-it again.
+cross compiled code: the Callback keeps the exception and marks the block, and
+`run.laid_out.raise_kept` raises the exception again.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ class Callback:
     mode : Mode
     n : int
     announce : callable, optional
-        Called after the first value: a function that raises needs no announcement.
+        Called once, after the first call that returns a value.
     n_out : int, optional
         Number of results, if the mode does not determine it.
 
@@ -70,7 +70,7 @@ class Callback:
             said()
 
     def _written(self, state, given):
-        """React to a function that has written to its y: copy the write to the state, or raise."""
+        """React to a function that has written to its y: raise, copy y to the state, or ignore."""
         if self.writes is False:
             raise WritesToState(begun=True)
         if self._mode.acts_on_state:
@@ -80,7 +80,7 @@ class Callback:
         array = self._arrays.get((address, n))
         if array is None:
             array = np.ctypeslib.as_array(ctypes.cast(address, DOUBLES), (n,))
-            array = array.view(float)  # a memoryview takes NumPy's own type alone
+            array = array.view(float)  # `<f8` to NumPy's float64, as memoryview needs
             if len(self._arrays) > 1000:
                 self._arrays.clear()
             self._arrays[address, n] = array
@@ -113,9 +113,10 @@ class Callback:
 
 @contextlib.contextmanager
 def interruptible(callbacks):
-    """Keep Ctrl-C from being lost at the edge of a callback, where no handler catches it.
+    """Keep Ctrl-C from being lost in a callback, outside the user's function.
 
-    A signal inside the user's function acts as always; any other signal waits for the next call.
+    A signal inside the user's function has its usual effect; any other signal waits for the next
+    call.
     """
     handler = signal.getsignal(signal.SIGINT)
     main = threading.current_thread() is threading.main_thread()
@@ -137,7 +138,7 @@ def interruptible(callbacks):
 
 
 def evaluate(fun, mode, t, y):
-    """Call ``fun(t, y)`` in Python; return a checked array of real numbers, as kernels need it."""
+    """Call ``fun(t, y)`` in Python; check the value, and return it as an array of real numbers."""
     n = len(y)
     if mode.complex_numbers:
         y = y.view(complex)
@@ -181,7 +182,7 @@ def check_shape(matrix, n, name="jac"):
 
 
 def matrix(value, n):
-    """A Jacobian as an (n, n) array of floats; ValueError if it is none."""
+    """A Jacobian as an (n, n) array of floats; ValueError for any other value."""
     if is_sparse(value):
         raise ValueError(SPARSE)
     array = np.asarray(value, dtype=float)
@@ -190,13 +191,13 @@ def matrix(value, n):
 
 
 def derivative(value, n, mode: Mode = DERIVATIVE):
-    """The user's derivative as an array of n floats; raise a sentence if it is none."""
+    """The user's derivative as an array of n floats; TypeError or ValueError for other values."""
     array = np.asarray(value)
     name = mode.argument
     if value is None or array.dtype.kind not in "fiubc":
         error = ValueError if array.dtype.kind in "US" else TypeError
         if array.dtype.kind == "O" and not any(v is None for v in array.flat):
-            try:  # perhaps numbers of another library
+            try:  # objects may be numbers of another library
                 return derivative(array.astype(float), n, mode)
             except (TypeError, ValueError) as reason:
                 error = type(reason)

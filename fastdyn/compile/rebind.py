@@ -12,7 +12,7 @@ from .parameters import pack_all, parameter_type
 from .traced import met
 from .traced.make import made
 
-UNCHANGING = (  # an identical object has an equal value
+UNCHANGING = (  # immutable: the same object has the same value
     float, int, complex, str, bytes, type(None), np.generic, np.ufunc, python.BuiltinFunctionType
 )  # fmt: skip
 
@@ -56,7 +56,7 @@ def rebind(bound, fun, args):
 
 
 def _by_trace(known, bound):
-    """A fast form of `rebind` for one trace; it returns False if the trace does not hold."""
+    """A fast form of `rebind` for one trace, which returns False if the trace does not hold."""
     values, function, block = known.values, bound.function, bound.block
     pack, kept = known.traced.pack, bound.keepalive
 

@@ -19,7 +19,8 @@ class VectorForm(NamedTuple):
     `parameters` has a (type, value) for each parameter.  ``text(symbol)`` is the LLVM text of the
     function on vectors, with `n_results` vectors; None stands for a single vector.
     ``series(order)`` makes the Taylor kernel on vectors, ``jacobian(time)`` the Jacobian and its
-    text.  `raises` tells whether the function may raise; it then returns NaN.
+    text.  `raises` tells whether the function may raise; in lanes where the function raises, the
+    form on vectors returns NaN.
     """
 
     key: str

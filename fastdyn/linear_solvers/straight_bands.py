@@ -1,6 +1,7 @@
-"""Routines with LAPACK's interface for narrow bands: loops over straight-line code for a column.
+"""Routines with LAPACK's interface for narrow band matrices.
 
-The last columns, which have fewer elements to their right, are a small matrix of their own.
+A routine is a loop over the columns, with straight-line code for one column.  The last columns
+have fewer elements to the right of the diagonal, and are treated as a small matrix.
 """
 
 import contextlib
@@ -23,7 +24,7 @@ class _Band:
 
     def __init__(self, numbers, lower, upper, n, matrix, pivots):
         self.numbers, self.lower, self.ld = numbers, lower, 2 * lower + upper
-        self.width = lower + upper  # to the right of the diagonal, in factors
+        self.width = lower + upper  # diagonals above the main diagonal, in the factor U
         self._matrix, self._pivots, builder = matrix, pivots, numbers.builder
         n = builder.load(builder.bitcast(n, INDEX.as_pointer()))
         self.last = builder.sub(builder.sext(n, WORD), WORD(self.width))
@@ -41,19 +42,19 @@ class _Band:
         return Matrix(self.numbers, structure, self.ld, matrix, self._moved(self._pivots, k, 1))
 
     def end(self):
-        """The last columns."""
+        """The last columns, a small square matrix."""
         n = self.width
         below = tuple(range(k + 1, min(n, k + 1 + self.lower)) for k in range(n))
         return self.at(self.last, Structure(below, tuple(range(k + 1, n) for k in range(n)), {}))
 
     def numbers_at(self, side, k):
-        """The numbers of a right-hand side from number k on."""
+        """The numbers of a right-hand side from index k on."""
         return Column(self.numbers, self._moved(side, k, self.numbers.parts))
 
 
 @contextlib.contextmanager
 def _columns(builder, end, backward=False):
-    """The body of a loop over the columns before `end`, with their number."""
+    """A context whose code is the body of a loop over the columns before `end`."""
     head, body, behind = (builder.function.append_basic_block() for _ in range(3))
     before = builder.block
     builder.branch(head)
@@ -69,12 +70,12 @@ def _columns(builder, end, backward=False):
 
 
 def _window(numbers, count):
-    """Numbers that are carried through a loop, which LLVM makes values."""
+    """A buffer for numbers that one column passes to the next; LLVM keeps them in registers."""
     return Column(numbers, numbers.builder.alloca(REAL, INDEX(count * numbers.parts)))
 
 
 def _factorise(numbers, lower, upper, arguments):
-    """?gbtrf; info is not 0 if the matrix is singular.  Places of fill-in must hold 0 before."""
+    """Emit ?gbtrf; `info` is not 0 if the matrix is singular.  Fill-in must be 0 before."""
     _, n, _, _, matrix, _, pivots, info = arguments
     notes, band = Notes(numbers), _Band(numbers, lower, upper, n, matrix, pivots)
     with _columns(numbers.builder, band.last) as k:
@@ -88,7 +89,7 @@ def _factorise(numbers, lower, upper, arguments):
 
 
 def _solve(numbers, lower, upper, arguments):
-    """?gbtrs for one right-hand side."""
+    """Emit ?gbtrs for one right-hand side."""
     _, n, _, _, _, matrix, _, pivots, side, _, _ = arguments
     builder, band = numbers.builder, _Band(numbers, lower, upper, n, matrix, pivots)
     with builder.if_else(has_exchanges(numbers, band.end(), band.width - 1)) as (then, otherwise):
@@ -150,13 +151,13 @@ ROUTINES = {"gbtrf": (_factorise, 8), "gbtrs": (_solve, 11)}
 
 
 def are_short(lower, upper):
-    """True if the text for a column of a band is short enough to pay."""
+    """True if the code for a column of a band is short enough to pay."""
     return 0 < lower * (1 + lower + upper) <= MOST_PRODUCTS
 
 
 @functools.lru_cache(64)
 def band_routines(lower, upper, complex_too):
-    """The words of routines for bands: dgbtrf, dgbtrs, zgbtrf, zgbtrs.
+    """The addresses of routines for bands: dgbtrf, dgbtrs, zgbtrf, zgbtrs.
 
     A matrix must have at least as many columns as diagonals beside the main diagonal.
     """

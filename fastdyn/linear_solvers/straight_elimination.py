@@ -7,12 +7,12 @@ from fastdyn.kernels.algebra.elimination_structure import structure
 
 from .straight_routines import Column, Matrix, Notes, has_exchanges, routines
 
-FULL = 8  # components, up to which a structure need not be known
-MOST_PRODUCTS = 200  # of a factorisation
+FULL = 8  # most rows of a matrix whose structure is not known
+MOST_PRODUCTS = 200  # most products of a factorisation
 
 
 def _factorise(numbers, found, arguments):
-    """?getrf, whose info is not 0 if the matrix is singular."""
+    """Emit ?getrf; `info` is not 0 if the matrix is singular."""
     _, _, matrix, _, pivots, info = arguments
     n, notes = len(found.below), Notes(numbers)
     a = Matrix(numbers, found, n, matrix, pivots)
@@ -22,7 +22,7 @@ def _factorise(numbers, found, arguments):
 
 
 def _solve(numbers, found, arguments):
-    """?getrs of one right-hand side."""
+    """Emit ?getrs for one right-hand side."""
     _, _, _, matrix, _, pivots, side, _, _ = arguments
     builder, n, side = numbers.builder, len(found.below), Column(numbers, side)
     a = Matrix(numbers, found, n, matrix, pivots)
@@ -43,20 +43,20 @@ ROUTINES = {"getrf": (_factorise, 6), "getrs": (_solve, 9)}
 
 @functools.lru_cache(256)
 def straight_routines(n, places, complex_too):
-    """The words of routines for matrices of n rows: dgetrf, dgetrs, zgetrf, zgetrs.
+    """The addresses of routines for matrices of n rows: dgetrf, dgetrs, zgetrf, zgetrs.
 
     Parameters
     ----------
     n : int
     places : tuple of (int, int), optional
-        The row and the column of the elements that are not zero everywhere; those of the diagonal
-        may be missing.  None: any may differ from zero.
+        The row and the column of each element that may differ from zero; elements of the diagonal
+        may be left out.  None: all elements may differ from zero.
     complex_too : bool
 
     Returns
     -------
     Routines or None
-        None where so long a text is not worth its time.
+        None if the code would be too long to pay.
     """
     if places is None:
         if n > FULL:

@@ -1,4 +1,4 @@
-"""The common part of routines in straight-line code: matrices in memory, and LLVM text."""
+"""The common part of straight-line routines: access to matrices in memory, and LLVM's text."""
 
 import functools
 import math
@@ -11,7 +11,7 @@ from fastdyn.kernels.vector.instructions import BIT, INDEX, REAL, constant
 
 
 class Column:
-    """Numbers in the memory, which the arithmetic takes one by one."""
+    """An array of real or complex numbers in memory; indexing emits a load or a store."""
 
     def __init__(self, numbers, pointer):
         self._numbers, self._pointer = numbers, pointer
@@ -30,7 +30,7 @@ class Column:
             self._numbers.builder.store(part, place)
 
     def exchange(self, i, at):
-        """Exchange number i with that at an index, which is an LLVM value."""
+        """Emit the exchange of number i and the number at index `at`, an LLVM value."""
         builder, n = self._numbers.builder, self._numbers.parts
         there = [builder.add(builder.mul(at, INDEX(n)), INDEX(k)) for k in range(n)]
         there = [builder.gep(self._pointer, [place]) for place in there]
@@ -41,7 +41,7 @@ class Column:
 
 
 class Matrix:
-    """Elements in columns that are so far apart, and pivots."""
+    """A matrix in memory by columns, whose starts are `ld` numbers apart, and its pivots."""
 
     def __init__(self, numbers, found, ld, pointer, pivots):
         self.structure, self._ld, self._builder = found, ld, numbers.builder
@@ -54,7 +54,7 @@ class Matrix:
         return self._pivots, place
 
     def __getitem__(self, place):
-        """The element (i, j), or the pivot of column k."""
+        """The element of a place (i, j), or the pivot of column `place`."""
         column, at = self._at(place)
         return column[at]
 
@@ -69,12 +69,12 @@ class Matrix:
             self._elements.exchange(j * self._ld + k, at)
 
     def exchange_in(self, b):
-        """``exchange(k, rows)`` of a column, as pivot k says."""
+        """``exchange(k, rows)``, which exchanges number k of b with the number at pivot k."""
         return lambda k, rows: b.exchange(k, self._builder.fptosi(self[k], INDEX))
 
 
 class Notes:
-    """Whether rows were exchanged, and whether a reciprocal is not finite."""
+    """Two flags on the stack: rows were exchanged; a reciprocal on the diagonal is not finite."""
 
     def __init__(self, numbers):
         self._numbers = numbers
@@ -95,7 +95,7 @@ class Notes:
         return self._numbers.builder.fcmp_unordered(">=", size, constant(REAL, math.inf))
 
     def put(self, a, k, info):
-        """As pivot k, of which there is no need; and as the `info` of LAPACK."""
+        """Store the flag of exchanges as pivot k, which is unused, and the other flag at `info`."""
         builder = self._numbers.builder
         a[k] = builder.uitofp(builder.load(self._exchanged), REAL)
         info = builder.bitcast(info, INDEX.as_pointer())
@@ -103,30 +103,30 @@ class Notes:
 
 
 def has_exchanges(numbers, a, k):
-    """What `Notes` put as pivot k."""
+    """Whether rows were exchanged: the flag that `Notes.put` stored as pivot k."""
     return numbers.builder.fcmp_ordered("!=", a[k], constant(REAL, 0.0))
 
 
 class Routines(list):
-    """Words of routines, whose code is in the process as long as this list is."""
+    """The addresses of routines; the list keeps the machine code in memory."""
 
     codes: tuple = ()
 
 
 def routines(write, given, complex_too, scheduled):
-    """The Routines for real and for complex matrices, and a zero.
+    """The Routines for real matrices, then for complex matrices, then the word 0.
 
     Parameters
     ----------
     write : dict of str to (function, int)
-        ``function(numbers, *given, arguments)`` writes the routine of that name, with so many
-        arguments.
+        By the name of a routine, ``function(numbers, *given, arguments)``, which emits the routine,
+        and the number of arguments of the routine.
     given : tuple
-        What it is made for.
+        The facts on which the code depends, such as the structure of a matrix.
     complex_too : bool
-        Whether there will be complex matrices; their words are 0 otherwise.
+        Whether complex matrices need routines; otherwise the words of these routines are 0.
     scheduled : bool
-        As `code_store.assembled` has it.
+        Whether instructions are in their final order: see `code_store.assembled`.
     """
     found = []
     for arithmetic in (Reals, Pairs)[: 1 + complex_too]:
@@ -140,7 +140,7 @@ def routines(write, given, complex_too, scheduled):
 
 
 def _text(arithmetic, given, write, n_arguments, symbol):
-    """LLVM's text of a module with a routine."""
+    """LLVM's text of a module with one routine."""
     module = ir.Module()
     form = ir.FunctionType(ir.VoidType(), [REAL.as_pointer()] * n_arguments)
     function = ir.Function(module, form, symbol)

@@ -1,6 +1,6 @@
 """The kernels for Numba, each a dispatcher and its signature.
 
-This file is imported if a kernel is not kept yet, or inlines a function.
+This file imports Numba.  A solve imports this file only if a kernel is not on disk yet.
 """
 
 from fastdyn.code_store import unlinked
@@ -51,7 +51,7 @@ def _evaluate(block, t, y, out):
     return RUNNING
 
 
-FOR_ALL = {  # one for all methods and functions
+FOR_ALL = {  # kernels that serve all methods and functions
     "evaluate": (_evaluate, EVALUATE),  # one call of a function
     "watch": (watch, WATCH),
     "watch plain": (watch_plain, WATCH),  # for solves without events, projection, breakpoints
@@ -68,7 +68,7 @@ FOR_ALL = {  # one for all methods and functions
 
 
 def start(method, splits):
-    """The start of a method; `splits` if the method calls the functions of a pair separately."""
+    """The start of a method; `splits` tells whether a pair's functions are called separately."""
     return first_step.plain if splits else method.code.start, START
 
 
@@ -103,7 +103,7 @@ def inlining(name, splits, function, n):
 
 
 def without_function(name, n):
-    """The loop of a method for one function, to which LLVM links the function later."""
+    """The loop of a method for one function, which LLVM links into the loop later."""
     return _around(BY_NAME[name].code, linked_later(unlinked.FUNCTION), (0.0,) * n)
 
 
@@ -116,9 +116,9 @@ def _around(method, user, form):
 
 
 def stages(name, n):
-    """The loop of an implicit method around a function of n vectors, which LLVM links later.
+    """The loop of an implicit method for one function, which LLVM links into the loop later.
 
-    The function evaluates all stages at once.
+    The function evaluates all stages at once, on n vectors.
     """
     s, batched = BY_NAME[name].code.batched
     function = named(unlinked.FUNCTION, n)

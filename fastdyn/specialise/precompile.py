@@ -2,7 +2,7 @@
 
     NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES= python -m fastdyn.specialise.precompile
 
-A process writes the files of one level of processor, which Numba's own settings name.
+A process writes the files for one level of processor, given by the settings of Numba.
 """
 
 import time

@@ -1,11 +1,11 @@
-"""Kernels of a method and a right-hand side, in two tiers from one source, with equal bits.
+"""Kernels of a method and a right-hand side in two tiers, whose results are bitwise equal.
 
 - shared: one stepping kernel for each method, on rows of the work array, calls any function by its
   address.  The kernel is compiled once and kept on disk.
 - inlined: the kernel contains the function, and the state is a tuple in registers, for n up to
   MAX_TUPLE.  The kernel is about twice as fast, and compiles for half a second or more.
 
-Kernels are found by their keys; the compiler is imported for kernels that are not kept.
+Kernels are found on disk by their keys.  The compiler is imported only if a kernel is missing.
 """
 
 import functools
@@ -18,7 +18,7 @@ from fastdyn.kernels.methods import BY_NAME
 from fastdyn.trace.graph.clock import look
 
 MAX_TUPLE = 16
-FUNCTION = "fastdyn_function"  # `unlinked.FUNCTION`: that file imports LLVM
+FUNCTION = "fastdyn_function"  # equal to `unlinked.FUNCTION`, whose file imports LLVM
 
 
 def splits(name, pair):
@@ -116,7 +116,7 @@ def every_kernel(names_for_all):
 def inlined_kernel(name, function, n, build=True) -> Any:
     """The stepping kernel with `function` inlined, on tuples of n numbers; None if not available.
 
-    With ``build=False`` the kernel is taken from memory or disk, and not compiled.
+    With ``build=False`` the kernel is taken from memory or disk, and is never compiled.
     """
     place = "inlined", name, n
     found = function.notes.get(place)
@@ -128,18 +128,18 @@ def inlined_kernel(name, function, n, build=True) -> Any:
 
 
 def _inlining(key, name, function, n):
-    """The code of an inlined kernel, by LLVM alone where a kernel waits for its function."""
+    """The code of an inlined kernel: linked by LLVM if possible, else compiled by Numba."""
     if links(name, function):
         kernel = kernel_without_function(name, n, True)
         return code_store.linked(key, kernel, {FUNCTION: function.traced.text}, look)
     if in_stages(name, function):
         try:
             return _stages(key, name, function, n // 2 if BY_NAME[name].second_order else n)
-        except Uncompilable:  # no form for vectors: the loop over stages has equal bits
+        except Uncompilable:  # without a form on vectors: the loop over stages, with equal results
             pass
     try:
         return _kept(key, lambda made: made.inlining(name, splits(name, True), function, n))
-    except Uncompilable:  # another thread has changed what the function uses
+    except Uncompilable:  # another thread has changed an outside value
         return None
 
 
@@ -171,7 +171,7 @@ def _stages(key, name, function, n):
 def kernel_without_function(name, n, build=False):
     """The stepping kernel of a method to which LLVM links a function of n numbers.
 
-    With ``build=False`` the kernel is taken from disk, or is None.
+    With ``build=False`` the kernel is taken from disk; the result is None if it is not there.
     """
 
     def without_function():

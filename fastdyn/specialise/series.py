@@ -10,12 +10,12 @@ class NoSeries(ValueError):
 
 
 def series_kernel(problem, bound, order=None):
-    """The code of the kernel; NoSeries, with advice on another method, if there is none."""
+    """The code of the kernel; if there is none, NoSeries, with advice on another method."""
     p, function = problem, bound.function
     if function is None or function.series is None:
         reason = why(p.fun, p.args, p.mode, len(p.y0))
         if reason is None:
-            p.fun(p.t0, p.y0.copy(), *p.args)  # the user's exception says more
+            p.fun(p.t0, p.y0.copy(), *p.args)  # an exception of `fun` says more than NoSeries
             reason = "it could not be traced"
         raise NoSeries(
             f"Taylor needs the formulas of `fun`: {reason}. "

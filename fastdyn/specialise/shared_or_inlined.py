@@ -11,9 +11,9 @@ from fastdyn.trace.graph.refusal import NotYet
 from .scalar import inlined_kernel, inlines, kernel_without_function, links, shared_kernel
 from .series import series_kernel
 
-# Seconds in the shared kernel, after which the inlined kernel is made: at most half of the time of
-# the compilation.  LLVM takes at least 2 FOR_LLVM, and some 2 FOR_A_NUMBER for each number of each
-# stage; Numba takes seconds.
+# Seconds in the shared kernel after which the inlined kernel is compiled: at most half of the time
+# of the compilation.  LLVM takes at least 2 FOR_LLVM, and about 2 FOR_A_NUMBER for each number of
+# each stage; Numba takes seconds.
 FOR_LLVM, FOR_A_NUMBER = 0.05, 0.0012
 FOR_NUMBA = 1.0
 
@@ -25,12 +25,12 @@ class Tier:
     ----------
     problem : problem.validate.Problem
         With `compile` "auto", "shared" or "inlined".  "auto" takes the inlined kernel if that
-        kernel exists already.  Otherwise the background thread makes the inlined kernel after this
-        function has spent some time in the shared kernel, summed over all solves.
+        kernel exists already.  Otherwise the background thread makes the inlined kernel after the
+        solves of the function have spent some time in the shared kernel, in total.
     bound : compile.bind.Bound
         The equations.
     may_inline : bool
-        False if other code may have to replace the code of a function within a solve.
+        False if the code of a function may have to be replaced within a solve.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Spent:
     after : float
         The seconds after which the inlined kernel is made.
     job : background.Job or None
-        The making of the inlined kernel.
+        The job that makes the inlined kernel.
     """
 
     def __init__(self, after):
@@ -105,7 +105,7 @@ def _spent(name, function, n):
 
 
 def _make(spent, name, function, n):
-    """Make an inlined kernel, by LLVM alone unless the time spent pays for Numba."""
+    """Make an inlined kernel: by LLVM, or by Numba if solves have spent FOR_NUMBA."""
     before, spent.after = spent.after, math.inf
     try:
         if before >= FOR_NUMBA:

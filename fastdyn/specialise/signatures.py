@@ -21,7 +21,7 @@ from fastdyn.kernels.state.record import STATE, Solve
 
 
 def type_of(sample) -> Any:
-    """The type of an argument like the sample; arrays are C-contiguous, which `Call` checks."""
+    """The type of an argument like the sample; arrays are C-contiguous, as `Call` checks."""
     if isinstance(sample, tuple):
         return types.BaseTuple.from_types([type_of(field) for field in sample], type(sample))
     if isinstance(sample, np.ndarray):

@@ -1,6 +1,6 @@
-"""The user's function on vectors: eight trajectories at once, by the source of the scalar step."""
+"""Stepping kernels on vectors, a trajectory in each lane, from the source of the scalar step."""
 
-# Numba declares less than its decorators and types are.
+# Numba's type annotations are incomplete.
 # pyright: reportCallIssue=false, reportArgumentType=false
 
 from typing import NamedTuple
@@ -31,8 +31,8 @@ JACOBIAN = "fastdyn_jacobian"  # symbol of the Jacobian's code
 class Kernel(NamedTuple):
     """A stepping kernel on vectors; `n_words` is the length of its block behind FIRST.
 
-    `parameters` has a list of (type, value) for each function.  With `watches` the kernel detects
-    events, with `accumulates` the kernel updates the folds.
+    `parameters` has a list of (type, value) for each function.  If `watches`, the kernel detects
+    events; if `accumulates`, the kernel updates the folds.
     """
 
     address: int
@@ -46,7 +46,7 @@ class Kernel(NamedTuple):
 
 @njit(**INLINED)
 def _accumulate(*given):
-    """`events_and_folds.accumulate`, with a result as of `events_and_folds.crossed`."""
+    """`events_and_folds.accumulate`; the result False means no event, as of `crossed`."""
     events_and_folds.accumulate(*given)
     return False
 
@@ -54,7 +54,8 @@ def _accumulate(*given):
 def _in_turn(one, functions, row):
     """The function that `lanes.adaptive` calls after a step; None without functions.
 
-    It calls `one` for each of `functions`, with values from `row` on, and joins results by "or".
+    The function calls `one` for each of `functions`, with the rows from `row` on, and returns the
+    "or" of the results.
     """
     together = None
     for i, function in enumerate(functions, row):
@@ -109,11 +110,12 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     near : traced.make.Near
         The start, the end and a state of the solves.
     extrema : bool
-        The kernel also finds the largest and smallest values.
+        Whether the kernel also finds the extrema of the state.
     between : pair of sequences of callable
-        Events, functions (t, y) of one number; and folds, functions (t, [value, y]) of one number.
+        Events and folds.  An event takes (t, y), a fold takes (t, [value, y]); both return one
+        number.
     mass : pair of lists of int, optional
-        The rows and the columns of the numbers of a mass matrix.
+        The rows and the columns of the elements of a mass matrix.
 
     Returns
     -------
@@ -122,7 +124,7 @@ def kernel(name, fun, args, varying, mode, n, near, extrema, between=((), ()), m
     Raises
     ------
     Uncompilable
-        With the reason in a sentence.
+        If a function has no form on vectors; the exception states the reason.
     """
     method = METHODS[name].code
     if method.lane_kernel is None:

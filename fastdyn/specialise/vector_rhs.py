@@ -1,6 +1,6 @@
 """A traced function on vectors, in the forms that steps and events call."""
 
-# Numba declares less than its decorators and types are.
+# Numba's type annotations are incomplete.
 # pyright: reportCallIssue=false, reportArgumentType=false
 
 from llvmlite import ir
@@ -24,7 +24,7 @@ def _words(typingctx, block, skip):
 
 
 def named(symbol, n_results):
-    """A function on vectors that is linked in later, by its symbol; None for one vector alone."""
+    """A function on vectors, linked later by its symbol; `n_results` None: a single vector."""
 
     @intrinsic
     def call(typingctx, t, y, block):

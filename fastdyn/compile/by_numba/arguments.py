@@ -48,7 +48,7 @@ def arguments(layout):
 
 
 def numba_type(kind):
-    """The Numba type of a parameter: arrays are read-only, and lists are arrays marked so."""
+    """The Numba type of a parameter: arrays are read-only; an unaligned array stands for a list."""
     if isinstance(kind, Constant):
         return typeof(kind.value)
     if kind in NUMBERS:
@@ -60,7 +60,7 @@ def numba_type(kind):
 
 
 def is_list(ty):
-    """True of a list of the user, which arrives as an array."""
+    """True if a type stands for a list of the user, which is passed as an array."""
     return isinstance(ty, types.Array) and not ty.aligned
 
 
@@ -72,7 +72,7 @@ def _read(context, builder, kind, words, at):
         pointer = cgutils.gep(builder, words, index)
         return builder.load(builder.bitcast(pointer, as_type.as_pointer()) if as_type else pointer)
 
-    if isinstance(ty, types.Dispatcher):  # the type says which; an address holds in one process
+    if isinstance(ty, types.Dispatcher):  # the type identifies the function
         return context.get_constant_null(ty), at
     if isinstance(kind, Constant):
         return context.get_constant_generic(builder, ty, kind.value), at

@@ -1,8 +1,8 @@
 """The compiled form of a function that cannot be traced: from memory, from disk, or from Numba.
 
 The arguments of the function are parameters of the compiled form.  All other values that the
-function uses are constants of the code, and the key of the code names their content: another
-content is another piece of code.
+function uses are constants of the code, and the key of the code names their content: if the content
+changes, the function is compiled again.
 """
 
 import functools
@@ -27,12 +27,12 @@ from .pointer_form import pointer_form
 from .rewrite.pipeline import called_function, dispatcher
 
 CHECKED = {"boundscheck": True, **INLINED}  # an index out of bounds is an exception, as in Python
-MOST_TRIES, FAILURE = 8, 4  # compilations of one piece of code; a failure counts as that many
+MOST_TRIES, FAILURE = 8, 4  # most compilations of a code object; a failure counts as FAILURE
 CHANGES = "what it uses from outside changes from solve to solve: pass the values as `args`"
 SIZE = 10  # size of a function in `memory`, with the data that Numba keeps
 
-_functions = memory.Table()  # (the Function or the reason against it, the code to keep alive)
-_tries = memory.Table()  # (number of compilations of a piece of code, reason against another)
+_functions = memory.Table()  # (the Function, or why there is none; the code to keep alive)
+_tries = memory.Table()  # (number of compilations of a code object, reason to compile no more)
 
 
 def compiled_function(parts, mode, probe=None):
@@ -42,9 +42,9 @@ def compiled_function(parts, mode, probe=None):
     ----------
     parts : callables.parts.Parts
     mode : mode.Mode
-        One whose `by_numba` is true.
+        A mode whose `by_numba` is true.
     probe : callable, optional
-        Called before Numba compiles the function, to find in Python the mistakes in it.
+        Called before Numba compiles the function, to find mistakes of the user in Python.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def compiled_function(parts, mode, probe=None):
     Raises
     ------
     Uncompilable
-        Where the function stays in Python.
+        If the function must run in Python.
     """
     try:
         layout = tuple([_place(value) for value in parts.positional])
@@ -108,7 +108,7 @@ def _made(parts, mode, layout, content):
     """The Function, from disk or from Numba."""
     if calls_itself(content) or calls_itself(layout):
         raise Uncompilable("it calls itself, and compiled code would not stop at any depth")
-    of_process = contains_opaque((layout, content))  # no other process can tell the values
+    of_process = contains_opaque((layout, content))  # no other process can identify the values
     key = None if of_process else repr((mode, layout, content, parts.options))
     build = functools.cache(functools.partial(_pointer_form, parts, mode, layout, content))
     code = key and code_store.stored(key)
@@ -148,5 +148,5 @@ def _check_convention():
 
 
 def _kinds(form):
-    """The types of a result and of arguments, whatever pointers point to."""
+    """The types of the result and the arguments; all pointers count as one type."""
     return ["ptr" if t.is_pointer else str(t) for t in (form.return_type, *form.args)]

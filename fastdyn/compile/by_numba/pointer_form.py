@@ -1,4 +1,4 @@
-"""Around a user's function: parameters out of the block, the result into place, errors noted.
+"""Wraps a user's function: reads its parameters from the block, stores its result, notes errors.
 
 `pointer_form` gives a function its one compiled form ``function(t, y, n, block, out)``; see
 `kernels/calls/user_function.py`.
@@ -49,7 +49,7 @@ def pointer_form(inner, values, mode):
 def _guarded(body, one_number):
     """The function of FORM that runs `body`, and notes where `body` raised."""
     compiled_body = njit(**INTERNAL)(body)
-    compiled_body.compile(FORM)  # here, so that Numba's reason is heard
+    compiled_body.compile(FORM)  # here, so that Numba's exception reaches the caller
 
     @intrinsic
     def attempt(typingctx, t, y, n, block, out):

@@ -17,7 +17,7 @@ from .captured import HEAP_TYPE, MISSING
 from .diagnostics import EMPTY, Uncompilable, located
 from .parts import T, Y
 
-KNOWN = (  # Numba has types for these, or their contents are inspected
+KNOWN = (  # types that Numba supports, or whose values are inspected
     int, float, complex, str, bytes, type(None), type(Ellipsis), slice, range, type,
     python.ModuleType, np.ndarray, np.generic, np.dtype,
 )  # fmt: skip
@@ -121,8 +121,8 @@ def _value(chain, function, owner):
 def _never(value):
     """True if Numba has no type for a value; False for values that are inspected or called.
 
-    Numba takes an instance of a user's class for the number or sequence that the class derives
-    from, without the functions of the class.
+    If a user's class derives from a number or a sequence, Numba would treat an instance as that
+    number or sequence, and ignore the methods of the class.
     """
     if isinstance(value, DATA) and any(map(has_functions, type(value).__mro__)):
         return True
@@ -139,7 +139,7 @@ def _never(value):
 def _untyped(value):
     if hasattr(type(value), "_numba_type_"):  # an instance of a class that Numba has compiled
         return False
-    # Numba would run the user's code.
+    # With __getattr__, Numba's look-ups of attributes would run the user's code.
     asked = any("__getattr__" in vars(kind) for kind in type(value).__mro__)
     if "numba" not in sys.modules or asked:
         return True

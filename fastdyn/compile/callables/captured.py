@@ -29,10 +29,10 @@ class Reference(NamedTuple):
 def track(blocks, n_definitions, owned):
     """Yield (block, position, statement, path) for each use of an outside name in Numba IR.
 
-    `owned` tells that the first argument is bound (`self`).  A path is a Reference.  Each attribute
-    extends the path; every prefix of a path is yielded, too.
+    `owned` tells whether the first argument is bound (`self`).  A path is a Reference.  Each
+    attribute extends the path; every prefix of a path is yielded, too.
     """
-    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+    import numba  # noqa: F401  # waits for another thread's import; importing a submodule does not
     from numba.core import ir
 
     paths = {}
@@ -61,7 +61,7 @@ def track(blocks, n_definitions, owned):
 
 def count_definitions(blocks):
     """The number of assignments to each variable."""
-    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+    import numba  # noqa: F401  # waits for another thread's import; importing a submodule does not
     from numba.core import ir
 
     counts = {}
@@ -72,7 +72,7 @@ def count_definitions(blocks):
 
 
 def _references(code, owned):
-    import numba  # noqa: F401  # waits for a thread that imports it; a module inside does not
+    import numba  # noqa: F401  # waits for another thread's import; importing a submodule does not
     from numba.core.compiler import run_frontend
 
     cells = tuple(python.CellType(None) for _ in code.co_freevars)
@@ -124,7 +124,7 @@ def references(function, owned):
 
 
 def walks_into(value):
-    """Whether attributes of a value are looked up here, because Numba cannot."""
+    """Whether `resolve` looks up attributes of a value, because Numba cannot look them up."""
     if isinstance(value, python.ModuleType | type):
         return True
     plain = (str, bytes, int, float, complex, tuple, list, np.ndarray, np.generic, type(None))
@@ -157,7 +157,7 @@ def resolve(reference, function, owner):
 
 
 def _runs_code(value, name):
-    """Whether the attribute lookup would run code of the user."""
+    """Whether looking up an attribute would run the user's code."""
     kind = type(value)
     if isinstance(value, python.ModuleType) or not kind.__flags__ & HEAP_TYPE:
         return False

@@ -34,7 +34,7 @@ class FoundLater(Uncompilable):
 class GaveUp(Exception):
     """Raised if compiled code fails where the Python function gives a value.
 
-    Code that is `wrong` gives another value: no form of the code may be used.
+    `wrong` code gives another value than the function: then no tier may use the code.
     """
 
     wrong = False
@@ -105,7 +105,7 @@ SENTENCES = (
     (r"it calls _numba_hash\w+", "it looks up text in a set or a dict"),
     (r"it calls _?(?:numba|Py|NRT)\w+", "it goes back to Python"),
 )
-INSIDE = r"0x[0-9a-f]{6}| object at |\bfastdyn\b|(?i:numba)|\$"  # means nothing to the user
+INSIDE = r"0x[0-9a-f]{6}| object at |\bfastdyn\b|(?i:numba)|\$"  # parts without meaning to the user
 AT = re.compile(r"^File \"(.+)\", line (\d+)")
 ANY = "it does what only Python can do"
 
@@ -141,7 +141,7 @@ def located(sentence, place):
 
 
 def warn_once(fun, reason):
-    """Warn, at the user's line, that a function runs in Python; once for each function."""
+    """Warn once for each function, at the user's line, that the function runs in Python."""
     plain = _plain(fun)
     if reason != SWITCHED_OFF and not re.search(r", line \d+\)$", reason):
         code = plain.__code__ if isinstance(plain, FunctionType) else None

@@ -3,7 +3,7 @@
 import numpy as np
 
 TOLERANCE, CANCELLED = 1e-9, 1e-12
-CLOSE = 1e-6  # largest effect of cancellation around the start, of the largest number
+CLOSE = 1e-6  # largest error by cancellation around the start, relative to the largest number
 
 
 def all_close(real, mine):
@@ -16,7 +16,7 @@ def all_close(real, mine):
 
 
 def are_close(real, mine):
-    """Whether numbers differ by little relative to the largest, and agree in which are finite."""
+    """Whether arrays are close, relative to the largest number, and finite at the same places."""
     finite = np.isfinite(real)
     far = np.abs(real - mine)[finite] > CLOSE * np.max(np.abs(real[finite]), initial=0.0)
     return np.array_equal(finite, np.isfinite(mine)) and not far.any()
@@ -25,9 +25,9 @@ def are_close(real, mine):
 def differ(real, mine, largest=0.0, of_solution=True):
     """Whether two results differ by more than rounding.
 
-    `largest` is the largest size of a result along the solution; a difference of the size of its
-    rounding errors is allowed.
-    Away from a solution (`of_solution` False), any two non-finite numbers agree.
+    `largest` is the largest size of a result along the solution; a difference of the size of the
+    rounding errors of `largest` is allowed.  Away from a solution (`of_solution` False), any two
+    non-finite numbers agree.
     """
     if np.array_equal(real, mine, equal_nan=True):
         return False

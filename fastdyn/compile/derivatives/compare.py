@@ -1,8 +1,9 @@
 """Compares the code of derivatives with differences of the function, at states of a solution.
 
-One derivative along a vector is compared; the vector is such that each element of the Jacobian
-contributes.  States are moved away from kinks, because a kink has several derivatives.  The
-differences have several step lengths, because a function may oscillate within one of the steps.
+The derivative along one vector is compared; the components of the vector are random, so that each
+element of the Jacobian contributes.  States are moved away from kinks, because a kink has several
+derivatives.  The differences have several step lengths, because a function may oscillate within a
+step.
 """
 
 import numpy as np
@@ -16,11 +17,11 @@ from ..compare import Different, agree, called, machine_value, python_value
 APART = 1e-2  # relative deviation beyond the errors of differences
 EPS = np.finfo(float).eps
 NOISE = 1e3 * EPS  # rounding of a difference, relative to its terms
-HIDDEN = 10 * EPS  # rounding of a function, relative to the largest number inside
+HIDDEN = 10 * EPS  # rounding of a function, relative to the largest number in its evaluation
 STEPS = EPS ** (1 / 3) * np.array([1.0, 0.1, 0.01])
 ASIDE = 1e-3  # share of a component by which a state is moved from a kink on which it may lie
-SMALLEST = 1e-4  # share of a component's largest size along the solution by which it is moved
-MOST, FEWEST = 3, 2  # states that are compared, and that must differ
+SMALLEST = 1e-4  # least size of a component, as a share of its largest size along the solution
+MOST, FEWEST = 3, 2  # number of compared states; least number of states that must differ
 
 
 class OtherDerivative(Different):
@@ -38,7 +39,7 @@ def compare_jacobian(bound, times, states):
 
 
 def compare_sensitivities(bound, equations, args, times, states):
-    """Raise OtherDerivative if the rates of the sensitivities contradict differences of `fun`.
+    """Raise OtherDerivative if S' of the sensitivities S contradicts differences of `fun`.
 
     Parameters
     ----------
@@ -56,8 +57,9 @@ def compare_sensitivities(bound, equations, args, times, states):
 def _compare(bound, times, states, derivative):
     """Raise OtherDerivative if the derivative is wrong at most of a few states.
 
-    ``derivative(t, y, sizes, span, rng)`` has a derivative along a vector, the sum of its terms
-    without their signs, and the function of a distance along the vector; or None.
+    ``derivative(t, y, sizes, span, rng)`` returns a derivative along a vector, the sum of the
+    absolute values of its terms, and the function along the vector, ``at(distance)``.  Or it
+    returns None: the state is left out.
     """
     rng, wrong, tried = np.random.default_rng(1), [], 0
     largest = np.abs(states).max(axis=0) if len(states) else 0.0
@@ -69,7 +71,7 @@ def _compare(bound, times, states, derivative):
             continue
         tried += 1
         differences = _contradicted(*found)
-        if differences is not None:  # the largest number is asked for in case of need
+        if differences is not None:  # costly, so only if the first test fails
             differences = _contradicted(*found, largest=_largest(bound, t, y, found[0]))
         if differences is not None:
             wrong.append((t, y, differences, found[0]))
@@ -92,9 +94,10 @@ def _along(bound, jacobian, t, y, sizes, span, rng):
 
 
 def _of_solution(bound, equations, args, t, z, sizes, span, rng):
-    """As `_compare` says, of variational equations; None where the function raises.
+    """The `derivative` of `_compare` for variational equations; None if the function raises.
 
-    The vector moves start and parameters, each by no more than its size, nor a component by more.
+    The vector moves the initial state and the parameters.  No parameter, and no component of the
+    state, moves by more than its size.
     """
     n, m = equations.n, equations.n_directions
     z = np.concatenate([z[:n] + ASIDE * sizes[:n] * rng.uniform(-1.0, 1.0, n), z[n:]])
@@ -119,7 +122,7 @@ def _of_solution(bound, equations, args, t, z, sizes, span, rng):
 
 
 def _sizes(equations, args):
-    """The sizes of the parameters by the directions; the start's components are not limited."""
+    """The size of the parameter of each direction; inf for a component of the initial state."""
     found = []
     for position in equations.directions:
         value = np.abs(args[position - 1]).ravel() if position else np.full(equations.n, np.inf)
@@ -128,7 +131,7 @@ def _sizes(equations, args):
 
 
 def _moved(equations, args, steps):
-    """The arguments, moved along the directions; a direction of the initial state moves none."""
+    """The arguments, moved along the directions; initial states are no arguments."""
     args, at = list(args), 0
     for position in equations.directions:
         size = np.size(args[position - 1]) if position else equations.n
@@ -151,7 +154,7 @@ def _largest(bound, t, y, results):
 def _contradicted(along, total, at, largest=0.0):
     """The differences of a function if they contradict a derivative at each step; else None.
 
-    `largest` is the largest number in the function.
+    `largest` is the largest number in the evaluation of the function.
     """
     wrong, near = np.isfinite(along), along
     for step in STEPS:
@@ -165,7 +168,7 @@ def _contradicted(along, total, at, largest=0.0):
 
 
 def _difference(at, step):
-    """(A central difference, a bound of its rounding); nan where a function has no value."""
+    """(A central difference, a bound of its rounding error); nan if the function raises."""
     above, below = at(step), at(-step)
     if above is None or below is None:
         return np.nan, np.nan

@@ -1,7 +1,7 @@
 """Compiles the exact Jacobian of a traced function: the entries that are not zero everywhere.
 
-The Jacobian is called like the function, ``jacobian(t, y, n, block, out)``, with the same block.
-Where the function raises, the entries are meaningless.
+The Jacobian is called like the function, ``jacobian(t, y, n, block, out)``, with the function's
+block.  Where the function raises, the entries are meaningless.
 """
 
 import threading
@@ -17,13 +17,13 @@ from ..callables.compiled import Function
 from ..mode import ENTRIES
 from ..traced.code import Traced
 
-GROWING = threading.Lock()  # only one thread may extend a graph
+GROWING = threading.Lock()  # one thread at a time may extend a graph
 
 
 class Jacobian(NamedTuple):
-    """A compiled Jacobian: `out` gets its entries by columns, rows ascending, then maybe df/dt.
+    """A compiled Jacobian, which writes its entries to `out`: by columns, rows ascending.
 
-    `time` tells whether df/dt (n numbers) follows the entries, and `autonomous` whether df/dt is
+    `time` tells whether df/dt (n numbers) follows the entries; `autonomous` tells whether df/dt is
     zero.  `size` is the length of `out`.
     """
 

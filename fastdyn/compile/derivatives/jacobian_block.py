@@ -16,7 +16,7 @@ from ..mode import CONSTANT
 from .jacobian import jacobian
 
 NONE = np.empty(0)
-MANY = 1000  # columns; SciPy groups more columns faster
+MANY = 1000  # columns; beyond this number, SciPy finds the groups faster
 
 
 def constant_function(matrix):
@@ -61,7 +61,7 @@ def entries_block(entries, n, numbers=NONE, own=False):
 
 
 def with_groups(block, entries, n):
-    """A block with groups of columns, by which finite differences can compute the entries."""
+    """A block with groups of columns: a finite difference computes all entries of a group."""
     group = groups_of(entries, n)
     begins = np.searchsorted(entries.columns, np.arange(n + 1))
     block = np.concatenate([block[: FIRST + len(entries.rows)], entries.rows, begins, group])
@@ -70,7 +70,7 @@ def with_groups(block, entries, n):
 
 
 def entries_of(block, n):
-    """The Entries of a block whose places are those in the full matrix; None without entries."""
+    """The Entries of a block that stores places in the full matrix; None without entries."""
     if block is None or block[N_ENTRIES] == 0:
         return None
     columns, rows = np.divmod(block[FIRST : FIRST + block[N_ENTRIES]], n)
@@ -83,7 +83,7 @@ def is_exact(block):
 
 
 def pattern_of_batches(function, n):
-    """The Entries of the Jacobian of a function traced in batches; None if dense or of numbers."""
+    """The Entries of a function traced in batches; None if dense, or if not traced in batches."""
     if function is None or function.traced is None or not function.traced.in_batches:
         return None
     found = function.traced.pattern if function.traced.n_stored == n else None
@@ -91,7 +91,7 @@ def pattern_of_batches(function, n):
 
 
 def groups_of(entries, n):
-    """The group of each column: the first whose columns have no row in common with the column."""
+    """The group of each column: the first group without a common row with the column."""
     if n > MANY:
         from scipy.optimize._numdiff import group_columns
         from scipy.sparse import csc_matrix
@@ -116,8 +116,8 @@ def groups_of(entries, n):
 def exact_block(function, n, time=False):
     """The block of a compiled function's exact Jacobian; None if there is none.
 
-    The words hold the places of the entries where other blocks have parameters.  With `time`, the
-    Jacobian's function also gives df/dt behind the entries.
+    The words that are parameters in other blocks are the places of the entries.  With `time`, the
+    Jacobian's function also writes df/dt, behind the entries.
     """
     if function is None or function.traced is None or function.traced.n != n:
         return None

@@ -17,7 +17,7 @@ from .text.instructions import INFINITE, ONE, ZERO, Text, hexadecimal
 ARRAYS = (
     "y", "low", "low_old", "probe", "probe_low", "rtol", "atol", "weights", "predicted",
 )  # fmt: skip
-AT_REST = 2.0**-40  # a step below this share of the time counts as a step at a jump
+AT_REST = 2.0**-40  # steps shorter than this share of the time count as steps at a jump
 
 
 class Driver(OneTrajectory):
@@ -119,7 +119,7 @@ class Driver(OneTrajectory):
     def _pace(self, t, x, size, scale, inverse, step):
         """The Pace, the unit of time, 1 over the unit, and whether a change of sign cuts the step.
 
-        If the series is not finite, the step begins again with a shorter unit.
+        If the series is not finite, the step begins again with a shorter unit of time.
         """
         text, var, kinks = self.text, self.var, self.kinks
         if self.rooted:
@@ -167,7 +167,7 @@ class Driver(OneTrajectory):
     def _leave(self):
         text = self.text
         if self.plan.raises():
-            text.label("raises")  # the decision rests on rounded differences: ask the function
+            text.label("raises")  # the series decided by rounded differences: call the function
             text.put(f"br i1 {self._raised()}, label %lost, label %defined")
         super()._leave()
 
@@ -192,7 +192,7 @@ class Driver(OneTrajectory):
             self._copy(source, text.at("%work", place))
 
     def asked(self, t, state="y"):
-        """Call the function at a state; return a truth value: the function raises.
+        """Call the function at a state; return the truth value of "the function raises".
 
         The derivative goes to `out`.
         """

@@ -41,9 +41,10 @@ class LaneDriver(Kernel):
     order, width : int
         The order of the series, and the lanes of a vector.
     raises : bool
-        True if the function may raise: ``fastdyn_raises(t, y, block)`` is then not 0 in such lanes.
+        True if the function may raise.  ``fastdyn_raises(t, y, block)`` is 1 in lanes where the
+        function raises.
     deceptive : bool
-        True if steps are compared within: see `deceptive.py`.
+        True if series and function are compared inside each step: see `deceptive.py`.
     fused : str
         See `Text`.
     together : int
@@ -167,7 +168,7 @@ class LaneDriver(Kernel):
         self._hand_back(text.truths("and", stop, self.live), failed, later)
 
     def _refused(self, pace, wild, again, short):
-        """(bad, failed, again): lanes whose step is refused, lanes that failed, the next length."""
+        """(bad, failed, again): lanes with a refused step, failed lanes, the retry's length."""
         text = self.text
         bad, failed, tries = wild, text.truths("and", wild, short), ZERO
         for refused, share in self._tests(pace):
@@ -182,7 +183,7 @@ class LaneDriver(Kernel):
         return bad, failed, again
 
     def _tests(self, pace):
-        """Yield the lanes whose step must be shorter, and the remaining share of the step."""
+        """Yield (the lanes whose step must be shorter, the factor of the step's length)."""
         text = self.text
         if some_held(self.rows):
             beyond = excess(self.rows, text.div(pace.signed, text.load(self.var["scale"])))
@@ -192,7 +193,7 @@ class LaneDriver(Kernel):
         yield unproved(self, pace), SHORTER
 
     def _raised(self, pace):
-        """A truth value: the function raises at the end of a step."""
+        """The truth value of "the function raises at the end of the step", in each lane."""
         text, kind = self.text, self.text.kind
         call = f"call {kind} @fastdyn_raises({kind} {pace.t}, ptr {self.new}, ptr %block)"
         return text.compare("une", text.new(call), ZERO)

@@ -1,7 +1,7 @@
 """The loop over Taylor steps of a large system, with nodes of equal formulas in vector lanes.
 
-The kernel has the form of `driver.py`.  Its numbers are in its own memory, with the states in the
-order of their vectors.
+The kernel has the arguments of the kernel in `driver.py`.  State and coefficients are in memory of
+the kernel, with the states in the order of their vectors.
 """
 
 from fastdyn.kernels.state import record
@@ -33,7 +33,8 @@ class LargeDriver(OneTrajectory):
     order, width : int
         The order of the series, and the lanes of a vector.
     raises, deceptive : bool
-        Whether the function may raise, and whether steps are compared within: see `deceptive.py`.
+        Whether the function may raise, and whether series and function are compared inside each
+        step: see `deceptive.py`.
     fused, together
         See `Text` and `places.Places`.
     """
@@ -107,7 +108,10 @@ class LargeDriver(OneTrajectory):
         return x, across(wide, wide.load(total), self.text.add)
 
     def _take(self, t, pace, x, inverse):
-        """Take the step of length x, and compare slopes where no next step compares them."""
+        """Take the step of length x.
+
+        Compare slopes after the last step of a call; if `raises`, after each step.
+        """
         text, var = self.text, self.var
         stops = step_taken(self, t, pace)
         allowed = allowed_share(text, pace.h, self.order)
@@ -153,7 +157,7 @@ class LargeDriver(OneTrajectory):
         text.label("off_roots")
 
     def raised(self, name, t):
-        """A truth value: the function raises at a time and the state in array `name`."""
+        """The truth value of "the function raises" at a time and the state in array `name`."""
         self.memory.write(name, Y)
         y, out = (self.text.at("%work", row * self.n) for row in (Y, record.STAGE))
         return asked(self.text, t, y, self.n, out)

@@ -25,10 +25,10 @@ from .text.instructions import INFINITE, ONE, ZERO
 class OneTrajectory(Kernel):
     """The base of the kernels: reads the record before the loop over steps, writes it after.
 
-    A subclass has `text` and `n`.  It keeps states and coefficients in memory of its own:
-    `_make_room` reads the states, ``_write(name, row)`` copies an array of states into a row of
-    `work`, `_write_series` copies all coefficients.  `_raised` returns a truth value: the function
-    raises at the present time and state.
+    A subclass has `text` and `n`, and memory for states and coefficients.  `_make_room` reads the
+    states, ``_write(name, row)`` copies an array of states into a row of `work`, and
+    `_write_series` copies all coefficients into rows of `work`.  `_raised` returns the truth value
+    of "the function raises at the present time and state".
     """
 
     n: int

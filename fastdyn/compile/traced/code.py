@@ -1,6 +1,6 @@
 """A trace as a compiled function: its parameters in a block, its code on disk.
 
-The key of the code is the graph itself: kept code is right for every function with this graph.
+The key of the code is a digest of the graph: kept code is valid for all functions with this graph.
 """
 
 import functools
@@ -20,7 +20,7 @@ from ..parameters import FLOAT, INT, n_words, packer
 class Traced:
     """A trace in a mode: the nodes that it stores, and the places of its parameters.
 
-    The pointer form is the function with the calling convention of all compiled functions.
+    The pointer form is the compiled function ``function(t, y, n, block, out)``.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Traced:
     def series(self, order, fine=False):
         """The Taylor kernel of an order; of an event, the kernel of its series along a step.
 
-        `fine`: for tolerances near rounding.
+        `fine` asks for the kernel for tolerances near rounding.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""`solve_linear` and `constrained` on symbols, by the elimination that solves for numbers."""
+"""`solve_linear` and `constrained` on symbols, by the same elimination as on numbers."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from fastdyn.trace.symbols.symbolic import graph_of, is_symbolic
 
 
 def _under_numpys_rules(given):
-    """Convert numbers in nested lists so that they follow NumPy's rules, where nothing raises."""
+    """Convert numbers in nested lists to numbers by NumPy's rules: no operation on them raises."""
     if isinstance(given, np.ndarray | list | tuple):
         return [_under_numpys_rules(v) for v in given]
     value: Any = number(given)

@@ -1,6 +1,7 @@
-"""Checks the reads of a trace at each solve: the result of `Reads.follow` in a third of its time.
+"""Checks, at each solve, that a trace holds for the values that its function reads from outside.
 
-The checks are prepared once.  Rows on which nothing depends are left out.
+The result is that of `Reads.follow`, in a third of the time: the checks are prepared once, and rows
+of reads on which nothing depends are left out.
 """
 
 import operator
@@ -18,8 +19,8 @@ _facts = operator.attrgetter("__code__", "__defaults__", "__kwdefaults__", "__di
 class Follower:
     """The parameter values of a trace, for the current surroundings of its function.
 
-    ``follower(roots)`` takes the function and its arguments; it returns None if the trace does not
-    hold.
+    ``follower(roots)``, where `roots` are the function and its arguments, returns the values, or
+    None if the trace does not hold.
     """
 
     def __init__(self, reads):
@@ -109,7 +110,7 @@ class Follower:
 
 
 def _without_attributes(reads, root):
-    """The row that checks for no attributes, if the root function has no defaults; else None."""
+    """The row that checks that a root function has no attributes; None if it has defaults."""
     rows = reads.rows
     _, _, key, check, expected = rows[root]
     if check != "code" or expected[2:] != NO_DEFAULTS:

@@ -22,7 +22,7 @@ from .pointer_form import in_loops, plan_of, worth_loops
 class TracedInBatches(Traced):
     """A trace in batches in a mode, without a list `stored`.
 
-    It has no form that kernels inline, no form on vectors, and no Taylor series.
+    A trace in batches has no form that kernels inline, no form on vectors, and no Taylor series.
     """
 
     in_batches = True
@@ -40,7 +40,7 @@ class TracedInBatches(Traced):
         self.decisions = decisions if self.mode.notes_sides else []
 
     def _planned(self, outputs, raising):
-        """The Plan, and the nodes behind its loops: single outputs, and whether it raises."""
+        """The Plan, and the nodes behind its loops: single outputs, and the truth of `raising`."""
         needed = Needed(self.table, outputs, raising)
         if worth_loops(needed.nodes):
             return plan_of(self, needed)

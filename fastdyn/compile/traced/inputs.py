@@ -15,14 +15,15 @@ OF_DTYPE = {"f8": REAL, "i8": WORD, "b1": ir.IntType(8)}
 
 
 def places_of(kinds):
-    """The places in a block of groups of parameters, and the end of the last."""
+    """The places in a block of groups of parameters, and the end of the last group."""
     return list(itertools.accumulate(map(n_words, kinds), initial=FIRST))
 
 
 def array_of(reads, kinds):
-    """The function that gives the array in which a parameter lies, and its place there.
+    """A function of a parameter's slot: returns (array of the parameter, place in the array).
 
-    The array is ("array", slots), or ("block", words) of a number; None of a whole number.
+    The array is ("array", slots) for an element of an array, and ("block", words) for a number.
+    The function returns None for an integer.
     """
     *places, end = places_of(kinds)
 

@@ -19,7 +19,7 @@ from ..taylor.text.instructions import OF_VECTORS
 from .inputs import VectorSource
 from .pointer_form import by_formula
 
-MAX_STEPS = 400  # of a plan: its code has no loops
+MAX_STEPS = 400  # most steps of a plan, because the code has no loops over steps
 
 
 @refused_as(NotSmooth)
@@ -100,7 +100,7 @@ def _slopes(module, traced, kinds, width):
 
 
 def _stored(builder, values, out):
-    """Store vectors one behind the other, and return."""
+    """Emit: store vectors one behind the other, and return."""
     for i, value in enumerate(values):
         at = builder.gep(out, [INDEX(i * value.type.count)])
         stored: Any = builder.store(value, builder.bitcast(at, value.type.as_pointer()))

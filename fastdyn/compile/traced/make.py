@@ -25,21 +25,21 @@ from .code import Traced
 from .follow import Follower
 from .met import NOTHING, TABLE, Known, Met, acts, code_of, is_wrong, known_trace, place_of
 
-LONG = 64  # a state of at least so many components is one long array
+LONG = 64  # least number of components of a state that is one long array
 STORES = "stores"  # stands for tracing by `trace_with_stores`
-OF_CALL = 1e-5  # seconds of a call from Python, in which code is measured
-SLOWER = 1.2  # code that calls libraries may take so many times Python's time
+OF_CALL = 1e-5  # seconds of the call from Python, which a measured time of code includes
+SLOWER = 1.2  # most time of code that calls libraries, over the time in Python
 LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
-UNDEFINED = "NameError: "  # how the reason of a function that misses a name begins
-MAX_KNOWN, MAX_REFUSALS = 16, 3  # limits for one code object
+UNDEFINED = "NameError: "  # begin of the reason if a name is not defined
+MAX_KNOWN, MAX_REFUSALS = 16, 3  # most traces, most refusals of a code object
 
 
 class Near(NamedTuple):
     """The region in which a function will be called, and around which its code is compared.
 
-    `batches` tells whether the caller needs the pointer form only, which long arrays can provide.
-    `stores` tells whether the caller calls the function at the end, so that the function may write
-    to objects outside.
+    `batches` tells whether the caller needs the pointer form only: then long arrays may be traced
+    in batches.  `stores` tells whether the caller calls the Python function at the end of a solve;
+    then the function may write to outside objects.
     """
 
     t0: float
@@ -51,16 +51,16 @@ class Near(NamedTuple):
 
 elimination.stand_in()
 _functions = memory.Table()  # by the keys of their code
-_verified = memory.Table()  # comparisons, and the parameters that were 0 in each of them
+_verified = memory.Table()  # by comparison, the parameters that were 0 each time
 _asks_what_lives = threading.Event()  # set once a function asked which objects are alive
-NODES, COMPONENTS = 100, 1000  # so many take as much memory as a small function
+NODES, COMPONENTS = 100, 1000  # numbers with the memory of a small function
 
 
 def traced_function(fun, args, mode, n, near, varying=()):
     """(Function, (type, value) of each parameter, indices of the arguments among them), or None.
 
-    None if the function cannot be traced, or if its code was found wrong.  `varying` are the
-    positions, from 1, of the arguments that vary between trajectories.
+    The result is None if the function cannot be traced, or if its code gave wrong values.
+    `varying` has the positions, from 1, of the arguments that vary between trajectories.
     """
     if is_wrong(fun, args, mode):
         return None
@@ -109,7 +109,7 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
             TABLE.put(place, met, len(met.known))
         return function, list(zip(traced.kinds, given, strict=True)), traced.at
     met.effect, met.writes = met.effect or error.effect, met.writes or error.writes
-    if not str(error).startswith(UNDEFINED):  # a later cell of a notebook defines it
+    if not str(error).startswith(UNDEFINED):  # the name may be defined later
         met.refusals = MAX_REFUSALS if error.final else met.refusals + 1
     met.reason = _reason(error, fun, args, mode, n)
     met.of_state = met.of_state or STATE in str(error)
@@ -192,7 +192,7 @@ def _is_slower(bound, near, more):
 
 
 def _fastest(value, bound, near):
-    """The time of an evaluation at the start; called from Python, and so an upper bound.
+    """The time of an evaluation at the start: an upper bound, because Python makes the call.
 
     The time of machine code holds for all values, because no loop of a trace depends on values.
     """

@@ -33,7 +33,7 @@ class Known(NamedTuple):
 
 
 class Met:
-    """The traces of a code object, and the reasons why it was refused."""
+    """The traces of a code object, and the reasons why tracing refused the code object."""
 
     def __init__(self):
         self.known: list[Known] = []
@@ -65,7 +65,7 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
 
 
 def why(fun, args, mode, n, varying=()):
-    """Why and where a function was refused, if its user should see the reason; else None."""
+    """The reason and the line of a refusal, if the user should see the reason; else None."""
     reason, wrong = _left_of(fun, args, mode)
     return reason if wrong else _met_at(fun, args, mode, n, varying).reason
 
@@ -75,7 +75,7 @@ def _met_at(*place):
 
 
 def refusal(fun, args, mode, n, batches=False):
-    """Why and where tracing refused a function, even a reason not for its user; else None."""
+    """The reason and the line of a refusal by tracing, for the user or not; else None."""
     met = _met_at(fun, args, mode, n, (), batches)
     return met.reason or met.whole
 
@@ -110,7 +110,7 @@ def leave_to_python(fun, args, mode, reason, wrong):
 
 
 def left_to_python(fun, args, mode):
-    """The reason for which a function was left to Python; None if it was not."""
+    """The reason why a function was left to Python; None if the function was not."""
     return _left_of(fun, args, mode)[0]
 
 
@@ -130,7 +130,7 @@ def place_of(fun, args, mode, n, varying=(), batches=False):
 
 
 def has_stores(function):
-    """Whether a compiled function's original writes to objects outside."""
+    """Whether the Python function of a compiled function writes to outside objects."""
     return function.traced is not None and bool(function.traced.trace.graph.stores)
 
 

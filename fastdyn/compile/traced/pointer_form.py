@@ -22,7 +22,7 @@ from .. import function_convention
 from .inputs import Source, array_of
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400
-MAX_STRAIGHT = 16  # up to so many components, kernels inline functions as straight-line code
+MAX_STRAIGHT = 16  # most components of a function that kernels inline without loops
 
 
 def text(traced, symbol):
@@ -42,7 +42,7 @@ def _text(symbol, body):
 
 
 def worth_loops(nodes):
-    """Whether loops pay for so many nodes."""
+    """Whether loops are faster than straight-line code for so many nodes."""
     return len(nodes) > FEWEST_NODES or sum(n.op == "call" for n in nodes) > FEWEST_CALLS
 
 
@@ -67,7 +67,7 @@ def _note_fault(traced, builder, raises, t, y, block, out):
 
 
 def _note_sides(builder, truths, block):
-    """Emit the note, in the block, of the sides that decisions take."""
+    """Emit a store to the block: the sides that decisions take."""
     place = builder.gep(block, [INDEX(SIDES)])
     sides = builder.load(place)
     for i, truth in enumerate(truths):
@@ -88,7 +88,7 @@ def _plan(traced):
 
 
 def plan_of(traced, needed):
-    """The Plan of the loops of a trace, its single nodes in batches, and the nodes behind them."""
+    """The Plan of the loops of a trace, and the nodes that are computed behind the loops."""
     of_slot = array_of(traced.trace.reads, traced.kinds)
     settled = Settled(traced.trace.graph, needed, of_slot)
     try:

@@ -42,7 +42,7 @@ def text(traced, symbol, order, fine):
 
 
 def size_of(plan):
-    """The size that decides whether vectors hold orders or like nodes."""
+    """The size that decides whether the lanes of vectors are orders or like nodes."""
     return max(plan.n_sums, len(plan.outputs))
 
 
@@ -62,7 +62,7 @@ def _large(module, plan, order, raises):
 
 @refused_as(NotSmooth)
 def text_of_event(traced, symbol, order):
-    """The text of an LLVM module with the series of an event; NotSmooth if it has a kink."""
+    """The LLVM text of the series of an event; NotSmooth if the event has kinks or may raise."""
     graph = traced.trace.graph
     plan = Plan(graph, traced.stored, possible(graph, traced.trace.failing))
     if plan.signed or plan.rooted or plan.outputs[0][1] is None or plan.raises():

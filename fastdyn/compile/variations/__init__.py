@@ -1,1 +1,1 @@
-"""What the equations and events of a traced function do to its sensitivities."""
+"""Compiles how the equations and events of a traced function change sensitivities."""

@@ -1,8 +1,8 @@
-"""Compiles what an event does to a state and its sensitivities: the saltation matrix.
+"""Compiles the effect of an event on a state and its sensitivities: the saltation matrix.
 
-Behind a change R of the state at the zero of g, with f before and f+ behind the change, S becomes
+At a zero of g, R(t, y) is the new state, and y' changes from f to f+.  The sensitivities S become
 dR/dy (S + f s) + dR/dt s + dR/dp - f+ s, where s = -(dg/dy S + dg/dp) / (dg/dt + dg/dy f) is the
-derivative of the event's time; s is 0 at a time of a schedule.  P. C. Mueller, "Calculation of
+derivative of the event's time.  At a time of a schedule, s = 0.  P. C. Mueller, "Calculation of
 Lyapunov exponents for dynamic systems with discontinuities", Chaos, Solitons & Fractals 5(9), 1995.
 """
 
@@ -57,7 +57,7 @@ def _compiled(base, groups, n, located):
 def _outputs(graph, stored, columns, n, located):
     """The nodes of the state and of the sensitivities behind the change, row by row.
 
-    `stored` are the new state, and for an event also f, f+ and g.
+    `stored` has the nodes of the new state; for an event, also the nodes of f, f+ and g.
     """
     m, g = len(columns), graph
     slots = sorted({column for column in columns if column is not None})

@@ -56,10 +56,10 @@ def bind_extended(fun, args, mode, near, extended, compiled, untraced="it cannot
     extended : callable
         ``extended(t, z, *args)`` in Python, with `n`, `directions` and `n_directions`.
     compiled : callable
-        ``compiled(function, groups)`` makes the extended Function of the traced one; `groups` has
-        the group of parameters of each direction, None for the initial state.
+        ``compiled(function, groups)`` makes the extended Function of the traced Function; `groups`
+        has the group of parameters of each direction, None for the initial state.
     untraced : str
-        The reason to give if none is known.
+        The reason of the refusal if no other reason is known.
     """
     n = len(near.y0)
     positions = tuple(sorted({j for j in extended.directions if j}))
@@ -124,7 +124,7 @@ def extended_function(trace, mode, base, n, columns):
 
 
 def columns_of(traced, groups, n):
-    """Yield each column's direction: a parameter's slot, None for the n numbers of the start."""
+    """Yield the direction of each column: a parameter's slot; None, n times, for the start."""
     for group in groups:
         if group is None:
             yield from [None] * n

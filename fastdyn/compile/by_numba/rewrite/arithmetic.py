@@ -1,8 +1,8 @@
-"""Arithmetic that Numba's types define otherwise than Python.
+"""Arithmetic whose results differ between Numba and Python.
 
-A whole number has any size in Python, and 64 bits in compiled code.  If a result does not fit, the
-compiled function raises, and the solve goes on in Python.  Arithmetic on lists (Numba would get
-arrays) and on truth values is refused.
+An integer has any size in Python, and 64 bits in compiled code.  If a result does not fit, the
+compiled function raises, and the solve continues in Python.  Arithmetic on truth values is refused;
+so is arithmetic on lists, which are arrays for Numba.
 """
 
 # Numba's annotations are incomplete.
@@ -22,11 +22,12 @@ from ..arguments import is_list
 
 TOO_LARGE = "a whole number beyond 64 bits"
 LIMIT = 2.0**63
-OF_TRUTHS = (operator.add, operator.iadd, operator.mul, operator.imul)  # NumPy's True, not 2
+# NumPy's True + True is True, Python's is 2.
+OF_TRUTHS = (operator.add, operator.iadd, operator.mul, operator.imul)
 
 
 def _with_flag(name):
-    """LLVM's operation `name` with a flag that tells whether the result fits."""
+    """LLVM's operation `name` on two int64; raises OverflowError if the result does not fit."""
 
     @intrinsic
     def operation(typingctx, a, b):
@@ -62,7 +63,7 @@ def _shift_left(a, b):
 
 @njit(**INTERNAL)
 def _power(a, b):
-    """a ** b by products, for b >= 0: otherwise Python's result is no whole number."""
+    """a ** b by products; OverflowError for b < 0, where Python's result is a float."""
     if b < 0:
         raise OverflowError(TOO_LARGE)
     result = 1
@@ -124,7 +125,7 @@ def _refuse(value, types_of):
 
 
 def _checked(value, state):
-    """The checked form of an expression on whole numbers; any other expression unchanged."""
+    """The checked form of an expression on integers; any other expression unchanged."""
     if value.op == "call":  # such as pow(a, b), or operator.mul(a, b)
         called = getattr(state.typemap[value.func.name], "typing_key", None)
         operands = [] if value.kws or value.vararg else list(value.args)
@@ -144,7 +145,7 @@ def _checked(value, state):
 
 
 def _typed(expression, function, operands, state, kind=types.int64):
-    """Note the signature of an expression, `function` of operands of the type `kind`."""
+    """Store the signature of an expression that applies `function` to operands of type `kind`."""
     context = state.typingctx
     found = context.resolve_value_type(function).get_call_type(context, (kind,) * len(operands), {})
     state.calltypes[expression] = found
@@ -152,7 +153,7 @@ def _typed(expression, function, operands, state, kind=types.int64):
 
 
 def _fitted(call, scope, state):
-    """The statements that check a float before its conversion to a whole number."""
+    """The statements that check a float before its conversion to an integer."""
     signature, function = state.calltypes[call], state.typemap[call.func.name]
     floats = [isinstance(ty, types.Float) for ty in signature.args if signature is not None]
     if isinstance(function, types.Dispatcher) or floats != [True]:

@@ -29,7 +29,7 @@ def replace_outside(blocks, function, owner, called_function):
         if compiled is not None:
             value = compiled
         elif walks_into(value) and not isinstance(value, ModuleType) and path in read_from:
-            value = None  # the code reads attributes only, which become constants themselves
+            value = None  # only attributes are read, and these become constants
         elif _numbers(value) and _only_read(blocks, statement.target.name):
             value = tuple(value)
         elif isinstance(value, np.ndarray):
@@ -79,7 +79,7 @@ def _only_read(blocks, name):
 def join_tuples(blocks):
     """Replace a list display by a tuple in calls such as ``np.concatenate([a, b])``.
 
-    A list of Numba has elements of one type; the arrays may be of several types.
+    All elements of a Numba list have one type; the arrays may have several types.
     """
     made, uses = _made_once(blocks), {}
     for block in blocks.values():
@@ -92,7 +92,7 @@ def join_tuples(blocks):
             inner = made.get(value.args[0].name)
             if _outside_value(value.func.name, made) in JOIN and inner is not None:
                 listed = isinstance(inner.value, ir.Expr) and inner.value.op == "build_list"
-                if listed and uses[value.args[0].name] <= 3:  # made, given, and named by Numba
+                if listed and uses[value.args[0].name] <= 3:  # no use but this call
                     inner.value = ir.Expr.build_tuple(inner.value.items, inner.value.loc)
 
 

@@ -1,8 +1,8 @@
-"""Numba's pipeline with two passes, and the functions that go through the passes.
+"""Numba's pipeline with two passes of fastdyn, and the functions that go through the passes.
 
 Before types are inferred, values from outside become constants, functions from outside become
-compiled functions, and variables that may be unassigned are checked.  Afterwards arithmetic that
-means something else in Python is checked or refused.
+compiled functions, and variables that may be unassigned are checked.  After types are inferred,
+arithmetic whose result would differ in Python is checked or refused.
 """
 
 import inspect
@@ -30,7 +30,7 @@ from .unassigned_variables import check_assigned
 
 SOURCE = "__fastdyn_source__"  # attribute of a clone: the user's function, and its `self`
 
-_called = memory.Table()  # compiled forms of functions that others call, by their content
+_called = memory.Table()  # compiled forms of functions that a user's function calls, by content
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
@@ -55,7 +55,7 @@ class Rewrite(FunctionPass):
 
 
 class Compiler(CompilerBase):
-    """Numba's pipeline with the two passes."""
+    """Numba's pipeline with the passes Rewrite and Arithmetic."""
 
     def define_pipelines(self):
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
@@ -98,15 +98,16 @@ def dispatcher(function, owner, options, filled=False):
 
 
 def _all_positional(function, filled):
-    """The code of a function with keyword-only parameters behind the others, and the defaults.
+    """The code of a function in which keyword-only parameters are positional, and the defaults.
 
-    Numba gives a missing argument its default, but knows no keyword-only parameters.
+    Keyword-only parameters come last, because Numba supports defaults, but no keyword-only
+    parameters.
     """
     code, given = function.__code__, function.__kwdefaults__ or {}
     last = code.co_argcount + code.co_kwonlyargcount
     named = code.co_varnames[code.co_argcount : last]
     defaults = () if filled else function.__defaults__ or ()
-    needed = named if defaults else named[len(named) - len(given) :]  # the others come first
+    needed = named if defaults else named[len(named) - len(given) :]  # required names come first
     if named and (
         code.co_flags & inspect.CO_VARARGS or (not filled and not given.keys() >= {*needed})
     ):
@@ -120,8 +121,8 @@ def _all_positional(function, filled):
 def called_function(value: Any):
     """The compiled form of a function that a user's function calls; None if it is no function.
 
-    A jitted function is compiled anew: its own machine code may hold other values of its globals,
-    or come from Numba's cache, where the names of functions are not unique.
+    A jitted function is compiled again: its machine code may contain old values of its globals, or
+    come from Numba's cache, where the names of functions are not unique.
     """
     owner, options, signatures = None, {"boundscheck": True}, ()
     if type(value) is CPUDispatcher and value._compiler.pipeline_class is NumbaCompiler:  # pyright: ignore

@@ -13,9 +13,10 @@ def _check(assigned):
 
 
 def check_assigned(blocks):
-    """Let each read of a variable that some path leaves unassigned raise as Python does.
+    """Insert checks: the read of an unassigned variable raises, as in Python.
 
-    Such a variable gets a flag, false at the start and true behind each assignment.
+    A variable that some path leaves unassigned gets a flag: false at the start, true behind each
+    assignment.
     """
     first = min(blocks)
     doubtful = _live_at(first, blocks)

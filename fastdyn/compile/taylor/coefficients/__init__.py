@@ -1,1 +1,1 @@
-"""Taylor coefficients from recurrences: for one trajectory, in rows, in lanes."""
+"""Taylor coefficients from recurrences: of one trajectory, of a large system, of lanes."""

@@ -1,4 +1,7 @@
-"""The vectors of rows: one vector for each node of a plan, or for like nodes of a large plan."""
+"""The vectors of a plan: one vector for each node, or, if the plan is large, for like nodes.
+
+Like nodes have equal formulas.
+"""
 
 import copy
 
@@ -7,11 +10,11 @@ from ..recurrences.listing import Gather, Rate, items, rebuilt, timed
 from ..recurrences.operations import Sum
 from .looped import Part, looped
 
-MAX_PRODUCTS = 4  # products in a sum
+MAX_PRODUCTS = 4  # most products in a sum
 
 
 class Single:
-    """The rows of a plan, with one trajectory in each lane.
+    """The vectors of a plan, one for each node, with one trajectory in each lane.
 
     Attributes
     ----------
@@ -72,7 +75,7 @@ class Bundle:
 
 
 class Bundles:
-    """The rows of a plan with like nodes in the lanes of a vector; attributes as in `Single`.
+    """The vectors of a plan, with like nodes in the lanes; attributes as in `Single`.
 
     Parameters
     ----------

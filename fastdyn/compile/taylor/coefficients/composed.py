@@ -1,4 +1,4 @@
-"""The series of a function of t and y, an event, from the series of y along a step.
+"""The series of an event, a function of t and y, from the series of y along a step.
 
 The kernel is ``int64 series(t_old, h, work, block address, out)``.
 `kernels/output/series_roots/all_roots.py` calls the kernel.
@@ -16,7 +16,7 @@ WORDS = {"t": (0, "double"), "h": (1, "double"), "work": (2, "ptr"), "n": (4, "i
 
 
 class _Terms:
-    """Takes the coefficients of the function, in place of `Kinks`."""
+    """Stores the coefficients of the event; replaces `Kinks` in an `Online`."""
 
     def __init__(self, plan, text, x, invariant):
         self.plan, self.text, self.x, self.invariant = plan, text, x, invariant

@@ -1,9 +1,10 @@
 """The sums over earlier orders, sum(w(j) a[j] b[K-j]) over 0 < j < K, four orders K at once.
 
-With K = k + i, i < 4, only a[j] and b[j] of orders j < k are known before the block.  A loop adds
-the terms common to all four orders, j = 4, ..., k - 1, so that a coefficient is loaded once for
-four products; the other terms follow one by one, as they become known.  A square needs only half of
-the products, j < K / 2: with k = 4 m + 1 the loop is over j = 3, ..., 2 m.
+The orders K = k, ..., k + 3 are a block of orders.  Before the block, only a[j] and b[j] of orders
+j < k are known.  A loop adds the terms common to all four orders, j = 4, ..., k - 1; so each
+coefficient is loaded once for four products.  The other terms are added one by one, as their
+coefficients become known.  A square needs only half of the products, j < K / 2: with k = 4 m + 1,
+the loop is over j = 3, ..., 2 m.
 """
 
 from typing import Any, NamedTuple
@@ -15,7 +16,7 @@ BLOCK = 4
 
 
 class Late(NamedTuple):
-    """The order k + i of a block that begins with order k."""
+    """The order k + i of a block of orders that begins with order k."""
 
     i: int
 
@@ -77,7 +78,7 @@ def n_partial(step, timed):
 
 
 def middle_out(numbers):
-    """Numbers from the middle to both ends: the terms known last are added last."""
+    """Orders from the middle to both ends: the terms at the ends become known last."""
     numbers = list(numbers)
     return sorted(numbers, key=lambda j: abs(2 * j - numbers[0] - numbers[-1]))
 
@@ -134,7 +135,7 @@ class Convolutions:
     # -- of a block
 
     def block(self, steps):
-        """The parts of the sums that are known before a block, {key: [value for each order]}."""
+        """The parts of the sums known before a block of orders: {key: [part for each order]}."""
         wanted, found = self.of(steps), {}
         for squares in (True, False):
             some = [c for c in wanted if c.of_square == squares]
@@ -148,8 +149,8 @@ class Convolutions:
         return found
 
     def late(self, c, i, total):
-        """Complete the sum of the order k + i, from the part of `block`."""
-        for m in range(i):  # the last known product last
+        """Complete the sum of the order k + i; `total` is the part from `block`."""
+        for m in range(i):  # the product that becomes known last is added last
             total = self._product(c, i - m, Late(m), Late(i), total)
             if not c.of_square:
                 total = self._product(c, Late(m), i - m, Late(i), total)

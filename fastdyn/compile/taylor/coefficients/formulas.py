@@ -7,16 +7,16 @@ from .convolutions import Late
 from .places import n_kept
 from .values import Start, shallow_first
 
-SHUFFLED = 4  # up to so many source vectors, shuffles gather the lanes
+SHUFFLED = 4  # most source vectors from which shuffles gather lanes
 
 
 class Formulas:
     """Emits the coefficients of one order.
 
     A subclass has `text` and `plan`, and these methods.  ``factor(f)`` is the value of an
-    invariant, ``of(node)`` the coefficient of a node, ``kept(step)`` a list of the values that
-    order 0 keeps.  ``by_order(total)`` divides a sum by the order.  ``of_time(step)`` is the
-    coefficient of a function whose argument is linear in time; `timed` has the keys of their nodes.
+    invariant, ``of(node)`` the coefficient of a node.  ``kept(step)`` is the list of values that
+    order 0 keeps for a step.  ``by_order(total)`` divides a sum by the order.  `timed` has the keys
+    of functions whose argument is linear in time; ``of_time(step)`` is their coefficient.
     """
 
     text: Any

@@ -9,14 +9,14 @@ from ..recurrences.listing import Gather, nodes, rebuilt, shape
 from .convolutions import convolutions, n_partial
 from .places import n_kept
 
-MANY = 40  # sums of products of vectors, beyond which straight-line code compiles slowly
-FEWEST, FEWEST_OF_MANY = 32, 4  # fewest vectors in a loop: with few sums, with MANY
+MANY = 40  # sums of products; straight-line code of more sums compiles slowly
+FEWEST, FEWEST_OF_MANY = 32, 4  # fewest vectors in a loop: below MANY sums, above
 
 
 class Part(NamedTuple):
-    """Steps in sequence, or with a table in a loop.
+    """Steps as straight-line code; with a `table`, like steps as one loop.
 
-    `slots` are the keys whose places an iteration reads from its row of `table`.
+    `slots` are the keys of operands.  An iteration reads their places from its row of `table`.
     """
 
     steps: list
@@ -26,7 +26,7 @@ class Part(NamedTuple):
 
 
 class Slot:
-    """An operand of a loop, with a place from the table; it replaces a node."""
+    """An operand of a loop, in place of a node; the table has its place for each iteration."""
 
     op, data = "slot", None
 

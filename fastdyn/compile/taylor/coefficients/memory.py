@@ -1,4 +1,4 @@
-"""The memory of a large system: the rows, and the states in the order of their vectors."""
+"""The memory of a large system: coefficients, and states in the order of their vectors."""
 
 import contextlib
 
@@ -6,7 +6,7 @@ from fastdyn.kernels.calls.block import FAILED
 from fastdyn.kernels.state.record import Y_OLD, K
 from fastdyn.kernels.state.series import HIGHEST
 
-ON_STACK = 2**13  # up to so many numbers, the workspace is on the stack
+ON_STACK = 2**13  # most numbers of a workspace on the stack
 ARRAYS = (
     "y", "low", "rtol", "atol", "weights", "y_old", "low_old",
     "probe", "inner", "predicted", "slope",
@@ -40,7 +40,7 @@ class Memory:
         return self._text.at("%work", self._text.new(f"add i64 {i}, {row * self._n}"))
 
     def make_room(self):
-        """Allocate the workspace, with arrays of states behind the rows; malloc if large."""
+        """Allocate the workspace: coefficients, then arrays of states; by malloc if large."""
         text, each = self._text, self._units * self._width
         whole = self._places.size + len(ARRAYS) * each
         self._on_stack = whole <= ON_STACK

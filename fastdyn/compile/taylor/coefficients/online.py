@@ -10,7 +10,7 @@ of the later orders, several orders at once::
 with A = (a[1], ..., a[k]) and B = (b[1], ..., b[k]).  No vector is reduced to its sum, and no load
 follows a store of its value.  Lanes exist up to p / 2 only, because i <= k and k + i <= p.
 
-The loop over k stays a loop, in phases by the number of registers that the lanes take.
+The loop over k is not unrolled.  It is split into phases by the number of registers of the lanes.
 """
 
 from ..recurrences.listing import timed
@@ -33,14 +33,14 @@ class Online(Formulas):
         The order p of the states.
     text : Text
     width : int
-        Lanes of a register.
+        Lanes of a vector register.
     factor : callable
         ``factor(node)`` returns the value of an invariant.
     rows : str
-        The address of the coefficients; order k has `row` numbers from k row on.  Order 0 is
-        already stored.
+        The address of the coefficients; order k has `row` numbers, from number k row on.  Order 0
+        is already stored.
     scale : str
-        The unit of time s: the series are in powers of t / s.
+        The value of the unit of time s: the series are in powers of t / s.
     kinks : Kinks
 
     Attributes
@@ -63,7 +63,7 @@ class Online(Formulas):
         self.updates = Updates(self)
 
     def _chains(self):
-        """{i: j} with y_i' = y_j and y_j' no state: the next order of y_i is known earlier."""
+        """{i: j} with y_i' = y_j, y_j' no state: y_j' gives y_i two orders ahead."""
         one, rates = self.plan.one, self.plan.outputs
         return {
             i: core.data
@@ -121,7 +121,7 @@ class Online(Formulas):
         return found
 
     def _pace(self, f, ahead):
-        """scale f, or scale^2 f, computed once, before the loops over orders."""
+        """scale f, or for ahead = 2 scale^2 f, computed once, before the loops over orders."""
         if (f.key, ahead) not in self._paced:
             below = self.scale if ahead == 1 else self._pace(f, 1)
             other = self.factor(f) if ahead == 1 else self.scale
@@ -129,9 +129,9 @@ class Online(Formulas):
         return self._paced[f.key, ahead]
 
     def _rate(self, i, v, order, ahead=1):
-        """The coefficient of y_i that follows from v, the coefficients of one order less.
+        """The next coefficient of y_i, from v, the coefficients of the present order.
 
-        For ahead = 2, the coefficient of the state whose derivative is y_i.
+        For ahead = 2, the coefficient two orders ahead of the state whose derivative is y_i.
         """
         f, core = self.plan.outputs[i]
         if core is None:

@@ -2,7 +2,7 @@
 
 from ..text.instructions import ONE
 
-LANES = 8  # of the vectors that fill tables
+LANES = 8  # lanes of the vectors that compute the tables
 
 
 class Tables:
@@ -32,8 +32,9 @@ class Order:
     """One order: its number as an LLVM value, its reciprocals, the registers of its sums.
 
     `first` is true for order 1.  `grows` is true if the coefficients of the order take a new lane.
-    In an `exact` order, numbers are divided by k + 1: the rounding error of a reciprocal has one
-    sign in all steps and adds up; the sum is visible if the truncation error is below rounding.
+    In an `exact` order, numbers are divided by k + 1, not multiplied by a reciprocal.  The rounding
+    error of the reciprocal has the same sign in all steps, so that the errors add up.  Their sum
+    is visible if the truncation error is below rounding.
     """
 
     def __init__(self, text, k, here, grows, width, tables, exact):

@@ -1,4 +1,4 @@
-"""The places of rows in their workspace."""
+"""The places of the coefficients of vectors in the workspace."""
 
 from ..recurrences.deceptive import held
 from ..recurrences.listing import Gather
@@ -6,7 +6,7 @@ from ..recurrences.operations import Integral, Power, Quotient, Root, Sum
 from ..text.instructions import hexadecimal
 from .convolutions import convolutions
 
-KEPT = {Quotient: 3, Power: 2, Root: 2}  # values that order 0 keeps for the other orders
+KEPT = {Quotient: 3, Power: 2, Root: 2}  # numbers of values that order 0 keeps for the other orders
 
 
 def n_kept(step):
@@ -32,7 +32,7 @@ class Places:
         Places of order 0: of nodes, by key; of invariants, by ("factor", key); of values that steps
         keep, by ("kept", key).
     history : set
-        The keys of nodes whose orders are all stored; other nodes store the current order only.
+        The keys of nodes with a place for each order; other nodes store the current order only.
     size : int
     """
 

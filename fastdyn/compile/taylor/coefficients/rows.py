@@ -2,7 +2,7 @@
 
 The lanes of a vector are trajectories, or like nodes of one trajectory: see `bundles.py`.  Each
 node has a place in the workspace; its coefficient of order k lies k vectors behind the place.
-Order 1 comes first, the other orders in blocks of four: see `convolutions.py`.
+Order 1 is computed first, then the other orders in blocks of four: see `convolutions.py`.
 """
 
 from fractions import Fraction
@@ -52,7 +52,7 @@ class Rows:
         return self.text.at(at, order * self.text.lanes)
 
     def row(self, node, order):
-        """The coefficient of an order, which is a number or Late.
+        """The coefficient of an order; `order` is a number or Late.
 
         Coefficients of earlier orders are loaded at each use, as operands of instructions.
         """
@@ -148,7 +148,7 @@ class Rows:
     def over(self, value, order, factor=ONE):
         """factor value / order, without bias of rounding in low orders.
 
-        The rounding error of a reciprocal has one sign in all steps, and would add up.
+        The rounding error of a reciprocal has the same sign in all steps: the errors would add up.
         """
         text = self.text
         if value is None:

@@ -49,11 +49,11 @@ class Updates:
         self.state |= after | {("sum", key): registers for key, registers in self.sums.items()}
 
     def _add_products(self, c, before, after):
-        """Add the products of a Convolution that contain a coefficient of this order.
+        """Add the products of a Convolution that contain a coefficient of the present order.
 
-        With this order k, the sum of order k + i gets the products w(k) a[k] b[i] and
-        w(i) a[i] b[k].  For a Power with the exponent e, these are, divided by (k + i) a0,
-        (e k - i) a[k] c[i] and (e i - k) a[i] c[k].
+        The present order is k.  The sum of order k + i gets the products w(k) a[k] b[i] and
+        w(i) a[i] b[k].  For a Power with the exponent e, the products are (e k - i) a[k] c[i] and
+        (e i - k) a[i] c[k], divided by (k + i) a0.
         """
         key, (a, b), of_a = c.key[0], _names(c), []
         factors = [] if c.factor is None else [self.online.factor(c.factor)]
@@ -87,7 +87,7 @@ class Updates:
         return found
 
     def _inserted(self, name, registers):
-        """The coefficients, together with this order's coefficient if the order has a lane."""
+        """The coefficients, with the present order's coefficient if the order takes a lane."""
         what, key = name
         if not self.order.grows or self.v.get(key) is None:
             return registers
@@ -113,7 +113,7 @@ class Updates:
         return self.online.kept_values[power][0]
 
     def _splat(self, node, *factors):
-        """A register with c[k] times factors in all lanes; None stands for zero."""
+        """A register with c[k], times `factors`, in each lane; None stands for zero."""
         place = (node.key, *[f for f in factors if f != ONE])
         if place not in self._splats:
             value = self.v.get(node.key)
@@ -137,7 +137,7 @@ class Updates:
         return [self.wide.add(a, b) for a, b in zip(before, after, strict=True)]
 
     def _weigh(self, registers, weights):
-        """Registers times weights, divided by the divisors; None stands for 1."""
+        """Registers times weights, divided by divisors; `weights` None stands for 1."""
         if weights is None:
             return registers
         found = []

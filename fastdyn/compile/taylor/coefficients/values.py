@@ -4,7 +4,7 @@ from ..recurrences.operations import Integral
 from ..text.instructions import ONE, ZERO, hexadecimal
 
 MAX_ROOT = 6.0  # up to this exponent, a half-integer power is products and a square root
-TINY = 1e-300  # replaces a zero argument of atan2, with the sign just behind the start
+TINY = 1e-300  # size that replaces a zero argument of atan2; its sign is from `sides`
 SIGNS = {"lt": "olt", "le": "ole", "eq": "oeq"}
 
 
@@ -18,7 +18,7 @@ class Start:
     invariant : callable
         ``invariant(node)`` returns the value of an invariant.
     known : dict
-        Values by the keys of nodes: given are state and time; the other values are added.
+        Values by the keys of nodes: at first of state and time; `emit` adds the other values.
     sides : dict
         By the key of a watched node that is zero, its sign just behind the start of the step.
 

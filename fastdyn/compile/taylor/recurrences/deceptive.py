@@ -1,19 +1,19 @@
 """Plans whose series may look right although the function changes within the step.
 
 Far from its transition, a saturated tanh is constant to rounding, and a pulse vanishes: no term of
-the series shows the transition.  A step must not carry the argument of such a function to its
+the series shows the transition.  A step must not carry the argument of such a function to the
 transition: the argument may change by half of its value, or by the width of the transition.  Sums,
-products, quotients, powers, sines and cosines of low degree cannot deceive: their terms decay
-slowly, and a zero or pole of low degree affects the series at a distance.  For all other functions,
-the slopes are compared at a point inside the step.
+products, quotients, powers, sines and cosines of low degree cannot deceive: the terms of their
+series decay slowly, and a zero or pole of low degree affects the series at a distance.  For all
+other functions, the slopes of function and series are compared at a point inside the step.
 """
 
 from typing import Any, NamedTuple
 
 from .operations import Choice, Integral, Power, Quotient, Root, Sum
 
-MOST = 6.0  # degree in one component, or in the time
-STEEP = 1.5  # exponent beyond which a pole may be a pulse
+MOST = 6.0  # highest degree, in one component or in the time, that cannot deceive
+STEEP = 1.5  # a power with an exponent below -STEEP may be a pulse
 HONEST = frozenset(("sin", "cos"))
 # Functions of a with a transition near a = 0, and the width of this transition.
 WIDTH = {
@@ -71,7 +71,7 @@ def is_deceptive(plan):
 
 
 def _degree(step, known):
-    """The degrees of a step in the leaves; poles count as zeros of the same degree."""
+    """The degree of a step in each component and in the time; a pole counts as a zero."""
 
     def of(node):
         return {node.key: 1.0} if node.op in ("t", "y") else known.get(node.key, {})

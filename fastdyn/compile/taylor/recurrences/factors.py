@@ -48,8 +48,8 @@ class Scaled:
 def share_factors(steps, uses, graph):
     """Move the factor f into a power or reciprocal b if every use of b is a product f a b.
 
-    In the recurrence of b, f enters only the coefficient of order 0; in the products, f would
-    multiply every order.
+    In the recurrence of b, f multiplies only the coefficient of order 0.  In the products, f would
+    multiply the coefficients of all orders.
     """
     sums = [step for step in steps if isinstance(step, Sum)]
     places: dict = {}

@@ -1,13 +1,14 @@
 """Conditions that no numbers fulfil, such as a negative sum of squares.
 
 If such a condition decides whether the function raises, the condition is dropped: a step then
-neither watches its sides nor asks the function.  The rule also holds in floating-point arithmetic:
-a square, or a sum of squares, is at least zero, or NaN, and no comparison with NaN is true.
+neither watches the sides of the condition nor calls the function.  In floating-point arithmetic,
+too, such a condition never holds: a square, or a sum of squares, is at least zero, or is NaN, and
+no comparison with NaN is true.
 """
 
 
 def possible(graph, condition):
-    """A condition without the alternatives that never hold."""
+    """The condition without those terms of its disjunctions that never hold."""
     alternatives, todo = {}, [condition]
     while todo:
         one = todo.pop()
@@ -25,7 +26,7 @@ def possible(graph, condition):
 
 
 def _never_holds(condition):
-    """True if a condition requires, among others, that a square is negative."""
+    """True if a conjunct of the condition is that a square is negative."""
     todo = [condition]
     while todo:
         one = todo.pop()
@@ -41,7 +42,7 @@ def _never_positive(node):
 
 
 def _never_negative(node):
-    """True if a node is a sum or product of squares, absolute values and square roots."""
+    """True if a node is made of squares, |x|, roots and constants >= 0 by sums and products."""
     seen, todo = set(), [node]
     while todo:
         one = todo.pop()

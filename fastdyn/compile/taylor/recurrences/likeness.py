@@ -1,8 +1,9 @@
 """Groups of recurrences with equal formulas, and their order in vectors.
 
-Two steps are alike if they have equal formulas and levels.  The operands at one place of like
-formulas, for example the first coordinates of all distances, form a group in the order of these
-formulas: then whole vectors are combined with whole vectors.
+Two steps are alike if they have equal formulas and levels.  Like steps go into the lanes of
+vectors.  The operands at one place of like formulas, for example the first coordinates of all
+distances, form a group in the order of the formulas, so that a vector of formulas has vectors as
+operands.
 """
 
 from collections import defaultdict
@@ -15,7 +16,7 @@ WASTE = 1.5  # factor by which finer groups may increase the number of vectors
 
 
 class Likeness:
-    """The colours of a plan's steps: like steps have equal colours."""
+    """Colours of a plan's steps, by colour refinement: like steps have equal colours."""
 
     def __init__(self, plan):
         self.plan = plan
@@ -70,7 +71,7 @@ class Likeness:
         for i, (_, core) in enumerate(self.plan.outputs):
             if core is None:
                 groups[None].append((i, i))
-            elif core.op == "y":  # in the order of their derivatives
+            elif core.op == "y":  # in the order of the states that are the derivatives
                 groups["y"].append((core.data, i))
             else:
                 groups[self.colour.get(core.key, core.op)].append((i, i))

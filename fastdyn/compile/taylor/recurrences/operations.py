@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 
 class Sum(NamedTuple):
-    """A sum; `terms` are (f, a), `products` (f, a, b)."""
+    """A sum; `terms` has pairs (f, a), `products` has triples (f, a, b)."""
 
     node: Any
     constant: Any
@@ -52,7 +52,7 @@ class Root(NamedTuple):
 
 
 class Integral(NamedTuple):
-    """An integral; `parts` are (f, a, g)."""
+    """A sum of integrals of f g da; `parts` has triples (f, a, g)."""
 
     node: Any
     name: str

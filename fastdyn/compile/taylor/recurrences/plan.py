@@ -31,7 +31,7 @@ class Plan:
     outputs : list of (Node, Node)
         The invariant factor and the node of each output; the node of an invariant is None.
     switch : dict of (Node, Node)
-        By the key of a comparison, the factor and the node of the difference of its two sides.
+        By the key of a comparison, the difference of its two sides, as (factor, node).
     watched : dict of Node
         By key, the nodes that decide where a step ends.
     signed, rooted : set
@@ -91,7 +91,7 @@ class Plan:
     def _operands(self, core):
         """The nodes whose coefficients of order k the recurrence for order k needs."""
         inner = self.scaled(core)[1]
-        if inner is not core:  # a multiple with a use of its own
+        if inner is not core:  # core is a multiple of `inner`, and is used itself
             return [inner]
         if core.op == "select":
             args = [*core.args[1:], *[self.switch[c.key][1] for c in self._compared(core.args[0])]]
@@ -192,7 +192,7 @@ class Plan:
         signed = [core for _, core in self.switch.values() if core is not None]
         rooted = []
         for step in self.steps:
-            if deceptive.root(step):  # steeper poles shorten the steps anyway
+            if deceptive.root(step):  # the series of steeper poles shorten the steps
                 rooted.append(step.a)
             if isinstance(step, Integral) and step.name == "atan2":
                 signed += [a for a in step.arguments[:1] if not self.rewrite.is_invariant(a)]

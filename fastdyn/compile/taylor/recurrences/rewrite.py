@@ -119,7 +119,7 @@ class Rewriter:
         return node, 1.0
 
     def power(self, base, exponent):
-        """A power of a node; of a choice, a choice of powers: max(y, 0)^0.5 is 0 for y < 0."""
+        """A power of a node; a fractional power of a choice becomes a choice of powers."""
         parts = known_side(self, base) if exponent % 1.0 else None
         if parts is not None:
             condition, *sides = parts
@@ -177,7 +177,7 @@ class Rewriter:
     def slopes(self, node):
         """The derivatives of a function by its arguments, [(argument, node)]."""
         g = self.graph
-        if node.data == "pow":  # with a parameter as exponent
+        if node.data == "pow":  # the exponent is an invariant
             base, exponent = node.args
             return [(base, self._quotient(g.mul(exponent, node), base))]
         if node.data == "atan2":
@@ -196,11 +196,11 @@ def _root(g, x):
     return g.make("sqrt", (x,))
 
 
-# Functions of one number whose derivative is that of `derivative_rules.py`, or of SLOPES.
+# Functions of one number; their derivatives are from SLOPES, else from `derivative_rules.py`.
 BY_RULE = frozenset((
     "exp", "log", "log1p", "sin", "cos", "tan", "sinh", "cosh", "atan", "asinh", "erf", "erfc",
 ))  # fmt: skip
-SLOPES = {  # shorter derivatives of f(a), from the nodes of a, of c = f(a) and of 1
+SLOPES = {  # shorter derivatives of c = f(a), from the nodes of a, c and 1
     "expm1": lambda g, a, c, one: g.add(c, one),
     "tanh": lambda g, a, c, one: g.sub(one, g.mul(c, c)),
     "asin": lambda g, a, c, one: g.div(one, _root(g, g.sub(one, g.mul(a, a)))),

@@ -9,17 +9,18 @@ import numpy as np
 #     1e-4   1.5   1.2   1.1   1.2   1.2   1.4   1.5
 #     1e-8   2.7   1.4   1.1   1.1   1.1   1.2   1.3
 #     1e-12  5.0   2.0   1.4   1.1   1.0   1.1   1.1
-ORDERS = ((1e-4, 13), (2e-9, 17), (0.0, 25))  # (tolerance, order for tolerances above)
-SMALLEST = {13: 1e-4, 17: 2e-9, 25: 1e-15}  # tolerance of an order
-# The largest last terms, in units of the tolerance.  With these, the error at the end, in units of
-# the tolerance, is below 1 for more than half, and below 10 for nine tenths of the problems of the
-# DETEST set and of bench/problems, with each order: see tests/compile/taylor/test_tolerances.py.
+ORDERS = ((1e-4, 13), (2e-9, 17), (0.0, 25))  # (tolerance, the order for larger tolerances)
+SMALLEST = {13: 1e-4, 17: 2e-9, 25: 1e-15}  # smallest tolerance with this order
+# The largest last terms, in units of the tolerance.  With these limits, the error at the end of a
+# solve, in units of the tolerance, is below 1 for more than half, and below 10 for nine tenths of
+# the problems of the DETEST set and of bench/problems, with each order: see
+# tests/compile/taylor/test_tolerances.py.
 ALLOWANCE = {13: 0.02, 17: 0.025, 25: 0.015}
-# For an rtol up to FINE, another code avoids biases of rounding: see `order.Order`.
+# For an rtol up to FINE, the kernel avoids rounding errors of one sign: see `order.Order`.
 FINE = 1e-14
-# Near rounding, each step is shortened by another share, at most DITHER.  Otherwise the steps
-# lock in with a periodic orbit (67 phases of Kepler's orbit at e = 0.4), and equal rounding errors
-# return with each period and add up; with 1 / 32, on a circle still.
+# Near rounding, each step is shortened by another share, at most DITHER.  Without this, steps
+# repeat with the period of an orbit (67 phases of Kepler's orbit at e = 0.4), and equal rounding
+# errors add up.  With DITHER = 1 / 32, the steps on a circle still repeat.
 ROUND_OFF = 1e-15
 DITHER, GOLDEN = 1.0 / 16.0, (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -40,5 +41,5 @@ def is_fine(rtol):
 
 
 def order_of_many(rtol, atol):
-    """The order for an ensemble, independent of the initial states: blocks must agree."""
+    """The order for an ensemble, the same for all initial states, so that all blocks agree."""
     return order_for(rtol, atol, np.ones(1))

@@ -4,12 +4,12 @@ import contextlib
 
 from ..text.instructions import MINUS, ONE, ZERO, Text, hexadecimal
 
-ROUNDS = 100  # of the search, after which the step ends before the change
+ROUNDS = 100  # most rounds of a search; a step then ends before the change
 BEYOND = 2.0**-50  # distance from a change to the step's end, as a share of step and time
 TAIL = 2.0**50  # weight of the last two terms in the size of a polynomial: see VANISHING
-VANISHING = 2.0**-48  # at this share of its size, the argument of a root counts as zero
+VANISHING = 2.0**-48  # below this share of its size, the argument of a root counts as zero
 CHAINS, FIRST_TERMS = 4, 3
-LEAST_BOUND = 1e-300  # of a second derivative
+LEAST_BOUND = 1e-300  # least bound of a second derivative
 FIRST_SIGN, FIRST_CHANGE = "fastdyn_first_sign", "fastdyn_first_change"
 NOT_FAR = "fastdyn_not_far"
 
@@ -87,11 +87,11 @@ class NotFar(_Function):
 class FirstChange(_Function):
     """The first x in (0, end] behind a change of sign, `end` if there is none.
 
-    With a `share`, the polynomial is compared with this share of its size: the change is where the
-    polynomial begins to vanish, or ceases to vanish.
+    With a `share`, the polynomial counts as zero below this share of its size.  The change is then
+    the point where the polynomial begins to vanish, or ceases to vanish.
 
     From a point where the value is q and the slope p (with signs such that q > 0), the polynomial
-    stays positive for lengths s with q + p s - m s^2 / 2 > 0, m a bound of its second derivative.
+    stays positive for lengths s with q + p s - m s^2 / 2 > 0, where m bounds the second derivative.
     Steps of such lengths approach a simple zero quadratically, a double zero linearly.
     """
 

@@ -1,16 +1,17 @@
 """Euler steps past a zero of a root's argument, which the Taylor series does not pass.
 
 Close to a zero of a root's argument (an emptied tank) the series reaches no farther than the zero,
-and at the zero there is no series.  If the rest would take more than 1 / SHARE steps, the step goes
-along the tangent instead, as far as the slope stays constant within the tolerance.
+and at the zero there is no series.  If the step of the series is shorter than SHARE of the time
+behind or ahead, the step goes along the tangent instead, as far as the slope stays constant within
+the tolerance.
 """
 
 from ..text.instructions import INFINITE, ONE, ZERO, hexadecimal
 from .pace import longest, unit_of
 from .proof import DOUBT
 
-SHARE = 2.0**-30  # of the time behind or ahead: a shorter step of the series is hopeless
-MOST = 2.0**-10  # of the time behind or ahead: the longest tangent step, which detects no kinks
+SHARE = 2.0**-30  # least step of the series, as a share of the time behind or ahead
+MOST = 2.0**-10  # longest tangent step, which detects no kinks, as a share of this time
 GAIN = 4.0  # least ratio of the tangent step to the step of the series
 # The values of a step along the series or along the tangent.
 VARIABLES = "signed", "later", "length", "ends", "cut", "finer", "reached"
@@ -40,7 +41,10 @@ def _span(driver, t):
 
 
 def emit(driver, step, t):
-    """Take a tangent step if it is longer than the step of the series; then go to `go`."""
+    """Take a tangent step if GAIN times as long as the step of the series; continue at `go`.
+
+    If no tangent step is taken and the step of the series is 0, continue at `lost`.
+    """
     text, var, f, n = driver.text, driver.var, driver.field, driver.n
     text.label("coarse")
     cap = longest(text, t, f["t_start"], f["h_first"], f["h_max"])

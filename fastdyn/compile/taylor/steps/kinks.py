@@ -1,8 +1,8 @@
 """Steps that end where a condition changes, so that each step has one series.
 
-A condition compares two sides; where the difference of the sides changes sign, the function may
-have a kink or a jump.  The differences have series, too.  At a zero of a difference, the sign of
-its first coefficient that is not zero decides the side.
+A condition compares two numbers.  Where their difference changes sign, the function may have a kink
+or a jump.  The differences have Taylor series, too.  If a difference is zero at the start of a
+step, the sign of its first coefficient that is not zero decides which side the step takes.
 """
 
 import functools
@@ -66,7 +66,7 @@ class Kinks:
             text.store(values[key], text.at(row, i))
 
     def decide(self):
-        """Emit a truth value: a side was wrong, so that the series must be computed again."""
+        """Emit the truth value of "a side was wrong": the series must then be computed again."""
         text, again = self.text, "false"
         for i, key in enumerate(self.plan.watched):
             if key not in self._side:
@@ -85,8 +85,9 @@ class Kinks:
     def limited(self, x, t, scale):
         """The length x, or a shorter length that ends a little behind the first change.
 
-        A difference that moves by less than its distance from a change needs no search, and no
-        call: around a call, no value stays in a register.
+        A node of `Plan.held` may shorten x, too.  A difference that moves by less than its distance
+        from a change is not searched: the search is a call, and no value stays in a register
+        around a call.
         """
         text = self.text
         size = text.intrinsic("fabs", x)
@@ -105,7 +106,7 @@ class Kinks:
         return text.load(found)
 
     def _calm(self, i, key, size, powers):
-        """A truth value: for lengths up to `size`, the difference stays clear of a change.
+        """The truth value of "up to the length `size`, the difference stays clear of a change".
 
         The bound of the motion is sum(|c[k]| x^k), k > 0.
         """
@@ -117,7 +118,7 @@ class Kinks:
             _, width, share = plan.held[key]
             allowed = text.larger(hexadecimal(width), text.mul(hexadecimal(share), first))
             conditions.append(text.compare("ole", motion, allowed))
-        if key in plan.rooted:  # clear also of the size at which the argument counts as zero
+        if key in plan.rooted:  # also clear of the value that counts as zero
             last = text.mul(text.power(size, self.order - 1), text.fma(terms[-1], size, terms[-2]))
             motion = text.fma(last, hexadecimal(2.0 * VANISHING * TAIL), motion)
         if key in plan.rooted or key in plan.signed:

@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 from ..text.instructions import ONE, ZERO, hexadecimal
 
 EXPONENT_BITS = 0x7FF << 52
-GROWTH = 2.0**16  # largest growth of a step: terms that vanish may have underflowed
+GROWTH = 2.0**16  # largest step, in units of the series: terms may have underflowed to 0
 SHRINK = 2.0**-16  # factor of the unit of time after an overflow of coefficients
-LEAST = 2.0**-60  # of the time: shorter steps do not change the time
+LEAST = 2.0**-60  # share of the time: shorter steps do not change the time
 SHORTEST = 1e-280
-BLIND = 1.0 / 8.0  # of the longest step: the step if all terms vanish
+BLIND = 1.0 / 8.0  # share of the longest step: the step if all terms vanish
 
 
 class Clock(NamedTuple):
@@ -60,9 +60,9 @@ def longest(text, t, t_start, h_first, h_max):
 
 
 def wildness(text, t, size, scale):
-    """(wild, shorter, short): whether the series is not finite; what to do then.
+    """(wild, shorter, short): `wild` tells whether the series is not finite.
 
-    The next unit of time is `shorter`; the unit is too short if `short`.
+    If so, `shorter` is the next unit of time, and `short` tells whether this unit is too short.
     """
     wild = text.compare("uno", text.sub(size, size), ZERO)
     shorter = text.mul(scale, hexadecimal(SHRINK))
@@ -74,8 +74,8 @@ def wildness(text, t, size, scale):
 def chosen(text, clock, x, size, scale, limited=None):
     """The Pace of a step whose terms allow the length x, in units of `scale`.
 
-    `size` is the size of these terms.  ``limited(x)``, for one trajectory only, returns the signed
-    length x or a shorter length.
+    `size` is the sum of the absolute values of the terms.  ``limited(x)``, for one trajectory only,
+    returns the signed length x or a shorter length.
     """
     longest = text.mul(clock.longest, hexadecimal(BLIND))
     longest = text.select(text.compare("oeq", size, ZERO), longest, clock.longest)

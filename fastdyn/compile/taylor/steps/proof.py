@@ -1,20 +1,20 @@
-"""The proof of a step: function and series must have equal slopes at its end.
+"""The proof of a step: function and series must have equal slopes at the end of the step.
 
-The next step computes the slope at the end anyway, as its first coefficient.  The comparison comes
-there, beside the series of the next step; a step that fails is taken back.  The last step of a call
-is compared with the function.
+The next step computes the slope at this point anyway, as the coefficient of order 1.  The next step
+therefore also compares the slopes; if they differ, the step before is taken back.  After the last
+step of a call, the function is called for its slope.
 
-A series describes the function near one point.  A saturated tanh or a pulse looks constant at that
-point: a plan with such functions is compared within the step, too (see `deceptive.py`).
+A series describes the function near one point.  A saturated tanh or a pulse looks constant at this
+point: for such functions, slopes are also compared inside the step (see `deceptive.py`).
 """
 
 from ..text.frame import counted, raised_word
 from ..text.instructions import ONE, ZERO, hexadecimal
 from .step import powers_of, sum_of
 
-DOUBT = 40.0  # allowed error of the slope over the step, in units of order x tolerance
+DOUBT = 40.0  # largest error of the slope times the step, in units of order times tolerance
 WITHIN = 0.4375  # place of the inner evaluation, as a share of the step
-SHORTER = 0.25  # share of a step that is not proved
+SHORTER = 0.25  # factor of the length after a step without proof
 
 
 def slope_of(text, coefficients, powers):
@@ -45,7 +45,7 @@ def predict(driver, pace, x, inverse, cut):
 
 
 def _allowed(driver, pace):
-    """The `allowed_share`; a smaller share for a step along a tangent."""
+    """The `allowed_share`, times the variable `finer`, which is 1 for a step along the series."""
     text = driver.text
     allowed = allowed_share(text, pace.h, driver.order)
     return text.mul(allowed, text.load(driver.var["finer"])) if driver.rooted else allowed
@@ -84,9 +84,10 @@ def _asked(driver):
 
 
 def within(driver, step, pace, x, inverse):
-    """Compare the slopes of function and series within the step, unless the series is honest.
+    """Compare the slopes of function and series inside the step, if the plan is deceptive.
 
-    A step along a tangent is always compared.  Go on to `seen` or `doubtful`.
+    For any plan, compare the slopes of a step along a tangent.  The code continues at `seen` or at
+    `doubtful`.
     """
     text, room = driver.text, driver.room
     if not (driver.deceptive or driver.rooted):
@@ -120,7 +121,7 @@ def check(driver, slopes):
 
 
 def _differ(driver, slopes):
-    """A truth value: a prediction is pending, and the slopes differ from the predicted slopes."""
+    """The truth value of "slopes are predicted, and the given slopes differ from them"."""
     text = driver.text
     pending = text.load(driver.var["pending"])
     off = text.compare("uge", _excess(driver, slopes, pending), ONE)
@@ -139,7 +140,7 @@ def ask(driver, stops):
 
 
 def take_back(driver):
-    """Emit the way back from `doubtful` to the start of a step, which becomes shorter."""
+    """Emit the label `doubtful`: restore the state before the step, and shorten the step."""
     text = driver.text
     text.label("doubtful")
     for i in range(driver.n):
@@ -150,7 +151,7 @@ def take_back(driver):
 
 
 def back_to_start(driver):
-    """Emit the way back to the time before a step: undo its counts, and limit the next step."""
+    """Emit the return to the time before a step: undo its counts, limit the next length."""
     text, var = driver.text, driver.var
     text.store(text.load(var["t_old"]), var["t"])
     text.store(ZERO, var["pending"])

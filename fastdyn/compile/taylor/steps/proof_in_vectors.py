@@ -41,9 +41,10 @@ def _off_in_lanes(driver, t, states, x):
 
 
 def differ(driver, given, predicted):
-    """A truth value: slopes of a large system differ from the array `predicted`.
+    """The truth value of "slopes of a large system differ from the array `predicted`".
 
-    ``given(row, here)`` are the slopes of a vector.  No slopes differ without a `pending` step.
+    ``given(row, here)`` returns the slopes of a vector.  Without a `pending` step, the value is
+    false.
     """
     text, wide = driver.text, driver.wide
     pending = text.load(driver.var["pending"])
@@ -74,9 +75,9 @@ def look(driver, x, inverse):
 
 
 def compare(driver, name, t, predicted):
-    """Compare the function at the state `name` with a prediction.
+    """Compare the function's slopes at the state `name` with the predicted slopes.
 
-    Go on, or to `doubtful` if the function differs or raises.
+    If the slopes differ, or if the function raises, the code continues at `doubtful`.
     """
     text, wide = driver.text, driver.wide
     raised = driver.raised(name, t)
@@ -88,7 +89,7 @@ def compare(driver, name, t, predicted):
 
 
 def take_back(driver):
-    """Emit the way back from `doubtful` to the start of a step, which becomes shorter."""
+    """Emit the label `doubtful`: restore the state before the step, and shorten the step."""
     text, wide = driver.text, driver.wide
     text.label("doubtful")
     with driver.memory.each_vector() as (_, here):

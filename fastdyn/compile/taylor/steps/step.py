@@ -1,8 +1,9 @@
 """A step from its coefficients: its length, and the state at its end.
 
 The length keeps the last two terms of the series below the tolerance (A. Jorba and M. Zou, see
-`rewrite.py`, section 3.2.1).  Terms of lower orders may be larger, by the ratio of the terms of
-exp.  This second bound detects a series with gaps, for example in t^5.
+`rewrite.py`, section 3.2.1).  A second bound limits the terms of lower orders, which may be larger
+by the same ratios as the terms of exp.  The second bound detects a series with gaps, for example a
+series in powers of t^5.
 """
 
 import math
@@ -38,7 +39,7 @@ class Step:
         self.wide = text.of(4 if n <= 4 else 8)
 
     def length(self, weights, allowance, tolerance):
-        """The `length`, and the sum of all examined terms, which is finite if the series is.
+        """The `length`, and the sum of all examined terms: finite if the series is finite.
 
         Parameters
         ----------
@@ -107,7 +108,7 @@ class Step:
     def end(self, x, state, low, each=()):
         """Store the state at x at the address `state`, and its rounding error at `low`.
 
-        `each` are places for the components.
+        `each` has further addresses, one for each component.
         """
         wide = self.wide
         powers = powers_of(wide, wide.splat(x, wide.lanes), self.order)
@@ -183,7 +184,7 @@ def _logarithm(text, x):
 
 
 def _exponential(text, z):
-    """2**z, |z| < 1000, to 1e-4; a sum with 1.5 2**52 has the whole part in its last bits."""
+    """2**z, |z| < 1000, to 1e-4; the last bits of z + 1.5 2**52 are z rounded to an integer."""
     shifted = text.add(z, hexadecimal(1.5 * 2.0**52))
     u = text.sub(z, text.sub(shifted, hexadecimal(1.5 * 2.0**52)))
     exponent = text.of_bits("shl", text.bits(shifted), 52)

@@ -1,6 +1,7 @@
 """Arguments that a step must not move too far: see `recurrences/deceptive.py`.
 
-The series of sqrt(x^2) = |x| would continue as the series of x or -x.
+For example, x must not reach zero if the function has sqrt(x^2) = |x|: beyond zero, the series
+would continue as the series of x or -x.
 """
 
 from ..recurrences.deceptive import held

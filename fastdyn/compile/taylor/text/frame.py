@@ -17,8 +17,8 @@ HALF = 0.5  # factor of a step's length if the argument of a root may touch zero
 class Kernel:
     """The base of kernels: the loop over steps, between `_begin` and `_leave`.
 
-    `_begin` reads the record, `_leave` writes it.  A subclass also has `text`, and `_step`, whose
-    label is %step.
+    `_begin` reads the record of the solve, `_leave` writes the record.  A subclass also has `text`,
+    and `_step`, which emits the code at the label %step.
     """
 
     text: Any
@@ -82,7 +82,7 @@ def step_taken(driver, t, pace):
 
 
 def asked(text, t, y, n, out):
-    """Call the function at a time and state; return a truth value: the function raises.
+    """Call the function at a time and state; return the truth value of "the function raises".
 
     The derivative goes to `out`.
     """

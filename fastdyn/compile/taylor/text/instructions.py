@@ -1,6 +1,6 @@
 """LLVM's text, written directly: numbers, vectors, loops.
 
-A value is a name or a constant; None stands for zero, and costs no instruction.
+A value is a name or a constant.  None stands for zero: operations on None emit no instruction.
 """
 
 import copy
@@ -43,7 +43,7 @@ class Text(Lines):
         self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
 
     def of(self, lanes):
-        """A Text that writes into this function numbers with `lanes` lanes."""
+        """A Text for vectors of `lanes` lanes that writes into the same function."""
         other = copy.copy(self)
         other._take(lanes)
         return other

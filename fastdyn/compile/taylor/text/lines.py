@@ -56,7 +56,7 @@ class Lines:
     def each(self, end, first=0, step=1, always=True):
         """A context whose lines become a loop over first, first + step, ... below `end`.
 
-        `always`: first < end is known.
+        `always` tells that first < end is known.
         """
         name, place = f"each{next(self._numbers)}", self.slot("i64")
         self.put(f"store i64 {first}, ptr {place}")

@@ -1,4 +1,8 @@
-"""Loops over the orders of a series, one loop for each number of registers."""
+"""Loops over the orders of a series.
+
+For each number of registers, one loop has orders that take new lanes, one loop has orders that take
+none.
+"""
 
 
 class Loops:
@@ -36,9 +40,9 @@ class Loops:
                 self._keep(here)
 
     def _passed(self, here):
-        """Yield (name, values, key, type) for each of the values that one order passes to the next.
+        """Yield (name, values, key, type) for each value that one order passes to the next order.
 
-        The value is ``values[key]``; of vectors, the first `here` registers are passed.
+        The value is ``values[key]``.  Of each list of registers, the first `here` are passed.
         """
         one = self.series
         for part in ("leaf", "ahead", "previous"):
