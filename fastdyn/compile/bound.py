@@ -16,7 +16,8 @@ class Bound(NamedTuple):
     """A function with the parameter values of one solve.
 
     `python(t, y)` is the function as written.  `values` has a (type, value) for each parameter;
-    `at` has the indices of the arguments in `values`.  `pair` has the two functions of a Pair.
+    `at` has the indices of the arguments in `values`.  `pair` has the two functions of
+    a Pair (`fastdyn/problem/second_order_and_pairs.py`), and is empty for any other function.
     `seen` stores what `rebind` knows about the outside values.
     """
 
@@ -33,9 +34,9 @@ class Bound(NamedTuple):
 
     @property
     def n(self):
-        """The length of a compiled function's y.
+        """The number of components of a compiled function's y.
 
-        The block ends with n words for the state at the first exception.
+        The block ends with one word a component: the state at the first exception.
         """
         return len(self.block) - int(self.block[FAULT])
 
@@ -45,7 +46,7 @@ class Bound(NamedTuple):
 
 
 def with_code(function, python, keepalive, parameters, mode, n, at=()):
-    """The Bound of a compiled function of n numbers; the function is appended to `keepalive`."""
+    """The Bound of a compiled function of n components; `keepalive` gets the function, too."""
     end = FIRST + function.n_words
     block = np.zeros(end + n, np.int64)
     block[0], block[FAULT] = function.address, end

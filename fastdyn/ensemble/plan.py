@@ -1,4 +1,4 @@
-"""The plan of an ensemble: arguments checked, functions compiled."""
+"""The plan of an ensemble: arguments checked, functions compiled, lanes or one at a time."""
 
 import functools
 from typing import Any, NamedTuple

@@ -23,7 +23,7 @@ def n_words(ty):
 
 
 def array_of(context, builder, ty, words):
-    """The array whose address and shape are the words of an iterator."""
+    """Build an array from the next of `words`: the address, then the lengths of the axes."""
     item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(ty.dtype)))
     array = arrayobj.make_array(ty)(context, builder)
     data = builder.inttoptr(next(words), array.data.type)

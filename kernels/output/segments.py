@@ -17,13 +17,13 @@ def end_of_span(s, segments):
 
 @njit(**INTERNAL)
 def ends_segment(s, o, segments):
-    """True if the steps end with the segment, False if a schedule is due before."""
+    """True if the steps run to the end of the segment, False if a scheduled time is earlier."""
     return len(segments) == 0 or s.t_end == segments[o.i_segment, 1]
 
 
 @njit(**INTERNAL)
 def time_reached(s, o, segments, over):
-    """The time under which the output stores the end of a step."""
+    """The time that the output stores for the end of a step."""
     if over:
         return segments[o.i_segment, 2] if ends_segment(s, o, segments) else s.t_end
     t_end = end_of_span(s, segments)
@@ -32,7 +32,7 @@ def time_reached(s, o, segments, over):
 
 @njit(**INTERNAL)
 def first_time(s, o, segments):
-    """The time from which the events of a step count; at the start of a segment, the breakpoint."""
+    """The time at which a step begins to look for events: after a breakpoint, the breakpoint."""
     if o.i_segment > 0 and s.t_old == segments[o.i_segment, 0]:
         return segments[o.i_segment - 1, 2]
     return s.t_old
@@ -40,7 +40,7 @@ def first_time(s, o, segments):
 
 @njit(**INTERNAL)
 def _extrapolate(work, fsal_stage, gap):
-    """Advance y by y' times `gap`, a few units in the last place of t."""
+    """Add y' times `gap` to y; `gap` is a few units in the last place of t."""
     for i in range(work.shape[1]):
         work[Y, i] += gap * work[K + fsal_stage, i]
 
@@ -59,11 +59,11 @@ def _leave_zero(events, t, y, scratch):
 
 @njit(**INTERNAL)
 def next_segment(kernels, solve, output, events, scratch):
-    """Start anew behind a breakpoint, where algebraic components may jump; RUNNING, or RAISED."""
+    """Start the next segment, where algebraic components may jump; returns RUNNING or RAISED."""
     s, o, mass = solve.state[0], output.record[0], solve.block[MASS]
     segments, fsal_stage = output.segments, kernels.fsal_stage
     o.i_segment += 1
-    gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # half of the gap, for the slope of each side
+    gap = 0.5 * (segments[o.i_segment, 0] - s.t)  # each side's slope crosses half
     if mass == 0:
         _extrapolate(solve.work, fsal_stage, gap)
     s.t, s.t_end = segments[o.i_segment, 0], segments[o.i_segment, 1]

@@ -10,7 +10,10 @@ from .arguments import FRESH, JACOBIAN, NOTHING, Y0
 
 @njit(**INTERNAL)
 def launch(launched):
-    """Fill the memory and the words, and solve; returns the status of `whole_solve`."""
+    """Copy the image into the memory, its addresses into the kernel's words, and solve.
+
+    Returns the status of `whole_solve`.
+    """
     head, words = words_at(launched.memory), words_at(launched.words)
     image, places = launched.image, launched.places
     for i in range(len(image)):
@@ -35,10 +38,10 @@ def whole_solve(begin, kernels, solve, output, events, scratch, n_steps):
 def _begin(begin, kernels, solve, output, events, scratch):
     """Copy the initial state, and compute the first derivative and the first values of the events.
 
-    The records already hold their values at `t0`.  The events are first evaluated where SciPy's
-    solver of the same name evaluates them, because an event may change values that the equations
-    read.  If SciPy evaluates the Jacobian before the events, the step kernel computes the Jacobian
-    in a call that takes no step.
+    The records already hold their values at `t0`.  An event may change values that the equations
+    read.  Therefore events, derivative and Jacobian are first evaluated in the order of SciPy's
+    solver of the same name.  If SciPy evaluates the Jacobian before the events, the step kernel
+    computes the Jacobian in a call that takes no step.
     """
     o, work, y0 = output.record[0], solve.work, begin.y0
     not_finite = 0

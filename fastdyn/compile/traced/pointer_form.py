@@ -1,4 +1,4 @@
-"""Emits the pointer form of a trace.  Needs no Numba."""
+"""Emits the pointer form of a trace: ``function(t, y, n, block, out)``.  Needs no Numba."""
 
 import functools
 
@@ -22,7 +22,7 @@ from .. import function_convention
 from .inputs import Source, array_of
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400
-MAX_STRAIGHT = 16  # most components of a function that kernels inline without loops
+MAX_STRAIGHT = 16  # a function of at most so many components has no loops
 
 
 def text(traced, symbol):
@@ -67,7 +67,7 @@ def _note_fault(traced, builder, raises, t, y, block, out):
 
 
 def _note_sides(builder, truths, block):
-    """Emit a store to the block: the sides that decisions take."""
+    """Emit code that stores in the block which side, true or false, each decision takes."""
     place = builder.gep(block, [INDEX(SIDES)])
     sides = builder.load(place)
     for i, truth in enumerate(truths):
@@ -102,7 +102,10 @@ def plan_of(traced, needed):
 
 
 def in_loops(traced, plan, nodes, builder, t, y, n, block, out):
-    """Emit the pointer form of a plan; the values of all `nodes` but the last go to `out`."""
+    """Emit the pointer form of a plan.
+
+    The last of `nodes` tells whether the function raises.  The values of the others go to `out`.
+    """
     raises = builder.call(_loops(traced, plan, nodes, builder.module), [t, y, block, out])
     _note_fault(traced, builder, raises, t, y, block, out)
 

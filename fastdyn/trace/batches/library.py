@@ -78,7 +78,7 @@ def _like(value):
 
 
 def _only(name, **more):
-    """Refuse options that the functions of this file ignore."""
+    """Refuse an option whose value would change the result: the functions here ignore options."""
     for option, value in more.items():
         if not any(value is each for each in (None, True, np._NoValue, float, np.float64)):
             refuse(f"np.{name} with {option}")

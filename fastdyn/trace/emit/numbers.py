@@ -1,7 +1,7 @@
-"""Emits a graph as machine code: on numbers, or on vectors with one trajectory in each lane.
+"""Emits a graph as LLVM instructions: on numbers, or on vectors with a trajectory in each lane.
 
-Each node becomes LLVM's own operation; LLVM fuses or reorders nothing, unless `flags` allow fusion.
-Therefore the bits of a result do not depend on the surrounding code.
+Each node becomes an operation of LLVM or a call.  LLVM never reorders operations, and fuses them
+only if `flags` allow fusion.  Therefore the bits of a result do not depend on the surrounding code.
 """
 
 import functools
@@ -187,7 +187,7 @@ class Emitter:
         return result
 
     def _interpolate(self, data, x):
-        """np.interp from the left knot; if NaN, from the right knot; if NaN, from equal heights."""
+        """np.interp by the left knot; if that is NaN, by the right; if NaN, an equal height."""
         b, (knots, heights) = self.builder, map(self._row, data)
         i = self._piece(knots, x)
         after = b.add(i, WORD(1))

@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 from ..text.instructions import ONE, ZERO, hexadecimal
 
 EXPONENT_BITS = 0x7FF << 52
-GROWTH = 2.0**16  # largest step, in units of the series: terms may have underflowed to 0
-SHRINK = 2.0**-16  # factor of the unit of time after an overflow of coefficients
-LEAST = 2.0**-60  # share of the time: shorter steps do not change the time
+GROWTH = 2.0**16  # longest step, in the unit of the series: terms that limit it may be 0
+SHRINK = 2.0**-16  # multiplies the unit of time after an overflow of coefficients
+LEAST = 2.0**-60  # a step shorter than this share of |t| does not change t
 SHORTEST = 1e-280
-BLIND = 1.0 / 8.0  # share of the longest step: the step if all terms vanish
+BLIND = 1.0 / 8.0  # if all terms vanish, the step is this share of the longest step
 
 
 class Clock(NamedTuple):
@@ -60,9 +60,9 @@ def longest(text, t, t_start, h_first, h_max):
 
 
 def wildness(text, t, size, scale):
-    """(wild, shorter, short): `wild` tells whether the series is not finite.
+    """(wild, shorter, short): `wild` is true if the series has an infinity or a NaN.
 
-    If so, `shorter` is the next unit of time, and `short` tells whether this unit is too short.
+    In this case `shorter` is the next unit of time; `short` is true if `shorter` is too short.
     """
     wild = text.compare("uno", text.sub(size, size), ZERO)
     shorter = text.mul(scale, hexadecimal(SHRINK))
@@ -87,6 +87,6 @@ def chosen(text, clock, x, size, scale, limited=None):
     left = text.sub(clock.t_end, clock.t)
     ends = text.compare("oge", h, text.intrinsic("fabs", left))
     later = text.select(ends, clock.t_end, text.fma(h, clock.direction, clock.t))
-    signed = text.sub(later, clock.t)  # exact, so that the time after the step is exact
+    signed = text.sub(later, clock.t)  # without rounding: t + signed is `later`
     stuck = text.compare("oeq", later, clock.t)
     return Pace(h, signed, later, ends, stuck)
