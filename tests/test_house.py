@@ -4,7 +4,6 @@ import ast
 import collections
 import pathlib
 import re
-import tomllib
 
 import pytest
 
@@ -72,11 +71,8 @@ def test_files_that_comments_and_the_guide_name_exist():
         assert missing <= {"kernels/methods/NAME.py"}, text
 
 
-def test_a_wheel_contains_every_folder():
-    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
-    folders = {path.parent.relative_to(ROOT) for path in FILES}
-    names = {".".join(folder.parts) for folder in folders}
-    names = {name for name in names if name.startswith(("fastdyn", "kernels"))}
-    assert {name.removeprefix("fastdyn.") for name in listed} == {
-        name.removeprefix("fastdyn.") for name in names
-    }
+def test_every_folder_is_a_package():
+    """So setup.py finds the folder; `.ci/check_wheel` lists what a wheel then holds."""
+    folders = {path.parent for path in FILES if path.is_relative_to(ROOT / "fastdyn")}
+    folders |= {path.parent for path in FILES if path.is_relative_to(ROOT / "kernels")}
+    assert [folder for folder in folders if not (folder / "__init__.py").exists()] == []
