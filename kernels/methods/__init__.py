@@ -1,4 +1,4 @@
-"""The methods, each a file with its coefficients.  A new method is a file, and a line in FILES.
+"""The methods, each a file or a folder.  A new method is a file, and a line in FILES.
 
 The file of a method determines the `Facts` of the method.  `facts.json` keeps the facts, so that a
 process whose kernels are compiled imports no file of a method.  The file of a method without kept
@@ -21,10 +21,10 @@ FILES = {
     "Vern9": "vern9",
     "ode45": "ode45",
     "ode23": "ode23",
-    "Radau": "radau",
-    "BDF": "bdf",
-    "LSODA": "lsoda",
-    "Rodas5P": "rodas5p",
+    "Radau": "radau.step",
+    "BDF": "bdf.step",
+    "LSODA": "lsoda.step",
+    "Rodas5P": "rodas5p.step",
     "Taylor": "taylor",
     "RK4": "rk4",
     **dict.fromkeys(
@@ -33,11 +33,11 @@ FILES = {
     ),
     **dict.fromkeys(
         ("Gauss4", "Gauss8", "Gauss16", "GaussNystrom8", "GaussNystrom16", "EnergyConserving2",
-         "EnergyConserving4"), "gauss"
+         "EnergyConserving4"), "gauss.methods"
     ),
 }  # fmt: skip
 RESIDUAL = "BDF of residuals"  # for F(t, y, y') = 0: `solve_dae` takes it, `solve_ivp` does not
-APART = {RESIDUAL: "residual"}
+APART = {RESIDUAL: "residual.step"}
 KEPT = pathlib.Path(__file__).parent / "facts.json"
 _real: dict[str, Facts] = {}
 _complex: dict[str, Facts] = {}

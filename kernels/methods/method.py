@@ -178,7 +178,7 @@ def method(name, *, start, dense_rows, **fields):
     facts = Facts(
         name,
         start=start.py_func.__name__,
-        dense_rows=f"{rows.__module__.rpartition('.')[2]}.{rows.__name__}",
+        dense_rows=f"{rows.__module__.partition('kernels.')[2]}.{rows.__name__}",
         separable=code.get("separable") is not None,
         batched=code.get("batched") is not None,
         stable_to=stable_to,

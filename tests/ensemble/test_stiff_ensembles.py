@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fastdyn import Fold, solve_ensemble, solve_ivp
-from fastdyn.kernels.methods.rodas5p_table import GAMMA
+from fastdyn.kernels.methods.rodas5p.table import GAMMA
 from support.stiff import hires, van_der_pol
 
 RTOL, ATOL = 1e-6, 1e-9

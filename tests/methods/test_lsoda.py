@@ -8,7 +8,7 @@ import scipy
 import scipy.integrate
 
 from fastdyn import solve_ivp
-from fastdyn.kernels.methods import lsoda_table as table
+from fastdyn.kernels.methods.lsoda import table
 from support.stiff import (
     PROBLEMS,
     Problem,

@@ -7,7 +7,7 @@ import pytest
 
 from bench.problems.stiff import STIFF
 from fastdyn import METHODS, solve_ivp
-from fastdyn.kernels.methods.rodas5p_table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
+from fastdyn.kernels.methods.rodas5p.table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
 from support.stiff import PROBLEMS, robertson, robertson_jacobian, solved
 
 EPS = np.finfo(float).eps

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.kernels.methods import METHODS, legendre, symplectic
+from fastdyn.kernels.methods import METHODS, symplectic
+from fastdyn.kernels.methods.gauss import legendre
 
 EPS = np.finfo(float).eps
 
@@ -153,7 +154,7 @@ def test_rounded_coefficients_are_symplectic_exactly(name):
     assert np.array_equal(mu + mu.T, np.ones_like(mu))
 
 
-@pytest.mark.parametrize("name", [name for name, m in METHODS.items() if m.file == "gauss"])
+@pytest.mark.parametrize("name", [name for name, m in METHODS.items() if m.file == "gauss.methods"])
 def test_rounded_coefficients_are_symmetric_exactly(name):
     mu = np.array(METHODS[name].tableau["mu"])
     assert np.array_equal(mu + mu[::-1, ::-1], np.ones_like(mu))

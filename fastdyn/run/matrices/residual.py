@@ -1,6 +1,6 @@
 """The iteration matrix of a residual F(t, y, y'): its pattern, its storage, its block.
 
-`kernels/methods/residual_matrix.py` describes the block.
+`kernels/methods/residual/matrix.py` describes the block.
 """
 
 from typing import Any, NamedTuple

@@ -8,7 +8,7 @@ Wanner, "Solving Ordinary Differential Equations II", section IV.7.
 
 from fractions import Fraction
 
-from .tableau import Row, rows
+from ..tableau import Row, rows
 
 GAMMA = 0.21193756319429014
 

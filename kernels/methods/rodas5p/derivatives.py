@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from ..algebra.mass import widened
-from ..calls.block import JACOBIAN, MASS, N_ENTRIES
-from ..calls.user_function import words_at
-from ..jit_options import INTERNAL, njit
-from ..state.record import RAISED, RUNNING, K, Y
-from ..stepping.differences import evaluate_row, first_factors, keep_factors
-from ..stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant, is_exact
-from ..vector.scalar_or_vector import spacing
+from ...algebra.mass import widened
+from ...calls.block import JACOBIAN, MASS, N_ENTRIES
+from ...calls.user_function import words_at
+from ...jit_options import INTERNAL, njit
+from ...state.record import RAISED, RUNNING, K, Y
+from ...stepping.differences import evaluate_row, first_factors, keep_factors
+from ...stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant, is_exact
+from ...vector.scalar_or_vector import spacing
 
 # Rows: the derivative at the start of a step, the stages, df/dt, the combination of stages that M
 # multiplies, the combination of derivatives for the end of the step, factors of differences and two

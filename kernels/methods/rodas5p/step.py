@@ -3,23 +3,23 @@
 The method is stiffly accurate and L-stable, and has dense output of order 4.  On stiff problems and
 DAEs of index 1 its order falls less than the order of other Rosenbrock methods.  A step factorises
 the matrix M / (h gamma) - df/dy once, solves 8 systems with the factors, and does not iterate.  See
-`rodas5p_table.py` for the paper.
+`table.py` for the paper.
 """
 
-from ..algebra.mass import add_product
-from ..algebra.matrices import add_jacobian_product, factorise_sum, matrix_rows, solve_sum
-from ..calls.block import MASS
-from ..jit_options import INLINED, INTERNAL, njit
-from ..output.dense_output import F
-from ..state.elementwise import combine, weigh
-from ..state.record import ATOL, RAISED, RTOL, RUNNING, SINGULAR, STAGE, STEP_TOO_SMALL, Y_OLD, Y
-from ..state.rows import copy_row, slot
-from ..stepping.differences import evaluate_row
-from ..stepping.step_size import SCIPY, rms
-from . import rodas5p_lanes
-from .implicit import implicit
-from .rodas5p_derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, TOTAL, J, U, derive
-from .rodas5p_table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
+from ...algebra.mass import add_product
+from ...algebra.matrices import add_jacobian_product, factorise_sum, matrix_rows, solve_sum
+from ...calls.block import MASS
+from ...jit_options import INLINED, INTERNAL, njit
+from ...output.dense_output import F
+from ...state.elementwise import combine, weigh
+from ...state.record import ATOL, RAISED, RTOL, RUNNING, SINGULAR, STAGE, STEP_TOO_SMALL, Y_OLD, Y
+from ...state.rows import copy_row, slot
+from ...stepping.differences import evaluate_row
+from ...stepping.step_size import SCIPY, rms
+from ..implicit import implicit
+from . import lanes
+from .derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, TOTAL, J, U, derive
+from .table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
 
 N_STAGES = 8
 MOST_SINGULAR = 4  # consecutive singular matrices, each for a step ten times shorter
@@ -203,6 +203,6 @@ def dense_rows(rhs, t, h, work, block, d):
 
 RODAS5P = implicit(
     "Rodas5P", step, SLOPE, order=5, error_order=4, n_rows=N_ROWS, n_matrices=3, takes_mass=True,
-    by_time=True, dense_rows=dense_rows, dense_order=4, lane_kernel=rodas5p_lanes.kernel,
+    by_time=True, dense_rows=dense_rows, dense_order=4, lane_kernel=lanes.kernel,
     cost=10,
 )  # fmt: skip

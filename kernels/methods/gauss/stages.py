@@ -8,10 +8,10 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..state.constant import Constant
-from ..state.elementwise import ROW, data_of, length_of
-from ..vector.instructions import INDEX, REAL, constant, intrinsic_of, splat
-from ..vector.number import Vector
+from ...state.constant import Constant
+from ...state.elementwise import ROW, data_of, length_of
+from ...vector.instructions import INDEX, REAL, constant, intrinsic_of, splat
+from ...vector.number import Vector
 
 
 class Matrix(Constant):

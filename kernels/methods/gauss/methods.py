@@ -20,13 +20,13 @@ from functools import partial
 
 import numpy as np
 
-from ..jit_options import INLINED, njit
-from ..state.rows import numbers_of
-from ..stepping import first_step
+from ...jit_options import INLINED, njit
+from ...state.rows import numbers_of
+from ...stepping import first_step
+from ..method import method
 from . import collocation, legendre
 from .collocation import make_step
 from .iteration import INCREMENTS
-from .method import method
 from .stages import Matrix
 
 N_ROWS_PER_STAGE, N_ROWS_MORE = 2, 4  # increments, stages; compensation, two rows of changes, slope

@@ -5,20 +5,20 @@ Differential-Algebraic Problems", second edition, section IV.8: coefficients, tr
 error estimate of order 3, the choice of the step.
 
 The state record and the rows of the work array carry all data from one step to the next.
-`radau_stages.py` names the rows.
+`stages.py` names the rows.
 """
 
 import numpy as np
 
-from ..algebra.mass import add_product
-from ..calls.block import MASS, RAISED_WORD
-from ..jit_options import INLINED, INTERNAL, njit
-from ..output.arguments import JACOBIAN
-from ..output.dense_output import F as DENSE
-from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
-from ..state.rows import copy_row
-from ..stepping.differences import evaluate_row, first_factors
-from ..stepping.implicit import (
+from ...algebra.mass import add_product
+from ...calls.block import MASS, RAISED_WORD
+from ...jit_options import INLINED, INTERNAL, njit
+from ...output.arguments import JACOBIAN
+from ...output.dense_output import F as DENSE
+from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
+from ...state.rows import copy_row
+from ...stepping.differences import evaluate_row, first_factors
+from ...stepping.implicit import (
     MAX_FACTOR,
     MIN_FACTOR,
     SAFETY,
@@ -26,9 +26,9 @@ from ..stepping.implicit import (
     newton_tolerance,
     scaled_squares,
 )
-from ..stepping.jacobian import clear_matrix, is_constant
-from .implicit import implicit
-from .radau_stages import (
+from ...stepping.jacobian import clear_matrix, is_constant
+from ..implicit import implicit
+from .stages import (
     CORRECTION,
     ERROR,
     FACTOR,

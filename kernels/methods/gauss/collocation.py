@@ -13,12 +13,12 @@ The stages of a component lie side by side, so that the processor loads the stag
 
 import numpy as np
 
-from ..calls.block import RAISED_WORD
-from ..jit_options import INLINED, INTERNAL, njit
-from ..state.layout import Form
-from ..state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, Y_OLD, Y
-from ..state.rows import keep_vector, numbers_of, slot, vector_at
-from ..stepping.fixed import LANDED
+from ...calls.block import RAISED_WORD
+from ...jit_options import INLINED, INTERNAL, njit
+from ...state.layout import Form
+from ...state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, Y_OLD, Y
+from ...state.rows import keep_vector, numbers_of, slot, vector_at
+from ...stepping.fixed import LANDED
 from .iteration import INCREMENTS, all_weights, make_evaluate, make_sweep, outer_weights, rows
 from .stages import keep_increments, largest, product
 

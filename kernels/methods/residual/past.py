@@ -9,11 +9,11 @@ All rows here have n numbers, half a row of the work array: see `in_halves`.
 
 import numpy as np
 
-from ..jit_options import INLINED, INTERNAL, njit
-from ..output.dense_output import F as DENSE
-from ..output.dense_output import nest
-from ..state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y
-from ..state.rows import in_halves, scratch
+from ...jit_options import INLINED, INTERNAL, njit
+from ...output.dense_output import F as DENSE
+from ...output.dense_output import nest
+from ...state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y
+from ...state.rows import in_halves, scratch
 
 MAX_ORDER = 5
 SIZE = MAX_ORDER + 1

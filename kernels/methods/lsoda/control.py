@@ -5,10 +5,10 @@ L. Petzold, "Automatic selection of methods for solving stiff and nonstiff syste
 Stat. Comput. 4 (1983): steps that stability allows, and the change of the family.
 """
 
-from ..jit_options import INTERNAL, njit
-from .lsoda_corrector import EPS
-from .lsoda_past import CHANGE, FOUND, KEPT, Z, norm
-from .lsoda_table import ADAMS, BDF, CONSTANT, CORRECTION, HIGHER, LOWER, ORDERS, STABLE
+from ...jit_options import INTERNAL, njit
+from .corrector import EPS
+from .past import CHANGE, FOUND, KEPT, Z, norm
+from .table import ADAMS, BDF, CONSTANT, CORRECTION, HIGHER, LOWER, ORDERS, STABLE
 
 LEAST = 1e-6  # the least value of h L in a bound of stability
 LONGER = 1.1  # the smallest factor by which a step is made longer

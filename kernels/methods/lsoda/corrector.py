@@ -7,17 +7,17 @@ estimate of the Lipschitz constant, from the rates of convergence.
 
 import numpy as np
 
-from ..algebra.factorise import bandwidths
-from ..algebra.matrices import factorise_sum, matrix_at, matrix_rows, solve_sum
-from ..calls.block import FIRST, GROUPS, JACOBIAN, N_ENTRIES
-from ..calls.user_function import words_at
-from ..jit_options import INLINED, INTERNAL, njit
-from ..state.record import BAD_JACOBIAN, RAISED, RUNNING
-from ..state.rows import copy_row
-from ..stepping.differences import evaluate_row
-from ..stepping.jacobian import entries_at, evaluate_jacobian, is_constant
-from .lsoda_past import CHANGE, FACTOR, FOUND, PIVOTS, RATE, TRIAL, WEIGHT, J, Z, norm
-from .lsoda_table import CORRECTION, SAME
+from ...algebra.factorise import bandwidths
+from ...algebra.matrices import factorise_sum, matrix_at, matrix_rows, solve_sum
+from ...calls.block import FIRST, GROUPS, JACOBIAN, N_ENTRIES
+from ...calls.user_function import words_at
+from ...jit_options import INLINED, INTERNAL, njit
+from ...state.record import BAD_JACOBIAN, RAISED, RUNNING
+from ...state.rows import copy_row
+from ...stepping.differences import evaluate_row
+from ...stepping.jacobian import entries_at, evaluate_jacobian, is_constant
+from .past import CHANGE, FACTOR, FOUND, PIVOTS, RATE, TRIAL, WEIGHT, J, Z, norm
+from .table import CORRECTION, SAME
 
 EPS = float(np.finfo(float).eps)
 ITERATIONS = 3

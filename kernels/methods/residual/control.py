@@ -8,8 +8,8 @@ order rises only after steps of equal size.
 
 import numpy as np
 
-from ..jit_options import INLINED, INTERNAL, njit
-from .residual_past import (
+from ...jit_options import INLINED, INTERNAL, njit
+from .past import (
     BETA,
     CLIMBS,
     MAX_ORDER,

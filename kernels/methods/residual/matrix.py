@@ -11,8 +11,8 @@ The block of the Jacobian of a residual has, behind the words of `calls/block.py
 
 import numpy as np
 
-from ..algebra.matrices import factorise_sum, matrix_at, matrix_rows
-from ..calls.block import (
+from ...algebra.matrices import factorise_sum, matrix_at, matrix_rows
+from ...calls.block import (
     ADDRESS,
     FAULT,
     FIRST,
@@ -22,12 +22,12 @@ from ..calls.block import (
     RAISED_WORD,
     TIME,
 )
-from ..calls.user_function import address_of, call_with, words_at
-from ..jit_options import INLINED, INTERNAL, njit
-from ..state.record import BAD_JACOBIAN, RAISED, RUNNING, SINGULAR, STAGE
-from ..state.rows import copy_row, in_halves, numbers_from, slot
-from ..stepping.differences import evaluate_row
-from .residual_past import (
+from ...calls.user_function import address_of, call_with, words_at
+from ...jit_options import INLINED, INTERNAL, njit
+from ...state.record import BAD_JACOBIAN, RAISED, RUNNING, SINGULAR, STAGE
+from ...state.rows import copy_row, in_halves, numbers_from, slot
+from ...stepping.differences import evaluate_row
+from .past import (
     FACTORED,
     FOUND,
     FREE,

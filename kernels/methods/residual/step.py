@@ -10,10 +10,10 @@ A row of the work array has 2 n numbers, [y, y'], so that outputs contain y and 
 
 import numpy as np
 
-from ..algebra.matrices import solve_sum
-from ..calls.block import RAISED_WORD
-from ..jit_options import INLINED, INTERNAL, njit
-from ..state.record import (
+from ...algebra.matrices import solve_sum
+from ...calls.block import RAISED_WORD
+from ...jit_options import INLINED, INTERNAL, njit
+from ...state.record import (
     NO_TOLERANCE,
     NOT_CONVERGED,
     RAISED,
@@ -23,14 +23,14 @@ from ..state.record import (
     Y_OLD,
     Y,
 )
-from ..state.rows import copy_row, in_halves
-from ..stepping import first_step
-from ..stepping.differences import evaluate_row
-from ..stepping.implicit import weigh
-from .implicit import implicit
-from .residual_control import after_failures, next_order_and_size, order_below
-from .residual_matrix import clear, factors_at, renew
-from .residual_past import (
+from ...state.rows import copy_row, in_halves
+from ...stepping import first_step
+from ...stepping.differences import evaluate_row
+from ...stepping.implicit import weigh
+from ..implicit import implicit
+from .control import after_failures, next_order_and_size, order_below
+from .matrix import clear, factors_at, renew
+from .past import (
     ABSOLUTE,
     BOUND,
     CHANGE,

@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
-from ..jit_options import INLINED, INTERNAL, njit
-from ..output.dense_output import F as DENSE
-from ..state.record import K
-from ..state.rows import scratch
+from ...jit_options import INLINED, INTERNAL, njit
+from ...output.dense_output import F as DENSE
+from ...state.record import K
+from ...state.rows import scratch
 
 MAX_ORDER = 5
 KAPPA = np.array([0, -0.1850, -1 / 9, -0.0823, -0.0415, 0])

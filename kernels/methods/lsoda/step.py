@@ -8,9 +8,9 @@ The size of the next step is chosen when a step is accepted.  The Nordsieck arra
 new size when the next step begins: until then, the array gives the polynomial of the last step.
 """
 
-from ..jit_options import INTERNAL, njit
-from ..output.arguments import NOTHING
-from ..state.record import (
+from ...jit_options import INTERNAL, njit
+from ...output.arguments import NOTHING
+from ...state.record import (
     ATOL,
     FAILED_AGAIN,
     NO_TOLERANCE,
@@ -21,13 +21,13 @@ from ..state.record import (
     Y_OLD,
     Y,
 )
-from ..state.rows import copy_row
-from ..stepping import first_step
-from ..stepping.differences import evaluate_row
-from ..stepping.implicit import weigh
-from ..stepping.jacobian import clear_matrix
-from .implicit import implicit
-from .lsoda_control import (
+from ...state.rows import copy_row
+from ...stepping import first_step
+from ...stepping.differences import evaluate_row
+from ...stepping.implicit import weigh
+from ...stepping.jacobian import clear_matrix
+from ..implicit import implicit
+from .control import (
     AGAIN,
     FIRST_GROWTH,
     GROWTH,
@@ -38,8 +38,8 @@ from .lsoda_control import (
     next_family,
     next_order,
 )
-from .lsoda_corrector import EPS, correct
-from .lsoda_past import (
+from .corrector import EPS, correct
+from .past import (
     CHANGE,
     KEPT,
     N_ROWS,
@@ -56,7 +56,7 @@ from .lsoda_past import (
     rescale,
     retract,
 )
-from .lsoda_table import CORRECTION, ORDERS, SAME
+from .table import CORRECTION, ORDERS, SAME
 
 MOST_FAILURES = 10
 MOST_STANDING = 50  # most consecutive steps that do not change the time; none of them may fail

@@ -1,11 +1,11 @@
 """One iteration of an implicit step: stages from increments, increments from stages."""
 
-from ..calls.block import RAISED_WORD
-from ..jit_options import INLINED, njit
-from ..state.elementwise import halves
-from ..state.layout import Form
-from ..state.record import STAGE, K
-from ..state.rows import fetch, keep_vector, numbers_of, slot, vector_at
+from ...calls.block import RAISED_WORD
+from ...jit_options import INLINED, njit
+from ...state.elementwise import halves
+from ...state.layout import Form
+from ...state.record import STAGE, K
+from ...state.rows import fetch, keep_vector, numbers_of, slot, vector_at
 from .stages import Matrix, first_row, keep_increments, stage_value, with_ends
 
 INCREMENTS = K  # the first row of the L_j

@@ -3,11 +3,11 @@
 K. Radhakrishnan and A. C. Hindmarsh, "Description and use of LSODE", NASA RP-1327 (1993).
 """
 
-from ..jit_options import INLINED, INTERNAL, njit
-from ..output.dense_output import F as DENSE
-from ..output.dense_output import nest
-from ..state.record import Y_OLD, K, Y
-from .lsoda_table import HIGHEST
+from ...jit_options import INLINED, INTERNAL, njit
+from ...output.dense_output import F as DENSE
+from ...output.dense_output import nest
+from ...state.record import Y_OLD, K, Y
+from .table import HIGHEST
 
 # Rows: a row whose first number is the order of the last step; the derivative; the Nordsieck array;
 # the correction of the last step, the correction of an earlier step; the state of an iteration and

@@ -11,16 +11,16 @@ polynomial of the last step.
 
 import numpy as np
 
-from ..algebra.mass import add_product, widened
-from ..algebra.matrices import factorise_sum, matrix_rows, solve_sum
-from ..calls.block import MASS, RAISED_WORD
-from ..jit_options import INLINED, INTERNAL, njit
-from ..output.arguments import JACOBIAN
-from ..state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
-from ..state.rows import copy_row
-from ..stepping import first_step
-from ..stepping.differences import evaluate_row, first_factors, keep_factors
-from ..stepping.implicit import (
+from ...algebra.mass import add_product, widened
+from ...algebra.matrices import factorise_sum, matrix_rows, solve_sum
+from ...calls.block import MASS, RAISED_WORD
+from ...jit_options import INLINED, INTERNAL, njit
+from ...output.arguments import JACOBIAN
+from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
+from ...state.rows import copy_row
+from ...stepping import first_step
+from ...stepping.differences import evaluate_row, first_factors, keep_factors
+from ...stepping.implicit import (
     MAX_FACTOR,
     MIN_FACTOR,
     SAFETY,
@@ -28,14 +28,14 @@ from ..stepping.implicit import (
     newton_tolerance,
     scaled_squares,
 )
-from ..stepping.jacobian import (
+from ...stepping.jacobian import (
     clear_matrix,
     evaluate_jacobian,
     is_constant,
     takes_slope,
 )
-from .bdf_differences import ALPHA, ERROR, GAMMA, MAX_ORDER, ORDER, D, change_size, dense_rows
-from .implicit import implicit
+from ..implicit import implicit
+from .differences import ALPHA, ERROR, GAMMA, MAX_ORDER, ORDER, D, change_size, dense_rows
 
 MAX_ITERATIONS = 4
 

@@ -1,23 +1,23 @@
 """The steps of Rodas5P with a trajectory in each lane of a vector, for M y' = f(t, y).
 
 df/dy and df/dt are exact.  A lane with a number that is not finite, for example because its matrix
-is singular, is left to the step of `rodas5p.py`.
+is singular, is left to the step of `step.py`.
 """
 
 import numpy as np
 
-from ..algebra.elimination_in_lanes import make_elimination, make_product
-from ..algebra.mass_in_lanes import make_mass_product, make_numbers
-from ..ensemble import lanes
-from ..jit_options import INLINED, INTERNAL, njit
-from ..state.elementwise import apply, combine, weigh
-from ..state.record import K
-from ..state.reduce import add, reduce_components
-from ..state.rows import rows_on_stack
-from ..stepping.step_size import SCIPY, rms
-from ..vector.scalar_or_vector import select
-from .rodas5p_derivatives import SLOPE
-from .rodas5p_table import END, GAMMA, SLOPES, TIMES, A, C
+from ...algebra.elimination_in_lanes import make_elimination, make_product
+from ...algebra.mass_in_lanes import make_mass_product, make_numbers
+from ...ensemble import lanes
+from ...jit_options import INLINED, INTERNAL, njit
+from ...state.elementwise import apply, combine, weigh
+from ...state.record import K
+from ...state.reduce import add, reduce_components
+from ...state.rows import rows_on_stack
+from ...stepping.step_size import SCIPY, rms
+from ...vector.scalar_or_vector import select
+from .derivatives import SLOPE
+from .table import END, GAMMA, SLOPES, TIMES, A, C
 
 N_STAGES = 8
 TRIED, ACCEPTED = 7, 1  # evaluations in each step, and after an accepted step
@@ -127,7 +127,7 @@ def _and_stage(before, i, solve, timed, add_product):
 
 
 def _and_last_stage(before, solve, multiply, add_product):
-    """A function that solves for all stages; for the last stage see `rodas5p.py`."""
+    """A function that solves for all stages; for the last stage see `step.py`."""
     state, time = _make_state(N_STAGES - 1), TIMES.floats[-1]
 
     @njit(**INLINED)

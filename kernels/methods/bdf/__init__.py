@@ -1,0 +1,1 @@
+"""BDF of orders 1 to 5, with SciPy's steps."""

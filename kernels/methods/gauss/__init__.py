@@ -1,0 +1,1 @@
+"""Gauss, Gauss-Nystrom and energy-conserving methods of fixed step."""

@@ -1,0 +1,1 @@
+"""LSODA: Adams' formulas and BDF, with SciPy's steps."""

@@ -1,0 +1,1 @@
+"""Rodas5P, a Rosenbrock method of order 5(4)."""
