@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from . import precompiled
 from .call import laid_out
-from .environment import environment
+from .environment import FUNCTIONS, KERNELS, environment
 from .folders import folders
 from .object_file import NotWhole, packed, unpacked
 from .one_at_a_time import alone
@@ -54,7 +54,7 @@ def first_kept(make):
     return found
 
 
-def compiled(key, build, kernel=True):
+def compiled(key, build, made_by=FUNCTIONS):
     """The machine code for `key`, from disk or by `build()`.
 
     Parameters
@@ -63,31 +63,30 @@ def compiled(key, build, kernel=True):
         Everything, besides `environment`, that the code depends on.  None: never on disk.
     build : callable
         Returns a Numba dispatcher and the signature to compile it for.
-    kernel : bool
-        True for code that takes its arguments in words; False for functions of the user.
+    made_by : frozenset of str
+        The folders of fastdyn whose sources change the code: KERNELS for code that contains no
+        function of the user, and whose `build` is in these folders.
 
     Raises
     ------
     Unsealable
         With the reason; exceptions of Numba pass through.
     """
-    found = key and stored(key)
+    found = key and stored(key, made_by)
     if found:
         return found
+    symbol = _symbol(key, made_by)
     if key is None:
-        return _compiled(None, build, kernel)
-    with _compiling, alone(_file(_symbol(key))):
-        return stored(key) or _compiled(
-            key, build, kernel
-        )  # another process may have made the entry
+        return _compiled(None, symbol, build)
+    with _compiling, alone(_file(symbol)):  # another process may have made the entry
+        return stored(key, made_by) or _compiled(key, symbol, build)
 
 
-def _compiled(key, build, kernel):
+def _compiled(key, symbol, build):
     """The machine code of the dispatcher that `build` returns."""
-    symbol = _symbol(key)
     with _numba() as emit_object:
         dispatcher, signature = build()
-        code, needs, arguments = emit_object.of(dispatcher, signature, symbol, kernel)
+        code, needs, arguments = emit_object.of(dispatcher, signature, symbol)
     return _kept(key, symbol, code, needs, arguments)
 
 
@@ -122,12 +121,13 @@ def assembled(key, write, scheduled=False):
     return _kept(key, symbol, code, needs, [])
 
 
-def without_function(key, build=None):
+def without_function(key, build=None, made_by=FUNCTIONS):
     """The kernel for `key` without the function that the kernel calls, from disk or by `build()`.
 
-    Returns None if the kernel is not on disk and `build` is None; for `build` see `compiled`.
+    Returns None if the kernel is not on disk and `build` is None; for `build` and `made_by` see
+    `compiled`.
     """
-    symbol = _symbol(key)
+    symbol = _symbol(key, made_by)
     found = _bitcode(symbol)
     if found or build is None:
         return found
@@ -186,16 +186,15 @@ def _header(key, symbol, needs, arguments):
         "needs": needs,
         "arguments": arguments,
         "key": hashlib.sha256((key or "").encode()).hexdigest(),
-        "environment": hashlib.sha256(environment().encode()).hexdigest(),
     }
 
 
-def stored(key):
+def stored(key, made_by=FUNCTIONS):
     """The machine code for `key` from disk; None without an entry."""
-    came = precompiled.entry(key)
+    came = precompiled.entry(key) if made_by is KERNELS else None
     if came and (found := _verified(*came)):
         return found
-    symbol = _symbol(key)
+    symbol = _symbol(key, made_by)
     for data in folders.entries(_file(symbol)):
         found = _verified(data, symbol)
         if found:
@@ -215,10 +214,10 @@ def _verified(data, symbol):
     return found
 
 
-def _symbol(key):
+def _symbol(key, made_by=FUNCTIONS):
     if key is None:
         return f"fastdyn_{os.urandom(32).hex()}"
-    return f"fastdyn_{hashlib.sha256((environment() + key).encode()).hexdigest()}"
+    return f"fastdyn_{hashlib.sha256((environment(made_by) + key).encode()).hexdigest()}"
 
 
 def _file(symbol):

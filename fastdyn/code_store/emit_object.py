@@ -26,10 +26,14 @@ from .object_file import Unsealable
 from .target import drop_unused, internal, settled
 
 
-def of(dispatcher, signature, symbol, kernel):
-    """The object code of a dispatcher for a signature, its needs, and the arguments of a kernel."""
+def of(dispatcher, signature, symbol):
+    """The object code of a dispatcher for a signature, its needs, and the arguments of a kernel.
+
+    A kernel returns a status, and takes its arguments in words; a function returns nothing.
+    """
     dispatcher.compile(signature)
     result = dispatcher.get_compile_result(signature)
+    kernel = signature.return_type != types.none
     code, needs = sealed(result, symbol, kernel)
     names = inspect.signature(dispatcher.py_func).parameters
     return code, needs, arguments(names, result.signature) if kernel else []

@@ -1,4 +1,9 @@
-"""The common part of all keys: sources, versions, processor, settings.  Needs no Numba."""
+"""The common part of keys: sources, versions, processor, settings.  Needs no Numba.
+
+A key covers the sources that can change the code, and no others: after an edit elsewhere, the kept
+code stays.  Kernels depend on the folders that make kernels; the code of users' functions depends
+on the compiler, too.
+"""
 
 import functools
 import hashlib
@@ -14,38 +19,46 @@ from .folders import folders
 from .numba_settings import changed, settings
 
 PACKAGE = pathlib.Path(__file__).parent.parent
+KERNELS = frozenset({"kernels", "specialise", "code_store"})  # the folders that make kernels
+# The folders that make no code.  A folder that is not named counts as one that makes the code of
+# functions: a new folder is safe.  A test sees that these folders make none.
+_WITHOUT = {
+    "__pycache__", "analysis", "cli", "course", "dae", "derive", "drift", "ensemble", "explore",
+    "matlab", "plot", "problem", "run", "systems",
+}  # fmt: skip
+FUNCTIONS = KERNELS | {
+    folder.name for folder in os.scandir(PACKAGE) if folder.is_dir() and folder.name not in _WITHOUT
+}
 EXTENSIONS = re.compile(r"^\[numba_extensions\]$(.*?)(?=^\[|\Z)", re.M | re.S)
 
 
-def environment():
-    """Everything that all code depends on, as text: a key adds the part of one piece of code."""
+def environment(made_by):
+    """Everything that all code of a kind depends on, as text; a key adds the rest.
+
+    `made_by` is KERNELS or FUNCTIONS.
+    """
     from .target import processor
 
     now = settings()
-    return _environment(processor(now), changed(now))
+    return _environment(made_by, processor(now), changed(now))
 
 
 @functools.cache
-def _environment(processor, changed):
+def _environment(made_by, processor, changed):
     versions = [_version_of(name) for name in ("numba", "llvmlite", "scipy")]
     return repr(
-        (sources(), sys.version, versions, np.__version__, _extensions(), processor, changed)
+        (sources(made_by), sys.version, versions, np.__version__, _extensions(), processor, changed)
     )
 
 
 @functools.cache
-def sources():
-    """The hash of fastdyn's own sources, by name and content, whatever their folder.
+def sources(made_by):
+    """The hash of the sources that make code of a kind, by name and content.
 
     The hash is kept under the stamps of the files: no file is read again before a stamp changes.
     The time of the last change of an inode cannot be set back.
     """
-    import fastdyn.kernels
-
-    kernels = os.path.dirname(fastdyn.kernels.__file__)
-    found = dict(_python_files(str(PACKAGE), "fastdyn"))
-    found.update(_python_files(kernels, "fastdyn/kernels"))
-    found = sorted(found.items())
+    found = sorted(_files(made_by))
     stamp = _stamp(found)
     for data in folders.entries(f"{stamp}.sources"):
         known = data[:64]
@@ -78,6 +91,17 @@ def _digest(found):
         digest.update(f"{name} {len(content)} ".encode())
         digest.update(content)
     return digest.hexdigest()
+
+
+def _files(made_by):
+    """(name, entry) of the files *.py in folders of fastdyn; `kernels` may lie beside fastdyn."""
+    import fastdyn.kernels
+
+    for folder in made_by:
+        path = PACKAGE / folder
+        if folder == "kernels":
+            path = os.path.dirname(fastdyn.kernels.__file__)
+        yield from _python_files(path, f"fastdyn/{folder}")
 
 
 def _python_files(folder, name):

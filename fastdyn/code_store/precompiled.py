@@ -1,15 +1,15 @@
 """Compiled kernels of a wheel: object files for levels of a processor, named by content.
 
-The files depend on fastdyn's sources and on the level, not on the versions of Python, NumPy or
-Numba.  A kernel is compiled in the process if its sources have changed, if its file does not load,
-or if the settings of Numba have changed.
+The files depend on the sources that make kernels and on the level, not on the versions of Python,
+NumPy or Numba.  A kernel is compiled in the process if these sources have changed, if its file does
+not load, or if the settings of Numba have changed.
 """
 
 import functools
 import hashlib
 import pathlib
 
-from .environment import sources
+from .environment import KERNELS, sources
 from .numba_settings import changed
 
 FOLDER = pathlib.Path(__file__).parent / "objects"
@@ -42,7 +42,7 @@ def best_level():
 
 def symbol_of(key, level):
     """The name of the code of a kernel for a level."""
-    text = f"precompiled {sources()} {level} {key}"
+    text = f"precompiled {sources(KERNELS)} {level} {key}"
     return f"fastdyn_{hashlib.sha256(text.encode()).hexdigest()}"
 
 

@@ -10,7 +10,7 @@ from fastdyn import code_store
 from fastdyn.compile.mode import EVENT
 from fastdyn.compile.taylor.steps.accuracy import order_of_many
 from fastdyn.kernels.calls.block import FIRST, MASS
-from fastdyn.kernels.ensemble import arguments, scheduler
+from fastdyn.kernels.ensemble import arguments
 from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
 from fastdyn.kernels.output.arguments import OUTPUT, SCHEDULES
 from fastdyn.kernels.state.lane_fields import ACCEPTED, N_FIELDS, T
@@ -29,27 +29,16 @@ from fastdyn.specialise.scalar import (
     events_kernel,
     inlined_kernel,
     inlines,
+    serve_kernel,
     shared_kernel,
     start_kernel,
     watch_kernel,
 )
 from fastdyn.specialise.series import series_kernel
-from fastdyn.specialise.signatures import kernel_of
 
 from .times import of_members
 
 ROOM = 256  # least number of events for which the first piece of `found` has room
-
-
-_compiled: list = []
-
-
-def _serve_kernel(*sample):
-    """The compiled `serve`, common to all methods and functions; `sample` has its arguments."""
-    if not _compiled:
-        signature = kernel_of(*sample)
-        _compiled.append(code_store.compiled("serve", lambda: (scheduler.serve, signature)))
-    return _compiled[0]
 
 
 class Worker:
@@ -101,7 +90,7 @@ class Worker:
         done = arguments.Results(*(getattr(results, name) for name in arguments.Results._fields))
         given = task, lanes, single, room, done, self._piece
         folds = self._folds(folds)
-        kernel = _serve_kernel(*given, folds, 0)
+        kernel = serve_kernel(*given, folds, 0)
         self._serve = code_store.Call(kernel, *chain(*given), folds, self._chunk)
 
     def _bind(self, p, members, folds):

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn import code_store
 from fastdyn.compile import memory
 from fastdyn.compile.bind import bind
 from fastdyn.compile.bound import Bound
@@ -20,6 +19,7 @@ from fastdyn.compile.variations.variational import bind_variational
 from fastdyn.kernels.calls import block as words
 from fastdyn.kernels.calls.block import FAULT, WORDS_OF_PAIR
 from fastdyn.kernels.methods import METHODS
+from fastdyn.specialise.scalar import both_of_pair
 
 from .lsoda import NAME as LSODA
 from .sensitivities import Variational
@@ -136,26 +136,13 @@ def bind_equations(problem, refused=None, stores=False):
         ]
     )
     block = np.zeros(WORDS_OF_PAIR, np.int64)
-    block[0], block[FAULT] = _both().address, WORDS_OF_PAIR
+    block[0], block[FAULT] = both_of_pair().address, WORDS_OF_PAIR
     for word, part in zip((words.VELOCITY, words.FORCE), pair, strict=True):
         block[word] = part.block.ctypes.data
     return Bound(
         _function_of([part.function for part in pair]), block,
         lambda t, y: p.fun(t, y, *p.args), list(pair), None, [], p.mode, pair,
     )  # fmt: skip
-
-
-@code_store.first_kept
-def _both():
-    def build():
-        from numba import types
-
-        from fastdyn.kernels.calls.user_function import FORM
-        from fastdyn.kernels.calls.velocity_force import both_by_pointer
-
-        return both_by_pointer, types.none(*FORM)
-
-    return code_store.compiled("both of a pair", build, kernel=False)
 
 
 def _function_of(functions):

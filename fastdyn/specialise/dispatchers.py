@@ -3,15 +3,20 @@
 This file imports Numba.  A solve imports this file only if a kernel is not on disk yet.
 """
 
+from numba import types
+
 from fastdyn.code_store import unlinked
+from fastdyn.kernels.algebra import consistent_states
 from fastdyn.kernels.calls.block import FORCE, VELOCITY
-from fastdyn.kernels.calls.user_function import by_pointer, inlined, linked_later
+from fastdyn.kernels.calls.user_function import FORM, by_pointer, inlined, linked_later
 from fastdyn.kernels.calls.velocity_force import (
+    both_by_pointer,
     both_inlined,
     force_by_pointer,
     part_inlined,
     velocity_by_pointer,
 )
+from fastdyn.kernels.ensemble import scheduler
 from fastdyn.kernels.ensemble.watched import already
 from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
@@ -41,6 +46,7 @@ from .signatures import (
     SURVEYING,
     WATCH,
     WHOLE_SOLVE,
+    kernel_of,
 )
 from .vector_rhs import named, right_hand_side
 
@@ -51,6 +57,7 @@ def _evaluate(block, t, y, out):
     return RUNNING
 
 
+FUNCTION = types.none(*FORM)  # the form of a user's function
 FOR_ALL = {  # kernels that serve all methods and functions
     "evaluate": (_evaluate, EVALUATE),  # one call of a function
     "watch": (watch, WATCH),
@@ -64,7 +71,16 @@ FOR_ALL = {  # kernels that serve all methods and functions
     "open survey": (open_survey, OPEN_SURVEY),
     "survey": (survey, SURVEYING),
     "already": (already, ADVANCE),
+    "both of a pair": (both_by_pointer, FUNCTION),
+} | {
+    f"pencil {name}": (getattr(consistent_states, name), FUNCTION)
+    for name in ("rates", "change", "settle", "act")
 }
+
+
+def serve(*sample):
+    """The kernel in which a worker of an ensemble serves its lanes, for arguments like `sample`."""
+    return scheduler.serve, kernel_of(*sample)
 
 
 def start(method, splits):

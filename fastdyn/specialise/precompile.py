@@ -29,7 +29,7 @@ def write(level):
         symbol = precompiled.symbol_of(key, level)
         with deferred():
             dispatcher, signature = make(dispatchers)
-            code, needs, arguments = emit_object.of(dispatcher, signature, symbol, True)
+            code, needs, arguments = emit_object.of(dispatcher, signature, symbol)
         data = packed({"symbol": symbol, "needs": needs, "arguments": arguments, "key": key}, code)
         (folder / f"{symbol.removeprefix('fastdyn_')}.o").write_bytes(data)
         total += len(data)

@@ -34,7 +34,7 @@ def inlines(name, n):
     return 0 < n <= MAX_TUPLE and BY_NAME[name].n_matrices == 0
 
 
-def _kept(key, make):
+def _kept(key, make, made_by=code_store.KERNELS):
     """The code of a kernel; ``make(dispatchers)`` returns the dispatcher to compile."""
 
     def build():
@@ -42,7 +42,7 @@ def _kept(key, make):
 
         return make(dispatchers)
 
-    return code_store.compiled(key, build)
+    return code_store.compiled(key, build, made_by)
 
 
 def _start(name, pair=False):
@@ -90,6 +90,23 @@ def _kernel_for_all(name):
     return code_store.first_kept(lambda: _kept(*_for_all(name)))
 
 
+@code_store.first_kept
+def function_of_pencil(name):
+    """A function of `kernels/algebra/consistent_states.py`, with the form of a user's function."""
+    return _kept(*_for_all(f"pencil {name}"))
+
+
+_serving: dict = {}
+
+
+def serve_kernel(*sample):
+    """The kernel in which a worker of an ensemble serves its lanes, for arguments like `sample`."""
+    if not _serving:
+        _serving.setdefault("serve", _kept("serve", lambda made: made.serve(*sample)))
+    return _serving["serve"]
+
+
+both_of_pair = _kernel_for_all("both of a pair")
 evaluate_kernel = _kernel_for_all("evaluate")
 watch_kernel = _kernel_for_all("watch")
 watch_plain_kernel = _kernel_for_all("watch plain")
@@ -138,7 +155,10 @@ def _inlining(key, name, function, n):
         except Uncompilable:  # without a form on vectors: the loop over stages, with equal results
             pass
     try:
-        return _kept(key, lambda made: made.inlining(name, splits(name, True), function, n))
+        return _kept(
+            key, lambda made: made.inlining(name, splits(name, True), function, n),
+            code_store.FUNCTIONS,
+        )  # fmt: skip
     except Uncompilable:  # another thread has changed an outside value
         return None
 
@@ -164,7 +184,7 @@ def _stages(key, name, function, n):
 
         return dispatchers.stages(name, n)
 
-    kernel = code_store.without_function(f"waits {name} {n} in stages", build)
+    kernel = code_store.without_function(f"waits {name} {n} in stages", build, code_store.KERNELS)
     return code_store.linked(key, kernel, {FUNCTION: text}, look)
 
 
@@ -179,4 +199,5 @@ def kernel_without_function(name, n, build=False):
 
         return dispatchers.without_function(name, n)
 
-    return code_store.without_function(f"waits {name} {n}", without_function if build else None)
+    build_it = without_function if build else None
+    return code_store.without_function(f"waits {name} {n}", build_it, code_store.KERNELS)

@@ -141,6 +141,10 @@ def test_an_edit_to_a_kernel_is_seen(tmp_path):
     (tmp_path / "work").mkdir()
     place = Place(tmp_path / "work", path=package.parent)
     first = place.run()
+    for folder, makes_code in (("plot", False), ("trace", True)):
+        file = package / folder / "__init__.py"
+        file.write_text(file.read_text() + "# a comment\n")
+        assert (place.run()[2] > 0) == makes_code
     control = package / "kernels" / "stepping" / "step_size.py"
     control.write_text(control.read_text().replace("SAFETY = 0.9", "SAFETY = 0.5"))
     assert place.run()[0] > first[0]

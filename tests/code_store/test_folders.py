@@ -202,12 +202,12 @@ def test_code_that_does_not_link_is_made_again(places, monkeypatch):
 @pytest.mark.parametrize("damaged", [b"\xff" * 128, b"0" * 64, b"0" * 128, b""])
 def test_a_damaged_hash_of_the_sources_is_found_anew(places, damaged):
     environment.sources.cache_clear()
-    known = environment.sources()
+    known = environment.sources(environment.KERNELS)
     (entry,) = places[1].glob("*.sources")
     whole = entry.read_bytes()
     entry.write_bytes(damaged)
     environment.sources.cache_clear()
-    assert environment.sources() == known and entry.read_bytes() == whole
+    assert environment.sources(environment.KERNELS) == known and entry.read_bytes() == whole
 
 
 def test_what_comes_compiled_is_loaded_and_what_is_damaged_is_not(places, tmp_path, monkeypatch):

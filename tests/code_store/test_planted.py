@@ -45,8 +45,8 @@ def place(request, tmp_path, monkeypatch):
     monkeypatch.setenv("FASTDYN_SHARED_CODE", str(folder) if request.param == "system" else "")
     own = above / "folder" if request.param == "own" else tmp_path / "own"
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(own))
-    environment = cache.environment()
-    monkeypatch.setattr(cache, "environment", lambda: environment)  # which keeps a hash
+    environment = cache.environment(cache.FUNCTIONS)
+    monkeypatch.setattr(cache, "environment", lambda made_by: environment)  # which keeps a hash
     folders._say.cache_clear()
     name, data = entry(PLANTED)
     file = folder / name

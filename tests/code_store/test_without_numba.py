@@ -97,11 +97,11 @@ def test_a_new_traced_function_needs_no_numba():
 
 KEYS = """
 from fastdyn.code_store import environment, target
-print(environment.environment())
+print(environment.environment(environment.FUNCTIONS))
 import numba
 from numba.core.registry import cpu_target
 assert target.processor() == cpu_target.target_context.codegen().magic_tuple()
-print(environment.environment())
+print(environment.environment(environment.FUNCTIONS))
 """
 
 

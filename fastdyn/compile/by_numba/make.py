@@ -115,7 +115,7 @@ def _made(parts, mode, layout, content):
     if not code:
         budget.not_here()
         try:
-            code = code_store.compiled(key, lambda: (build(), types.none(*FORM)), kernel=False)
+            code = code_store.compiled(key, lambda: (build(), types.none(*FORM)))
         except Exception as error:
             raise Uncompilable(explain(error)) from error
     size = sum([n_words(kind) for kind in layout if not isinstance(kind, str)])

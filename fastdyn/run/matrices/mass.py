@@ -5,29 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn import code_store
 from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls import block as words
 from fastdyn.problem.mass import equilibrated, parts_of
-from fastdyn.specialise.scalar import evaluate_kernel
+from fastdyn.specialise.scalar import evaluate_kernel, function_of_pencil
 
 from .inconsistent import refuse_action, refuse_start
-
-
-@code_store.first_kept
-def _function(name):
-    """A function of `kernels/algebra/consistent_states.py`, compiled."""
-
-    def build():
-        from numba import types
-
-        from fastdyn.kernels.algebra import consistent_states
-        from fastdyn.kernels.calls.user_function import FORM
-
-        return getattr(consistent_states, name), types.none(*FORM)
-
-    return code_store.compiled(f"pencil {name}", build, kernel=False)
 
 
 class Mass:
@@ -63,7 +47,7 @@ class Mass:
         for part, value in zip(parts, given, strict=False):
             part[:] = np.broadcast_to(np.ravel(value), part.shape)
         self._failed = parts[-1][-n:]
-        self._kept: list = [_function(name) for name in ("rates", "change", "settle")]
+        self._kept: list = [function_of_pencil(name) for name in ("rates", "change", "settle")]
         self.block: Any = np.zeros(words.WORDS_OF_PENCIL, np.int64)
         places = [words.ADDRESS, words.CHANGE, words.SETTLE]
         self.block[places] = [code.address for code in self._kept]
@@ -82,7 +66,7 @@ class Mass:
         return [self._acting(each) if each.mode.acts_at_events else each for each in others]
 
     def _acting(self, action):
-        block, code = np.zeros(words.WORDS_OF_ACTION, np.int64), _function("act")
+        block, code = np.zeros(words.WORDS_OF_ACTION, np.int64), function_of_pencil("act")
         block[words.ADDRESS], block[words.ACTION] = code.address, address_of(action.block)
         block[words.PENCIL_OF_ACTION] = address_of(self.block)
         self._kept += [code, action]
@@ -92,7 +76,7 @@ class Mass:
     def called(self, name, t, y):
         """The result of a function of the pencil at a time and a state; exceptions are dropped."""
         block, out = self.block.copy(), np.zeros(len(y))
-        block[words.ADDRESS] = _function(name).address
+        block[words.ADDRESS] = function_of_pencil(name).address
         Call(evaluate_kernel(), block, t, np.ascontiguousarray(y), out)()
         return out
 
