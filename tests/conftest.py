@@ -49,7 +49,8 @@ def pytest_sessionstart(session):
         for kernel in kernels[: 2 if METHODS[name].series else 3]:
             kernel(name)
     if int(worker) == 0:
-        for kernel in (scalar.watch_plain_kernel, scalar.watch_kernel, scalar.whole_solve_kernel):
+        watches = scalar.watch_plain_kernel, scalar.watch_events_kernel, scalar.watch_kernel
+        for kernel in (*watches, scalar.whole_solve_kernel):
             kernel()
 
 

@@ -18,7 +18,7 @@ from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.step_options import last_time
-from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table
+from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table, watch_of
 from fastdyn.run.loop import Progress, next_chunk, reached
 from fastdyn.run.matrices.layouts import full_matrices
 from fastdyn.run.matrices.mass import mass_of
@@ -32,7 +32,6 @@ from fastdyn.specialise.scalar import (
     serve_kernel,
     shared_kernel,
     start_kernel,
-    watch_kernel,
 )
 from fastdyn.specialise.series import series_kernel
 
@@ -118,7 +117,7 @@ class Worker:
             advance = advance or shared_kernel(name)
         scalar = advance if p.method.series else shared_kernel(name)
         kernels = (
-            advance, start_kernel(name), watch_kernel(), dense_rows_kernel(name), already_kernel(),
+            advance, start_kernel(name), watch_of(p), dense_rows_kernel(name), already_kernel(),
             events_kernel(), scalar,
         )  # fmt: skip
         self._kernels = kernels  # kept alive: the kernel gets their addresses

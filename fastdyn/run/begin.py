@@ -9,7 +9,12 @@ from fastdyn.compile.derivatives.jacobian_block import exact_block
 from fastdyn.kernels.output.arguments import EVENTS, SCHEDULES
 from fastdyn.kernels.state.record import ATOL, RTOL, K, Y
 from fastdyn.problem.step_options import last_time
-from fastdyn.specialise.scalar import all_roots_kernel
+from fastdyn.specialise.scalar import (
+    all_roots_kernel,
+    watch_events_kernel,
+    watch_kernel,
+    watch_plain_kernel,
+)
 from fastdyn.specialise.series import series_of_events
 
 from . import output
@@ -87,6 +92,15 @@ def schedule_table(problem, others) -> Any:
         row["start"], row["period"], row["limit"] = each.start, each.period, each.limit
         row["t_next"] = each.first_time(p.tf - p.t0)
     return table
+
+
+def watch_of(problem):
+    """The loop between the steps: the smallest that does what a problem asks for."""
+    p = problem
+    acts = p.project is not None or p.inside is not None or len(p.segments)
+    if acts or any(jump is not None for jump in p.on_event):
+        return watch_kernel()
+    return watch_events_kernel() if p.events else watch_plain_kernel()
 
 
 def jumps_at_once(problem):

@@ -15,12 +15,20 @@ from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.lsoda import NAME as LSODA
-from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel, watch_plain_kernel
+from fastdyn.specialise.scalar import interpolant_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 from fastdyn.trace.islands.island import Island, islands_of, raise_interrupts
 
 from . import output
-from .begin import event_table, fill, fill_tolerances, jacobian_of, schedule_table, shape_of
+from .begin import (
+    event_table,
+    fill,
+    fill_tolerances,
+    jacobian_of,
+    schedule_table,
+    shape_of,
+    watch_of,
+)
 from .functions.bound import raise_kept
 from .functions.python_between import PythonBetween
 from .matrices.layouts import matrices_of
@@ -140,15 +148,9 @@ class LaidOut(PythonBetween):
         lay(self._words, self.plan.at[name], address_of(array), array.shape)
 
     def _lay_times(self):
-        """Give the kernel the times of the output and the segments of the span.
-
-        A solve without events, projection, domain and breakpoints takes the plain kernel.
-        """
+        """Give the kernel the times of the output and the segments of the span."""
         segments = self.problem.segments
-        between = self._projection is not None or self._inside is not None
-        whole = self.problem.events or between or len(segments)
-        watch = watch_kernel() if whole else watch_plain_kernel()
-        self._words[self.plan.at["begin.watch"]] = watch.address
+        self._words[self.plan.at["begin.watch"]] = watch_of(self.problem).address
         if self._t_eval is not None:
             self._lay("output.t_eval", self._t_eval)
         if len(segments):

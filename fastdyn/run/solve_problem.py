@@ -17,9 +17,9 @@ from fastdyn.problem.second_order_and_pairs import (
     probe_equations,
 )
 from fastdyn.problem.validate import IMPLICIT, SHARED_METHODS
-from fastdyn.specialise.scalar import shared_kernel, watch_kernel, watch_plain_kernel
+from fastdyn.specialise.scalar import shared_kernel
 
-from .begin import shape_of
+from .begin import shape_of, watch_of
 from .functions.bound import bind_functions, leave_writers_to_scipy
 from .functions.python_between import of_python_between
 from .loop import Run
@@ -96,7 +96,7 @@ def load_kernels(problem):
     p, pair = problem, isinstance(problem.fun, Pair)
     plan(*shape_of(p, pair), len(p.y0))
     shared_kernel(p.method.name, pair)
-    (watch_kernel if p.events or p.schedules else watch_plain_kernel)()
+    watch_of(p)
 
 
 def _may_store(problem):

@@ -21,7 +21,7 @@ from fastdyn.kernels.ensemble.watched import already
 from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.splitting import cubic_of_pair
-from fastdyn.kernels.output.between_steps import watch, watch_plain
+from fastdyn.kernels.output.between_steps import watch, watch_events, watch_plain
 from fastdyn.kernels.output.dense_output import interpolant
 from fastdyn.kernels.output.events import open_events
 from fastdyn.kernels.output.invariants import open_survey, survey
@@ -61,6 +61,7 @@ FUNCTION = types.none(*FORM)  # the form of a user's function
 FOR_ALL = {  # kernels that serve all methods and functions
     "evaluate": (_evaluate, EVALUATE),  # one call of a function
     "watch": (watch, WATCH),
+    "watch events": (watch_events, WATCH),  # for solves with events and nothing else
     "watch plain": (watch_plain, WATCH),  # for solves without events, projection, breakpoints
     "launch": (launch, LAUNCH),
     "interpolant": (interpolant, INTERPOLANT),

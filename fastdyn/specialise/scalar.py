@@ -109,6 +109,7 @@ def serve_kernel(*sample):
 both_of_pair = _kernel_for_all("both of a pair")
 evaluate_kernel = _kernel_for_all("evaluate")
 watch_kernel = _kernel_for_all("watch")
+watch_events_kernel = _kernel_for_all("watch events")
 watch_plain_kernel = _kernel_for_all("watch plain")
 launch_kernel = _kernel_for_all("launch")
 interpolant_kernel = _kernel_for_all("interpolant")

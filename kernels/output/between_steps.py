@@ -5,8 +5,10 @@ loop serves every method, with shared and with inlined kernels.  The loop asks f
 time if each step is stored, projected or searched for events, else for all steps up to the next
 output time.
 
-The loop is compiled twice: whole, and for the many solves without events, projection, domain and
-breakpoints.  For these solves `events` is None, and the compiler omits the code for events.
+The loop is compiled three times: whole; for solves with events only, where `acts` is None; and for
+the many solves without events, too, where `events` is None.  The compiler omits what stands behind
+``is not None``: a first solve with events compiles for a quarter of the time of the whole loop, and
+a step with events takes three quarters (RK45, two components).
 """
 
 from ..calls.calling_convention import invoke
@@ -47,17 +49,23 @@ from .segments import end_of_span, ends_segment, next_segment, time_reached
 @njit(**INTERNAL)
 def watch(kernels, solve, output, events, scratch, n_steps):
     """Take at most `n_steps` steps, and store the requested output; see `_watch`."""
-    return _watch(kernels, solve, output, events, scratch, n_steps)
+    return _watch(kernels, solve, output, events, 1, scratch, n_steps)
+
+
+@njit(**INTERNAL)
+def watch_events(kernels, solve, output, events, scratch, n_steps):
+    """`watch` for solves with events, but without what `acts` stands for."""
+    return _watch(kernels, solve, output, events, None, scratch, n_steps)
 
 
 @njit(**INTERNAL)
 def watch_plain(kernels, solve, output, events, scratch, n_steps):
-    """`watch` without events, projection, domain and breakpoints."""
-    return _watch(kernels, solve, output, None, scratch, n_steps)
+    """`watch` for solves without events, and without what `acts` stands for."""
+    return _watch(kernels, solve, output, None, None, scratch, n_steps)
 
 
 @njit(**INTERNAL)
-def _watch(kernels, solve, output, events, scratch, n_steps):
+def _watch(kernels, solve, output, events, acts, scratch, n_steps):
     """Take at most `n_steps` steps, and store the requested output.
 
     Parameters
@@ -66,8 +74,9 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
     solve : state.record.Solve
     output : Output
     events : events.Events or None
-        With room for all events of one step; None for a solve without events, projection,
-        domain and breakpoints.
+        With room for all events of one step; None for a solve without events.
+    acts : int or None
+        None for a solve without schedules, jumps, projection, domain and breakpoints.
     scratch : array, (2, n)
 
     Returns
@@ -78,10 +87,12 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
     s, o = solve.state[0], output.record[0]
     each = o.every_step != 0 or o.dense != 0
     if events is not None:
-        each = each or len(events.table) > 0 or kernels.project != 0 or kernels.keeps != 0
+        each = each or len(events.table) > 0
+    if acts is not None:
+        each = each or kernels.project != 0 or kernels.keeps != 0
     kept = 0
     while True:
-        if events is not None:
+        if acts is not None:
             if len(events.schedules) > 0 and o.sampled != 0:
                 if _is_full(o, output, events):
                     return FULL
@@ -101,13 +112,14 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
         status = invoke(kernels.advance, (solve.state, solve.work, solve.block, budget))
         n_steps -= s.n_accepted - before
         if status >= STEP_TOO_SMALL or s.n_accepted == before:
-            if events is None or kernels.inside == 0:
-                return status
-            if not goes_on(kernels, solve, scratch, status):
-                return at_border(kernels, solve, scratch, status)
-            n_steps -= 1
-            continue
-        if events is not None:
+            if acts is not None:
+                if kernels.inside != 0:
+                    if not goes_on(kernels, solve, scratch, status):
+                        return at_border(kernels, solve, scratch, status)
+                    n_steps -= 1
+                    continue
+            return status
+        if acts is not None:
             if kernels.keeps != 0:
                 kept = keep_inside(kernels, solve, scratch)
                 if kept == TAKEN_BACK:
@@ -120,8 +132,8 @@ def _watch(kernels, solve, output, events, scratch, n_steps):
                 by_series = len(events.table) > 0 and events.table[0].find != 0
                 if not project_state(kernels, solve, scratch[0], by_series):
                     return RAISED
-        status = _sample(kernels, solve, output, events, scratch, status)
-        if events is not None:
+        status = _sample(kernels, solve, output, events, acts, scratch, status)
+        if acts is not None:
             if kept == CHANGED and status <= FINISHED and not settle(kernels, solve, scratch):
                 return RAISED
             if kept == ENDS and status == RUNNING:
@@ -146,7 +158,7 @@ def _is_full(o, output, events):
 
 
 @njit(**INTERNAL)
-def _sample(kernels, solve, output, events, scratch, status):
+def _sample(kernels, solve, output, events, acts, scratch, status):
     """Store the requested output of the last step; return the status to go on with."""
     s, o = solve.state[0], output.record[0]
     t_old, h = s.t_old, s.t - s.t_old
@@ -166,7 +178,7 @@ def _sample(kernels, solve, output, events, scratch, status):
         if len(events.table) > 0:
             given, find = (kernels, solve, output, events, scratch), events.table[0].find
             if find == 0:
-                cut = find_events(*given, t, reached, ready, d)
+                cut = find_events(*given, t, reached, ready, d, acts)
             else:
                 cut = invoke(find, (*given, t, int(reached), int(ready), d))
             if cut == FAILED:
@@ -181,7 +193,7 @@ def _sample(kernels, solve, output, events, scratch, status):
     if jumps and t == t_old:  # this point is stored already
         o.n_dense -= o.dense
     elif o.every_step != 0:
-        if not _store_step(kernels, solve, output, events, scratch[1], t, reached, d, h):
+        if not _store_step(kernels, solve, output, acts, scratch[1], t, reached, d, h):
             return RAISED
     while _is_due(s, o, output.t_eval, t):
         t_out, y_out = output.t_eval[o.i_eval], output.y[o.i_eval]
@@ -190,11 +202,11 @@ def _sample(kernels, solve, output, events, scratch, status):
             copy_row(solve.work[Y], y_out)
         else:
             polynomial(d, (t_out - t_old) / h, y_out)
-        if events is not None:
+        if acts is not None:
             if not project_row(kernels.project, t_out, y_out, scratch[1]):
                 return RAISED
         o.i_eval += 1
-    if events is not None:
+    if acts is not None:
         if jumps:
             return jump(kernels, solve, output, events, scratch, d, t, t_old, h)
         if over and status == FINISHED:
@@ -229,7 +241,7 @@ def _ends(o, t_eval, t):
 
 
 @njit(**INTERNAL)
-def _store_step(kernels, solve, output, events, scratch, t, reached, d, h):
+def _store_step(kernels, solve, output, acts, scratch, t, reached, d, h):
     """Store the end of a step; False if the projection raised."""
     s, o = solve.state[0], output.record[0]
     if o.dense != 0 and o.n_total > 1 and o.t_last == t:
@@ -241,7 +253,7 @@ def _store_step(kernels, solve, output, events, scratch, t, reached, d, h):
         copy_row(solve.work[Y], y_out)
     else:
         polynomial(d, (t - s.t_old) / h, y_out)
-        if events is not None:
+        if acts is not None:
             if not project_row(kernels.project, t, y_out, scratch):
                 return False
     o.n_out += 1

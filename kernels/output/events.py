@@ -209,8 +209,10 @@ def evaluate_end(solve, events, scratch, t, reached, d):
 
 
 @njit(**INTERNAL)
-def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
+def find_events(kernels, solve, output, events, scratch, t, reached, ready, d, acts):
     """Record the events of a step up to t.
+
+    `acts` is None for a solve without schedules, jumps, projection and breakpoints.
 
     Returns the event that ends the step, NONE, FAILED or ENDLESS.
     """
@@ -218,34 +220,39 @@ def find_events(kernels, solve, output, events, scratch, t, reached, ready, d):
     t_old, h = s.t_old, s.t - s.t_old
     if not evaluate_end(solve, events, scratch, t, reached, d):
         return FAILED
-    n_active, meets = find_active(table), distance_to_meet(s, output.segments, events.schedules, t)
-    if meets != NEVER:
-        by_rate = has_rate(o, reached)
-        if not ready and not by_rate:
-            interpolate(kernels, solve, d)
-            ready = True
-        met = meet_schedule(kernels, solve, table, d, t, s.direction * meets, by_rate, scratch)
-        if met == RAISES:
-            return FAILED
-        n_active += met
+    n_active, meets, t_from = find_active(table), NEVER, t_old
+    if acts is not None:
+        t_from = first_time(s, o, output.segments)
+        meets = distance_to_meet(s, output.segments, events.schedules, t)
+        if meets != NEVER:
+            by_rate = has_rate(o, reached)
+            if not ready and not by_rate:
+                interpolate(kernels, solve, d)
+                ready = True
+            met = meet_schedule(kernels, solve, table, d, t, s.direction * meets, by_rate, scratch)
+            if met == RAISES:
+                return FAILED
+            n_active += met
     if n_active == 0:
         accept(table)
         return NONE
     if not ready:
         interpolate(kernels, solve, d)
-    t_from = first_time(s, o, output.segments)
     cut = locate(table, d, t_from, t, t_old, h, s.direction, o.jumps, meets, scratch)
-    if cut >= 0 and table[cut].jump != 0:
-        cut = coincide(table, cut, d, t_old, h, s.direction, scratch)
-        if cut < 0:
-            return cut
+    if acts is not None:
+        if cut >= 0 and table[cut].jump != 0:
+            cut = coincide(table, cut, d, t_old, h, s.direction, scratch)
+            if cut < 0:
+                return cut
     first = o.n_events
     o.n_events = record(events, cut, d, t_old, h, s.direction, first)
-    if not project_events(kernels, events, first, o.n_events, scratch):
-        return FAILED
+    if acts is not None:
+        if not project_events(kernels, events, first, o.n_events, scratch):
+            return FAILED
     if cut < 0:
-        for i in range(len(table)):
-            if table[i].active and abs(table[i].root - t) <= meets:
-                note_meeting(table[i], t, h, abs(table[i].g_new - table[i].g))
+        if acts is not None:
+            for i in range(len(table)):
+                if table[i].active and abs(table[i].root - t) <= meets:
+                    note_meeting(table[i], t, h, abs(table[i].g_new - table[i].g))
         accept(table)
     return cut

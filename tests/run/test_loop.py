@@ -15,6 +15,7 @@ from fastdyn.compile import background, memory
 from fastdyn.kernels.methods import METHODS
 from fastdyn.run import loop
 from fastdyn.run import output as pieces
+from fastdyn.specialise.scalar import watch_kernel
 
 FIXED = {name for name, m in METHODS.items() if not m.error_order}
 
@@ -198,3 +199,16 @@ def test_threads_do_not_disturb_each_other():
     with ThreadPoolExecutor(8) as pool:
         together = list(pool.map(one, ks))
     assert all(same(a, b) for a, b in zip(alone, together, strict=True))
+
+
+@pytest.mark.parametrize("method", ["RK45", "BDF", "VelocityVerlet", "Taylor"])
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_the_loops_for_less_have_the_bits_of_the_whole_loop(monkeypatch, method, output):
+    small, whole = solve(method, **OUTPUTS[output]), []
+
+    def watch_whole(problem):
+        whole.append(problem)
+        return watch_kernel()
+
+    monkeypatch.setattr("fastdyn.run.laid_out.watch_of", watch_whole)
+    assert same(small, solve(method, **OUTPUTS[output])) and whole
