@@ -10,7 +10,8 @@ import pytest
 
 ROOT = pathlib.Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
-PUBLIC = ("fastdyn", "fastdyn.analysis", "fastdyn.derive", "fastdyn.matlab", "fastdyn.systems")
+TOPICS = ("analysis", "dae", "derive", "drift", "ensemble", "linear_solvers", "matlab", "solve")
+PUBLIC = ("fastdyn", *(f"fastdyn.{topic}" for topic in TOPICS), "fastdyn.systems")
 EACH = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 

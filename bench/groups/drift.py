@@ -87,7 +87,7 @@ def energy(t, w, GM):
 def transformed(orbit, steps, orbits):
     """Gauss16 in the time s with dt = r ds; an orbit takes 2 pi sqrt(a / GM) of it."""
     step = 2.0 * math.pi * math.sqrt(orbit.semi_major_axis / orbit.GM) / steps
-    fun = fastdyn.time_transformed(orbit.rhs, distance)
+    fun = fastdyn.solve.time_transformed(orbit.rhs, distance)
     for periods in (LOOKS, orbits):
         study = fastdyn.energy_drift(
             fun, "Gauss16", step=step, n_steps=steps * periods, samples=LOOKS, every=steps,

@@ -1,5 +1,5 @@
 """Differential-algebraic equations F(t, y, y') = 0."""
 
-from .solve import solve_dae
+from .structure.reduction import Reduction, reduce_index
 
-__all__ = ["solve_dae"]
+__all__ = ["Reduction", "reduce_index"]

@@ -5,7 +5,7 @@ Equations of motion from what stands on the blackboard.
 
 A `Model` collects coordinates, bodies, forces and constraints; ``model.newton()`` and
 ``model.lagrange()`` derive the equations of motion, ``.explain()`` shows how, ``.system`` is the
-`fastdyn.System`.
+`fastdyn.systems.System`.
 """
 
 try:

@@ -48,7 +48,7 @@ class Derivation:
     Attributes
     ----------
     system : type
-        The `fastdyn.System`, to be called with parameters by name.
+        The `fastdyn.systems.System`, to be called with parameters by name.
     unknowns : list of Symbol
         Accelerations, then reactions.
     K, r : Matrix

@@ -130,7 +130,7 @@ class Prepared:
             Initial states, or one state for all solves; by default the state given to `prepare`.
         args : tuple, optional
             Each argument is an array or list of m numbers, one for each solve, or a value common to
-            all solves: a number, any object, or an array in `fastdyn.Shared`.
+            all solves: a number, any object, or an array in `fastdyn.ensemble.Shared`.
 
         Returns
         -------

@@ -28,7 +28,7 @@ def rotated(t, y):
 def rotated_by_hand(t, y):
     c, s = np.cos(3 * t), np.sin(3 * t)
     rows = ((c, -s, 0.1), (s, c, 0.0), (0.0, 0.2, 1.0))
-    return fastdyn.solve_linear(rows, (-y[0], -y[1], -y[2]))
+    return fastdyn.linear_solvers.solve_linear(rows, (-y[0], -y[1], -y[2]))
 
 
 START, ROD = [1.0, 0.5, -0.3], [0.0, -1.0, 1.5, 0.0]
@@ -63,7 +63,7 @@ def test_ensembles_run_on_vectors():
 
 def test_a_singular_matrix_is_named():
     def fun(t, y, k):
-        return fastdyn.solve_linear(((1.0, k), (y[0], 2 * y[0])), (1.0, 1.0))
+        return fastdyn.linear_solvers.solve_linear(((1.0, k), (y[0], 2 * y[0])), (1.0, 1.0))
 
     assert fastdyn.solve_ivp(fun, (0, 1), [1.0, 1.0], args=(3.0,)).success
     with pytest.raises(fastdyn.SingularMatrixError, match="t = 0"):

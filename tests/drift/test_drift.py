@@ -151,7 +151,7 @@ def test_functions_of_the_user_and_looks_now_and_then():
         (lambda: fastdyn.energy_drift(len, t_end=1.0), TypeError, "`y0`"),
         (lambda: fastdyn.energy_drift(ORBIT, step=1, t_end=9, every=0), ValueError, "`every`"),
         (
-            lambda: fastdyn.compare_drift(ORBIT, ["RK45"], evaluations=9, periods=1),
+            lambda: fastdyn.drift.compare_drift(ORBIT, ["RK45"], evaluations=9, periods=1),
             ValueError,
             "no constant steps",
         ),
@@ -170,7 +170,7 @@ def test_a_step_that_does_not_converge_says_so():
 
 
 def test_comparison_at_equal_work():
-    found = fastdyn.compare_drift(
+    found = fastdyn.drift.compare_drift(
         suspension(), ["VelocityVerlet", "Gauss8"], evaluations=400, periods=50
     )
     works = [study.nfev / 50 for study in found.values()]
@@ -183,16 +183,17 @@ def test_comparison_in_equal_time():
     """What is measured differs from run to run: only that steps follow it is claimed."""
     methods, given = ["VelocityVerlet", "Gauss16"], {"periods": 3, "samples": 64}
     short, long = (
-        fastdyn.compare_drift(ORBIT, methods, seconds=seconds, **given) for seconds in (2e-5, 2e-3)
+        fastdyn.drift.compare_drift(ORBIT, methods, seconds=seconds, **given)
+        for seconds in (2e-5, 2e-3)
     )
     for name in methods:
         assert long[name].n_steps > 5 * short[name].n_steps
     assert short["VelocityVerlet"].n_steps > 5 * short["Gauss16"].n_steps
     assert "us / time" in str(short)
     with pytest.raises(ValueError, match="give `evaluations` or `seconds`"):
-        fastdyn.compare_drift(ORBIT, methods, **given)
+        fastdyn.drift.compare_drift(ORBIT, methods, **given)
     with pytest.raises(ValueError, match="the same steps again"):
-        fastdyn.compare_drift(ORBIT, methods, seconds=1e-4, checkpoint="x.npz", **given)
+        fastdyn.drift.compare_drift(ORBIT, methods, seconds=1e-4, checkpoint="x.npz", **given)
 
 
 def test_memory_does_not_depend_on_the_number_of_steps():

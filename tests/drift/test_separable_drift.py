@@ -20,9 +20,9 @@ def test_energy_is_bounded_and_time_turns_back(name):
     )  # fmt: skip
     assert study.drifts["balance"].growth.verdict in ("bounded", "random walk")
     assert study.drifts["balance"].largest < 1e-2
-    there = fastdyn.solve_separable(eaten, born, (0, 50), [0.3], [0.2], name, step=0.1)
+    there = fastdyn.solve.solve_separable(eaten, born, (0, 50), [0.3], [0.2], name, step=0.1)
     q, p = there.y[:, -1:]
-    back = fastdyn.solve_separable(eaten, born, (50, 0), q, p, name, step=0.1)
+    back = fastdyn.solve.solve_separable(eaten, born, (50, 0), q, p, name, step=0.1)
     assert np.abs(back.y[:, -1] - [0.3, 0.2]).max() < 1e-12
 
 
@@ -41,21 +41,21 @@ def test_drifts_are_compared_and_kept(tmp_path):
         "evaluations": 400, "samples": 64, "checkpoint": tmp_path / "run.npz", **GIVEN,
     }  # fmt: skip
     methods = ["VelocityVerlet", "BlanesMoanPRK4", "Gauss8"]
-    found = fastdyn.compare_drift((velocity, force), methods, **given)
+    found = fastdyn.drift.compare_drift((velocity, force), methods, **given)
     assert [s.nfev / 20 for s in found.values()] == pytest.approx([400] * 3, rel=0.2)
     assert {p.name for p in tmp_path.iterdir()} == {f"run-{name}.npz" for name in methods}
-    again = fastdyn.compare_drift((velocity, force), methods, **given)
+    again = fastdyn.drift.compare_drift((velocity, force), methods, **given)
     assert all(np.array_equal(again[name].y, found[name].y) for name in methods)
     deeper = {**given, "checkpoint": tmp_path / "deeper.npz"}
-    fastdyn.compare_drift((velocity, pull(1.0)), methods[:1], **deeper)
+    fastdyn.drift.compare_drift((velocity, pull(1.0)), methods[:1], **deeper)
     with pytest.raises(ValueError, match="differs: functions"):
-        fastdyn.compare_drift((velocity, pull(2.0)), methods[:1], **deeper)
-    other = fastdyn.solve_separable(
+        fastdyn.drift.compare_drift((velocity, pull(2.0)), methods[:1], **deeper)
+    other = fastdyn.solve.solve_separable(
         velocity, force, (0, 9), *START, step=0.1, checkpoint=tmp_path / "solve.npz", **GIVEN
     )
     assert other.success
     with pytest.raises(ValueError, match="differs: functions"):
-        fastdyn.solve_separable(
+        fastdyn.solve.solve_separable(
             velocity, lambda t, q, c: [-q[0]], (0, 9), *START, step=0.1,
             checkpoint=tmp_path / "solve.npz", **GIVEN,
         )  # fmt: skip

@@ -5,8 +5,9 @@ import os
 import numpy as np
 import pytest
 
-from fastdyn import Fold, solve_ensemble
+from fastdyn import solve_ensemble
 from fastdyn.code_store import emit_object
+from fastdyn.ensemble import Fold
 
 STARTS = np.ones((9, 2)) * np.linspace(1, 2, 9)[:, None]
 

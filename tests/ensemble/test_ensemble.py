@@ -6,7 +6,8 @@ import threading
 import numpy as np
 import pytest
 
-from fastdyn import Shared, solve_ensemble, solve_ivp, systems
+from fastdyn import solve_ensemble, solve_ivp, systems
+from fastdyn.ensemble import Shared
 from support.many import launch, orbit, oscillator
 
 METHODS = {

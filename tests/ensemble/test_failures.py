@@ -6,7 +6,8 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import pytest
 
-from fastdyn import Fold, prepare, solve_ensemble, solve_ivp
+from fastdyn import prepare, solve_ensemble, solve_ivp
+from fastdyn.ensemble import Fold
 
 K = np.array([1.0, 2.0, 3.0, 4.0])
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fastdyn import Fold, solve_ensemble, solve_ivp
+from fastdyn import solve_ensemble, solve_ivp
+from fastdyn.ensemble import Fold
 from support.many import launch, orbit
 
 TIGHT = {"rtol": 1e-8, "atol": 1e-10}

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from fastdyn import Fold, solve_ensemble, solve_ivp
+from fastdyn import solve_ensemble, solve_ivp
+from fastdyn.ensemble import Fold
 from fastdyn.kernels.methods.rodas5p.table import GAMMA
 from support.stiff import hires, van_der_pol
 

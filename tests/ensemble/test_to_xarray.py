@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 
-from fastdyn import Shared, solve_ensemble, systems
+from fastdyn import solve_ensemble, systems
+from fastdyn.ensemble import Shared
 from support.sweeps import FAST, crossing, labels, pendulum, plain
 
 

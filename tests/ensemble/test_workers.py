@@ -13,8 +13,8 @@ import numba
 import numpy as np
 import pytest
 
-from fastdyn import Shared, solve_ensemble
-from fastdyn.ensemble import in_blocks
+from fastdyn import solve_ensemble
+from fastdyn.ensemble import Shared, in_blocks
 from support import blocks
 from support.blocks import M, Watched, assert_same, bottom, in_python, problem
 

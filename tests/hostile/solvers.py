@@ -79,7 +79,7 @@ class ByFastdyn(Solver):
         starts = np.array([self.start(j) for j in range(N_STARTS)])
         r = fastdyn.solve_ensemble(
             self.fun(), self.how["span"], starts, **self.options(),
-            args=tuple(fastdyn.Shared(a) if np.ndim(a) else a for a in self.args()),
+            args=tuple(fastdyn.ensemble.Shared(a) if np.ndim(a) else a for a in self.args()),
         )  # fmt: skip
         self.runs += [([], y, [], s) for y, s in zip(r.y_end, r.status, strict=True)]
 

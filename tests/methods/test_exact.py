@@ -157,7 +157,7 @@ def test_velocity_verlet_keeps_a_modified_energy_over_a_thousand_orbits():
     plain, modified, per_orbit = [], [], np.array([200, 400])
     for h in period / per_orbit:
         span = (0, 1000 * period)
-        r = fastdyn.solve_second_order(gravity, span, [1.0, 0.0], [0.0, 1.1], step=h)
+        r = fastdyn.solve.solve_second_order(gravity, span, [1.0, 0.0], [0.0, 1.1], step=h)
         x, y, vx, vy = r.y
         distance, v2 = np.hypot(x, y), vx**2 + vy**2
         energy = v2 / 2 - 1 / distance
@@ -171,7 +171,7 @@ def test_velocity_verlet_keeps_a_modified_energy_over_a_thousand_orbits():
 
 def test_second_order_is_the_first_order_form():
     options = {"step": 0.01, "dense_output": True}
-    a = fastdyn.solve_second_order(gravity, (0, 3), [1.0, 0.0], [0.0, 1.1], **options)
+    a = fastdyn.solve.solve_second_order(gravity, (0, 3), [1.0, 0.0], [0.0, 1.1], **options)
     b = fastdyn.solve_ivp(satellite, (0, 3), [1.0, 0.0, 0.0, 1.1], "VelocityVerlet", **options)
     assert np.abs(a.y - b.y).max() <= EPS * a.n_accepted * np.abs(a.y).max()
 
@@ -188,7 +188,7 @@ def solved_in(compile, method, n):
     y0, options = np.linspace(1, 2, n), {"dense_output": True, "compile": compile}
     if METHODS[method].second_order:
         q0, v0 = y0[: n // 2], y0[: n // 2]
-        return fastdyn.solve_second_order(ring, (0, 3), q0, v0, method, step=0.01, **options)
+        return fastdyn.solve.solve_second_order(ring, (0, 3), q0, v0, method, step=0.01, **options)
     options |= {"step": 0.01} if method in FIXED else {"rtol": 1e-7}
     return fastdyn.solve_ivp(ring, (0, 3), y0, method, **options)
 

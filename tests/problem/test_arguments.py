@@ -134,7 +134,7 @@ def test_what_makes_scipy_hang_or_lie_is_a_sentence(words):
 )
 def test_second_order_problems_that_make_no_sense(method, q0, v0, words):
     with pytest.raises(ValueError) as caught:
-        fastdyn.solve_second_order(linear, (0, 1), q0, v0, method, step=0.1)
+        fastdyn.solve.solve_second_order(linear, (0, 1), q0, v0, method, step=0.1)
     assert words in str(caught.value)
 
 

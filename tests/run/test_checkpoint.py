@@ -90,8 +90,8 @@ def test_ctrl_c_in_a_solve_writes_a_checkpoint(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="`checkpoint` is for compiled"):
         fastdyn.solve_ivp(fun, (0, 200), [1.0, 0.0], OdeSolver, checkpoint=path)
     verlet = {"step": 0.1, "checkpoint": tmp_path / "verlet.npz"}
-    first = fastdyn.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)
-    again = fastdyn.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)
+    first = fastdyn.solve.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)
+    again = fastdyn.solve.solve_second_order(lambda t, q: -q, (0, 10), [1.0], [0.0], **verlet)
     assert np.array_equal(first.y, again.y)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fastdyn import Phase, solve_ivp, solve_phases, solve_second_order
+from fastdyn import Phase, solve_ivp, solve_phases
+from fastdyn.solve import solve_second_order
 from tests.support.impacts import bounce, falling, ground, marked
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-13}

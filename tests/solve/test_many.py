@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fastdyn import Shared, prepare
+from fastdyn import prepare
+from fastdyn.ensemble import Shared
 
 RNG = np.random.default_rng(3)
 STARTS = RNG.uniform(0.2, 1.0, (30, 2))

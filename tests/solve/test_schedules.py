@@ -9,7 +9,8 @@ from scipy.integrate import OdeSolver
 from scipy.linalg import expm
 
 import fastdyn
-from fastdyn import METHODS, at, every, prepare, solve_ivp, solve_phases, solve_second_order
+from fastdyn import METHODS, at, every, prepare, solve_ivp, solve_phases
+from fastdyn.solve import solve_second_order
 
 ONE_STATE = [name for name, method in METHODS.items() if not method.second_order]
 DOSES, AMOUNT, RATE = np.array([0.0, 1.0, 2.5, 4.0]), 10.0, 0.3

@@ -26,10 +26,12 @@ def test_the_order_with_time_in_both_functions(name):
         return [-(1.0 + math.cos(t) / 3.0) * math.sin(q[0])]
 
     def error(step):
-        run = fastdyn.solve_separable(fast, pull, (0, 3), [1.2], [0.4], name, step=step)
+        run = fastdyn.solve.solve_separable(fast, pull, (0, 3), [1.2], [0.4], name, step=step)
         return abs(run.y[:, -1] - exact).max()
 
-    exact = fastdyn.solve_separable(fast, pull, (0, 3), [1.2], [0.4], "Gauss16", step=0.05).y[:, -1]
+    exact = fastdyn.solve.solve_separable(fast, pull, (0, 3), [1.2], [0.4], "Gauss16", step=0.05).y[
+        :, -1
+    ]
     coarse = 3 / 4 if METHODS[name].order == 10 else 3 / 16  # above rounding, below the bends
     order = math.log2(error(coarse) / error(coarse / 2))
     assert abs(order - METHODS[name].order) < 0.5
@@ -46,8 +48,8 @@ def test_quadratic_t_gives_what_solve_second_order_gives(name):
 
     given = {"step": 0.05, "dense_output": True, "compile": "shared"}
     state = ([1.0, 0.0], [0.0, 1.1])
-    pair = fastdyn.solve_separable(itself, kepler, (0, 20), *state, name, **given)
-    alone = fastdyn.solve_second_order(kepler, (0, 20), *state, name, **given)
+    pair = fastdyn.solve.solve_separable(itself, kepler, (0, 20), *state, name, **given)
+    alone = fastdyn.solve.solve_second_order(kepler, (0, 20), *state, name, **given)
     assert np.array_equal(pair.y, alone.y) and pair.nfev == alone.nfev
     assert np.array_equal(pair.sol(7.77), alone.sol(7.77))
 
@@ -57,7 +59,7 @@ def test_both_tiers_and_one_function_give_the_same(name):
     given = {"rtol": 1e-8, "atol": 1e-10} if name == "RK45" else {"step": 0.1}
     given |= {**GIVEN, "dense_output": True}
     runs = [
-        fastdyn.solve_separable(velocity, force, (0, 20), *START, name, compile=tier, **given)
+        fastdyn.solve.solve_separable(velocity, force, (0, 20), *START, name, compile=tier, **given)
         for tier in ("shared", "inlined")
     ]
     if name not in SPLITTINGS:
@@ -73,7 +75,7 @@ def test_dense_output_events_and_output_times():
         return y[0]
 
     given = {**GIVEN, "step": 0.01, "events": crossing}
-    run = fastdyn.solve_separable(
+    run = fastdyn.solve.solve_separable(
         velocity, force, (0, 20), *START, "KahanLi8", dense_output=True, **given
     )
     exact = fastdyn.solve_ivp(
@@ -83,7 +85,9 @@ def test_dense_output_events_and_output_times():
     t = np.linspace(0, 20, 997)
     assert np.abs(run.sol(t) - exact.sol(t)).max() < 1e-8
     assert np.abs(run.t_events[0] - exact.t_events[0]).max() < 1e-8
-    some = fastdyn.solve_separable(velocity, force, (0, 20), *START, "KahanLi8", t_eval=t, **given)
+    some = fastdyn.solve.solve_separable(
+        velocity, force, (0, 20), *START, "KahanLi8", t_eval=t, **given
+    )
     assert np.abs(some.y - run.sol(t)).max() < 4 * EPS
 
 
@@ -98,7 +102,7 @@ def test_numbers_from_outside_are_read_anew_and_python_does_as_well():
         return [-2.0 * math.sin(q[0])]
 
     def run(force):
-        return fastdyn.solve_separable(
+        return fastdyn.solve.solve_separable(
             lambda t, p: [math.tanh(p[0])], force, (0, 5), [1.0], [0.0], "KahanLi8", step=0.1
         ).y
 
@@ -122,7 +126,7 @@ def test_what_a_function_raises_arrives(method, tier):
     given = {"compile": tier} if method == "RK45" else {"compile": tier, "step": 0.1}
     for functions in ((late, born), (eaten, late)):
         with pytest.raises(ZeroDivisionError, match="too late"):
-            fastdyn.solve_separable(*functions, (0, 5), [0.1], [0.1], method, **given)
+            fastdyn.solve.solve_separable(*functions, (0, 5), [0.1], [0.1], method, **given)
 
 
 def fine(t, x):
@@ -133,7 +137,7 @@ def fine(t, x):
 def test_nystrom_methods_are_refused(name):
     sentence = f"{name} is a Nystrom method, made for q'' = a.* choose from RK23, .*KahanLi8"
     with pytest.raises(ValueError, match=sentence):
-        fastdyn.solve_separable(fine, fine, (0, 1), [1.0], [0.0], name, step=0.1)
+        fastdyn.solve.solve_separable(fine, fine, (0, 1), [1.0], [0.0], name, step=0.1)
     with pytest.raises(ValueError, match=sentence):
         fastdyn.energy_drift(
             (fine, fine), name, y0=[1.0, 0.0], step=0.1, n_steps=9, invariants={"H": balance}
@@ -159,7 +163,7 @@ def test_nystrom_methods_are_refused(name):
 )
 def test_wrong_input_gets_a_sentence(call, error, sentence):
     def solve(velocity, force, q0=(1.0,), p0=(0.0,), step=0.1, **options):
-        return fastdyn.solve_separable(velocity, force, (0, 1), q0, p0, step=step, **options)
+        return fastdyn.solve.solve_separable(velocity, force, (0, 1), q0, p0, step=step, **options)
 
     with pytest.raises(error, match=sentence):
         call(solve)
@@ -169,9 +173,11 @@ def test_a_state_that_is_no_number_ends_the_run():
     def breaks(t, p):
         return [p[0] / (0.0 if t > 0.5 else 1.0)]
 
-    run = fastdyn.solve_separable(breaks, fine, (0, 1), [1.0], [1.0], step=0.1)
+    run = fastdyn.solve.solve_separable(breaks, fine, (0, 1), [1.0], [1.0], step=0.1)
     assert run.status == -1 and "not finite" in run.message
-    run = fastdyn.solve_separable(lambda t, p: [math.nan], fine, (0, 1), [1.0], [1.0], step=0.1)
+    run = fastdyn.solve.solve_separable(
+        lambda t, p: [math.nan], fine, (0, 1), [1.0], [1.0], step=0.1
+    )
     assert run.status == -1 and len(run.t) == 1
     with pytest.raises(TypeError, match="two functions"):
         fastdyn.energy_drift((fine,), y0=[1.0, 0.0], step=0.1, n_steps=9, invariants={"H": balance})

@@ -22,7 +22,7 @@ def energy_with_time(t, w, GM):
 )
 def test_eccentric_orbits_by_another_clock(e, steps, bound):
     orbit = satellite(V=math.sqrt(1.0 + e))
-    fun = fastdyn.time_transformed(orbit.rhs, distance)
+    fun = fastdyn.solve.time_transformed(orbit.rhs, distance)
     turn = 2.0 * math.pi * math.sqrt(orbit.semi_major_axis)
     study = fastdyn.energy_drift(
         fun, "Gauss16", step=turn / steps, n_steps=1000 * steps, y0=[*orbit.initial_state(), 0.0],
@@ -36,12 +36,12 @@ def test_eccentric_orbits_by_another_clock(e, steps, bound):
 
 
 def test_another_clock_takes_plain_functions_and_is_the_same_in_python():
-    fun = fastdyn.time_transformed(lambda t, y: [y[1], -y[0]], lambda t, y: 2.0 + y[0])
+    fun = fastdyn.solve.time_transformed(lambda t, y: [y[1], -y[0]], lambda t, y: 2.0 + y[0])
     assert fun(0.0, np.array([1.0, 0.5, 7.0])) == [1.5, -3.0, 3.0]
     run = fastdyn.solve_ivp(fun, (0, 3), [1.0, 0.0, 0.0], rtol=1e-10, atol=1e-12)
     assert np.allclose(run.y[0], np.cos(run.y[2]), rtol=0, atol=1e-8)
-    arrays = fastdyn.time_transformed(lambda t, y: -1.0 * y, lambda t, y: 1.0 + t)
+    arrays = fastdyn.solve.time_transformed(lambda t, y: -1.0 * y, lambda t, y: 1.0 + t)
     run = fastdyn.solve_ivp(arrays, (0, 1), [1.0, 0.0], rtol=1e-9, atol=1e-12)
     assert np.allclose(run.y[0], np.exp(-run.y[1]), rtol=0, atol=1e-8)
     with pytest.raises(TypeError, match="plain Python functions"):
-        fastdyn.time_transformed(len, distance)
+        fastdyn.solve.time_transformed(len, distance)

@@ -48,7 +48,7 @@ def _solved(case, mode):
     if mode in ("shared", "inlined") and case.fold is None:
         r = fastdyn.solve_ivp(case.fun, (0, 1), case.y0, args=case.args, compile=mode, **given)
         return [*r.y[:, -1], *np.concatenate(r.t_events or [[]])]
-    args = [a if np.ndim(a) == 0 else fastdyn.Shared(a) for a in case.args]
+    args = [a if np.ndim(a) == 0 else fastdyn.ensemble.Shared(a) for a in case.args]
     states = np.outer([1.0, 1.0], case.y0)
     found = fastdyn.solve_ensemble(
         case.fun, (0, 1), states, args=args, reduce=case.fold, threads=1, **given

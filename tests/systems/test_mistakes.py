@@ -5,14 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from fastdyn import (
-    compare_drift,
-    energy_drift,
-    prepare,
-    solve_ensemble,
-    solve_ivp,
-    systems,
-)
+from fastdyn import energy_drift, prepare, solve_ensemble, solve_ivp, systems
+from fastdyn.drift import compare_drift
 
 
 @pytest.mark.parametrize("name", ["solve", "ensemble"])

@@ -64,7 +64,7 @@ CALLS = {
     ),
     "complex": lambda: fastdyn.solve_ivp(lambda t, y: 1j * y, (0, 3), [1 + 0j]).y,
     "second order": lambda: (
-        fastdyn.solve_second_order(lambda t, q: -q, (0, 3), [1.0], [0.0], step=0.01).y
+        fastdyn.solve.solve_second_order(lambda t, q: -q, (0, 3), [1.0], [0.0], step=0.01).y
     ),
     "prepare": lambda: prepared()().y,
     "many": lambda: prepared().many([START, [2.0, 0.0]]).y,
