@@ -3,9 +3,11 @@ PYTHON ?= python3
 LEVELS ?= $(if $(filter aarch64,$(shell uname -m)),generic,x86-64-v2 x86-64-v3 x86-64-v4)
 PLATFORM ?= manylinux_2_17_$(shell uname -m)
 TESTS ?=
+DRAWS ?=
 SCRIPTS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BIN := .venv/$(SCRIPTS)
 TEST := $(BIN)/python -m pytest --dist worksteal
+WITH_HUNTS := $(TEST) -m "not browser"
 WITH := -$(notdir $(PYTHON))
 PIP_WITH_GROUPS := "pip>=25.1"
 # The kernels call nothing but what any libm has; Numba's wheels are for this platform or a later.
@@ -14,6 +16,8 @@ BUILD_WHEEL ?= $(BIN)/python -m pip wheel
 help:
 	@echo "make tour    set up, then replay the course: tables, and figures in figures/"
 	@echo "make test    set up, then run the tests"
+	@echo "make fast    the quickest of them, known from 'make test': less than a minute"
+	@echo "make hunt    the tests that 'make test' leaves to .ci/run"
 	@echo "make processors    the tests under other processors' instructions, and 1 and 4 workers"
 	@echo "make oldest newest    the tests with the lowest and the newest versions of all dependencies,"
 	@echo "             in an environment for each PYTHON=; TESTS= chooses files"
@@ -47,12 +51,18 @@ tour: .venv/.user
 test: .venv/.dev
 	$(TEST) --numprocesses 2
 
+fast: .venv/.dev
+	$(TEST) --numprocesses 2 --fast
+
+hunt: .venv/.dev
+	$(TEST) --numprocesses 2 -m hunt $(DRAWS)
+
 processors: .venv/.dev
 	for core in Prescott Haswell SkylakeX; do \
-	    OPENBLAS_CORETYPE=$$core $(TEST) --numprocesses 2 || exit 1; done
+	    OPENBLAS_CORETYPE=$$core $(WITH_HUNTS) --numprocesses 2 || exit 1; done
 	for cpu in x86-64-v2 x86-64-v3; do \
-	    NUMBA_CPU_NAME=$$cpu NUMBA_CPU_FEATURES= $(TEST) --numprocesses 2 || exit 1; done
-	for workers in 1 4; do $(TEST) --numprocesses $$workers || exit 1; done
+	    NUMBA_CPU_NAME=$$cpu NUMBA_CPU_FEATURES= $(WITH_HUNTS) --numprocesses 2 || exit 1; done
+	for workers in 1 4; do $(WITH_HUNTS) --numprocesses $$workers || exit 1; done
 
 .venvs/oldest$(WITH).txt: pyproject.toml .ci/oldest.py
 	@mkdir -p .venvs
@@ -68,7 +78,8 @@ oldest newest: %: .venvs/%$(WITH).txt
 	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip install --quiet --upgrade --upgrade-strategy eager \
 	    --group test --editable ".[cluster,derive,explore,video]" --constraint $<
 	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pip list
-	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pytest --dist worksteal --numprocesses 2 $(TESTS)
+	.venvs/$@$(WITH)/$(SCRIPTS)/python -m pytest --dist worksteal -m "not browser" \
+	    --numprocesses 2 $(TESTS)
 
 check: .venv/.dev
 	$(BIN)/ruff check .
@@ -113,4 +124,4 @@ bench: .venv/.dev
 	$(BIN)/python -m bench
 
 .DELETE_ON_ERROR:
-.PHONY: help tour test oldest newest processors check wheel release docs notebooks bench
+.PHONY: help tour test fast hunt oldest newest processors check wheel release docs notebooks bench

@@ -1,5 +1,6 @@
 """All workers share one cache of compiled code; it is kept from one run to the next."""
 
+import ctypes
 import gc
 import os
 import pathlib
@@ -14,6 +15,8 @@ import pytest
 
 matplotlib.use("Agg")
 gc.set_threshold(100_000, 20, 100)  # compiling makes many small objects that live long
+if sys.platform == "linux":  # M_MMAP_THRESHOLD: long arrays go back to the system when they end
+    ctypes.CDLL(None).mallopt(-3, 2**20)
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # started in the background of a shell
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -30,28 +33,70 @@ hypothesis.configuration.set_hypothesis_home_dir(KEPT / "hypothesis")
 
 
 def pytest_sessionstart(session):
-    """Let each worker compile its share of the kernels that all of them use.
+    """Let each worker compile its share of the kernels that all of them use, in a copy of itself.
+
+    The copy ends with all the memory that Numba keeps; the worker loads what it left on disk.
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "").removeprefix("gw")
+    if not worker or not hasattr(os, "fork"):
+        return
+    child = os.fork()
+    if child == 0:
+        try:
+            _compile_share(int(worker), int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))
+        finally:
+            os._exit(0)  # what does not compile, a test tells
+    os.waitpid(child, 0)
+
+
+def _compile_share(worker, n_workers):
+    """Compile the kernels of a worker.
 
     Those with matrices have most of their parts in common: one process compiles them all.
     """
-    worker = os.environ.get("PYTEST_XDIST_WORKER", "").removeprefix("gw")
-    if not worker:
-        return
-    others = int(os.environ["PYTEST_XDIST_WORKER_COUNT"]) - 1
     from fastdyn.kernels.methods import METHODS
     from fastdyn.specialise import scalar
 
     plain = [name for name, method in METHODS.items() if method.n_matrices == 0]
     with_matrices = [name for name in METHODS if name not in plain]
-    mine = plain[int(worker) - 1 :: others] if int(worker) else with_matrices
+    mine = plain[worker - 1 :: max(n_workers - 1, 1)] if worker else with_matrices
     for name in mine:
         kernels = scalar.start_kernel, scalar.dense_rows_kernel, scalar.shared_kernel
         for kernel in kernels[: 2 if METHODS[name].series else 3]:
             kernel(name)
-    if int(worker) == 0:
+    if worker == 0:
         watches = scalar.watch_plain_kernel, scalar.watch_events_kernel, scalar.watch_kernel
         for kernel in (*watches, scalar.whole_solve_kernel):
             kernel()
+
+
+FAST = 80.0  # seconds of all tests of the fast tier: half a minute and the start on two cores
+_seconds: dict = {}  # of each test of this run
+
+
+def pytest_runtest_logreport(report):
+    _seconds[report.nodeid] = _seconds.get(report.nodeid, 0.0) + report.duration
+
+
+def pytest_sessionfinish(session):
+    """Note how long each test took, for ``--fast``."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        known = session.config.cache.get("seconds", {})
+        session.config.cache.set("seconds", known | _seconds)
+
+
+@pytest.hookimpl(trylast=True)  # after what a marker deselects
+def pytest_collection_modifyitems(config, items):
+    """With ``--fast``: the tests that were quickest in their last run, and those without one."""
+    if config.getoption("fast"):
+        known, total = config.cache.get("seconds", {}), 0.0
+        left_out = []
+        for item in sorted(items, key=lambda item: known.get(item.nodeid, 0.0)):
+            total += known.get(item.nodeid, 0.0)
+            left_out += [item] if total > FAST else []
+        config.hook.pytest_deselected(items=left_out)
+        left_out = set(left_out)
+        items[:] = [item for item in items if item not in left_out]
 
 
 def pytest_collection_finish():
@@ -63,6 +108,7 @@ def pytest_collection_finish():
 def pytest_addoption(parser):
     parser.addoption("--draws", type=int, default=2, help="functions drawn across processes")
     parser.addoption("--all-modes", action="store_true", help="of everyday functions, too")
+    parser.addoption("--fast", action="store_true", help="the quickest tests, of one minute")
     parser.addoption("--whole-corpus", action="store_true", help="all cases of bench/corpus")
 
 

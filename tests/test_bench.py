@@ -25,7 +25,6 @@ def test_stored_end_state(problem):
     assert error(result.y[:, -1], reference(problem)) < 1e-8
 
 
-@pytest.mark.slow
 def test_adapters():
     """Each solver comes within some thousand tolerances of the pendulum's end state."""
     problem = next(p for p in WORK if p.name == "pendulum, swinging")

@@ -38,7 +38,7 @@ def check(names, reference, rng):
     assert [name for name in names if not np.array_equal(made[name], loaded[name])] == []
 
 
-@pytest.mark.slow
+@pytest.mark.hunt
 def test_everyday_functions(rng, pytestconfig):
     """All of them in every mode with ``--all-modes``; else some, each in one mode that is drawn."""
     if pytestconfig.getoption("all_modes"):
@@ -49,7 +49,7 @@ def test_everyday_functions(rng, pytestconfig):
     check(names, references(names), rng)
 
 
-@pytest.mark.slow
+@pytest.mark.hunt
 def test_drawn_functions(rng, pytestconfig):
     """Other functions in each run, each in every mode: ``--draws`` tells how many."""
     left = pytestconfig.getoption("draws")
