@@ -2,8 +2,10 @@
 
 import ctypes
 import gc
+import itertools
 import os
 import pathlib
+import random
 import signal
 import sys
 import threading
@@ -85,9 +87,16 @@ def pytest_sessionfinish(session):
         session.config.cache.set("seconds", known | _seconds)
 
 
-@pytest.hookimpl(trylast=True)  # after what a marker deselects
+@pytest.hookimpl(wrapper=True)
 def pytest_collection_modifyitems(config, items):
-    """With ``--fast``: the tests that were quickest in their last run, and those without one."""
+    """Before markers deselect: ``few``.  After: ``--fast``, what was quickest in its last run."""
+    for _, group in itertools.groupby(items, lambda item: item.nodeid.partition("[")[0]):
+        of_test = list(group)
+        few = of_test[0].get_closest_marker("few")
+        n = few.args[0] if few else len(of_test)
+        for item in random.Random(0).sample(of_test, len(of_test))[n:]:  # the same ones each time
+            item.add_marker("hunt")
+    yield
     if config.getoption("fast"):
         known, total = config.cache.get("seconds", {}), 0.0
         left_out = []

@@ -25,6 +25,7 @@ def test_stored_end_state(problem):
     assert error(result.y[:, -1], reference(problem)) < 1e-8
 
 
+@pytest.mark.hunt
 def test_adapters():
     """Each solver comes within some thousand tolerances of the pendulum's end state."""
     problem = next(p for p in WORK if p.name == "pendulum, swinging")
@@ -50,6 +51,7 @@ def test_a_line_of_the_figure():
     assert front(points) == [(1e-2, 1.0), (1e-5, 5.0)]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("given", PHYSICS, ids=lambda given: given.problem.name)
 def test_end_states_of_stiff_problems(given):
     """Within a thousand tolerances; the oscillation of Schrödinger's equation is not damped."""
@@ -62,6 +64,7 @@ def test_end_states_of_stiff_problems(given):
     assert relative_to(np.array(given.end), given.floor)(run.y[:, -1]) < 1e-5
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     "given",
     [*PHYSICS[:3], brusselator(8), brusselator_square(4), STIFF[0]],
@@ -83,6 +86,7 @@ def test_bands_and_jacobians_of_stiff_problems(given):
         assert np.abs(found - exact).max() < 1e-7 * np.abs(exact).max()
 
 
+@pytest.mark.hunt
 def test_rivals_for_stiff_problems():
     """Each comes within a thousand tolerances of Robertson's end, as an ODE and as a DAE."""
     for given in (STIFF[0], PHYSICS[-1]):
@@ -91,6 +95,7 @@ def test_rivals_for_stiff_problems():
             assert far(prepare(1e-6)()) < 1e-3, name
 
 
+@pytest.mark.hunt
 @pytest.mark.parametrize("given", HYBRIDS, ids=lambda given: given.name)
 def test_hybrid_systems_by_all(given):
     """Each comes within some hundred tolerances of the exact end state."""

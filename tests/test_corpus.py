@@ -5,6 +5,7 @@ Every run takes the same forty, drawn once by a seed; `--whole-corpus` takes all
 
 import random
 
+import pytest
 import scipy.integrate
 
 import fastdyn
@@ -24,6 +25,7 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("name", names)
 
 
+@pytest.mark.few(8)
 def test_answer(name):
     """State and status at the end, and for explicit methods the evaluations."""
     case = CASES[name]

@@ -29,7 +29,10 @@ NOT_THERE = {"kernels/methods/NAME.py"}  # of a recipe
 WITH_CODE = [page for page in PAGES if blocks(page)]
 
 
-@pytest.mark.parametrize("page", WITH_CODE)
+OF_DOCS = [pytest.param(page, marks=pytest.mark.hunt) for page in WITH_CODE[1:]]
+
+
+@pytest.mark.parametrize("page", [WITH_CODE[0], *OF_DOCS])  # the README, and hunts
 def test_the_code_blocks_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # some write files
     scope = {}

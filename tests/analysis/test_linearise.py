@@ -136,6 +136,7 @@ def test_boxes_that_are_none(box):
         equilibria(systems.pendulum(), box)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(
     "rate",
     [

@@ -25,6 +25,7 @@ def test_hard_for_the_pieces(function):
     check(function, in_batches(function, N)[0])
 
 
+@pytest.mark.hunt
 @pytest.mark.parametrize("seed", range(40))
 def test_random_programs(seed):
     function, _lines = program(seed)
@@ -35,6 +36,7 @@ def test_random_programs(seed):
     check(function, compiled, seed)
 
 
+@pytest.mark.few(10)
 @pytest.mark.parametrize("seed", range(40))
 def test_the_pattern_of_the_jacobian_has_all_that_differs_from_zero(seed):
     function, lines = program(1000 + seed)

@@ -84,6 +84,7 @@ FUNCTIONS = {
 }  # fmt: skip
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_code_is_the_function(name, monkeypatch):
     monkeypatch.setattr("fastdyn.compile.traced.make._is_slower", lambda *_: False)

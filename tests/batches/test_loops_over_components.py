@@ -84,6 +84,7 @@ BY_COMPONENTS = [
 ]  # fmt: skip
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(("fun", "n"), BY_COMPONENTS)
 @pytest.mark.parametrize("batches", [False, True])
 def test_loops_over_components_have_the_values_of_python(fun, n, batches, monkeypatch):

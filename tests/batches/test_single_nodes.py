@@ -39,6 +39,7 @@ def steps_of(rng, n):
     return [steps[i] for i in rng.integers(0, len(steps), 6)]
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("seed", range(16))
 def test_loops_have_the_bits_of_straight_code(seed, monkeypatch):
     rng = np.random.default_rng(seed)

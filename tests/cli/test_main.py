@@ -104,6 +104,7 @@ def test_wrong_words_are_refused_before_anything_runs(words, sentence, capsys):
     assert not told.out
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("words", "statuses"),
     [("list", {141}), ("tour pendulum", {141}), ("worksheet", {141}), ("tour moon", {141}),

@@ -45,6 +45,7 @@ def compiled(processes):
     return [int(process.communicate("go\n", timeout=240)[0]) for process in processes]
 
 
+@pytest.mark.hunt
 def test_each_kernel_is_compiled_once(tmp_path):
     (alone,) = compiled([start(SOLVE, tmp_path / "one")])
     together = [start(SOLVE, tmp_path / "many") for _ in range(N)]

@@ -141,6 +141,7 @@ def debugging(code, header):
     return not flags & 2
 
 
+@pytest.mark.hunt
 @pytest.mark.parametrize("triple", PLATFORMS)
 def test_objects_are_as_the_store_and_the_loader_want_them(objects, triple):
     seen = set()

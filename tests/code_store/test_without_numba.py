@@ -81,6 +81,7 @@ def known():
     run("begun = given\n" + "\n".join(f"given = {{**begun}}\n{s}" for s in SCRIPTS.values()))
 
 
+@pytest.mark.few(4)
 @pytest.mark.usefixtures("known")
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_what_is_known_needs_no_numba(name):

@@ -150,6 +150,7 @@ RETURNED = {
 }
 
 
+@pytest.mark.few(4)
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", RETURNED)
 def test_what_is_no_derivative_raises_what_scipy_raises(name):

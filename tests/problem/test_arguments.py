@@ -206,6 +206,7 @@ def values(r, t):
     return np.concatenate(parts if r.sol is None else [*parts, r.sol(t).ravel()])
 
 
+@pytest.mark.hunt
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(
     y0=st.lists(numbers, min_size=1, max_size=20),

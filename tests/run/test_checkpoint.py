@@ -37,6 +37,7 @@ print(len(r.t), r.nfev, end.tobytes().hex(), r.y.sum().hex(), r.t_events[0].sum(
 """
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["steps", "dense", "t_eval"])
 def test_a_killed_solve_goes_on_bit_for_bit(kind, tmp_path):
     path = tmp_path / "run.npz"

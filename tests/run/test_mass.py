@@ -26,6 +26,7 @@ def other(method):
     return 1.0 if method == "Rodas5P" else 30.0
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("method", TAKE)
 @pytest.mark.parametrize("jac", [None, "2-point"])
 def test_robertson_as_ode_and_as_dae(jac, method):

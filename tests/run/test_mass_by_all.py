@@ -11,6 +11,7 @@ TAKE = ("Rodas5P", "Radau", "BDF")
 TIGHT = {"rtol": 1e-9, "atol": 1e-13}
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("method", ["Radau", "BDF"])
 @pytest.mark.parametrize("jac", [None, "2-point"])
 def test_matrices_of_all_layouts(method, jac):

@@ -218,6 +218,7 @@ sys.exit(os.waitstatus_to_exitcode(status) or not ok)
 }
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize("pause", [0.0, 0.05, 0.15])
 def test_a_process_may_end_or_fork_while_the_kernel_is_made(end, pause, tmp_path):

@@ -60,6 +60,7 @@ def found_by_scan(g, t_end, n=400_001):
     return t[at], t[at + 1], sign[at + 1]
 
 
+@pytest.mark.hunt
 @pytest.mark.parametrize("direction", [0, 1, -1])
 @pytest.mark.parametrize("seed", range(4))
 def test_random_events_are_those_of_a_fine_scan(seed, direction):

@@ -15,6 +15,7 @@ SPLITTINGS = [name for name, m in METHODS.items() if m.separable]
 NYSTROM = [name for name, m in METHODS.items() if m.second_order and not m.separable]
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", SPLITTINGS)
 def test_the_order_with_time_in_both_functions(name):
     """H = (1 + sin t / 2) sqrt(1 + p²) - (1 + cos t / 3) cos q: time splits as well."""
@@ -120,6 +121,7 @@ def late(t, p):
     return [p[0]]
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("method", ["VelocityVerlet", "Gauss8", "RK45"])
 @pytest.mark.parametrize("tier", ["shared", "inlined"])
 def test_what_a_function_raises_arrives(method, tier):

@@ -104,6 +104,7 @@ def test_parameters_in_tables():
         check(found, 2, y)
 
 
+@pytest.mark.hunt
 @pytest.mark.parametrize("seed", range(60))
 def test_random_functions_that_branch(seed):
     fun, n, args, _ = drawn(seed)

@@ -30,6 +30,7 @@ FUNCTIONS = {
 }
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("n", [6, 80])
 def test_code_is_the_function(name, n, monkeypatch):

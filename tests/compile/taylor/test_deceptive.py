@@ -63,6 +63,7 @@ FORCES = {
 }
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", FORCES)
 def test_forces_that_act_in_a_small_part_of_the_motion(name):
     fun, start, span = driven(FORCES[name]), [1.0, 0.3], (0.0, 12.0)
@@ -74,6 +75,7 @@ def test_forces_that_act_in_a_small_part_of_the_motion(name):
         assert run.status == 0 and np.abs(run.y[:, -1] - exact).max() < 1000 * tol
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["tanh", "pulse", "narrow pole", "high power"])
 @pytest.mark.parametrize("how", ["among many", "in lanes"])
 def test_the_same_in_vectors(name, how):

@@ -45,6 +45,7 @@ def can_raise(rate):
     return possible(trace.graph, trace.failing) is not trace.graph.false
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", NEVER)
 def test_what_never_raises(name):
     assert not can_raise(NEVER[name])

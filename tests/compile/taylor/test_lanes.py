@@ -76,6 +76,7 @@ def test_backwards_and_constant_components():
     np.testing.assert_allclose(found.y_end[:, :2], [[-2.0, -0.5]] * 3, rtol=0.0, atol=1e-14)
 
 
+@pytest.mark.hunt
 @pytest.mark.parametrize("number", range(6))
 def test_functions_drawn_at_random(number):
     fun, args, y0 = drawn(500 + number)

@@ -59,6 +59,7 @@ def text_of(fun, n):
     return LargeDriver(plan, 17, 8, False, False, "fma", 6)("kernel", set())
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("number", range(8))
 def test_one_step_is_that_of_the_other_generator(monkeypatch, number):
     """Each of p coefficients is a sum of at most p products, each rounded once or twice."""
@@ -73,6 +74,7 @@ def test_one_step_is_that_of_the_other_generator(monkeypatch, number):
     np.testing.assert_allclose(ends[1], ends[0], rtol=0.0, atol=2 * order**2 * EPS * size * h)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 8, 9, 17])
 def test_any_number_of_components(monkeypatch, n):
     fun, args, y0 = drawn(1000 + n, n)
@@ -82,6 +84,7 @@ def test_any_number_of_components(monkeypatch, n):
     np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-11)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("count", [5, 9])
 def test_loops_do_what_code_one_by_one_does(monkeypatch, count):
     """To the bit: in both each vector is computed by the same operations."""

@@ -27,6 +27,7 @@ def errors():
     return found
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("tols", [slice(0, 3), slice(3, 11), slice(11, None)])  # one of each order
 def test_errors_are_below_the_tolerance(errors, tols):
     found = np.array([each[tols] for each in errors.values()])
@@ -44,6 +45,7 @@ def test_errors_are_proportional_to_the_tolerance(errors):
     assert 0.9 < np.median(slopes) < 1.1 and np.mean(np.abs(np.array(slopes) - 1) < 0.15) > 0.8
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["A5", "B1", "D2", "E1"])
 def test_ensembles_too(name):
     fun, y0 = detest.SYSTEMS[name]
