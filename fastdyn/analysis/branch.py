@@ -1,18 +1,216 @@
-"""Branches of periodic orbits over a parameter: continuation by pseudo-arclength."""
+"""Branches of periodic orbits over a parameter: continuation by pseudo-arclength.
+
+`Path` takes the steps along the curve of orbits, and finds the special points between them.
+"""
 
 import dataclasses
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .equations import NotConvergedError, count, positive
-from .orbit import PeriodicOrbit
-from .path import Path, Special
+from .orbit import PeriodicOrbit, orbit_at
+from .period import check_period
 
 FAST = 3  # passes of Newton's method after which the step becomes longer
 LONGER, SHORTER, SHORTEST = 1.6, 0.5, 1e-6  # factors of the step; its least share of the first
 SMALL = 0.02  # amplitude near an equilibrium, as a share of that of the first orbit
 STEP = 0.02  # first step, as a share of the range of the parameter
+ADVICE = "That is at {} = {:g}: give `period` as a function of the parameter."
+CHECKED = (0.0, 0.4, 0.8)  # shares of the way at which the period is compared
+NEAR = 1e3  # residual of a corrected point, in units of the tolerance of the solves
+PASSES, LOST = 8, 10.0  # most passes of Newton's method; a Newton step that counts as divergence
+REFINED = 30  # halvings around a special point
+
+
+class Special(NamedTuple):
+    """A point at which the stability or the direction of a branch changes.
+
+    `kind` is "fold", "period doubling", "branch point" or "torus".
+    """
+
+    kind: str
+    value: float
+    orbit: PeriodicOrbit
+
+
+class Point(NamedTuple):
+    """A point of a branch; u is the scaled vector (state, period if unknown, parameter)."""
+
+    u: np.ndarray
+    tangent: np.ndarray
+    orbit: PeriodicOrbit
+
+
+class Path(NamedTuple):
+    """The curve of orbits in the space of (state, period if unknown, parameter)."""
+
+    orbit: PeriodicOrbit
+    j: int
+    start: float
+    end: float
+    period: Any
+    scale: np.ndarray
+
+    @classmethod
+    def of(cls, orbit, parameter, end, period):
+        """The path of a branch; checks the arguments."""
+        if not isinstance(orbit, PeriodicOrbit):
+            raise TypeError(f"`orbit` must be a PeriodicOrbit of `periodic_orbit`; got {orbit!r}.")
+        j = orbit.equations.parameter(parameter)
+        start, end = orbit.equations.number(j), float(end)
+        if not np.isfinite(end) or end == start:
+            raise ValueError(f"`end` must be finite and another value than {start:g}; got {end:g}.")
+        if period is None:
+            period = _Constant(orbit.period)
+        elif not orbit.forced:
+            raise ValueError("`period` is for equations that depend on the time.")
+        if orbit.forced and abs(period(start) / orbit.period - 1.0) > 1e-9:
+            raise ValueError(
+                f"`period` gives {period(start):.10g} at {start:g}, but the orbit has the period "
+                f"{orbit.period:.10g}."
+            )
+        if orbit.forced:
+            for value in (start + share * (end - start) for share in CHECKED):
+                e = orbit.equations.replaced(j, value)
+                check_period(e, orbit.t0, orbit.y0, period(value), ADVICE.format(parameter, value))
+        size = max(1e-3, float(np.ptp(orbit.y, axis=1).max()))
+        scale = np.full(len(orbit.y0), size)
+        if not orbit.forced:
+            scale = np.append(scale, orbit.period)
+        return cls(orbit, j, start, end, period, np.append(scale, abs(end - start)))
+
+    @property
+    def sign(self):
+        return 1.0 if self.end > self.start else -1.0
+
+    def value(self, point):
+        """The parameter at a point."""
+        return float(point.u[-1] * self.scale[-1])
+
+    def begin(self):
+        """The first Point."""
+        y0, T = self.orbit.y0, [] if self.orbit.forced else [self.orbit.period]
+        u = np.concatenate([y0, T, [self.start]]) / self.scale
+        ahead = np.zeros(len(u))
+        ahead[-1] = self.sign
+        _, matrix, _ = self._equations(u, self._direction(self.orbit))
+        return Point(u, _tangent(matrix, ahead), self.orbit)
+
+    def next(self, here, length):
+        """(the Point at a distance along the tangent, passes of Newton's method)."""
+        guess, direction = here.u + length * here.tangent, self._direction(here.orbit)
+        u, near = guess, NEAR * self.orbit.flow.options["rtol"]
+        for passes in range(1, PASSES + 1):
+            off, matrix, passage = self._equations(u, direction, here)
+            system = np.vstack([matrix, here.tangent])
+            step = np.linalg.lstsq(system, -np.append(off, here.tangent @ (u - guess)), rcond=None)[
+                0
+            ]
+            if np.abs(off).max() <= near and np.abs(step).max() <= 1e-6:
+                orbit = self._orbit(u, passage)
+                if not orbit.forced and self._direction(orbit) @ direction < 0.0:
+                    raise NotConvergedError("The orbit shrinks to an equilibrium there.")
+                return Point(u, _tangent(matrix, here.tangent), orbit), passes
+            if np.abs(step).max() > LOST:
+                break
+            u = u + step
+        raise NotConvergedError("Newton's method does not come back to the branch.")
+
+    def _orbit(self, u, passage):
+        e, orbit = self.orbit.equations.replaced(self.j, u[-1] * self.scale[-1]), self.orbit
+        y, T = self._parts(u)
+        return orbit_at(orbit.flow._replace(equations=e), y, T, orbit.t0, orbit.forced, passage)
+
+    def _parts(self, u):
+        """State and period."""
+        n, whole = len(self.orbit.y0), u * self.scale
+        return whole[:n], self.period(whole[-1]) if self.orbit.forced else whole[n]
+
+    def _direction(self, orbit):
+        rates = orbit.equations.rates(orbit.t0, orbit.y0)
+        return rates / max(np.abs(rates).max(), 1e-300)
+
+    def _equations(self, u, direction, here=None):
+        """(residuals, their derivatives by u, the Passage)."""
+        (y, T), n, p = self._parts(u), len(self.orbit.y0), u[-1] * self.scale[-1]
+        e = self.orbit.equations.replaced(self.j, p)
+        passage = self.orbit.flow._replace(equations=e).passage(y, self.orbit.t0, T, self.j)
+        by_parameter = passage.by_parameter
+        off, rows = (passage.y - y) / self.scale[:n], [passage.by_start - np.eye(n)]
+        if self.orbit.forced:
+            h = 1e-5 * max(abs(p), 1e-3)
+            slope = (self.period(p + h) - self.period(p - h)) / (2.0 * h)
+            by_parameter = by_parameter + slope * passage.by_length
+        else:
+            rows.append(passage.by_length[:, None])
+        matrix = np.hstack([*rows, by_parameter[:, None]]) / self.scale[:n, None]
+        if not self.orbit.forced:
+            before = y if here is None else here.u[:n] * self.scale[:n]
+            off = np.append(off, direction @ (y - before) / self.scale[0])
+            matrix = np.vstack([matrix, [*direction / self.scale[0], 0.0, 0.0]])
+        return off, matrix * self.scale, passage
+
+    def at_value(self, here, there, value):
+        """The Point between two at which the parameter has a value."""
+        return self._halved(here, there, lambda p: (self.value(p) - value) * self.sign)
+
+    def _halved(self, here, there, test):
+        """The Point between two at which a function changes its sign."""
+        low, high, begin = 0.0, float(here.tangent @ (there.u - here.u)), test(here) > 0.0
+        best = there
+        for _ in range(REFINED):
+            middle = 0.5 * (low + high)
+            if high - low <= 1e-9:
+                break
+            try:
+                point, _ = self.next(here, middle)
+            except NotConvergedError:
+                break
+            if (test(point) > 0.0) == begin:
+                low = middle
+            else:
+                high, best = middle, point
+        return best
+
+    def between(self, here, there, length):
+        """The Special points between two neighbours."""
+        found, before = [], min(_outside(here.orbit), _outside(there.orbit))
+        tests = {
+            "fold": lambda p: p.tangent[-1],
+            "period doubling": lambda p: float(np.prod(p.orbit.others() + 1.0).real),
+            "branch point": lambda p: float(np.prod(p.orbit.others() - 1.0).real),
+            "torus": lambda p: 0.5 - _outside(p.orbit) + before,
+        }  # fmt: skip
+        for kind, test in tests.items():
+            if (test(here) > 0.0) == (test(there) > 0.0):
+                continue
+            if kind == "branch point" and found and found[0].kind == "fold":
+                continue
+            point = self._halved(here, there, test)
+            found.append(Special(kind, self.value(point), point.orbit))
+        return found
+
+
+class _Constant(NamedTuple):
+    """A period that does not depend on the parameter."""
+
+    value: float
+
+    def __call__(self, parameter):
+        return self.value
+
+
+def _outside(orbit):
+    """The number of complex multipliers outside the unit circle."""
+    others = orbit.others()
+    return int((np.abs(others[np.abs(others.imag) > 1e-9]) > 1.0).sum())
+
+
+def _tangent(matrix, before):
+    """The unit tangent of a branch, oriented as the tangent before."""
+    vector = np.linalg.svd(matrix)[2][-1]
+    return vector if vector @ before >= 0.0 else -vector
 
 
 @dataclasses.dataclass(frozen=True)

@@ -4,13 +4,12 @@ from typing import Any
 
 import sympy as sp
 
-from .bodies import Body, Particle, between, point, pull
+from .bodies import Body, Particle, RigidBody, between, point, pull
 from .checks.given import component_of, residual_of
 from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact
 from .notation import ZERO, rate, vector
-from .rigid import RigidBody
 
 
 class Model(Declarations):

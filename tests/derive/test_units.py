@@ -8,7 +8,7 @@ from sympy import sin
 
 from fastdyn import systems
 from fastdyn.derive import Model, i, j, t
-from fastdyn.derive.checks.dimensions import dimension_of
+from fastdyn.derive.checks.units import dimension_of
 from fastdyn.derive.pages import page
 
 

@@ -6,8 +6,7 @@ from matplotlib import animation
 
 from fastdyn.course.gallery import moving_run
 from fastdyn.plot import animate
-from fastdyn.plot.animate import _ffmpeg
-from fastdyn.plot.artists import Artists
+from fastdyn.plot.animate import Artists, _ffmpeg
 from fastdyn.plot.scene import frame
 from fastdyn.systems import SYSTEMS, cable
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from fastdyn.plot.scene import Scene
 
-from . import strokes
 from .known import PULLS, Known
 
 LARGER = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SQUARE = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 SMALL = 0.15  # of the way that a system goes: what is smaller is drawn larger
+COILS = 12
 
 
 class Picture(Known):
@@ -107,15 +107,15 @@ class Picture(Known):
             if other.kind in PULLS and np.allclose(placed.points[m], points)
         ]  # fmt: skip
         width = 0.09 * extent
-        stroke, ends = strokes.coil if one.kind == "spring" else strokes.dashpot, (a, b)
+        stroke, ends = coil if one.kind == "spring" else dashpot, (a, b)
         if len(same) > 1:
-            a, b = strokes.beside(a, b, 1.2 * width * (same.index(n) - 0.5 * (len(same) - 1)))
+            a, b = beside(a, b, 1.2 * width * (same.index(n) - 0.5 * (len(same) - 1)))
         boxes = [blocks.get(self.number(point.body)) for point in one.points]
         first, last = ([end] if box is None else [] for end, box in zip(ends, boxes, strict=True))
         if boxes[0] is not None:
-            a = strokes.outside(a, b, self.view(boxes[0]))
+            a = outside(a, b, self.view(boxes[0]))
         if boxes[1] is not None:
-            b = strokes.outside(b, a, self.view(boxes[1]))
+            b = outside(b, a, self.view(boxes[1]))
         return [np.vstack([*first, stroke(a, b, width), *last])]
 
     def _blocks(self, placed, extent):
@@ -199,3 +199,52 @@ def picture(system):
         found = Picture(system)
         object.__setattr__(system, "_picture", found)
     return found
+
+
+def coil(a, b, width):
+    """A spring of one width, whatever its length; points, shape (n, dimensions)."""
+    along = np.concatenate([[0.0, 0.12], np.linspace(0.12, 0.88, COILS + 2)[1:-1], [0.88, 1.0]])
+    side = np.concatenate([[0.0, 0.0], np.tile([0.5, -0.5], COILS)[:COILS], [0.0, 0.0]])
+    return _laid(a, b, along, width * side)
+
+
+def dashpot(a, b, width):
+    """A damper: a cylinder and its piston, NaN between the two"""
+    along = [0.0, 0.3, 0.3, 0.7, 0.3, 0.3, 0.7, np.nan, 0.55, 0.55, 0.55, 1.0]
+    side = [0.0, 0.0, 0.5, 0.5, 0.5, -0.5, -0.5, np.nan, 0.35, -0.35, 0.0, 0.0]
+    return _laid(a, b, np.array(along), width * np.array(side))
+
+
+def beside(a, b, shift):
+    """Two points moved sideways."""
+    d = shift * _sideways(a, b)
+    return a + d, b + d
+
+
+def outside(a, b, corners):
+    """Where the line from a, inside a polygon of the plane, to b leaves the polygon; a if not."""
+    shares = [0.0]
+    for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        matrix = np.column_stack([b - a, p - q])
+        if abs(np.linalg.det(matrix)) > 1e-12 * np.abs(matrix).max() ** 2:
+            along, across = np.linalg.solve(matrix, p - a)
+            if 0.0 <= along <= 1.0 and 0.0 <= across <= 1.0:
+                shares.append(along)
+    return a + max(shares) * (b - a)
+
+
+def _laid(a, b, along, side):
+    return a + np.outer(along, b - a) + np.outer(side, _sideways(a, b))
+
+
+def _sideways(a, b):
+    """A unit vector across the line from a to b."""
+    d = np.asarray(b - a, float)
+    size = np.linalg.norm(d)
+    if size == 0.0:
+        return np.zeros(len(d))
+    if len(d) == 2:
+        return np.array([-d[1], d[0]]) / size
+    other = np.eye(3)[np.argmin(np.abs(d))]
+    across = np.cross(d, other)
+    return across / np.linalg.norm(across)
