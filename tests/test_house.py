@@ -11,7 +11,7 @@ ROOT = pathlib.Path(__file__).parents[1]
 FILES = [p for d in ("fastdyn", "kernels", "tests", "bench") for p in (ROOT / d).rglob("*.py")]
 LINES, BODY, PARAMETERS, FILES_A_FOLDER = 400, 66, 10, 15
 REGISTRIES = {"fastdyn/derive/pages", "kernels/methods"}  # each file is an entry
-MANY = {"solve_ensemble", "energy_drift", "problem", "_append_stages"}  # two are public
+MANY = {"solve_ensemble", "energy_drift", "problem"}  # two are public
 
 
 def functions(path):

@@ -7,6 +7,7 @@ import linecache
 import os
 import re
 import sys
+import textwrap
 import warnings
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import refusal
+from fastdyn.kernels.methods import METHODS
 from fastdyn.trace.graph.expressions import live
 
 from . import checks
@@ -32,7 +34,8 @@ BRANCHES = (ast.If, ast.IfExp, ast.While, ast.BoolOp)
 
 def add_options(parser):
     """Teach the parser of the command its words."""
-    parser.add_argument("function", metavar="FILE:FUNCTION", help="fun(t, y, *args), in a file")
+    parser.add_argument("function", metavar="FILE:FUNCTION",
+                        help="fun(t, y, *args), in a file; or METHOD, see `--show`")  # fmt: skip
     parser.add_argument("--t", type=checks.number, default=0.0, metavar="T", help="default 0")
     state = parser.add_mutually_exclusive_group()
     state.add_argument("--y0", type=_numbers, metavar="Y0",
@@ -41,12 +44,16 @@ def add_options(parser):
                        help="a state of N components, from 1 to 2")  # fmt: skip
     parser.add_argument("--args", type=_literals, default=(), metavar="ARGS",
                         help="the arguments after t and y, 0.2 or 0.2,[1,2]")  # fmt: skip
-    parser.add_argument("--show", choices=("llvm", "assembly"),
-                        help="print the machine code of a traced function")  # fmt: skip
+    parser.add_argument("--show", choices=("llvm", "assembly", "kernel"),
+                        help="print the machine code of a traced function, or the step of a "
+                        "method, `why --show kernel RK45`")  # fmt: skip
 
 
 def run(options):
     """Print how a function is compiled; 1 if it stays in Python."""
+    if options.show == "kernel":
+        print(_kernel(_in_a_sentence(checks.method, options.function)))
+        return 0
     function, name = _function(options.function)
     y0 = _state(function, options)
     bound, warned = _bound(function, options.args, options.t, y0)
@@ -109,8 +116,13 @@ def _function(text):
     if not colon:
         raise ValueError(f"give FILE:FUNCTION, such as orbit.py:satellite; got {text!r}.")
     sys.path.insert(0, os.path.dirname(os.path.abspath(path)))  # as `python FILE` does
+    return _in_a_sentence(checks.function_in_file, Path(path), name), name
+
+
+def _in_a_sentence(check, *given):
+    """The result of a check; argparse words a refusal only while it parses."""
     try:
-        return checks.function_in_file(Path(path), name), name
+        return check(*given)
     except argparse.ArgumentTypeError as error:
         raise ValueError(str(error)) from None
 
@@ -184,3 +196,11 @@ def _machine_code(text, kind):
     module.triple, module.data_layout = processor()[0], str(target().target_data)
     optimise(module)
     return str(module) if kind == "llvm" else target().emit_assembly(module)
+
+
+def _kernel(name):
+    """The source of the functions that a loop over steps calls, and of the interpolant."""
+    code = METHODS[name].code
+    called = [*getattr(code.kernel, "args", ()), code.dense_rows]
+    found = [one.py_func for one in called if hasattr(one, "py_func")]
+    return "\n".join(textwrap.dedent(inspect.getsource(function)) for function in found)

@@ -125,9 +125,23 @@ def test_the_machine_code_is_shown(why, kind, text):
 
 
 @pytest.mark.parametrize(
+    ("method", "text"),
+    [
+        ("RK45", "# k3 = f(t + 3/10 h, y + h (3/40 k1 + 9/40 k2))\n    u = combine("),
+        ("RK45", "# row 3 = h (-12715105075/11282082432 k1"),  # of the interpolant
+        ("Radau", "def step(rhs, state, work, block, h_min):"),
+    ],
+)
+def test_the_step_of_a_method_is_shown(capsys, method, text):
+    assert main(["why", "--show", "kernel", method]) == 0
+    assert text in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
     ("words", "sentence"),
     [
         ("mine.py", "give FILE:FUNCTION"),
+        ("RK54 --show kernel", "there is no method 'RK54'; did you mean"),
         ("nowhere.py:f", "there is no file 'nowhere.py'"),
         ("mine.py:nothing", "'mine.py' defines no function 'nothing'"),
         ("mine.py:satellite", "missing a required argument: 'GM': `--args` gives"),

@@ -3,6 +3,7 @@
 import argparse
 import hashlib
 
+import numba
 import numpy as np
 import pytest
 
@@ -119,3 +120,11 @@ def test_kernels_of_one_name_are_one_kernel():
         code = facts.code
         assert starts.setdefault(facts.start, code.start) is code.start
         assert rows.setdefault(facts.dense_rows, code.dense_rows) is code.dense_rows
+
+
+def test_messages_of_numba_show_the_lines_of_a_step():
+    step = METHODS[NAME].code.kernel.args[0]
+    with pytest.raises(
+        numba.TypingError, match=r'"<step of .*", line 6:\n(.|\n)*k2 = rhs\(t \+ 1/3 \* h'
+    ):
+        step(None, 0.0, "no state", *[None] * 7)
