@@ -6,6 +6,7 @@ import sys
 import numpy as np
 
 from fastdyn.kernels.methods import METHODS
+from fastdyn.problem.options.table import OPTIONS, exact
 
 from . import checks, find
 
@@ -166,10 +167,9 @@ def add_method(group, system):
                        help=f"end of the run (s), default {system.t_end:g}")  # fmt: skip
     group.add_argument("--method", default="RK45", type=checks.method, metavar="METHOD",
                        help="RK45 (default), ode45, DOP853, Vern9, RK4 ...")  # fmt: skip
-    tolerances = "default 1e-6 (of ode45 1e-3)", "default 1e-9 (of ode45 1e-6)"
-    for name, kind, text in zip(
-        ("rtol", "atol"), ("relative", "absolute"), tolerances, strict=True
-    ):
+    for name, kind in (("rtol", "relative"), ("atol", "absolute")):
+        known = OPTIONS[name]
+        text = f"default {exact(known.of_systems)} (of ode45 {exact(known.default)})"
         group.add_argument(f"--{name}", type=checks.positive, metavar="TOL",
                            help=f"{kind} tolerance of adaptive methods, {text}")  # fmt: skip
     group.add_argument("--step", type=checks.positive, metavar="H",

@@ -7,6 +7,7 @@ import numpy as np
 
 from fastdyn.problem import discrete as longer
 from fastdyn.problem import validate
+from fastdyn.problem.options.table import TOLERANCES
 from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.run.result import OdeResult
 
@@ -32,7 +33,7 @@ def solve_with_discrete(solve, arguments, options):
         given["yp0"] = np.r_[validate.initial_state(given["yp0"], "yp0"), np.zeros(m)]
     given["given"] = _held(given["given"], n, m)
     share = math.sqrt(n / (n + m))  # the mean of the errors is that of n components
-    for name, default in longer.DEFAULTS.items():
+    for name, default in TOLERANCES.items():
         value = np.asarray(options.get(name, default), float)
         if value.shape == (n,):
             value = np.r_[value, np.full(m, value.max())]

@@ -9,20 +9,11 @@ from fastdyn.compile.python_callback import derivative
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods import RESIDUAL as METHOD
 from fastdyn.problem import validate
+from fastdyn.problem.options.table import refused_by, taken_by
 
 from .callbacks import with_observed
 from .functions import event_of_vector, of_vector
 
-OPTIONS = {
-    "rtol", "atol", "max_step", "first_step", "on_event", "at", "every", "breakpoints",
-    "max_steps", "progress", "on_interrupt", "callback",
-}  # fmt: skip
-OF_REDUCTION = {"step", "compile"}  # options of the methods of `solve_ivp`
-NOT_YET = {
-    "jac": "Jacobians are exact where F can be traced, and by differences elsewhere",
-    "checkpoint": "solve in parts, each from the end of the last one",
-    "sensitivity": "differences of two solves tell how a solution depends on a number",
-}
 GIVEN = ("differential", "y", "yp")
 
 
@@ -61,7 +52,7 @@ def checked(F, t_span, y0, yp0, t_eval, dense_output, events, args, given, optio
 
 def problem_of_residual(given):
     """The Problem of the state [y, y'] that BDF solves."""
-    for name in sorted(OF_REDUCTION & set(given.options)):
+    for name in sorted(refused_by("residual").keys() & given.options.keys()):
         raise TypeError(f"`solve_dae` has no option `{name}` without a method of `solve_ivp`.")
     n = given.n
     options = with_observed(given.options, lambda t, both: both[:n])
@@ -77,13 +68,13 @@ def problem_of_residual(given):
 
 
 def _check_options(options):
+    refused, taken = refused_by("solve_dae"), taken_by("solve_dae")
     for name in options:
-        if name in NOT_YET:
-            raise ValueError(f"`solve_dae` has no `{name}`: {NOT_YET[name]}.")
-        if name not in OPTIONS | OF_REDUCTION:
-            raise TypeError(
-                f"`solve_dae` has no option `{name}`; it has {', '.join(sorted(OPTIONS))}."
-            )
+        if refused.get(name):
+            raise ValueError(f"`solve_dae` has no `{name}`: {refused[name]}.")
+        if name not in taken:
+            always = sorted({*taken} - refused_by("residual").keys())
+            raise TypeError(f"`solve_dae` has no option `{name}`; it has {', '.join(always)}.")
 
 
 def _start(y0, yp0, given):

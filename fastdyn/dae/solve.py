@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.bind import or_in_python
+from fastdyn.problem.options.docstrings import filled
 
 from .breakpoints import Breakpoints
 from .discrete import solve_with_discrete
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 LARGEST = 200  # equations whose index is reduced unasked: the work grows with the cube
 
 
+@filled("solve_dae")
 def solve_dae(
     F: types.Function,
     t_span: types.TimeSpan,
@@ -69,10 +71,9 @@ def solve_dae(
         numbers hold components of `y0`, and without them a start that violates the constraints is
         refused.
     **options
-        `rtol`, `atol`, `max_step`, `first_step`, `on_event`, `at`, `every`, `discrete`,
-        `breakpoints`, `max_steps`, `progress`, `on_interrupt` and `callback`, as in `solve_ivp`;
-        with `method`, also `step` and `compile`.  The error of all components is controlled,
-        algebraic ones included.  A function of `on_event` returns `y`; behind the event, its
+        {options}, as in `solve_ivp`; `step` and `compile` with a `method` alone.
+        The error of all components is controlled, algebraic ones included.
+        A function of `on_event` returns `y`; behind the event, its
         differential components are held, and the others and `yp` are computed, in Python.  At a
         higher index all constraints hold behind the event; `given` says what is held.  With
         `discrete`, F is ``F(t, y, yp, d, *args)``.  At `breakpoints` of F, its differential

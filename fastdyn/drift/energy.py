@@ -16,7 +16,8 @@ from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.state.record import FINISHED, RAISED
 from fastdyn.problem import validate
-from fastdyn.problem.option_names import refuse_unknown
+from fastdyn.problem.options.names import refuse_unknown
+from fastdyn.problem.options.table import OPTIONS, refused_by
 from fastdyn.problem.second_order_and_pairs import (
     Pair,
     bind_equations,
@@ -110,8 +111,8 @@ def energy_drift(
     Changes are relative to the value at the start, or absolute if that value is zero.  Constant
     steps are never shortened: the run ends with the step that reaches its end.
     """
-    refuse_unknown("`energy_drift`", options, validate.ALL | OWN)
-    for name in REFUSED:
+    refuse_unknown("`energy_drift`", options, OPTIONS.keys() | OWN)
+    for name in refused_by("energy_drift"):
         if options.get(name) is not None:
             raise TypeError(f"`energy_drift` takes no `{name}`: solve_ivp does.")
     run = _Run(system, method, y0, invariants, args, period)
@@ -124,9 +125,6 @@ def energy_drift(
     return or_in_python(lambda: run.follow(*given))
 
 
-REFUSED = (
-    "mass project domain nonnegative breakpoints at on_event callback sensitivity discrete".split()
-)
 OWN = {*inspect.signature(energy_drift).parameters} - {"options"}
 
 

@@ -11,9 +11,10 @@ from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.taylor.steps.accuracy import order_of_many
 from fastdyn.kernels.methods import COMPLEX
 from fastdyn.problem import mass, validate
-from fastdyn.problem.complex_states import REFUSED, on_pairs
+from fastdyn.problem.complex_states import on_pairs
 from fastdyn.problem.members import Members
-from fastdyn.problem.option_names import refuse_unknown
+from fastdyn.problem.options.names import refuse_unknown
+from fastdyn.problem.options.table import OPTIONS, refused_among, refused_by
 from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.problem.second_order_and_pairs import check_second_order
 
@@ -53,10 +54,10 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
         raise ValueError(f"`method={method!r}` is SciPy's; ensembles take fastdyn's own methods.")
     if simd not in SIMD:
         raise ValueError(f"`simd={simd!r}` is unknown; choose from auto, True, False.")
-    for name in ("callback", "checkpoint", "compile", "dense_output", *validate.OF_ONE_SOLVE):
+    for name in (*refused_by("solve_ensemble"), "dense_output"):
         if name in options:
             raise TypeError(f"an ensemble takes no `{name}`.")
-    refuse_unknown("an ensemble", options, validate.ALL | OWN)
+    refuse_unknown("an ensemble", options, OPTIONS.keys() | OWN)
     t0, tf = validate.time_span(t_span)
     if t0 == tf:
         raise ValueError("`t_span` must not be empty.")
@@ -112,7 +113,7 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
 
 def _on_pairs(fun, t0, tf, y0, method, t_eval, events, members, wanted, options):
     """The Problem of complex states; refuses options and reductions for real states."""
-    refused = [f"`{name}`" for name in REFUSED if options.get(name) is not None]
+    refused = [f"`{name}`" for name, _ in refused_among(options, "complex")]
     refused += [f"`reduce={reductions.name_of(item)!r}`" for item in wanted if item not in ORDERED]
     if refused:
         raise ValueError(

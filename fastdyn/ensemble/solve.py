@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from fastdyn.compile.bind import or_in_python
+from fastdyn.problem.options.docstrings import filled
 
 from .compared import compare_trajectories
 from .discrete import HybridTrajectories, with_discrete
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 NAMED = ("fun", "t_span", "method", "events", "y0")  # arguments that are no options
 
 
+@filled("solve_ensemble")
 def solve_ensemble(
     fun: types.Function,
     t_span: types.TimeSpan,
@@ -76,8 +78,7 @@ def solve_ensemble(
     block : int, optional
         Trajectories in a block.
     **options
-        `rtol`, `atol`, `max_step`, `first_step`, `step`, `max_steps`, `breakpoints`, `project`,
-        `on_event`, `at`, `every`, `on_interrupt`, as in `solve_ivp`.  Schedules of
+        {options}, as in `solve_ivp`.  Schedules of
         ``fastdyn.at(rows)`` among the events have times of each trajectory; `discrete`, of shape
         (M, m) or (m,), has discrete states; the result has a field `discrete`, too.
 

@@ -9,6 +9,7 @@ import numpy as np
 from fastdyn.kernels.methods import METHODS
 from fastdyn.plot.scene import frame
 from fastdyn.plot.solution import between
+from fastdyn.problem.options.table import OPTIONS
 
 from .curve import times
 from .sliders import slider
@@ -24,7 +25,7 @@ class Way:
     """A method and its accuracy: `rtol` for an adaptive method, otherwise `step`."""
 
     method: str = "RK45"
-    rtol: float = 1e-6
+    rtol: float = OPTIONS["rtol"].of_systems
     step: float = 0.01
 
     @property

@@ -10,6 +10,7 @@ from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem import validate
+from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.solve_problem import solve_problem
 from fastdyn.solve.stepper import observed
 
@@ -23,6 +24,8 @@ from .solution import AtTimes, Call, Refined, Solution
 NOT_HERE = {
     "NormControl": "the error is controlled in each component",
 }
+APART = {"Mass", "MinStep"}  # are no options of the method: `with_mass` and `not_shorter`
+OF_IMPLICIT = {"Jacobian", "JPattern"}
 COLUMN = "`fun` returned a column"  # the beginning of a solve's message
 
 EXCLUSIVE_OR = ("bitwise_xor", "for ^")  # parts of a TypeError's message about y^3
@@ -114,25 +117,23 @@ def _solved(solver, fun, times, y0, options):
 
 def _run(solver, fun, t_span, y0, functions, observer, options, mass) -> Any:
     """The OdeResult of the method that solves."""
-    chosen = {"rtol": options.get("RelTol", 1e-3), "atol": options.get("AbsTol", 1e-6)}
     t0, tf = t_span
+    chosen: dict[str, Any] = {
+        option.name: options[option.matlab]
+        for option in OPTIONS.values()
+        if option.matlab in options.keys() - (APART if solver.implicit else APART | OF_IMPLICIT)
+    }
     span, method = abs(tf - t0), METHODS[solver.method if mass is None else "Rodas5P"]
-    if "MaxStep" in options or not method.like_matlab:
-        chosen["max_step"] = options.get("MaxStep", span / 10.0)
-    if "InitialStep" in options:
-        chosen["first_step"] = min(options["InitialStep"], span)
+    if not method.like_matlab:
+        chosen.setdefault("max_step", span / 10.0)
+    if "first_step" in chosen:
+        chosen["first_step"] = min(chosen["first_step"], span)
     if observer is not None:
         chosen["callback"] = observed(observer.step, observer.function)
     if mass is not None:
         chosen["mass"] = mass
-    if "NonNegative" in options:
-        if "Mass" in options:
-            raise ValueError("NonNegative and Mass do not go together, as in MATLAB.")
-        chosen["nonnegative"] = options["NonNegative"]
-    if solver.implicit:
-        wanted = {"jac": "Jacobian", "jac_sparsity": "JPattern"}
-        chosen |= {ours: options[name] for ours, name in wanted.items() if name in options}
-
+    if "NonNegative" in options and "Mass" in options:
+        raise ValueError("NonNegative and Mass do not go together, as in MATLAB.")
     problem = validate.problem(
         fun, t0, tf, y0, method, None, True, functions, None, DERIVATIVE, chosen
     )

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from fastdyn.problem.options.docstrings import filled
+
 from .options import odeset
 from .solution import Solution
 from .solve import Solver, solve
@@ -22,6 +24,7 @@ SOLVERS = {
 }
 
 
+@filled()
 def ode45(odefun, tspan, y0, options=None) -> Solution:
     """
     Solve y' = odefun(t, y) as MATLAB's ode45 does: its steps, defaults, options and output.
@@ -37,9 +40,10 @@ def ode45(odefun, tspan, y0, options=None) -> Solution:
     y0 : float or array_like, shape (n,)
         Initial state.
     options : Options or dict, optional
-        A result of `odeset`, or ``[]``. By default RelTol is 1e-3, AbsTol 1e-6, MaxStep a tenth of
-        the span, Refine 4. InitialStep is the first step to try. With MinStep the run ends, with a
-        warning, if shorter steps are needed. Events is a function ``events(t, y)`` that returns
+        A result of `odeset`, or ``[]``. By default RelTol is {rtol}, AbsTol {atol},
+        MaxStep a tenth of the span, Refine 4. InitialStep is the first step to try. With MinStep
+        the run ends, with a warning, if shorter steps are needed.
+        Events is a function ``events(t, y)`` that returns
         value, isterminal, direction. OutputFcn is ``f(t, y, flag)``, see `OutputFunction`. Mass is
         a matrix, or a function of (t, y) or t. Options that MATLAB's ode45 does not use have no
         effect.

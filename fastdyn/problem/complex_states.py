@@ -7,8 +7,7 @@ from fastdyn.compile.sparse_jacobian import pattern_of
 from fastdyn.kernels.methods import COMPLEX
 
 from . import validate
-
-REFUSED = ("breakpoints", "project", "checkpoint", "callback", "on_event", "domain", "nonnegative")
+from .options.table import refused_among
 
 
 def on_pairs(fun, t0, tf, y0, method, *, t_eval, dense_output, events, args, options):
@@ -25,7 +24,7 @@ def on_pairs(fun, t0, tf, y0, method, *, t_eval, dense_output, events, args, opt
         As in `solve_ivp`; tolerances that are arrays have n entries.
     """
     on_complex_states = COMPLEX.get(method.name)
-    if on_complex_states is None or any(options.get(name) is not None for name in REFUSED):
+    if on_complex_states is None or refused_among(options, "complex"):
         return None
     options, pairs = dict(options), y0.view(float)
     for name in ("rtol", "atol"):

@@ -12,10 +12,10 @@ import numpy as np
 from . import validate
 from .domains.options import listed_components
 from .lsoda import NAME as LSODA
+from .options.table import TOLERANCES, refused_among
 from .schedules import SHORTHANDS, Schedule, listed
 
 BESIDE = "behind y, every function gets `discrete`"
-REFUSED = ("lband", "uband", "vectorized")  # the longer Jacobian has another band
 
 
 def longer(discrete, given):
@@ -68,9 +68,9 @@ def discrete_states(discrete, y0, options):
         raise ValueError("`discrete` is for real numbers and real states: split complex ones.")
     if not d0.size or not y0.size:
         raise ValueError("`discrete` must have one number at least, and `y0` one component.")
-    for name in REFUSED:
-        if options.get(name) not in (None, False):
-            raise ValueError(f"`discrete` and `{name}` do not go together.")
+    refused = [name for name, _ in refused_among(options, "discrete")]
+    for name in refused + ["vectorized"] * bool(options.get("vectorized")):
+        raise ValueError(f"`discrete` and `{name}` do not go together.")
     return d0
 
 
@@ -122,7 +122,7 @@ def extended_options(options, method, n, m):
         largest = ("Taylor", LSODA)  # methods whose norm is the largest; others take the mean
         mean = method is None or not (method.like_matlab or method.name in largest)
         share = math.sqrt(n / (n + m)) if mean else 1.0
-        rtol, atol = (np.asarray(options.get(k, v), float) for k, v in DEFAULTS.items())
+        rtol, atol = (np.asarray(options.get(k, v), float) for k, v in TOLERANCES.items())
         if rtol.ndim:
             rtol = np.r_[rtol, np.full(m, rtol.max(initial=0.0))]
         options["rtol"] = share * rtol if rtol.ndim else float(share * rtol)
@@ -144,9 +144,6 @@ def extended_options(options, method, n, m):
     if nonnegative is not None:
         options["nonnegative"] = np.r_[nonnegative, np.full(m, False)]
     return options
-
-
-DEFAULTS = {"rtol": 1e-3, "atol": 1e-6}
 
 
 def _padded(matrix, m, diagonal):

@@ -5,7 +5,6 @@ import operator
 import numpy as np
 
 NAME = "LSODA"
-OPTIONS = {"jac", "min_step", "lband", "uband"}
 NO_BAND = -1, -1
 
 

@@ -7,8 +7,6 @@ import numpy as np
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.kernels.methods import COMPLEX
 
-from .domains import options as domains
-
 METHODS = "'Rodas5P', 'Radau' or 'BDF'"  # that take a mass matrix
 OTHERWISE = f"take method={METHODS}, or solve for y' in `fun` where the matrix is regular"
 DIVIDED = "__fastdyn_divided__"  # marks a function M \\ f
@@ -30,16 +28,6 @@ def refuse(options, method, y0):
     if given:
         name = "this method" if method is None else method.name
         raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
-
-
-def refuse_sensitivity(options):
-    """Raise ValueError if `sensitivity` is given with `mass`, `domain` or `nonnegative`."""
-    domains.refuse_sensitivity(options)
-    if options.get("mass") is not None:
-        raise ValueError(
-            "`sensitivity` and `mass` do not go together: solve for y' in `fun` where the matrix "
-            "is regular."
-        )
 
 
 def given(fun, t0, y0, args, options, method, mode):

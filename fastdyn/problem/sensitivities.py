@@ -10,9 +10,9 @@ from fastdyn.compile.mode import JUMP, SENSITIVITIES, Mode
 from fastdyn.compile.python_callback import evaluate
 
 from .events import of_own
+from .options.table import refused_among
 
 START, ARGUMENTS = "y0", "args"
-REFUSED = ("project", "callback", "checkpoint")
 
 
 class Direction(NamedTuple):
@@ -150,9 +150,10 @@ def check_method(method, given, y0, options):
         )
     if y0.dtype.kind == "c":
         raise ValueError("`sensitivity` is for real states: split a complex one into its parts.")
-    for name in REFUSED:
-        if options.get(name) is not None:
-            raise ValueError(f"`sensitivity` and `{name}` do not go together.")
+    for name, reason in refused_among(options, "sensitivity"):
+        raise ValueError(
+            f"`sensitivity` and `{name}` do not go together{f': {reason}' if reason else ''}."
+        )
 
 
 def with_sensitivities(problem, directions):

@@ -5,6 +5,8 @@ import warnings
 
 import numpy as np
 
+from fastdyn.compile.callables.diagnostics import levels_inside
+
 EPS = float(np.finfo(float).eps)
 LATEST = 2.0**1022  # of times: the distance of two is finite
 LANDING = 1e-9  # relative distance at which a span counts as a whole number of steps
@@ -32,7 +34,7 @@ def tolerances(rtol, atol, y0, least=100 * EPS):
         warnings.warn(
             "At least one element of `rtol` is too small. "
             f"Setting `rtol = np.maximum(rtol, {least})`.",
-            stacklevel=4,
+            stacklevel=levels_inside(),
         )
         rtol = np.maximum(rtol, least)
     if np.any(atol < 0):

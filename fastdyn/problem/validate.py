@@ -15,19 +15,11 @@ from fastdyn.kernels.methods import METHODS
 
 from . import jacobian, lsoda, mass, schedules, step_options
 from .domains import options as domains
-from .option_names import warn_unused
+from .options.names import warn_unused
+from .options.table import checked_by_themselves, value_of
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
-RUNNING = {"max_steps", "progress", "on_interrupt", "compile", "checkpoint", "callback"}
-COMMON = {"project", "on_event", "at", "every", *domains.NAMES} | RUNNING
-ADAPTIVE = {"rtol", "atol", "max_step", "first_step", "breakpoints"} | COMMON
-FIXED = {"step"} | COMMON
-OF_JACOBIANS = {"jac", "jac_sparsity"}
-OF_ONE_SOLVE = ("sensitivity", "error_estimate", "discrete")  # options of solve_ivp alone
-ALL = ADAPTIVE | FIXED | OF_JACOBIANS | lsoda.OPTIONS | {*OF_ONE_SOLVE, "mass"}  # names of options
-DEFAULTS = (math.inf, False, "raise", "auto", None, None)  # max_steps, progress, ... as in Problem
-COMPILE = ("auto", "shared", "inlined")
 
 
 class Problem(NamedTuple):
@@ -172,46 +164,15 @@ def output_times(t_eval, t0, tf):
     return t_eval
 
 
-def _running_options(options):
-    """The options that every method takes, checked, in the order of DEFAULTS."""
-    if RUNNING.isdisjoint(options):
-        return DEFAULTS
-    limit = options.get("max_steps")
-    if limit is not None and not limit >= 1:
-        raise ValueError(f"`max_steps` must be at least 1; got {limit}.")
-    for name, allowed in (("on_interrupt", ("raise", "return")), ("compile", COMPILE)):
-        if options.get(name, allowed[0]) not in allowed:
-            raise ValueError(
-                f"`{name}={options[name]!r}` is unknown; choose from {', '.join(allowed)}."
-            )
-    return (
-        math.inf if limit is None else limit,
-        bool(options.get("progress", False)),
-        options.get("on_interrupt", "raise"),
-        options.get("compile", "auto"),
-        options.get("checkpoint"),
-        options.get("callback"),
-    )
-
-
-def _own_options(method):
-    """Options that only some adaptive methods take."""
-    if method.takes_mass:
-        return {*OF_JACOBIANS, "mass"}
-    if method.name == lsoda.NAME:
-        return lsoda.OPTIONS
-    return OF_JACOBIANS if method.n_matrices else set()
-
-
 def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, options):
     """The Problem of a compiled method; the span and `y0` are already checked, and real."""
     span = abs(tf - t0)
-    running = _running_options(options)
+    by_themselves = checked_by_themselves(options)
     events, on_event, scheduled = schedules.checked(events, options, t0, tf)
+    warn_unused(options, method)
     if method.error_order:
-        warn_unused(options, ADAPTIVE | _own_options(method), ALL)
         rtol, atol = step_options.tolerances(
-            options.get("rtol", 1e-3), options.get("atol", 1e-6), y0,
+            value_of(options, "rtol"), value_of(options, "atol"), y0,
             step_options.EPS if method.series else 100 * step_options.EPS,
         )  # fmt: skip
         h_max, h = step_options.step_limits(options, span)
@@ -220,7 +181,6 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         elif options.get("max_steps") is None and not any(limit for _, limit, _ in events or ()):
             step_options.never_ends(h_max, t0, tf)
     else:
-        warn_unused(options, FIXED, ALL)
         rtol, atol, h_max = 0.0, 0.0, math.inf
         h = step_options.fixed_step(options, t0, tf, method.name)
     project = options.get("project")
@@ -237,12 +197,13 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
     args = extra_arguments(args)
     fun, matrix = mass.given(fun, t0, y0, args, options, method, mode)
     of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)
+    jac, differences, sparsity = jacobian.given(of_jacobian, len(y0))
     found = Problem(
-        fun, t0, tf, y0, method, output_times(t_eval, t0, tf), bool(dense_output),
-        events, on_event, args, mode, rtol, atol, h_max, h,
-        schedules.segments(options, scheduled, t0, tf, not method.error_order), project, *running,
-        *jacobian.given(of_jacobian, len(y0)),
-        matrix,
-        h_least=h_least, band=band, schedules=scheduled,
+        fun=fun, t0=t0, tf=tf, y0=y0, method=method, t_eval=output_times(t_eval, t0, tf),
+        dense_output=bool(dense_output), events=events, on_event=on_event, args=args, mode=mode,
+        rtol=rtol, atol=atol, h_max=h_max, h=h,
+        segments=schedules.segments(options, scheduled, t0, tf, not method.error_order),
+        project=project, jac=jac, differences=differences, sparsity=sparsity, mass=matrix,
+        h_least=h_least, band=band, schedules=scheduled, **by_themselves,
     )  # fmt: skip
     return domains.kept_inside(found, options) if domains.asked(options) else found

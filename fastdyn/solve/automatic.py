@@ -3,11 +3,11 @@
 import numpy as np
 
 from fastdyn.problem.domains import options as domains
+from fastdyn.problem.options.table import refused_among, value_of
 from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
 LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
-ONCE = ("callback", "checkpoint", "on_event")  # options with effects that cannot be undone
 
 
 def solve_automatically(solve, given):
@@ -29,7 +29,7 @@ def solve_automatically(solve, given):
         With the additional fields `method`, the name of the method, and `reason`, a sentence.
     """
     complex_state = np.iscomplexobj(given["y0"])
-    if any(given.get(name) is not None for name in ONCE):
+    if refused_among(given, "again"):
         return _explicit(solve, given, complex_state)
     try:
         with given_up():
@@ -40,7 +40,7 @@ def solve_automatically(solve, given):
 
 def _explicit(solve, given, complex_state):
     """Solve by Taylor or by a pair."""
-    rtol = float(np.min(given.get("rtol", 1e-3)))
+    rtol = float(np.min(value_of(given, "rtol")))
     if rtol > LOOSE:
         return _named(solve(method="Tsit5", **given), "Tsit5", f"rtol is above {LOOSE:g}.")
     name = "Vern7" if rtol > TIGHT else "Vern9"

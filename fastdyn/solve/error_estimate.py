@@ -2,14 +2,12 @@
 
 import numpy as np
 
+from fastdyn.problem.options.table import TOLERANCES, refused_by, value_of
 from fastdyn.problem.validate import method_named
 
 TIGHTER = 100.0  # ratio of the tolerances of both passes
 LEAST_RTOL = 1e-12  # below this rtol, no tighter tolerance is possible
-FIRST_PASS = (
-    "t_eval", "dense_output", "events", "sensitivity", "first_step", "max_steps", "progress",
-    "callback", "checkpoint", "on_interrupt", "at", "every",
-)  # fmt: skip
+FIRST_PASS = {"t_eval", "dense_output", "events", *refused_by("second pass")}
 
 
 def with_error_estimate(solve, given):
@@ -43,7 +41,7 @@ def _tightened(method, options):
         if options.get("step") is not None:
             options["step"] = options["step"] / 2
         return 1.0 / (1.0 - 0.5**ours.order)
-    rtol, atol = np.asarray(options.get("rtol", 1e-3)), np.asarray(options.get("atol", 1e-6))
+    rtol, atol = (np.asarray(value_of(options, name)) for name in TOLERANCES)
     if np.any(rtol < LEAST_RTOL):
         raise ValueError(
             f"`error_estimate` solves at a tolerance {TIGHTER:g} times tighter, too: give an "

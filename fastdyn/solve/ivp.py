@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 from fastdyn.compile.callables.diagnostics import LeftToSciPy, WritesToState
 from fastdyn.problem import validate
 from fastdyn.problem.complex_states import on_pairs
-from fastdyn.problem.mass import refuse, refuse_sensitivity
+from fastdyn.problem.mass import refuse
+from fastdyn.problem.options.docstrings import documented
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.solve_problem import solve_problem
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from fastdyn.run.result import OdeResult
 
 
+@documented
 def solve_ivp(
     fun: types.Function,
     t_span: types.TimeSpan,
@@ -88,76 +90,8 @@ def solve_ivp(
     args : tuple, optional
         Further arguments of `fun`, events and `project`.  Changing their values does not trigger
         recompilation.
-    rtol, atol : float or array_like, shape (n,)
-        Relative and absolute tolerance of adaptive methods, by default 1e-3 and 1e-6: the estimated
-        local error of each step is kept below ``atol + rtol |y|`` in the method's norm.  The global
-        error may be larger.  `rtol` is raised to at least 2.2e-14, or 2.2e-16 for "Taylor".
-    max_step, first_step : float
-        Longest step and first step of adaptive methods.
-    jac : callable or array_like or sparse matrix, shape (n, n), or "2-point"
-        The Jacobian of `fun`, for implicit methods: ``jac(t, y, *args)``, or a matrix.  By default
-        the Jacobian is exact for a traced `fun`; for another `fun` it is by differences, as
-        with "2-point".  Functions that return sparse matrices run in Python.
-    jac_sparsity : array_like or sparse matrix, shape (n, n)
-        The places of elements of the Jacobian, for differences with fewer evaluations and for
-        sparse elimination.  Not needed for an exact Jacobian.
-    lband, uband : int or None
-        For "LSODA", as in SciPy: the numbers of diagonals of the Jacobian below and above the main
-        diagonal.  A function `jac` then returns the diagonals.
-    min_step : float
-        For "LSODA", as in SciPy: the shortest step.
-    mass : array_like, shape (n, n), or callable
-        For "Rodas5P", "Radau", "BDF": M of M y' = fun(t, y), a regular ``mass(t, y, *args)``, or a
-        constant M.  With a singular M (a DAE of index 1), `y0` satisfies the algebraic equations.
-    step : float
-        Size of constant steps.  Steps are never shortened: if the span is not a whole number of
-        steps, the last step overshoots and the end is interpolated.
-    on_event : callable or sequence of callable or None
-        For each event None, or a function ``g(t, y, *args)`` that returns the state after the
-        event: an impact, a separation, a switch.  `t` has the time of the event twice, with the
-        states before and after; `y_events`, `t_eval` and `sol` have the state before.  Such an
-        event does not end the run if `terminal` is True; if `terminal` is a number, the occurrence
-        of this number ends the run and does not change the state.  Events that accumulate at one
-        time end the run with status -1.
-    at, every : array_like of float, float, or sequences of these
-        Schedules that follow the `events`, ``fastdyn.at(at)`` and ``fastdyn.every(every)``: exact
-        times, at which a step ends and `on_event` acts as at an event.
-    discrete : array_like of float, shape (m,)
-        States d that only events and schedules change: all functions are called as
-        ``fun(t, y, d, *args)``, and the functions of `on_event` return ``(y, d)``.
-    breakpoints : array_like of float
-        Times at which `fun` has a kink or a jump: adaptive methods end a step there.
-    project : callable
-        ``project(t, y, *args)`` returns the state at the end of each step to its constraints or its
-        energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` are
-        projected, too; states of `sol` are not.
-    domain, nonnegative
-        ``domain(t, y, *args)`` returns whether `fun` is defined; `nonnegative`, True, indices or
-        bools, names the components that must not become negative.
-    max_steps : int
-        Largest number of accepted steps; then the run ends with status -1.
-    progress : bool
-        Show a progress bar.
-    on_interrupt : {"raise", "return"}
-        On Ctrl-C, raise KeyboardInterrupt, or return the solution so far with status -2.
-    callback : callable
-        ``callback(solver)`` is called after each accepted step, in Python; `solver` has the
-        attributes of a `Stepper` (`t`, `y`, `t_old`, `step_size`, `nstep`, `nfev`,
-        `interpolate`).  If the callback returns True or raises StopIteration, the status is 1.
-    checkpoint : str or path
-        A file, written every few seconds, whole or not at all.  After a crash or Ctrl-C, the same
-        call continues from the file, bit for bit.  A folder that cannot be written raises OSError.
-    sensitivity : str or sequence of str
-        Integrate derivatives of the solution, too, with respect to the initial state ("y0"), to
-        arguments of `fun` by name (or "args[0]", ...), numbers or arrays of floats, or to all
-        arguments ("args").  See Notes.
-    error_estimate : bool
-        Estimate the global error of `y` by a second pass, at a tolerance 100 times tighter or half
-        the step, which takes 1.4 to 2.5 times the evaluations of the first pass.
-    compile : {"auto", "shared", "inlined"}
-        "shared": a kernel for all functions calls `fun` by its address.  "inlined": a kernel that
-        contains `fun` is compiled first.  "auto": shared, then inlined, once a thread has made that
-        kernel, after 50 ms.  The bits are equal.
+    **options
+        The options of the table in `problem/options/table.py`: ``help(solve_ivp)`` has them here.
 
     Returns
     -------
@@ -222,7 +156,6 @@ def solve_ivp(
     t0, tf = validate.time_span(t_span)
     sensitivity = options.pop("sensitivity", None)
     if sensitivity is not None:
-        refuse_sensitivity(options)
         check_method(ours, method, y0, options)
     refuse(options, ours, y0)
     problem = None

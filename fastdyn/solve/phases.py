@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.problem.schedules import SHORTHANDS, refuse_schedules
+from fastdyn.problem.options.docstrings import filled
+from fastdyn.problem.options.table import refused_among
+from fastdyn.problem.schedules import refuse_schedules
 from fastdyn.problem.validate import (
-    OF_ONE_SOLVE,
     extra_arguments,
     initial_state,
     method_named,
@@ -49,6 +50,7 @@ class Phase(NamedTuple):
     options: Mapping[str, Any] = {}
 
 
+@filled("solve_phases")
 def solve_phases(
     phases: Mapping[str, Phase],
     first: str,
@@ -73,8 +75,9 @@ def solve_phases(
         Largest number of phases; then the run ends with status -1.  A motion whose phases become
         ever shorter would never end.
     t_span, y0, method, t_eval, dense_output, events, args, **options
-        As for `solve_ivp`; all phases share the components of the state and `args`.  With
-        `discrete`, m numbers that `after` changes, all functions of the phases get them behind y,
+        As for `solve_ivp`, except {refused}; all phases share the components of
+        the state and `args`.  With `discrete`, m numbers that `after` changes,
+        all functions of the phases get them behind y,
         and `after` returns ``(name, y, d)``.
 
     Returns
@@ -152,13 +155,9 @@ def _check(phases, method, events, max_phases, options):
     """Raise ValueError for options that phases do not take."""
     if method_named(method) is None:
         raise ValueError(f"`method={method!r}` is SciPy's; phases need a compiled method.")
-    for name in ("on_event", *SHORTHANDS):
-        if options.get(name) is not None:
-            raise ValueError(f"phases take no `{name}`: `after` of a phase changes the state.")
+    for name, reason in refused_among(options, "solve_phases"):
+        raise ValueError(f"phases take no `{name}`: {reason}.")
     refuse_schedules(events, "a schedule belongs to one span, and each phase has its own")
-    for name in (*OF_ONE_SOLVE, "mass"):
-        if options.get(name) is not None and options[name] is not False:
-            raise ValueError(f"phases take no `{name}`: it is of one solve_ivp.")
     if not max_phases >= 1:
         raise ValueError(f"`max_phases` must be at least 1; got {max_phases}.")
     for name, phase in phases.items():

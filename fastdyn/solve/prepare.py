@@ -10,7 +10,9 @@ from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.callables.diagnostics import GaveUp
 from fastdyn.problem import validate
 from fastdyn.problem.members import Members
-from fastdyn.problem.option_names import refuse_unknown
+from fastdyn.problem.options.docstrings import filled
+from fastdyn.problem.options.names import refuse_unknown
+from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 
@@ -22,9 +24,7 @@ if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
 
 
-REFUSED = ("callback", "checkpoint", "progress", *validate.OF_ONE_SOLVE)
-
-
+@filled("prepare")
 def prepare(
     fun: types.Function,
     t_span: types.TimeSpan,
@@ -49,7 +49,7 @@ def prepare(
     args : tuple, optional
         Default initial state and arguments of the solves.
     **options
-        As in `solve_ivp`, except `callback`, `checkpoint` and `progress`.  `compile` is "inlined"
+        As in `solve_ivp`, except {refused}.  `compile` is "inlined"
         by default.  The solver of a problem with `discrete` takes, for each solve, `discrete`, too.
 
     Returns
@@ -74,10 +74,8 @@ def prepare(
         }  # fmt: skip
         return PreparedWithDiscrete(prepare, discrete, of_state)
     given = fun, t_span, y0, method, t_eval, dense_output, events, args, dict(options)
-    ours, t0, tf, y0 = checked(
-        "a prepared solver", REFUSED, method, t_span, y0, options, "; solve_ivp takes the rest"
-    )
-    refuse_unknown("a prepared solver", options, validate.ALL)
+    ours, t0, tf, y0 = checked("prepare", method, t_span, y0, options, "; solve_ivp takes the rest")
+    refuse_unknown("a prepared solver", options, OPTIONS)
     mode = mode_for(ours, fun, t0, y0, args)
     options = {"compile": "inlined", **options}
     return Prepared(

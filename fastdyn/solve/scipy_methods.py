@@ -16,17 +16,13 @@ from fastdyn.compile.traced.met import has_effect
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import between_steps, endless, event_list
 from fastdyn.problem.jacobian import DIFFERENCES
+from fastdyn.problem.options.table import OPTIONS, refused_among, value_of
 from fastdyn.problem.schedules import refuse_schedules
 from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
 from fastdyn.run.stiffness import watch_scipys
 
-REFUSED = (
-    "breakpoints", "project", "checkpoint", "on_event", "at", "every", "domain", "nonnegative",
-    "mass",
-)  # fmt: skip
 KNOWN = validate.SHARED_METHODS
-OWN_OPTIONS = validate.COMMON | {"step", *REFUSED}
 
 
 def python_callable(fun, args, mode, near, others=()):
@@ -79,11 +75,10 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     y0 = validate.initial_state(y0)
     t0, tf = validate.time_span(t_span)
     callback, stopped = options.get("callback"), []
-    for name in REFUSED:
-        if options.get(name) is not None and t0 != tf:
-            raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
+    for name, _ in refused_among(options, "SciPy") if t0 != tf else ():
+        raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
     refuse_schedules(events, "take a compiled method, a real state and a span that is not empty")
-    options = {k: v for k, v in options.items() if k not in OWN_OPTIONS}
+    options = {k: v for k, v in options.items() if k not in OPTIONS or OPTIONS[k].scipys}
     if isinstance(options.get("jac"), str) and options["jac"] == DIFFERENCES:
         del options["jac"]
     args = validate.extra_arguments(args)
@@ -98,7 +93,7 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
         look = watch_scipys(derivative, name) if y0.size else None
         callback = callback or look
     else:
-        step_options.tolerances(options.get("rtol", 1e-3), options.get("atol", 1e-6), y0)
+        step_options.tolerances(value_of(options, "rtol"), value_of(options, "atol"), y0)
         mode = COLUMN if vectorized else DERIVATIVE
         near = Near(t0, tf, y0)
         others = [event for event, _, _ in event_list(events) or ()]

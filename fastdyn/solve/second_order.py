@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.problem import validate
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.run.solve_problem import solve_problem
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from fastdyn.run.result import OdeResult
 
 
+@filled("solve_second_order")
 def solve_second_order(
     accel: types.Function,
     t_span: types.TimeSpan,
@@ -42,7 +44,7 @@ def solve_second_order(
     step : float
         Size of the constant steps.
     **options
-        `max_steps`, `progress`, `on_interrupt`, `compile`, as in `solve_ivp`.
+        As in `solve_ivp`, except {refused}, and what is for adaptive methods.
 
     Returns
     -------

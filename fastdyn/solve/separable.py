@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.problem import validate
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.second_order_and_pairs import check_pair, pair_of
 from fastdyn.run.solve_problem import solve_problem
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from fastdyn.run.result import OdeResult
 
 
+@filled("solve_separable")
 def solve_separable(
     velocity: types.Function,
     force: types.Function,
@@ -44,7 +46,7 @@ def solve_separable(
         the explicit symplectic methods evaluate both functions equally often; `nfev` counts an
         evaluation of both as one.
     **options
-        As in `solve_ivp`; `step` is required by methods with constant steps.
+        As in `solve_ivp`, except {refused}; `step` is required by methods with constant steps.
 
     Returns
     -------

@@ -9,6 +9,7 @@ from fastdyn.compile.bind import leave_to_python, or_in_python
 from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
 from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
 from fastdyn.problem import validate
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
@@ -18,15 +19,11 @@ from fastdyn.run.outcome import n_factorised, outcome
 from fastdyn.run.solve_problem import run_of
 
 NO_OUTPUT = np.empty(0)
-REFUSED = (
-    "callback", "checkpoint", "progress", "on_interrupt", "max_steps", "breakpoints", "on_event",
-    "at", "every",
-    *validate.OF_ONE_SOLVE,
-)  # fmt: skip
 ENDLESS = 2**62
 OF_RUN = ("_run", "_sol", "_given", "fun")  # attributes that are not copied
 
 
+@filled("Stepper")
 class Stepper(OdeSolver):
     """Integrate y' = fun(t, y) one step at a time, with compiled code.
 
@@ -41,8 +38,7 @@ class Stepper(OdeSolver):
         Start and end; the end may be infinite, or lie before the start.
     y0 : array_like, shape (n,)
     **options
-        Options of the method: `rtol`, `atol`, `max_step`, `first_step`; `step`; `project`;
-        `compile`.
+        {options}, as in `solve_ivp`.
 
     Attributes
     ----------
@@ -86,7 +82,7 @@ class Stepper(OdeSolver):
             )
         given = {"vectorized": vectorized, "method": method, "args": args, **options}
         self._given = (fun, t0, y0, t_bound), given
-        ours, t0, t_bound, y0 = checked("a Stepper", REFUSED, method, (t0, t_bound), y0, options)
+        ours, t0, t_bound, y0 = checked("Stepper", method, (t0, t_bound), y0, options)
         mode = mode_for(ours, fun, t0, y0, args, vectorized)
         options = {"max_steps": ENDLESS, **options}
         problem = validate.problem(

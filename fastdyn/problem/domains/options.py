@@ -39,16 +39,6 @@ def _is_given(value):
     return value is not None and value is not False
 
 
-def refuse_sensitivity(options):
-    """Raise ValueError if derivatives of the solution are asked for, too."""
-    for name in sorted(NAMES):
-        if _is_given(options.get(name)):
-            raise ValueError(
-                f"`sensitivity` and `{name}` do not go together: the solution has no derivative "
-                "where it meets the border."
-            )
-
-
 def keeps(problem):
     """The flags CLIPS and CHECKS of the checks by the kernels at the end of each step."""
     p = problem

@@ -8,7 +8,7 @@ import numpy as np
 
 from fastdyn.ensemble.solve import solve_ensemble
 from fastdyn.problem.members import Shared
-from fastdyn.problem.validate import ALL
+from fastdyn.problem.options.table import OPTIONS
 
 from .consistent_start import check_members
 from .declare import checked
@@ -63,7 +63,7 @@ def ensemble(system, t_span, y0, method, given):
     if starts and y0 is not None:
         names = ", ".join(f"`{name}`" for name in starts)
         raise ValueError(f"{names} of the {system.name} and `y0` both set the start; give one.")
-    known = ALL | {*inspect.signature(solve_ensemble).parameters} | {*fields_of(system)}
+    known = OPTIONS.keys() | {*inspect.signature(solve_ensemble).parameters} | {*fields_of(system)}
     options = completed(system, method, options, known)
     if "project" in options:
         options["project"] = projection(system, options["project"])

@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.problem.options.table import refused_by
 from fastdyn.run.result import OdeResult
 
-WATCHING = {"t_eval", "dense_output", "progress", "checkpoint", "callback", "max_steps"}
+WATCHING = {"t_eval", "dense_output", *refused_by("repetition")}
 MANY = 200_000  # points, between which a curve needs no others
 
 

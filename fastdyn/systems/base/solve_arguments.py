@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.problem.option_names import refuse_unknown
-from fastdyn.problem.validate import ALL, method_named, time_span
+from fastdyn.problem.options.names import refuse_unknown
+from fastdyn.problem.options.table import OPTIONS
+from fastdyn.problem.validate import method_named, time_span
 
 OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
-TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
-MATLAB_TOLERANCES = {"rtol": 1e-3, "atol": 1e-6}
+DEFAULTS = {o.name: o.of_systems for o in OPTIONS.values() if o.of_systems is not None}
 
 
 def completed(system, method, options, of_ensemble=None) -> dict[str, Any]:
@@ -34,8 +34,8 @@ def completed(system, method, options, of_ensemble=None) -> dict[str, Any]:
     if "events" in options:
         options["events"] = event_functions(system, options["events"])
     if ours is None or ours.error_order:
-        like_matlab = ours is not None and ours.like_matlab
-        options = (MATLAB_TOLERANCES if like_matlab else TOLERANCES) | options
+        if ours is None or not ours.like_matlab:
+            options = DEFAULTS | options
         if system.breakpoints is not None and (ours is not None or automatic):
             options.setdefault("breakpoints", system.breakpoints)
     return options
@@ -52,7 +52,7 @@ def _refuse_unknown(system, options, of_ensemble):
             f"`{name}` is a parameter of the {system.name}, not of `solve`: write "
             f"{system.name}({name}={options[name]!r}).solve()."
         )
-    refuse_unknown(f"`solve` of the {system.name}", options, ALL | OF_SOLVE | own)
+    refuse_unknown(f"`solve` of the {system.name}", options, OPTIONS.keys() | OF_SOLVE | own)
 
 
 def span(system, t_span):

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fastdyn.problem.options.docstrings import filled
 from fastdyn.solve.ivp import solve_ivp
 
 from .consistent_start import start
@@ -125,6 +126,7 @@ class System(Declared, Shown):
         raise ValueError(f"No exact solution of the {self.name} is known to fastdyn.")
 
     @of_instance
+    @filled()
     def solve(
         self, t_span: Any = None, y0: Any = None, method: Any = "RK45", project=None, **options: Any
     ) -> SystemResult:
@@ -147,8 +149,9 @@ class System(Declared, Shown):
         **options
             As for `fastdyn.solve_ivp`, with two differences: `events` may also name events of
             the system (``events="slack"``), and the default tolerances of the adaptive methods
-            are rtol = 1e-6 and atol = 1e-9, because with SciPy's 1e-3 and 1e-6 the course's
-            satellite falls onto its planet; "ode45" and "ode23" have MATLAB's 1e-3 and 1e-6.
+            are rtol = {rtol of systems} and atol = {atol of systems}, because with SciPy's {rtol}
+            and {atol} the course's satellite falls onto its planet; "ode45" and "ode23" have
+            MATLAB's {rtol} and {atol}.
 
         Returns
         -------

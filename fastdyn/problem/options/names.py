@@ -3,12 +3,14 @@
 import difflib
 import warnings
 
+from fastdyn.compile.callables.diagnostics import levels_inside
+
+from .table import ALL_OPTIONS, OPTIONS
+
 ALIKE = 0.6  # least similarity of a name that may be meant
 OTHER_WORDS = {  # names in other packages
-    "dt": "step", "h": "step", "tol": "rtol", "reltol": "rtol", "abstol": "atol",
-    "solver": "method", "initialstep": "first_step", "maxstep": "max_step",
-    "h0": "first_step", "hmax": "max_step", "jacobian": "jac", "dfun": "jac",
-    "tspan": "t_span", "x0": "y0", "teval": "t_eval",
+    "solver": "method", "tspan": "t_span", "x0": "y0", "teval": "t_eval",
+    **{word: o.name for o in ALL_OPTIONS for word in (*o.words.split(), o.matlab.lower()) if word},
 }  # fmt: skip
 
 
@@ -22,19 +24,20 @@ def advice(name, known):
     return f"did you mean `{plain[near[0]]}`?" if near else ""
 
 
-def advice_on(names, known):
+def _advice_on(names):
     """Questions for several names, to append to a sentence."""
-    found = [(name, advice(name, known)) for name in names if name not in known]
+    found = [(name, advice(name, OPTIONS)) for name in names if name not in OPTIONS]
     return "".join(f" `{name}`: {said}" for name, said in found if said)
 
 
-def warn_unused(options, used, known):
+def warn_unused(options, method):
     """Warn, as SciPy does, of options that the method does not use."""
-    if not used.issuperset(options):
-        unused = sorted(options.keys() - used)
+    unused = [name for name in options if name not in OPTIONS or not OPTIONS[name].methods(method)]
+    if unused:
+        unused.sort()
         said = ", ".join(f"`{name}`" for name in unused)
         said = f"The following arguments have no effect for a chosen solver: {said}."
-        warnings.warn(said + advice_on(unused, known), stacklevel=4)
+        warnings.warn(said + _advice_on(unused), stacklevel=levels_inside())
 
 
 def _plain(name):

@@ -1,0 +1,70 @@
+"""Docstrings of the public functions, whose lists of options come from the table."""
+
+import inspect
+import re
+import textwrap
+from collections.abc import Callable
+from typing import TypeVar
+
+from .table import ALL_OPTIONS, OPTIONS, TOLERANCES, exact, refused_by, taken_by
+
+Public = TypeVar("Public", bound=Callable)
+WIDTH = 96
+ENTRY = re.compile(r"^\*\*options\n(?: .*\n|\n(?= ))*", re.MULTILINE)
+
+
+def documented(function: Public) -> Public:
+    """Replace the entry ``**options`` of a docstring by an entry for each option of the table."""
+    if function.__doc__:
+        text = inspect.cleandoc(function.__doc__)
+        function.__doc__ = ENTRY.sub(lambda _: _entries(), text, count=1)
+    return function
+
+
+def _entries():
+    """The entries of all options, in the form of numpydoc."""
+    parts: list = []
+    for option in ALL_OPTIONS:
+        if option.text:
+            parts.append(([option.name], option))
+        else:
+            parts[-1][0].append(option.name)
+    return "".join(
+        f"{', '.join(names)}{f' : {option.type}' if option.type else ''}\n"
+        + textwrap.fill(option.text, WIDTH, initial_indent="    ", subsequent_indent="    ")
+        + "\n"
+        for names, option in parts
+    )
+
+
+def filled(who: str = "") -> Callable[[Public], Public]:
+    """Fill in a docstring what the table knows, in braces.
+
+    ``{options}`` and ``{refused}`` are the names of the options that a function takes and refuses;
+    ``{rtol}`` and ``{rtol of systems}`` are defaults.
+    """
+    words = {"options": _names(taken_by(who)), "refused": _names([*refused_by(who)])}
+    for name, default in TOLERANCES.items():
+        words[name], words[f"{name} of systems"] = exact(default), exact(OPTIONS[name].of_systems)
+
+    def fill(function):
+        if function.__doc__:
+            text = inspect.cleandoc(function.__doc__)
+            for word, said in words.items():
+                text = text.replace(f"{{{word}}}", said)
+            function.__doc__ = "\n".join(map(_wrapped, text.split("\n")))
+        return function
+
+    return fill
+
+
+def _wrapped(line):
+    """A line, which may have grown, as lines of at most WIDTH characters."""
+    indent = line[: len(line) - len(line.lstrip())]
+    return line if len(line) <= WIDTH else textwrap.fill(line, WIDTH, subsequent_indent=indent)
+
+
+def _names(names):
+    """Names in a sentence."""
+    quoted = [f"`{name}`" for name in names]
+    return " and ".join([*filter(None, [", ".join(quoted[:-1])]), *quoted[-1:]])
