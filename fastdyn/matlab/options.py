@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
-NAMES = (
-    "AbsTol", "BDF", "Events", "InitialSlope", "InitialStep", "Jacobian", "JConstant", "JPattern",
-    "Mass", "MassSingular", "MaxOrder", "MaxStep", "MinStep", "MStateDependence", "MvPattern",
-    "NonNegative", "NormControl", "OutputFcn", "OutputSel", "Refine", "RelTol", "Stats",
-    "Vectorized",
+from fastdyn.problem.options.table import OPTIONS
+
+OTHERS = (  # that are no options of fastdyn's solvers
+    "BDF", "Events", "InitialSlope", "JConstant", "MassSingular", "MaxOrder", "MStateDependence",
+    "MvPattern", "NormControl", "OutputFcn", "OutputSel", "Refine", "Stats", "Vectorized",
 )  # fmt: skip
+OF_SOLVERS = [option.matlab for option in OPTIONS.values() if option.matlab]
+NAMES = (*sorted([*OTHERS, *OF_SOLVERS], key=str.lower),)
 POSITIVE = ("InitialStep", "MaxStep", "MinStep", "Refine", "RelTol")
 SWITCHES = ("BDF", "JConstant", "NormControl", "Stats", "Vectorized")
 FUNCTIONS = ("Events", "OutputFcn")
