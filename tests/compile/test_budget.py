@@ -83,6 +83,7 @@ def test_a_solve_goes_on_in_python_and_the_next_is_compiled(make, method, seen, 
     assert np.allclose(first.y[:, -1], second.y[:, -1], rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "options",
     [{"compile": "inlined"}, {"compile": "shared"}, {"method": "auto", "rtol": 1e-3}],

@@ -79,6 +79,7 @@ FUNCTIONS = {
 PROBLEM = {"t_span": (0, 0.5), "y0": [1.0, 0.5], "rtol": 1e-8}
 
 
+@pytest.mark.few(7)
 @pytest.mark.parametrize("fun", FUNCTIONS.values(), ids=FUNCTIONS)
 def test_it_compiles_and_agrees_with_scipy(fun):
     with warnings.catch_warnings():

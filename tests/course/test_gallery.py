@@ -46,6 +46,7 @@ def test_the_command_writes_the_page(tmp_path, monkeypatch, capsys):
     assert "## Block on a rotating rod" in text and "rod.gif" in capsys.readouterr().out
 
 
+@pytest.mark.hunt
 def test_the_gallery_is_that_of_the_present_code(told, tmp_path, monkeypatch):
     """The same figures in the same order, and the same pictures where matplotlib is the same."""
     board = told[2]

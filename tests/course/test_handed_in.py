@@ -145,6 +145,7 @@ def test_notes_say_where_the_order_of_parameters_differs(tmp_path, capsys):
     )
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("text", "sentence"), [
     ("import sys\nsys.exit(0)\n", "worksheet.py, line 2: exit ends Python here"),
     ("import os\nos._exit(0)\n", "could not be read. It ends Python."),

@@ -14,6 +14,7 @@ from fastdyn.course.tour import Board, Check
 from fastdyn.systems import SYSTEMS, State, System, parameter, quantity
 
 
+@pytest.mark.hunt
 def test_tour_passes_and_writes_its_figures(told):
     status, text, board = told
     assert status == 0 and "FAIL" not in text
@@ -23,6 +24,7 @@ def test_tour_passes_and_writes_its_figures(told):
     assert str(board.folder) in text
 
 
+@pytest.mark.hunt
 def test_tour_tells_the_published_numbers(told):
     _, text, _ = told
     for words in ("0.71032388", "0.027 %", "status -1", "velocity Verlet", "separatrix"):

@@ -15,6 +15,7 @@ from fastdyn.systems.vehicle import Vehicle
 PAGE = pathlib.Path(__file__).parents[2] / "docs" / "worksheets.md"
 
 
+@pytest.mark.hunt
 def test_the_page_is_what_the_command_prints(capsys):
     assert main(["worksheet", "--answers"]) == 0
     text = capsys.readouterr().out

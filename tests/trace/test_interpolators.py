@@ -57,6 +57,7 @@ def places(rng, x):
     return np.concatenate([x, *beside, apart, [x[0] - 3, x[-1] + 3, np.nan, np.inf, -np.inf]])
 
 
+@pytest.mark.few(36)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("end", ENDS)
@@ -96,6 +97,7 @@ def splines(x, y, rng):
             yield interpolate.InterpolatedUnivariateSpline(x, y, k=k, ext=ext)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_splines(seed):
     rng = np.random.default_rng(seed)
@@ -120,6 +122,7 @@ def test_splines(seed):
     assert refused < 50  # of 440: orders above the degree, the ends of a derivative
 
 
+@pytest.mark.few(10)
 @pytest.mark.parametrize("seed", range(40))
 def test_interp(seed):
     rng = np.random.default_rng(seed)

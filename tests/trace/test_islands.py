@@ -106,6 +106,7 @@ def test_a_large_complex_state(n):
     agrees(lambda t, psi: -1j * (H @ psi), start)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA", "DOP853"])
 def test_other_methods(method):
     """Without an exact Jacobian where a method wants one."""
