@@ -22,7 +22,8 @@ from .flow import METHOD, Flow, OverUnit, options_of
 
 GROWTH = 4.0  # exponent of the fastest growth or decay within an interval
 LOOKS = 40  # states at which the Jacobian is evaluated, to choose the interval
-FEWEST, MOST_INTERVALS = 200, 20_000_000
+FEWEST = 200  # intervals: ten for each batch
+MOST_INTERVALS = 20_000_000  # half an hour of Lorenz's equations: 0.1 ms an interval
 BATCHES = 20  # number of batches whose means give the error
 PARTED = 5.0  # logarithm of a growth of distances that regular motion does not reach
 SHOWN = 1000  # points of the running estimates

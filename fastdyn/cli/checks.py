@@ -17,7 +17,7 @@ from fastdyn.plot.needed import needed
 from fastdyn.systems.base.units import in_unit
 
 FIGURES, MOVING, TABLES = (".png", ".pdf", ".svg"), (".gif", ".html", ".mp4"), (".csv", ".txt")
-FEWEST_POINTS, MOST_POINTS = 2, 10**7
+FEWEST_POINTS, MOST_POINTS = 2, 10**7  # ends of a run; 80 MB for each column of a table
 
 
 def number(text):

@@ -13,7 +13,7 @@ from .energy import energy_drift
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
 
-PILOT_STEPS = 40
+PILOT_STEPS = 40  # of the first pilot, which is repeated with more steps below PILOT_SECONDS
 PILOT_SECONDS = 0.02  # least time of a pilot that measures time
 ROUNDS = 8  # iterations of the search for the step with the wanted cost of a period
 

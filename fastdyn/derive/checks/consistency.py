@@ -10,7 +10,7 @@ from fastdyn.derive.notation import now
 from fastdyn.derive.start import Residuals
 
 RANK = 1e-9  # smallest singular value of independent equations, in rows and columns of size 1
-POINTS, SEED = 3, 1
+POINTS, SEED = 3, 1  # random states for each spread: one alone may be singular by chance
 SPREADS = (None, 0.3, 0.1, 0.03, 0.01, 0.0)  # about the start; None for numbers of size 1
 MISSING = {
     "newton": "A constraint is missing, or a reaction is too many.",

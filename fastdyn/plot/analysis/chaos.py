@@ -10,7 +10,6 @@ from fastdyn.plot import style
 from fastdyn.plot.needed import needed
 
 FEW = 12  # starts whose points have a colour of their own
-TURN = 2.0 * math.pi
 COLOURS = ["#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#0072B2", "#D55E00", "#F0E442", "#999999"]
 MANY = "tab20"  # the colours of more attractors
 NOT_SETTLED, APART, FAILED = "#ffffff", "#d9d2c3", "#333333"
@@ -39,7 +38,7 @@ def section(result, components, angles, **options):
     if len(shown) != 2:
         raise ValueError(f"`components` must be two; got {components!r}.")
     y = result.y.copy()
-    y[wrapped] = (y[wrapped] + math.pi) % TURN - math.pi
+    y[wrapped] = (y[wrapped] + math.pi) % math.tau - math.pi
     with style.slides():
         drawing = pyplot.figure(**{"figsize": (9, 7.5), "layout": "constrained"} | options)
         axes = drawing.add_subplot()

@@ -6,11 +6,10 @@ import warnings
 
 from fastdyn.compile.callables.diagnostics import levels_inside
 
-TURN = 2.0 * math.pi
-IN_RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0, "rev": TURN}
+IN_RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0, "rev": math.tau}
 FACTORS = {
     "rad": IN_RADIANS,
-    "rad/s": {f"{name}/s": size for name, size in IN_RADIANS.items()} | {"rpm": TURN / 60.0},
+    "rad/s": {f"{name}/s": size for name, size in IN_RADIANS.items()} | {"rpm": math.tau / 60.0},
 }
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
 
@@ -63,7 +62,7 @@ def other_unit_of(unit):
 
 def warn_of_degrees(about, value, unit):
     """Warn of an angle beyond a full turn, which was probably meant in degrees."""
-    if unit == "rad" and abs(value) > TURN:
+    if unit == "rad" and abs(value) > math.tau:
         warnings.warn(
             f"{about} is {value:g} rad, more than a full turn: angles are in radians. For degrees "
             f"write '{value:g} deg'.",

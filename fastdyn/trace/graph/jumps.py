@@ -5,7 +5,7 @@ import numpy as np
 from .evaluate import evaluate
 from .expressions import live
 
-HALVINGS = 60
+HALVINGS = 60  # more than the 53 bits of a time
 AT_THE_END = 1e-9  # fraction of a step
 TOLERANCE = 1e-6  # smallest jump that counts, relative to the largest output
 

@@ -8,7 +8,7 @@ from ..symbols.arrays import Array
 from ..symbols.complex_pair import Pair, parts
 from ..symbols.symbolic import check_operations, refuse
 
-LARGEST_FACTOR = 32
+LARGEST_FACTOR = 32  # a prime length takes its square: 1000 products
 
 
 def transform(name):

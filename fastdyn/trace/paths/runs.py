@@ -19,7 +19,7 @@ from ..symbols.symbolic import NOW
 from .decisions import Paths
 from .states import Numbers
 
-MAX_PATHS = 256
+MAX_PATHS = 256  # of eight branches that do not depend on each other
 STATE = "the state that it is given"
 IN_PLACE = {STATE, "an array"}  # objects that machine code can write to
 
