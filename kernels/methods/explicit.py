@@ -15,6 +15,7 @@ from ..stepping import adaptive, first_step, fixed
 from ..stepping.step_size import SCIPY, SCIPYS
 from .complex_states import OF_PAIRS, hairer_of_pairs
 from .method import method, with_complex_states
+from .order_conditions import check
 from .step_text import write_dense_rows, write_step
 from .tableau import Row
 
@@ -33,22 +34,24 @@ def one_estimate(table, norm):
     return estimate
 
 
-def read_off(name, table):
-    """The fields of a method that follow from its table."""
+def read_off(name, table, **orders):
+    """The orders of a method, which are checked, and the fields that follow from its table."""
     s, (times, extra) = len(table.b), table.extra
-    return {
+    tableau = {
+        "c": Row.of((0, *table.stages[0].exact, 1, *times.exact)),
+        "a": (Row(), *table.stages[1], table.b, *extra),
+        "b": table.b,
+        "e": table.errors,
+        "d": table.d,
+    }
+    check(name, tableau, table.accuracy, **orders)
+    return orders | {
         "n_stages": s,
         "n_rows": s + 1 + len(extra),
         "fsal_stage": s,
         "n_dense": 3 + len(table.d),
         "dense_rows": write_dense_rows(name, table) if table.d else cubic,
-        "tableau": {
-            "c": Row.of((0, *table.stages[0].exact, 1, *times.exact)),
-            "a": (Row(), *table.stages[1], table.b, *extra),
-            "b": table.b,
-            "e": table.errors,
-            "d": table.d,
-        },
+        "tableau": tableau,
     }
 
 
@@ -69,17 +72,15 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
     """
     of_scipy = not matlabs
     norm, control = matlabs.pop("norm", SCIPYS), matlabs.pop("control", SCIPY)
+    orders = {"order": order, "error_order": error_order, "dense_order": dense_order}
+    fields = read_off(name, table, **orders) | {"start": first_step.hairer} | matlabs
 
     def looped(loop, norm):
         step, s = write_step(name, table, estimate(table, norm)), len(table.b)
         return partial(loop, step, control, -1 / (error_order + 1), s)
 
-    fields = read_off(name, table) | {"start": first_step.hairer} | matlabs
     found = method(
         name,
-        order=order,
-        error_order=error_order,
-        dense_order=dense_order,
         kernel=looped(adaptive.kernel, norm),
         lane_kernel=looped(lanes.adaptive, norm),
         **fields,
@@ -88,16 +89,15 @@ def pair(name, table, estimate=one_estimate, *, order, error_order, dense_order,
     return with_complex_states(found, *of_pairs) if of_scipy else found
 
 
-def single(name, table, **more):
+def single(name, table, *, order, dense_order):
     """A method of fixed step from its Table, which has no error estimate."""
     s = len(table.b)
     given = write_step(name, table), s, s
     found = method(
         name,
-        error_order=0,
         kernel=partial(fixed.kernel, *given),
         lane_kernel=partial(lanes.fixed, *given),
         start=first_step.plain,
-        **read_off(name, table) | more,
+        **read_off(name, table, order=order, error_order=0, dense_order=dense_order),
     )
     return with_complex_states(found, found.kernel, found.start)

@@ -20,20 +20,23 @@ KNOWN = {
     "Y_OLD": Y_OLD,
 }  # fmt: skip
 WIDTH = 92  # of a comment
-LONGEST = 25  # letters of a fraction; a longer one stems from decimals, and is shown as a float
 
 
-def _number(x):
-    return str(x) if len(str(x)) <= LONGEST else repr(float(x))
+def _time(c, word):
+    if c == 1:
+        return "t + h"
+    return f"t + {word if c.denominator > 1 else float(c)} * h"
 
 
-def _time(c):
-    return "t + h" if c == 1 else f"t + {_number(c)} * h"
+def _used(row):
+    """(name, coefficient as printed) of the stages that a row uses."""
+    both = enumerate(zip(row.exact, row.shown, strict=True), 1)
+    return [(f"k{j}", word) for j, (a, word) in both if a]
 
 
 def _sum(row):
     """``3/40 k1 + 9/40 k2``, which breaks between its terms only."""
-    terms = [f"{_number(a)}~k{j}".removeprefix("1~") for j, a in enumerate(row.exact, 1) if a]
+    terms = [f"{word}~{k}".removeprefix("1~") for k, word in _used(row)]
     return " +~".join(terms).replace("+~-", "-~")
 
 
@@ -42,10 +45,10 @@ def _comment(text):
     return [line.replace("~", " ") for line in lines]
 
 
-def _used(row):
-    """The tuple of the stages that a row uses, as text."""
-    used = [f"k{j}" for j, a in enumerate(row.exact, 1) if a]
-    return f"({', '.join(used)}{',' * (len(used) == 1)})"
+def _stages_of(row):
+    """The tuple of the stages that a row uses."""
+    names = [k for k, _ in _used(row)]
+    return f"({', '.join(names)}{',' * (len(names) == 1)})"
 
 
 def _without_zeros(row):
@@ -55,12 +58,12 @@ def _without_zeros(row):
 def _stages(first, times, rows):
     """The lines of stages, and their rows by name."""
     lines, names = [], {}
-    for i, (c, row) in enumerate(zip(times.exact, rows, strict=True), first):
-        time, names[f"A{i}"] = _time(c), _without_zeros(row)
+    for i, (*c, row) in enumerate(zip(times.exact, times.shown, rows, strict=True), first):
+        time, names[f"A{i}"] = _time(*c), _without_zeros(row)
         lines += [
             "",
             *_comment(f"k{i} = f({time.replace(' * ', ' ')}, y + h ({_sum(row)}))"),
-            f"u = combine(place, y, h, A{i}, {_used(row)})",
+            f"u = combine(place, y, h, A{i}, {_stages_of(row)})",
             f"k{i} = rhs({time}, u, block, slot(form, work, K + {i - 1}))",
         ]
     return lines, names
@@ -90,7 +93,7 @@ def write_step(name, table, estimate=None):
         *lines,
         "",
         *_comment(f"y_new = y + h ({_sum(table.b)})"),
-        f"y_new = combine(slot(form, work, Y), y, h, B, {_used(table.b)})",
+        f"y_new = combine(slot(form, work, Y), y, h, B, {_stages_of(table.b)})",
         f"k{end} = rhs(t + h, y_new, block, slot(form, work, K + {end - 1}))",
         f"k = ({', '.join(f'k{i}' for i in range(1, end + 1))})",
     ]
@@ -119,7 +122,7 @@ def write_dense_rows(name, table):
         lines += [
             "",
             *_comment(f"row {3 + j} = h ({_sum(row)})"),
-            f"weigh(slot(form, d, F + {3 + j}), h, D{j}, {_used(row)})",
+            f"weigh(slot(form, d, F + {3 + j}), h, D{j}, {_stages_of(row)})",
         ]
     head = "dense_rows(rhs, t, h, work, block, d)"
     return _compiled(name, head, [*lines, f"return {len(rows)}"], names)

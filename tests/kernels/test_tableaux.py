@@ -1,19 +1,19 @@
-"""Order conditions of every table, in rational arithmetic, one for each rooted tree.
-
-J. C. Butcher, "Numerical Methods for Ordinary Differential Equations" (2016), section 31: a method
-has order p if sum(b_i Phi_i(tree)) = 1 / gamma(tree) for every tree with at most p nodes, and its
-interpolant has order p if the same holds for b_i(x) and x^n / gamma(tree), n the nodes of the tree.
-"""
+"""Order conditions of every table, in rational arithmetic, and tables that are refused."""
 
 import functools
+import itertools
 import math
+import re
 from fractions import Fraction
 
 import numba
 import numpy as np
 import pytest
 
-from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods import METHODS, rk45
+from fastdyn.kernels.methods.explicit import pair, single
+from fastdyn.kernels.methods.order_conditions import Conditions, density, trees
+from fastdyn.kernels.methods.tableau import Row, Table, tableau
 from fastdyn.kernels.output.dense_output import hermite, polynomial
 from fastdyn.kernels.state.record import Y_OLD, K, Y
 
@@ -26,111 +26,13 @@ EMBEDDED = {name: (m.error_order,) for name, m in TABLED.items()} | {"DOP853": (
 DIGITS = {"DOP853": 28, "Tsit5": 39, "Vern7": 33, "Vern9": 33}
 
 
-@functools.cache
-def trees(n):
-    """Rooted trees of n nodes: each a sorted tuple of the subtrees at its root."""
-    return tuple(sorted(set(_forests(n - 1, n - 1))))
-
-
-@functools.cache
-def _forests(n, largest):
-    if n == 0:
-        return ((),)
-    found = set()
-    for size_of_first in range(1, min(n, largest) + 1):
-        for first in trees(size_of_first):
-            for rest in _forests(n - size_of_first, size_of_first):
-                found.add(tuple(sorted((first, *rest))))
-    return tuple(found)
-
-
-@functools.cache
-def size(tree):
-    return 1 + sum(map(size, tree))
-
-
-@functools.cache
-def density(tree):
-    return size(tree) * math.prod(map(density, tree))
-
-
-class Table:
-    """A tableau as fractions, with the derivative at the end of the step among its stages."""
-
-    def __init__(self, name):
-        method, tableau = TABLED[name], TABLED[name].tableau
-        a, c = [row.exact for row in tableau["a"]], list(tableau["c"].exact)
-        self.b_alone, self.fsal_stage = tableau["b"].exact, method.fsal_stage
-        if len(a) <= self.fsal_stage:
-            a, c = [*a, self.b_alone], [*c, Fraction(1)]
-        self.n = len(a)
-        self.a, self.c = [self.padded(row) for row in a], c
-        self.b = self.padded(self.b_alone)
-        self.errors = [self.padded(row.exact) for row in tableau.get("e", ())]
-        self.extra = [self.padded(row.exact) for row in tableau.get("d", ())]
-        self.digit = Fraction(10) ** (1 - DIGITS[name]) if name in DIGITS else Fraction(0)
-        self._sizes = [[abs(x) for x in row] for row in self.a]
-        self._weights = {}
-
-    def padded(self, row):
-        return [*row, *[Fraction(0)] * (self.n - len(row))]
-
-    def unit(self, i):
-        return [Fraction(int(i == j)) for j in range(self.n)]
-
-    def stage_weights(self, tree):
-        """Product over subtrees of sum(a_ij Phi_j) for each stage i, and the same of |a_ij|."""
-        if tree not in self._weights:
-            exact, bound = [Fraction(1)] * self.n, [Fraction(1)] * self.n
-            for inner, outer in map(self.stage_weights, tree):
-                exact = [p * dot(row, inner) for p, row in zip(exact, self.a, strict=True)]
-                bound = [p * dot(row, outer) for p, row in zip(bound, self._sizes, strict=True)]
-            self._weights[tree] = exact, bound
-        return self._weights[tree]
-
-    def holds(self, tree, b, sizes=None, x=1):
-        """Whether the condition of a tree holds, as far as the printed digits can say.
-
-        A weight is a sum of products of one coefficient a node, each off by `digit` at most.
-        """
-        exact, bound = self.stage_weights(tree)
-        residual = dot(b, exact) - Fraction(x) ** size(tree) / density(tree)
-        allowed = dot(sizes or map(abs, b), bound)
-        return abs(residual) <= ((1 + self.digit) ** size(tree) - 1) * allowed
-
-    def order(self, b, sizes=None, x=1):
-        """The order of the weights b, at most 10."""
-        for n in range(1, 11):
-            if not all(self.holds(tree, b, sizes, x) for tree in trees(n)):
-                return n - 1
-        return 10
-
-    def interpolant(self, x):
-        """Weights b_i(x) of the dense output, and a bound on the sum of what they are made of."""
-        first, final = self.unit(0), self.unit(self.fsal_stage)
-        rows = [
-            self.b,
-            [k - rise for k, rise in zip(first, self.b, strict=True)],
-            [2 * r - k - e for r, k, e in zip(self.b, first, final, strict=True)],
-            *self.extra,
-        ]
-        factors = [math.prod([x, 1 - x][i % 2] for i in range(j + 1)) for j in range(len(rows))]
-        b = [dot(factors, column) for column in zip(*rows, strict=True)]
-        sizes = [[abs(v) for v in row] for row in (self.b, *self.extra)]
-        sizes[1:1] = [
-            [k + r for k, r in zip(first, sizes[0], strict=True)],
-            [2 * r + k + e for r, k, e in zip(sizes[0], first, final, strict=True)],
-        ]
-        return b, [dot(factors, column) for column in zip(*sizes, strict=True)]
-
-
-def dot(a, b):
-    return sum((p * q for p, q in zip(a, b, strict=True) if p and q), Fraction(0))
+def digit(name):
+    return 10.0 ** (1 - DIGITS[name]) if name in DIGITS else 0.0
 
 
 @functools.cache
 def table(name):
-    return Table(name)
+    return Conditions(TABLED[name].tableau, digit(name), Fraction)
 
 
 def test_the_trees_are_counted_right():
@@ -154,45 +56,42 @@ def test_the_densities_count_the_orderings_of_the_trees():
 def test_every_stage_uses_those_before_it(name):
     t = table(name)
     assert all(x == 0 for i, row in enumerate(t.a) for x in row[i:])
-    assert len(t.a) == len(t.c) == TABLED[name].n_rows
+    assert len(t.a) == len(TABLED[name].tableau["c"]) == TABLED[name].n_rows
 
 
 @pytest.mark.parametrize("name", TABLED)
 def test_stage_times_are_row_sums(name):
-    t = table(name)
-    for row, c in zip(t.a, t.c, strict=True):
-        assert abs(sum(row) - c) <= t.digit * (sum(map(abs, row)) + c)
+    for row, c in zip(table(name).a, TABLED[name].tableau["c"].exact, strict=True):
+        assert abs(sum(row) - c) <= digit(name) * (sum(abs(row)) + c)
 
 
 @pytest.mark.parametrize("name", TABLED)
 def test_order_is_as_stated_and_no_higher(name):
     t = table(name)
-    assert t.order(t.b) == TABLED[name].order
+    assert t.order(t.b)[0] == TABLED[name].order
 
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_error_rows_are_differences_to_methods_of_lower_order(name):
     t = table(name)
     for e, order in zip(t.errors, EMBEDDED[name], strict=True):
-        embedded = [b - x for b, x in zip(t.b, e, strict=True)]
-        sizes = [abs(b) + abs(x) for b, x in zip(t.b, e, strict=True)]
-        assert abs(sum(e)) <= t.digit * sum(map(abs, e))
-        assert t.order(embedded, sizes) == order
+        assert abs(sum(e)) <= digit(name) * sum(abs(e))
+        assert t.order(*t.embedded(e))[0] == order
 
 
 @pytest.mark.parametrize("name", TABLED)
 def test_last_stage_is_the_derivative_at_the_end_of_the_step(name):
     t = table(name)
-    assert t.a[t.fsal_stage] == t.b and t.c[t.fsal_stage] == 1
-    assert TABLED[name].n_stages == t.fsal_stage  # stage 0 is the last of the step before
+    assert (t.a[t.fsal_stage] == t.b).all()
+    assert TABLED[name].tableau["c"].exact[t.fsal_stage] == 1
+    assert t.fsal_stage == TABLED[name].fsal_stage == TABLED[name].n_stages
 
 
 @pytest.mark.parametrize("x", [Fraction(1, 7), Fraction(1, 2), Fraction(9, 10)], ids=str)
 @pytest.mark.parametrize("name", TABLED)
 def test_dense_output_has_its_order_inside_the_step(name, x):
-    t, order = table(name), TABLED[name].dense_order
-    b, sizes = t.interpolant(x)
-    assert t.order(b, sizes, x) == order
+    t = table(name)
+    assert t.order(*t.interpolant(x), x)[0] == TABLED[name].dense_order
 
 
 @pytest.fixture(scope="module")
@@ -222,3 +121,79 @@ def test_the_compiled_interpolant_is_the_one_examined(name, value):
         allowed = 4 * EPS * len(d) * np.abs(d).sum(axis=0)
         assert (np.abs(found - 0.5 - h * np.array(b, dtype=float)) <= allowed).all()
     assert TABLED[name].n_dense == len(d) - 1
+
+
+A, B, E = tableau("1/3: 1/3; 2/3: 0 2/3"), Row("1/4 0 3/4"), Row("1/4 -1/2 1/4 0")
+
+
+def heun(table=None, **orders):
+    """A pair, as in `tests/methods/test_a_new_method.py`, with these orders."""
+    orders = {"order": 3, "error_order": 2, "dense_order": 3} | orders
+    return pair("Heun", table or Table(A, B, (E,)), **orders)
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: Row("3/40 9/4O"), "'9/4O' is no coefficient"),
+        (lambda: tableau("1/3: 1/3 2/3: 0 2/3"), "stage 2 of a tableau is '1/3: 1/3 2/3: 0 2/3'"),
+        (lambda: tableau("1/3: 1/3;"), "stage 3 of a tableau is ''"),
+        (lambda: Table(tableau("1/3: 1/3; 2/3: 2/3"), B), "stage 3 has 1 coefficients instead of"),
+        (lambda: Table(tableau("1/3: 1/3; 2/3: 0 3/2"), B), "stage 3 has the sum 1.5 instead of"),
+        (lambda: Table(tableau("0: 0"), Row("1/2 1/2")), "stage 2 has no coefficient but zeros"),
+        (lambda: Table(A, Row("1/4 3/4")), "b has 2 coefficients instead of 3, one for each stage"),
+        (lambda: Table(A, Row("1/4 0 1/4")), "b has the sum 0.5 instead of 1: 1/4 0 1/4"),
+        (lambda: Table(A, "1/4 0 3/4"), "b is a Row, got '1/4 0 3/4'"),
+        (lambda: Table(A, B, E), "errors is a tuple of Rows, got one Row: write (E,)"),
+        (lambda: Table(A, B, (Row("0 1/2 1/2 0"),)), "row 1 of errors has the sum 1 instead of 0"),
+        (lambda: Table(A, B, (Row("1/2 -1/2 0"),)), "row 1 of errors has 3 coefficients instead"),
+        (lambda: Table(A, B, (E,), (Row("1 -1"),)), "row 1 of d has 2 coefficients instead of 4"),
+        (lambda: Table(A, B, (E,), (), tableau("1/2: 1/2")), "stage 5 has 1 coefficients instead"),
+        (lambda: heun(Table(A, B)), "Heun: a pair needs a row of errors, got none"),
+        (lambda: heun(order=4), "order=4 is given, but the weights b are of order 3: sum(b c^3)"),
+        (lambda: heun(order=2), "order=2 is given, but the weights b satisfy the conditions of"),
+        (lambda: heun(error_order=3), "error_order=3 is given, but the weights (b - e) are of"),
+        (lambda: heun(dense_order=4), "dense_order=4 is given, but the weights b(x = 0.3) are of"),
+    ],
+)  # fmt: skip
+def test_a_wrong_table_is_refused_in_a_sentence(make, sentence):
+    with pytest.raises((ValueError, TypeError), match=re.escape(sentence)) as refused:
+        make()
+    assert "\n" not in str(refused.value)
+
+
+def with_row(where, i, row):
+    """The table of RK45 with another row of this field."""
+    times, stages = rk45.STAGES
+    fields = {"stages": stages, "b": (rk45.B,), "errors": (rk45.E,), "d": (rk45.D,)}
+    rows = [*fields[where]]
+    rows[i] = row
+    fields[where] = tuple(rows)
+    return Table((times, fields["stages"]), *fields["b"], fields["errors"], fields["d"])
+
+
+ROWS = [("stages", i, row) for i, row in enumerate(rk45.STAGES[1])]
+ROWS += [("b", 0, rk45.B), ("errors", 0, rk45.E), ("d", 0, rk45.D)]
+
+
+@pytest.mark.parametrize(("where", "i", "row"), ROWS, ids=lambda x: "" if x is None else str(x)[:9])
+def test_any_wrong_or_exchanged_coefficient_is_found(where, i, row):
+    for j, a in enumerate(row.exact):
+        wrong = [*row.exact]
+        wrong[j] = a * (1 + Fraction(1, 10**12)) if a else Fraction(1, 10**12)
+        with pytest.raises(ValueError, match="has the sum"):
+            with_row(where, i, Row.of(wrong))
+    for j, k in itertools.combinations(range(len(row)), 2):
+        wrong = [*row.exact]
+        wrong[j], wrong[k] = wrong[k], wrong[j]
+        with pytest.raises(ValueError, match=r"order=\d is given, but the weights"):
+            pair("RK45", with_row(where, i, Row.of(wrong)), order=5, error_order=4, dense_order=4)
+
+
+def test_decimals_are_as_exact_as_they_are_printed():
+    third = "1/3: .3333333333; 2/3: 0 .6666666667"
+    made = Table(tableau(third), Row(".25 0 .75"))
+    assert made.accuracy == 1e-9
+    assert single("Heun", made, order=3, dense_order=3).facts.order == 3
+    with pytest.raises(ValueError, match=r"stage 3 has the sum 0\.6666666767"):
+        Table(tableau(third.replace("667", "767")), Row(".25 0 .75"))
