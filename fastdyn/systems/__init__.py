@@ -36,8 +36,18 @@ def _discovered() -> dict[str, type[System]]:
         module = importlib.import_module(f"{__name__}.{entry.name}")
         for member in vars(module).values():
             if inspect.isclass(member) and issubclass(member, System) and member is not System:
-                found[member.name] = member
+                found[member.name] = _complete(member, entry.name)
     return dict(sorted(found.items(), key=lambda item: (item[1].source, item[0])))
+
+
+def _complete(system, file):
+    """The class of a system, if it declares what every command asks for."""
+    asked = ("title", "source", "states", "t_end", "rhs")
+    if lacking := [name for name in asked if not hasattr(system, name)]:
+        raise TypeError(
+            f"{system.__name__} of fastdyn/systems/{file}.py declares no {', no '.join(lacking)}."
+        )
+    return system
 
 
 SYSTEMS = _discovered()

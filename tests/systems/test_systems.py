@@ -230,15 +230,20 @@ def test_results_know_their_invariants_and_default_tolerances():
 
 
 def test_a_new_system_is_one_file(tmp_path, monkeypatch):
-    (tmp_path / "decay.py").write_text(
+    decay = (
         "import dataclasses\n"
         "from fastdyn.systems.base.system import System\n"
         "@dataclasses.dataclass(frozen=True)\n"
         "class Decay(System):\n"
         "    name, title, source, states, t_end = 'decay', 'Decay', 'none', (), 1.0\n"
+        "    rhs = staticmethod(lambda t, y: [])\n"
     )
+    (tmp_path / "decay.py").write_text(decay)
     monkeypatch.setattr(systems, "__path__", [*systems.__path__, str(tmp_path)])
     found = systems._discovered()
     assert set(found) == {*SYSTEMS, "decay"} and issubclass(found["decay"], System)
     with pytest.raises(ValueError, match="No exact solution of the decay"):
         found["decay"]().exact(1.0)
+    (tmp_path / "rise.py").write_text(decay.replace(", t_end", "").replace(", 1.0", ""))
+    with pytest.raises(TypeError, match=r"Decay of fastdyn/systems/rise\.py declares no t_end\."):
+        systems._discovered()
