@@ -7,6 +7,7 @@ import os
 import pathlib
 import random
 import signal
+import subprocess
 import sys
 import threading
 
@@ -27,6 +28,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # started in the backgrou
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+COMMON_KERNELS = str(pathlib.Path(__file__).parent / "support" / "common_kernels.py")
 KEPT = pathlib.Path(__file__).parent.parent / ".pytest_cache"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KEPT / "compiled"))
 os.environ.setdefault("FASTDYN_BUDGET", "inf")  # compiled code is there at once
@@ -35,41 +37,16 @@ hypothesis.configuration.set_hypothesis_home_dir(KEPT / "hypothesis")
 
 
 def pytest_sessionstart(session):
-    """Let each worker compile its share of the kernels that all of them use, in a copy of itself.
+    """Let each worker compile its share of the common kernels, in a process of its own.
 
-    The copy ends with all the memory that Numba keeps; the worker loads what it left on disk.
+    The process ends with all the memory that Numba keeps; the worker loads what the process left on
+    disk.  If a kernel does not compile, a test tells.
     """
     worker = os.environ.get("PYTEST_XDIST_WORKER", "").removeprefix("gw")
-    if not worker or not hasattr(os, "fork"):
-        return
-    child = os.fork()
-    if child == 0:
-        try:
-            _compile_share(int(worker), int(os.environ["PYTEST_XDIST_WORKER_COUNT"]))
-        finally:
-            os._exit(0)  # what does not compile, a test tells
-    os.waitpid(child, 0)
-
-
-def _compile_share(worker, n_workers):
-    """Compile the kernels of a worker.
-
-    Those with matrices have most of their parts in common: one process compiles them all.
-    """
-    from fastdyn.kernels.methods import METHODS
-    from fastdyn.specialise import scalar
-
-    plain = [name for name, method in METHODS.items() if method.n_matrices == 0]
-    with_matrices = [name for name in METHODS if name not in plain]
-    mine = plain[worker - 1 :: max(n_workers - 1, 1)] if worker else with_matrices
-    for name in mine:
-        kernels = scalar.start_kernel, scalar.dense_rows_kernel, scalar.shared_kernel
-        for kernel in kernels[: 2 if METHODS[name].series else 3]:
-            kernel(name)
-    if worker == 0:
-        watches = scalar.watch_plain_kernel, scalar.watch_events_kernel, scalar.watch_kernel
-        for kernel in (*watches, scalar.whole_solve_kernel):
-            kernel()
+    if worker:
+        share = [worker, os.environ["PYTEST_XDIST_WORKER_COUNT"]]
+        command = [sys.executable, "-W", "ignore", COMMON_KERNELS, *share]
+        subprocess.run(command, stdin=subprocess.DEVNULL, check=False)
 
 
 FAST = 80.0  # seconds of all tests of the fast tier: half a minute and the start on two cores
