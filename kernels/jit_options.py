@@ -5,15 +5,26 @@ import contextlib
 import numba
 from numba import config
 
-# Options of every kernel.  Kernels have no entry points of Numba for Python and C, because they are
-# called by words only: see calls/calling_convention.py.
-INTERNAL = {
+try:
+    from .calls.lean import Lean
+except (ImportError, AttributeError):  # a Numba whose inner parts differ: its own pipeline
+    LEAN = {}
+else:
+    LEAN = {"pipeline_class": Lean}
+
+# Options of functions that may own memory, as users' functions do.
+OWNING = {
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
     "error_model": "numpy",
     "nogil": True,
     "forceinline": False,  # without this line, Numba takes the option of the first caller
 }
+OWNING_INLINED = {**OWNING, "forceinline": True}
+
+# Options of every kernel.  Kernels have no entry points of Numba for Python and C, because they are
+# called by words only: see calls/calling_convention.py.
+INTERNAL = {**OWNING, **LEAN}
 
 # Options of kernels that take functions.  A function passed at run time would be a pointer into
 # this process, and the code could not be kept on disk.

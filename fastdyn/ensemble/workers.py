@@ -22,6 +22,7 @@ from fastdyn.run.begin import begin, event_table, jumps_at_once, schedule_table,
 from fastdyn.run.loop import Progress, next_chunk, reached
 from fastdyn.run.matrices.layouts import full_matrices
 from fastdyn.run.matrices.mass import mass_of
+from fastdyn.run.memory import scratch_shape
 from fastdyn.run.output import OUTPUT_RECORD
 from fastdyn.specialise.scalar import (
     already_kernel,
@@ -73,8 +74,9 @@ class Worker:
         lanes = self._lanes = self._new_lanes(p, members, vector, work, rows)
         self._problem, self._progress = p, [(arguments.IDLE, Progress(p, p.t0, 0))] * width
         extended = np.empty((2, n + 1))
+        scratch = np.empty(scratch_shape(p.method, n_events, len(work), n))
         block = self.bounds[0].block
-        single = arguments.Single(work, block, _table(places), np.empty((2, n)), extended)
+        single = arguments.Single(work, block, _table(places), scratch, extended)
         e_room = n_events * p.method.events_at_once * (1 if vector else 8)
         if p.schedules:  # which act at the start of a trajectory, and behind a step
             e_room += n_events * p.method.events_at_once + 2 * len(p.schedules)

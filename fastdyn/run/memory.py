@@ -22,6 +22,11 @@ from fastdyn.specialise.scalar import (
 FLOAT, INT = np.dtype("f8"), np.dtype("i8")
 
 
+def scratch_shape(method, n_events, rows, n):
+    """Two rows, and a copy of the work array where series of events are searched in parts."""
+    return 2 + (rows if method.series and n_events else 0), n
+
+
 class Plan:
     """The layout of the memory, for one method, number of components and size of the output.
 
@@ -70,13 +75,14 @@ class Plan:
         self.kernel, self.launch = map(KERNEL, (self._code.address, launch_kernel().address))
         self.at = {name: argument.at for name, argument in self._code.layout.items()}
         self.words = array("q", bytes(8 * (1 + max(self.at.values()))))
+        rows = K + method.rows(matrix_rows)
         shapes: dict[str, Any] = {
             "solve.state": (STATE, (1,)),
             "output.record": (OUTPUT, (1,)),
             "events.table": (EVENTS, (n_events,)),
             "events.schedules": (SCHEDULES, (n_schedules,)),
-            "solve.work": (FLOAT, (K + method.rows(matrix_rows), n)),
-            "scratch": (FLOAT, (2, n)),
+            "solve.work": (FLOAT, (rows, n)),
+            "scratch": (FLOAT, scratch_shape(method, n_events, rows, n)),
             "output.t": (FLOAT, (n_points,)),
             "output.y": (FLOAT, (n_points, n)),
             "output.d": (FLOAT, (n_polynomials, method.n_dense + 1, n)),

@@ -10,7 +10,8 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np import arrayobj
+
+from ..state.arrays import borrowed, field_of, shape_of
 
 WORD = ir.IntType(64)
 
@@ -24,17 +25,8 @@ def n_words(ty):
 
 def array_of(context, builder, ty, words):
     """Build an array from the next of `words`: the address, then the lengths of the axes."""
-    item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(ty.dtype)))
-    array = arrayobj.make_array(ty)(context, builder)
-    data = builder.inttoptr(next(words), array.data.type)
-    shape = [next(words) for _ in range(ty.ndim)]
-    strides = [item]
-    for extent in reversed(shape[1:]):
-        strides.insert(0, builder.mul(strides[0], extent))
-    arrayobj.populate_array(
-        array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None
-    )
-    return array._getvalue()
+    data = builder.inttoptr(next(words), context.get_value_type(types.CPointer(ty.dtype)))
+    return borrowed(context, builder, ty, data, [next(words) for _ in range(ty.ndim)])
 
 
 def values_of(context, builder, tys, pointer):
@@ -71,9 +63,8 @@ def words_of(context, builder, tys, values):
             parts = [builder.extract_value(value, i) for i in range(len(ty.types))]
             words += words_of(context, builder, ty.types, parts)
         elif isinstance(ty, types.Array):
-            array = arrayobj.make_array(ty)(context, builder, value)
-            words.append(builder.ptrtoint(array.data, WORD))
-            words += cgutils.unpack_tuple(builder, array.shape)
+            data = field_of(context, builder, ty, value, "data")
+            words += [builder.ptrtoint(data, WORD), *shape_of(context, builder, ty, value)]
         elif isinstance(ty, types.Float):
             real = context.cast(builder, value, ty, types.float64)
             words.append(builder.bitcast(real, WORD))

@@ -10,7 +10,6 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
-from numba.np import arrayobj
 
 from ..calls.block import RAISED_WORD
 from ..calls.calling_convention import invoke
@@ -18,6 +17,7 @@ from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..output.dense_output import polynomial
 from ..output.extrema import note_state, note_step
+from ..state.elementwise import data_of
 from ..state.lane_fields import LEFT, LIVE, NOTHING, STATUS
 from ..state.record import (
     BAD_STATE,
@@ -55,7 +55,7 @@ def _take(typingctx, queue, i):
     """Increment queue[i] atomically and return its former value, different for each thread."""
 
     def codegen(context, builder, signature, args):
-        data = arrayobj.make_array(queue)(context, builder, args[0]).data
+        data = data_of(context, builder, queue, args[0])
         pointer = builder.gep(data, [args[1]])
         return builder.atomic_rmw("add", pointer, ir.IntType(64)(1), "monotonic")
 

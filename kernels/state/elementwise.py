@@ -13,30 +13,25 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np import arrayobj
 
 from ..vector.instructions import FUSE, constant
 from ..vector.number import Vector
+from .arrays import borrowed, field_of
 
 ROW = types.Array(types.float64, 1, "C")
 
 
 def length_of(context, builder, ty, value):
-    return builder.extract_value(arrayobj.make_array(ty)(context, builder, value).shape, 0)
+    return field_of(context, builder, ty, value, "shape", 0)
 
 
 def data_of(context, builder, ty, value):
-    return arrayobj.make_array(ty)(context, builder, value).data
+    return field_of(context, builder, ty, value, "data")
 
 
 def view(context, builder, pointer, n):
     """A C-contiguous float64 array over borrowed memory."""
-    array = arrayobj.make_array(ROW)(context, builder)
-    size = context.get_constant(types.intp, 8)
-    arrayobj.populate_array(
-        array, data=pointer, shape=[n], strides=[size], itemsize=size, meminfo=None
-    )
-    return array._getvalue()
+    return borrowed(context, builder, ROW, pointer, [n])
 
 
 def map_components(context, builder, outs, operands, body):
@@ -176,9 +171,9 @@ def halves(typingctx, value):
         pair = types.UniTuple(ROW, 2)
 
         def split(context, builder, signature, args):
-            array = arrayobj.make_array(ROW)(context, builder, args[0])
-            m = builder.lshr(builder.extract_value(array.shape, 0), ir.Constant(ir.IntType(64), 1))
-            parts = [array.data, builder.gep(array.data, [m])]
+            m = builder.lshr(length_of(context, builder, ROW, args[0]), ir.IntType(64)(1))
+            data = data_of(context, builder, ROW, args[0])
+            parts = [data, builder.gep(data, [m])]
             return context.make_tuple(builder, pair, [view(context, builder, p, m) for p in parts])
 
         return pair(value), split

@@ -4,21 +4,21 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np import arrayobj
 
 from ..jit_options import INTERNAL, njit
+from .arrays import borrowed, shape_of
 from .elementwise import ROW, data_of, length_of, load, view
 
 
 def _row_pointer(context, builder, ty, work, index, number=types.float64):
     """The address of a row of numbers of the type `number`."""
-    array = arrayobj.make_array(ty)(context, builder, work)
-    row = builder.gep(array.data, [builder.mul(index, builder.extract_value(array.shape, 1))])
+    _, n = shape_of(context, builder, ty, work)
+    row = builder.gep(data_of(context, builder, ty, work), [builder.mul(index, n)])
     return builder.bitcast(row, context.get_value_type(number).as_pointer())
 
 
 def _row(context, builder, ty, work, index):
-    n = builder.extract_value(arrayobj.make_array(ty)(context, builder, work).shape, 1)
+    _, n = shape_of(context, builder, ty, work)
     return view(context, builder, _row_pointer(context, builder, ty, work, index), n)
 
 
@@ -27,9 +27,7 @@ def numbers_of(typingctx, work):
     """All numbers of `work` as one row."""
 
     def codegen(context, builder, signature, args):
-        rows, n = cgutils.unpack_tuple(
-            builder, arrayobj.make_array(work)(context, builder, args[0]).shape
-        )
+        rows, n = shape_of(context, builder, work, args[0])
         return view(
             context, builder, data_of(context, builder, work, args[0]), builder.mul(rows, n)
         )
@@ -43,9 +41,7 @@ def numbers_from(typingctx, work, first, offset):
 
     def codegen(context, builder, signature, args):
         array, first, offset = args
-        rows, n = cgutils.unpack_tuple(
-            builder, arrayobj.make_array(work)(context, builder, array).shape
-        )
+        rows, n = shape_of(context, builder, work, array)
         pointer = builder.gep(_row_pointer(context, builder, work, array, first), [offset])
         left = builder.sub(builder.mul(builder.sub(rows, first), n), offset)
         return view(context, builder, pointer, left)
@@ -58,20 +54,10 @@ def in_halves(typingctx, work):
     """`work` with two rows for each row: the first half of the row, and the second half."""
 
     def codegen(context, builder, signature, args):
-        array, kind = arrayobj.make_array(work)(context, builder, args[0]), types.intp
-        rows, n = cgutils.unpack_tuple(builder, array.shape)
-        size, two = context.get_constant(kind, 8), context.get_constant(kind, 2)
-        half = builder.udiv(n, two)
-        halves = arrayobj.make_array(work)(context, builder)
-        arrayobj.populate_array(
-            halves,
-            data=array.data,
-            shape=[builder.mul(rows, two), half],
-            strides=[builder.mul(half, size), size],
-            itemsize=size,
-            meminfo=None,
-        )
-        return halves._getvalue()
+        rows, n = shape_of(context, builder, work, args[0])
+        two = context.get_constant(types.intp, 2)
+        shape = [builder.mul(rows, two), builder.udiv(n, two)]
+        return borrowed(context, builder, work, data_of(context, builder, work, args[0]), shape)
 
     return work(work), codegen
 
@@ -166,17 +152,9 @@ def rows_on_stack(typingctx, n_rows, width):
 
     def codegen(context, builder, signature, args):
         place = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), shape[0] * shape[1]))
-        array = arrayobj.make_array(kind)(context, builder)
-        extents, size = [context.get_constant(types.intp, e) for e in shape], types.intp
-        arrayobj.populate_array(
-            array,
-            data=builder.bitcast(place, array.data.type),
-            shape=extents,
-            strides=[context.get_constant(size, 8 * shape[1]), context.get_constant(size, 8)],
-            itemsize=context.get_constant(size, 8),
-            meminfo=None,
-        )
-        return array._getvalue()
+        data = builder.bitcast(place, ir.DoubleType().as_pointer())
+        extents = [context.get_constant(types.intp, extent) for extent in shape]
+        return borrowed(context, builder, kind, data, extents)
 
     return kind(n_rows, width), codegen
 

@@ -13,7 +13,7 @@ from numba.core.registry import cpu_target
 
 from fastdyn import code_store
 from fastdyn.kernels.calls.user_function import FORM
-from fastdyn.kernels.jit_options import INLINED
+from fastdyn.kernels.jit_options import OWNING_INLINED
 
 from .. import budget, memory
 from ..callables.compiled import Function
@@ -26,7 +26,8 @@ from .arguments import arguments
 from .pointer_form import pointer_form
 from .rewrite.pipeline import called_function, dispatcher
 
-CHECKED = {"boundscheck": True, **INLINED}  # an index out of bounds is an exception, as in Python
+# An index out of bounds is an exception, as in Python.
+CHECKED = {"boundscheck": True, **OWNING_INLINED}
 MOST_TRIES, FAILURE = 8, 4  # most compilations of a code object; a failure counts as FAILURE
 CHANGES = "what it uses from outside changes from solve to solve: pass the values as `args`"
 SIZE = 10  # size of a function in `memory`, with the data that Numba keeps

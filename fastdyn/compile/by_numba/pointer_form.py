@@ -8,7 +8,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from fastdyn.kernels.calls.user_function import FORM
-from fastdyn.kernels.jit_options import INTERNAL, njit
+from fastdyn.kernels.jit_options import OWNING, njit
 from fastdyn.kernels.state.elementwise import view
 
 from .. import function_convention
@@ -48,7 +48,7 @@ def pointer_form(inner, values, mode):
 
 def _guarded(body, one_number):
     """The function of FORM that runs `body`, and notes where `body` raised."""
-    compiled_body = njit(**INTERNAL)(body)
+    compiled_body = njit(**OWNING)(body)
     compiled_body.compile(FORM)  # here, so that Numba's exception reaches the caller
 
     @intrinsic
@@ -68,7 +68,7 @@ def _guarded(body, one_number):
 
         return types.none(*FORM), codegen
 
-    @njit(**INTERNAL)
+    @njit(**OWNING)
     def function(t, y, n, block, out):
         attempt(t, y, n, block, out)
 

@@ -6,7 +6,7 @@ from numba.core import errors
 from numba.extending import intrinsic, overload
 from numba.np import arrayobj
 
-from fastdyn.kernels.jit_options import INLINED, INTERNAL, njit
+from fastdyn.kernels.jit_options import OWNING, OWNING_INLINED, njit
 
 ROW = types.Array(types.float64, 1, "C")
 REAL = (types.Float, types.Integer, types.Boolean)
@@ -17,7 +17,7 @@ def store(value, out):
     raise TypeError("compiled only")
 
 
-@overload(store, jit_options=INTERNAL)
+@overload(store, jit_options=OWNING)
 def _store(value, out):
     items = value if isinstance(value, types.BaseTuple) else [getattr(value, "dtype", value)]
     if not all(isinstance(ty, REAL) for ty in items):
@@ -35,14 +35,14 @@ def _store(value, out):
     raise errors.TypingError(f"the result is of type {value}, not a row of real numbers")
 
 
-@njit(**INLINED)
+@njit(**OWNING_INLINED)
 def _store_number(value, out):
     if len(out) != 1:
         raise ValueError("fun returned a number")
     out[0] = value
 
 
-@njit(**INLINED)
+@njit(**OWNING_INLINED)
 def _store_row(value, out):
     if len(value) != len(out):
         raise ValueError("fun returned an array of the wrong length")

@@ -160,7 +160,8 @@ def _roots(e, solve, t, room, kept, scratch):
         for j in range(found):
             kept[0, j], kept[1, j] = room[PLACES, j], room[TURNS, j]
     else:
-        found, side = roots_in_parts(e, solve, t, c[0], len(solve.work) - 1, room, kept)
+        scale_row, moved = len(solve.work) - 1, scratch[2:]
+        found, side = roots_in_parts(e, solve, t, c[0], scale_row, room, kept, moved)
     e.size, first = size, side
     for j in range(found - 1, -1, -1):
         if kept[1, j] != 0.0:

@@ -21,7 +21,7 @@ BETWEEN = 1  # the row LOW, between the rows of the coefficients and the row of 
 
 
 @njit(**INTERNAL)
-def roots_in_parts(e, solve, t, begins, scale_row, room, kept):
+def roots_in_parts(e, solve, t, begins, scale_row, room, kept, moved):
     """Find the roots, up to t, of an event function.
 
     Parameters
@@ -38,6 +38,8 @@ def roots_in_parts(e, solve, t, begins, scale_row, room, kept):
     kept : array, shape (2, MOST_ROOTS)
         Receives the roots, as fractions of [t_old, t], and the sign of the event function after
         each root, or 0 if the sign does not change.
+    moved : array, like `solve.work`
+        Scratch.
 
     Returns
     -------
@@ -46,7 +48,9 @@ def roots_in_parts(e, solve, t, begins, scale_row, room, kept):
     side : float
         The sign of the event function at t; just after t if t is a root.
     """
-    moved, parts = solve.work.copy(), FEWEST_PARTS
+    for i in range(len(moved)):
+        copy_row(solve.work[i], moved[i])
+    parts = FEWEST_PARTS
     while parts <= MOST_PARTS:
         found, side = _in_parts(e, solve, t, begins, scale_row, room, moved, kept, parts)
         if found >= 0:

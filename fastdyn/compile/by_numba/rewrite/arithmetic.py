@@ -16,7 +16,7 @@ from numba.core import errors, ir
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.extending import intrinsic
 
-from fastdyn.kernels.jit_options import INTERNAL, njit
+from fastdyn.kernels.jit_options import OWNING, njit
 
 from ..arguments import is_list
 
@@ -49,19 +49,19 @@ def _with_flag(name):
 _add, _subtract, _multiply = map(_with_flag, ("sadd", "ssub", "smul"))
 
 
-@njit(**INTERNAL)
+@njit(**OWNING)
 def _negative(a):
     return _subtract(0, a)
 
 
-@njit(**INTERNAL)
+@njit(**OWNING)
 def _shift_left(a, b):
     if not 0 <= b < 63:
         raise OverflowError(TOO_LARGE)
     return _multiply(a, 1 << b)
 
 
-@njit(**INTERNAL)
+@njit(**OWNING)
 def _power(a, b):
     """a ** b by products; OverflowError for b < 0, where Python's result is a float."""
     if b < 0:
@@ -72,7 +72,7 @@ def _power(a, b):
     return result
 
 
-@njit(**INTERNAL)
+@njit(**OWNING)
 def _fitting(x):
     """x, or OverflowError if int(x), floor(x) or ceil(x) would not fit into 64 bits."""
     if not abs(x) < LIMIT:

@@ -18,7 +18,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NopythonTypeInference
 from numba.core.untyped_passes import InlineClosureLikes
 
-from fastdyn.kernels.jit_options import INTERNAL, njit
+from fastdyn.kernels.jit_options import OWNING, njit
 
 from ... import memory
 from ...callables.captured import draws_random, references, resolve, stored_outside
@@ -94,7 +94,7 @@ def dispatcher(function, owner, options, filled=False):
     )
     clone.__qualname__, clone.__module__ = function.__qualname__, function.__module__
     setattr(clone, SOURCE, (function, owner))
-    return njit(pipeline_class=Compiler, **{**INTERNAL, **options})(clone)
+    return njit(pipeline_class=Compiler, **{**OWNING, **options})(clone)
 
 
 def _all_positional(function, filled):
@@ -148,7 +148,7 @@ def called_function(value: Any):
         compiled.disable_compile()
     if owner is not None:
         inner = compiled
-        compiled = njit(**INTERNAL)(lambda *given: inner(None, *given))
+        compiled = njit(**OWNING)(lambda *given: inner(None, *given))
     if not contains_opaque(content):
         _called.put(content, compiled)
     return compiled

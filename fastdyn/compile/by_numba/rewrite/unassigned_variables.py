@@ -3,10 +3,10 @@
 from numba.core import ir
 from numba.core.analysis import compute_cfg_from_blocks, compute_use_defs
 
-from fastdyn.kernels.jit_options import INTERNAL, njit
+from fastdyn.kernels.jit_options import OWNING, njit
 
 
-@njit(**INTERNAL)
+@njit(**OWNING)
 def _check(assigned):
     if not assigned:
         raise UnboundLocalError("a variable is read before it is assigned")
