@@ -4,7 +4,7 @@ from numba import types
 from numba.core import errors
 from numba.extending import intrinsic, overload
 
-from ..jit_options import INTERNAL
+from ..jit_options import OWNING
 from ..vector.emit import Lanes
 from .constrained import CONTRADICTORY, constrained, constraints_solved
 from .linear import SINGULAR, SingularMatrixError, linear_solved, solve_linear
@@ -52,7 +52,7 @@ def in_code(formula, size):
 _solve = in_code(linear_solved, lambda a, b: len(b))
 
 
-@overload(solve_linear, jit_options=INTERNAL)
+@overload(solve_linear, jit_options=OWNING)
 def _solve_linear(a, b):
     if not (is_matrix(a) and is_row(b) and {len(a), *map(len, a)} == {len(b)}):
         raise errors.TypingError("solve_linear takes n tuples of n numbers, and a tuple of n")
@@ -69,7 +69,7 @@ def _solve_linear(a, b):
 _motion = in_code(constraints_solved, lambda mass, a, force, b: len(force) + len(b))
 
 
-@overload(constrained, jit_options=INTERNAL)
+@overload(constrained, jit_options=OWNING)
 def _constrained_motion(mass, a, force, b):
     shapes = is_matrix(a) and is_row(force) and is_row(b) and (is_row(mass) or is_matrix(mass))
     n, k = (len(force), len(b)) if shapes else (0, 0)

@@ -11,7 +11,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..state.arrays import borrowed, field_of, shape_of
+from ..jit_options.arrays import borrowed, field_of, shape_of
 
 WORD = ir.IntType(64)
 

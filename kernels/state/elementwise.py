@@ -14,9 +14,9 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from ..jit_options.arrays import borrowed, field_of
 from ..vector.instructions import FUSE, constant
 from ..vector.number import Vector
-from .arrays import borrowed, field_of
 
 ROW = types.Array(types.float64, 1, "C")
 

@@ -6,7 +6,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ..jit_options import INTERNAL, njit
-from .arrays import borrowed, shape_of
+from ..jit_options.arrays import borrowed, shape_of
 from .elementwise import ROW, data_of, length_of, load, view
 
 

@@ -35,7 +35,7 @@ from numba.core.untyped_passes import (
 )
 from numba.np.arrayobj import load_item, store_item
 
-from ..state.arrays import borrowed, field_of
+from .arrays import borrowed, field_of
 
 for _part in ("incref", "decref", "loadvar", "typeof", "lower_getitem", "lower_setitem"):
     getattr(Lower, _part)

@@ -6,7 +6,7 @@ import numba
 from numba import config
 
 try:
-    from .calls.lean import Lean
+    from .lean import Lean
 except (ImportError, AttributeError):  # a Numba whose inner parts differ: its own pipeline
     LEAN = {}
 else:
@@ -23,7 +23,7 @@ OWNING = {
 OWNING_INLINED = {**OWNING, "forceinline": True}
 
 # Options of every kernel.  Kernels have no entry points of Numba for Python and C, because they are
-# called by words only: see calls/calling_convention.py.
+# called by words only: see ../calls/calling_convention.py.
 INTERNAL = {**OWNING, **LEAN}
 
 # Options of kernels that take functions.  A function passed at run time would be a pointer into
