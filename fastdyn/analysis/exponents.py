@@ -11,6 +11,7 @@ from fastdyn.compile.variations.variational import decides
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.state.record import FINISHED, Y
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.sensitivities import check_method, directions_of, with_sensitivities
 from fastdyn.run.outcome import result_of
@@ -192,11 +193,12 @@ def _advance(flow, y0, interval):
     method = METHODS.get(options.pop("method"))
     clock = np.zeros(1)
     fun, args = OverUnit(e.fun), (clock, interval, *e.args)
-    check_method(method, flow.options["method"], y0, options)
-    mode = mode_for(method, fun, 0.0, y0, args)
-    problem = validate.problem(
-        fun, 0.0, 1.0, y0, method, np.ones(1), False, None, args, mode, options
-    )
+    asked = Arguments(
+        fun=fun, t0=0.0, tf=1.0, y0=y0, method=flow.options["method"], t_eval=np.ones(1),
+        args=args, options=options,
+    )  # fmt: skip
+    check_method(asked, method)
+    problem = validate.problem(asked, method, mode_for(asked, method))
     longer = with_sensitivities(problem, directions_of("y0", fun, y0, args))
     run = run_of(longer)
     if decides(run.bounds[0]):  # each solve is checked for jumps

@@ -1,13 +1,14 @@
 """The option `callback`: the solver that a user's function gets has the state y alone."""
 
-from fastdyn.solve.callbacks import checked_callback
+from fastdyn.problem.options.table import OPTIONS
 
 
 def with_observed(options, own):
     """The options with a `callback` that follows a Run; `own` as of an Observer."""
-    callback = checked_callback(options)
+    callback = options.get("callback")
     if callback is None:
         return options
+    OPTIONS["callback"].check(callback)
     from .observer import Observer  # imports SciPy
 
     found: list = []

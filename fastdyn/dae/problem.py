@@ -9,6 +9,7 @@ from fastdyn.compile.python_callback import derivative
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods import RESIDUAL as METHOD
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.table import refused_by, taken_by
 
 from .callbacks import with_observed
@@ -55,11 +56,12 @@ def problem_of_residual(given):
     for name in sorted(refused_by("residual").keys() & given.options.keys()):
         raise TypeError(f"`solve_dae` has no option `{name}` without a method of `solve_ivp`.")
     n = given.n
-    options = with_observed(given.options, lambda t, both: both[:n])
-    p = validate.problem(
-        given.F, given.t0, given.tf, given.y0, BY_NAME[METHOD], given.t_eval, given.dense_output,
-        given.events, given.args, RESIDUAL, options,
+    asked = Arguments(
+        fun=given.F, t0=given.t0, tf=given.tf, y0=given.y0, t_eval=given.t_eval,
+        dense_output=given.dense_output, events=given.events, args=given.args,
+        options=with_observed(given.options, lambda t, both: both[:n]),
     )  # fmt: skip
+    p = validate.problem(asked, BY_NAME[METHOD], RESIDUAL)
     watched = p.events and [(event_of_vector(event, n), *how) for event, *how in p.events]
     return p._replace(
         fun=of_vector(given.F, n), y0=np.concatenate([given.y0, given.yp0]), events=watched,

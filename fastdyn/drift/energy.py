@@ -16,6 +16,7 @@ from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.state.record import FINISHED, RAISED
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, refused_by
 from fastdyn.problem.second_order_and_pairs import (
@@ -192,15 +193,16 @@ class _Run:
     def follow(self, t_end, options, samples, every, checkpoint, progress):
         """Run, and return the Study."""
         n = len(self.y0)
+        asked = Arguments(
+            fun=self.fun, t0=0.0, tf=t_end, y0=self.y0, t_eval=np.empty(0), args=self.args,
+            options=options,
+        )  # fmt: skip
         if isinstance(self.fun, Pair):
             check_pair(n, self.method)
             mode = DERIVATIVE
         else:
-            mode = mode_for(self.method, self.fun, 0.0, self.y0, self.args)
-        p = validate.problem(
-            self.fun, 0.0, t_end, self.y0, self.method, np.empty(0), False, None, self.args, mode,
-            options,
-        )  # fmt: skip
+            mode = mode_for(asked, self.method)
+        p = validate.problem(asked, self.method, mode)
         if p.jac is not None:
             raise TypeError("a drift study takes no `jac`: it is exact, or by differences.")
         probe_equations(p)

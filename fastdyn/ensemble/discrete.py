@@ -5,28 +5,31 @@ import functools
 import numpy as np
 
 from fastdyn.problem.discrete import joined_rows, longer
+from fastdyn.problem.validate import initial_state
 
 from .trajectories import Trajectories
 
 
-def with_discrete(discrete, y0, given):
-    """The arguments of an ensemble of longer states, and the number m of discrete states.
+def with_discrete(asked):
+    """The Arguments of an ensemble with longer states, and the number m of discrete states.
 
-    `given` are the arguments of `solve_ivp` without `y0`.
+    `asked` has all initial states as `y0`, unchecked.
 
     Raises
     ------
     ValueError, TypeError
     """
     try:
-        states, numbers = np.asarray(y0), np.asarray(discrete)
+        states, numbers = np.asarray(asked.y0), np.asarray(asked.discrete)
     except ValueError:
         raise ValueError("`y0` and `discrete` must have rows of one length.") from None
     of_one = [each[0] if each.ndim == 2 and len(each) else each for each in (states, numbers)]
     if np.issubdtype(of_one[0].dtype, np.floating):
         of_one[0] = np.where(np.isfinite(of_one[0]), of_one[0], 0.0)  # this trajectory fails alone
-    extended, n, m = longer(of_one[1], {**given, "y0": of_one[0]})
-    return {**extended, "y0": joined_rows(states, numbers, n, m)}, m
+    of_one[0] = initial_state(of_one[0])
+    extended, n = longer(asked._replace(y0=of_one[0], discrete=of_one[1]))
+    m = len(extended.y0) - n
+    return extended._replace(y0=joined_rows(states, numbers, n, m)), m
 
 
 class HybridTrajectories(Trajectories):

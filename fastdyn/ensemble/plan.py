@@ -11,6 +11,7 @@ from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.taylor.steps.accuracy import order_of_many
 from fastdyn.kernels.methods import COMPLEX
 from fastdyn.problem import mass, validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.complex_states import on_pairs
 from fastdyn.problem.members import Members
 from fastdyn.problem.options.names import refuse_unknown
@@ -69,21 +70,23 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     events, members.times = times.common(events, options, t0, tf, members.count)
     options = {name: value for name, value in options.items() if name not in SHORTHANDS}
     mass.refuse(options, ours, members.y0)
+    asked = Arguments(
+        fun=fun, t0=t0, tf=tf, y0=smallest, t_eval=t_eval, events=events, args=members.first,
+        options=options,
+    )  # fmt: skip
     if callable(options.get("mass")) and members.count:
-        start = members.state(members.usual)
-        fun, _ = mass.given(fun, t0, start, members.first, options, ours, DERIVATIVE)
-        options = {name: value for name, value in options.items() if name != "mass"}
+        usual = asked._replace(y0=members.state(members.usual))
+        fun, _ = mass.given(usual, ours, DERIVATIVE)
+        asked = asked._replace(fun=fun).with_options(mass=None)
     mode, n = COMPLEX_NUMBERS if members.complex else DERIVATIVE, members.n
     if ours.second_order and not members.complex:
         mode, n = ACCELERATION, members.n // 2
         if members.count:
             check_second_order(fun, t0, members.state(members.usual), members.first, ours.name)
     if members.complex:
-        problem = _on_pairs(fun, t0, tf, smallest, ours, t_eval, events, members, wanted, options)
+        problem = _on_pairs(asked, ours, wanted)
     else:
-        problem = validate.problem(
-            fun, t0, tf, smallest, ours, t_eval, False, events, members.first, mode, options
-        )
+        problem = validate.problem(asked, ours, mode)
     acts = problem.on_event or any(each.jump is not None for each in problem.schedules)
     begins_anew = not ours.error_order and (acts or problem.schedules)
     if acts or begins_anew:
@@ -111,19 +114,16 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     return Ensemble(members, problem, vector, reason, wanted)
 
 
-def _on_pairs(fun, t0, tf, y0, method, t_eval, events, members, wanted, options):
+def _on_pairs(asked, method, wanted):
     """The Problem of complex states; refuses options and reductions for real states."""
-    refused = [f"`{name}`" for name, _ in refused_among(options, "complex")]
+    refused = [f"`{name}`" for name, _ in refused_among(asked.options, "complex")]
     refused += [f"`reduce={reductions.name_of(item)!r}`" for item in wanted if item not in ORDERED]
     if refused:
         raise ValueError(
             f"ensembles of complex states do not take {', '.join(refused)}: give real and "
             "imaginary parts as a state of twice the length."
         )
-    problem = on_pairs(
-        fun, t0, tf, y0.view(complex), method, t_eval=t_eval, dense_output=False, events=events,
-        args=members.first, options=options,
-    )  # fmt: skip
+    problem = on_pairs(asked._replace(y0=asked.y0.view(complex)), method)
     if problem is None:
         raise ValueError(
             f"`method={method.name!r}` takes no complex states; {', '.join(COMPLEX)} do."

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from fastdyn.compile.bind import or_in_python
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
+from fastdyn.problem.validate import time_span
 
 from .compared import compare_trajectories
 from .discrete import HybridTrajectories, with_discrete
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
 
     from .reductions import Fold
-
-NAMED = ("fun", "t_span", "method", "events", "y0")  # arguments that are no options
 
 
 @filled("solve_ensemble")
@@ -103,10 +103,13 @@ def solve_ensemble(
     if discrete is not None:
         if store is not None:
             raise ValueError("a `store` has states alone: `discrete` is for ensembles without it.")
-        given: Any = {"fun": fun, "t_span": t_span, "method": method, "events": events, **options}
-        longer, n_discrete = with_discrete(discrete, y0, given)
-        fun, y0, events = longer["fun"], longer["y0"], longer["events"]
-        options = {name: each for name, each in longer.items() if name not in NAMED}
+        t0, tf = time_span(t_span)
+        asked = Arguments(
+            fun=fun, t0=t0, tf=tf, y0=y0, method=method, events=events, options=options,
+            discrete=discrete,
+        )  # fmt: skip
+        longer, n_discrete = with_discrete(asked)
+        fun, y0, events, options = longer.fun, longer.y0, longer.events, longer.options
     given = (fun, t_span, y0, args, method, t_eval, events, reduce, simd, options)
     how = (threads, progress, client, store, block, options, n_discrete)
     return or_in_python(lambda: _solve(planned(*given), *how))

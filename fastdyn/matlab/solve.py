@@ -10,6 +10,7 @@ from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.solve_problem import solve_problem
 from fastdyn.solve.stepper import observed
@@ -134,9 +135,10 @@ def _run(solver, fun, t_span, y0, functions, observer, options, mass) -> Any:
         chosen["mass"] = mass
     if "NonNegative" in options and "Mass" in options:
         raise ValueError("NonNegative and Mass do not go together, as in MATLAB.")
-    problem = validate.problem(
-        fun, t0, tf, y0, method, None, True, functions, None, DERIVATIVE, chosen
+    asked = Arguments(
+        fun=fun, t0=t0, tf=tf, y0=y0, dense_output=True, events=functions, options=chosen
     )
+    problem = validate.problem(asked, method, DERIVATIVE)
     return not_shorter(solve_problem(problem), options.get("MinStep", 0.0))
 
 

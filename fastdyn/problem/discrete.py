@@ -18,28 +18,27 @@ from .schedules import SHORTHANDS, Schedule, listed
 BESIDE = "behind y, every function gets `discrete`"
 
 
-def longer(discrete, given):
-    """The arguments of `solve_ivp` for the longer state, and the lengths n and m of its parts.
-
-    `given` are the user's arguments, without `discrete`.
+def longer(asked):
+    """The Arguments for the longer state, and the length n of its first part, y.
 
     Raises
     ------
     ValueError, TypeError
     """
-    given = dict(given)
-    y0, method = validate.initial_state(given["y0"]), given["method"]
-    d0 = discrete_states(discrete, y0, given)
-    expect_action(given.get("on_event"))
+    y0, options = asked.y0, asked.options
+    d0 = discrete_states(asked.discrete, y0, {**options, "vectorized": asked.vectorized})
+    expect_action(options.get("on_event"))
     n, m = len(y0), len(d0)
-    ours = method_for(method)
-    given["events"], given["on_event"] = extended_events(
-        listed(given["events"], given), given["on_event"], n, m
-    )
-    for name in SHORTHANDS:
-        given.pop(name, None)
-    given["fun"], given["y0"] = extended_function(given["fun"], n, m), np.concatenate([y0, d0])
-    return extended_options(given, ours, n, m), n, m
+    ours = method_for(asked.method)
+    events, on_event = extended_events(listed(asked.events, options), options["on_event"], n, m)
+    options = {name: value for name, value in options.items() if name not in SHORTHANDS}
+    options = extended_options({**options, "on_event": on_event}, ours, n, m)
+    state = np.concatenate([y0, d0])
+    extended = asked._replace(
+        fun=extended_function(asked.fun, n, m), y0=state, given_y0=state, events=events,
+        options=options, discrete=None,
+    )  # fmt: skip
+    return extended, n
 
 
 def method_for(method):

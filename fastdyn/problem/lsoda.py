@@ -8,18 +8,19 @@ NAME = "LSODA"
 NO_BAND = -1, -1
 
 
-def given(method, options, t0, y0, args):
+def given(asked, method):
     """The options of the Jacobian, `min_step`, and (`lband`, `uband`) or NO_BAND, of any method.
 
     Raises
     ------
     ValueError
     """
+    options = asked.options
     if method.name != NAME:
         return options if method.n_matrices else {}, 0.0, NO_BAND
     jac, h_least, band = options.get("jac"), _shortest_step(options), _band(options)
     if callable(jac) and band != NO_BAND:
-        jac = _unpacked(jac, band, t0, y0, args)
+        jac = _unpacked(jac, band, asked)
     return {"jac": jac}, h_least, band
 
 
@@ -42,13 +43,14 @@ def _band(options):
     return found
 
 
-def _unpacked(jac, band, t0, y0, args):
+def _unpacked(jac, band, asked):
     """Convert a function that returns diagonals, as for SciPy's LSODA, to one that returns rows.
 
     ``packed[i - j + uband][j]`` is the element in row i and column j.  ValueError for other shapes.
     """
-    (lband, uband), n = band, len(y0)
-    shape, found = (lband + uband + 1, n), np.shape(jac(t0, y0.copy(), *args))
+    (lband, uband), n = band, len(asked.y0)
+    shape = lband + uband + 1, n
+    found = np.shape(jac(asked.t0, asked.y0.copy(), *asked.args))
     if found != shape:
         raise ValueError(
             f"`jac` is expected to have shape {shape}, the diagonals from `uband` above to `lband` "

@@ -30,7 +30,7 @@ def refuse(options, method, y0):
         raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
 
 
-def given(fun, t0, y0, args, options, method, mode):
+def given(asked, method, mode):
     """The equations, and `mass` as an array of (n, n) floats or None.
 
     If `mass` is a function, its matrix is regular, and the equations are solved for y'.
@@ -39,6 +39,7 @@ def given(fun, t0, y0, args, options, method, mode):
     ------
     ValueError
     """
+    fun, y0, options = asked.fun, asked.y0, asked.options
     found, n = options.get("mass") if method.takes_mass else None, len(y0)
     if found is None:
         return fun, None
@@ -47,7 +48,8 @@ def given(fun, t0, y0, args, options, method, mode):
     if callable(found):
         if hasattr(fun, DIVIDED):  # in a worker of an ensemble
             return fun, None
-        return _divided(fun, found, _matrix(found(t0, y0.copy(), *args), n), options, mode), None
+        first = _matrix(found(asked.t0, y0.copy(), *asked.args), n)
+        return _divided(fun, found, first, options, mode), None
     matrix = _matrix(found, n)
     if options.get("project") is not None and is_singular(matrix):
         raise ValueError(

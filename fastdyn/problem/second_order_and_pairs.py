@@ -23,7 +23,6 @@ from fastdyn.specialise.scalar import both_of_pair
 
 from .lsoda import NAME as LSODA
 from .sensitivities import Variational
-from .validate import extra_arguments
 
 HALVES = (VELOCITY, FORCE)
 IMPLICIT_FROM = 500  # components, from which on implicit methods take long arrays
@@ -83,14 +82,14 @@ def check_second_order(fun, t0, y0, args, name):
         )
 
 
-def mode_for(method, fun, t0, y0, args, vectorized=False):
-    """The mode of the equations for a method and a real state, as `compile.bind` takes the mode.
+def mode_for(asked, method):
+    """The mode of the equations of Arguments, with a real state, for a method.
 
     For a method for q'' = a(t, q), the equations are checked to have this form.
     """
     if not method.second_order:
-        return COLUMN if vectorized else DERIVATIVE
-    check_second_order(fun, t0, y0, extra_arguments(args), method.name)
+        return COLUMN if asked.vectorized else DERIVATIVE
+    check_second_order(asked.fun, asked.t0, asked.y0, asked.args, method.name)
     return ACCELERATION
 
 

@@ -137,20 +137,21 @@ def _of_argument(name, position, args):
     return Direction(name, position, np.asarray(value, float))
 
 
-def check_method(method, given, y0, options):
+def check_method(asked, method):
     """Refuse methods, states and options without sensitivities."""
     if method is None:
         raise ValueError(
-            f"`sensitivity` is for fastdyn's own methods, not for {given!r}; take DOP853 or Vern9."
+            f"`sensitivity` is for fastdyn's own methods, not for {asked.method!r}; take DOP853 "
+            "or Vern9."
         )
     if method.second_order:
         raise ValueError(
             f"{method.name} integrates accelerations alone and has no `sensitivity`; RK4, Gauss8 "
             "and the adaptive methods do."
         )
-    if y0.dtype.kind == "c":
+    if asked.y0.dtype.kind == "c":
         raise ValueError("`sensitivity` is for real states: split a complex one into its parts.")
-    for name, reason in refused_among(options, "sensitivity"):
+    for name, reason in refused_among(asked.options, "sensitivity"):
         raise ValueError(
             f"`sensitivity` and `{name}` do not go together{f': {reason}' if reason else ''}."
         )

@@ -164,11 +164,12 @@ def output_times(t_eval, t0, tf):
     return t_eval
 
 
-def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, options):
-    """The Problem of a compiled method; the span and `y0` are already checked, and real."""
+def problem(asked, method, mode):
+    """The Problem of Arguments, with a real `y0`, for a compiled method and a mode of `fun`."""
+    options, t0, tf, y0 = asked.options, asked.t0, asked.tf, asked.y0
     span = abs(tf - t0)
     by_themselves = checked_by_themselves(options)
-    events, on_event, scheduled = schedules.checked(events, options, t0, tf)
+    events, on_event, scheduled = schedules.checked(asked.events, options, t0, tf)
     warn_unused(options, method)
     if method.error_order:
         rtol, atol = step_options.tolerances(
@@ -194,13 +195,13 @@ def problem(fun, t0, tf, y0, method, t_eval, dense_output, events, args, mode, o
         raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
     if method.like_matlab and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
-    args = extra_arguments(args)
-    fun, matrix = mass.given(fun, t0, y0, args, options, method, mode)
-    of_jacobian, h_least, band = lsoda.given(method, options, t0, y0, args)
+    fun, matrix = mass.given(asked, method, mode)
+    of_jacobian, h_least, band = lsoda.given(asked, method)
     jac, differences, sparsity = jacobian.given(of_jacobian, len(y0))
     found = Problem(
-        fun=fun, t0=t0, tf=tf, y0=y0, method=method, t_eval=output_times(t_eval, t0, tf),
-        dense_output=bool(dense_output), events=events, on_event=on_event, args=args, mode=mode,
+        fun=fun, t0=t0, tf=tf, y0=y0, method=method, t_eval=output_times(asked.t_eval, t0, tf),
+        dense_output=bool(asked.dense_output), events=events, on_event=on_event, args=asked.args,
+        mode=mode,
         rtol=rtol, atol=atol, h_max=h_max, h=h,
         segments=schedules.segments(options, scheduled, t0, tf, not method.error_order),
         project=project, jac=jac, differences=differences, sparsity=sparsity, mass=matrix,

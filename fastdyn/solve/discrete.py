@@ -11,30 +11,20 @@ from fastdyn.run.outcome import PARTS as OF_SOLVE
 from fastdyn.run.result import OdeResult
 
 
-def solve_with_discrete(solve, discrete, given):
-    """The result of ``solve(**given)``, with the fields `discrete` and `discrete_events`.
-
-    `solve` is `solve_ivp`.
-    """
-    given, n, _ = of_longer.longer(discrete, given)
-    return parted(solve(**given), n)
-
-
 class PreparedWithDiscrete:
     """A solver of one problem: ``solver(y0=None, args=None, discrete=None)`` returns an OdeResult.
 
-    `prepare` with `discrete` makes the solver; see `fastdyn.solve.prepare.Prepared`.
+    `prepare` with `discrete` makes the solver from the Prepared of the longer state, which begins
+    with n components of y; see `fastdyn.solve.prepare.Prepared`.
     """
 
-    def __init__(self, prepare, discrete, given):
-        self._given = prepare, discrete, given
-        extended, self._n, self._m = of_longer.longer(discrete, given)
-        self._start = extended["y0"]
-        self._solver = prepare(**extended)
+    def __init__(self, solver, start, n, again):
+        self._solver, self._start, self._n, self._given = solver, start, n, again
+        self._m = len(start) - n
 
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
-        return type(self), self._given
+        return self._given
 
     def __call__(self, y0=None, args=None, discrete=None):
         """Solve from `y0` and `discrete` with `args`; the defaults are those of `prepare`."""
@@ -76,18 +66,14 @@ def _part(name, given, length):
     return part
 
 
-def phases_with_discrete(solve, phases, discrete, given):
-    """The result of ``solve(phases, **given)`` with discrete states that `after` changes.
-
-    `solve` is `solve_phases`.
-    """
-    y0 = validate.initial_state(given["y0"])
-    d0 = of_longer.discrete_states(discrete, y0, given)
+def with_discrete_phases(phases, asked):
+    """The phases and the Arguments of the longer state, and the length n of its first part."""
+    y0 = asked.y0
+    d0 = of_longer.discrete_states(asked.discrete, y0, asked.options)
     n, m = len(y0), len(d0)
-    events, usual = given["events"], {k: v for k, v in given.items() if k not in OF_ALL_PHASES}
     longer = {}
     for name, phase in phases.items():
-        options = {**usual, **phase.options}
+        options = {"method": asked.method, **asked.options, **phase.options}
         method = of_longer.method_for(options["method"])
         longer[name] = phase._replace(
             fun=of_longer.extended_function(phase.fun, n, m),
@@ -95,17 +81,9 @@ def phases_with_discrete(solve, phases, discrete, given):
             after=_after(name, phase.after, n, m),
             options=of_longer.extended_options(options, method, n, m),
         )
-    events = [events] if callable(events) else events
-    given = {
-        **given, "y0": np.concatenate([y0, d0]),
-        "events": events and [of_longer.extended_event(each, n) for each in events],
-    }  # fmt: skip
-    return parted(solve(longer, **given), n)
-
-
-OF_ALL_PHASES = (
-    "first", "t_span", "y0", "t_eval", "dense_output", "events", "args", "max_phases", "max_steps",
-)  # fmt: skip
+    events = [of_longer.extended_event(each, n) for each in asked.events]
+    state = np.concatenate([y0, d0])
+    return longer, asked._replace(y0=state, given_y0=state, events=events, discrete=None), n
 
 
 def _after(name, after, n, m):

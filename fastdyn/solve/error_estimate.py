@@ -5,29 +5,35 @@ import numpy as np
 from fastdyn.problem.options.table import TOLERANCES, refused_by, value_of
 from fastdyn.problem.validate import method_named
 
+from . import by_method
+
 TIGHTER = 100.0  # ratio of the tolerances of both passes
 LEAST_RTOL = 1e-12  # below this rtol, no tighter tolerance is possible
-FIRST_PASS = {"t_eval", "dense_output", "events", *refused_by("second pass")}
 
 
-def with_error_estimate(solve, given):
-    """The result of ``solve(**given)`` with the field `error_estimate`.
-
-    `solve` is `solve_ivp`.
-    """
-    if given.get("on_event") is not None:
+def solved(asked):
+    """The result of Arguments whose method is known; with an `error_estimate` if asked for."""
+    if not asked.error_estimate:
+        return by_method.solved(asked)
+    if asked.options.get("on_event") is not None:
         raise ValueError(
             "`error_estimate` compares two solutions at the same times, where those of `on_event` "
             "jump at different ones: solve from one event to the next."
         )
-    second = {name: value for name, value in given.items() if name not in FIRST_PASS}
-    share = _tightened(given["method"], second)
-    result = solve(**given)
-    t, t0 = np.asarray(result.t), float(given["t_span"][0])
-    y = np.asarray(result.y).reshape(len(given["y0"]), len(t))
+    left = refused_by("second pass")
+    options = {name: value for name, value in asked.options.items() if name not in left}
+    share = _tightened(asked.method, options)
+    result = by_method.solved(asked)
+    t = np.asarray(result.t)
+    y = np.asarray(result.y).reshape(len(asked.y0), len(t))
     better = y
-    if len(t) and t[-1] != t0:
-        other = solve(**{**second, "t_span": (t0, float(t[-1])), "t_eval": t})
+    if len(t) and t[-1] != asked.t0:
+        other = by_method.solved(
+            asked._replace(
+                tf=float(t[-1]), t_eval=t, dense_output=False, events=None, sensitivity=None,
+                options=options,
+            )
+        )  # fmt: skip
         better = np.full_like(y, np.nan)  # NaN after the end of the second pass
         better[:, : len(other.t)] = other.y
     result.error_estimate = share * (y - better)

@@ -4,22 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fastdyn.compile.callables.diagnostics import LeftToSciPy, WritesToState
-from fastdyn.problem import validate
-from fastdyn.problem.complex_states import on_pairs
-from fastdyn.problem.mass import refuse
+from fastdyn.problem.arguments import checked
+from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.options.docstrings import documented
-from fastdyn.problem.second_order_and_pairs import mode_for
-from fastdyn.problem.sensitivities import check_method
-from fastdyn.run.solve_problem import solve_problem
 
-from .automatic import solve_automatically
-from .callbacks import checked_callback, with_observed
-from .discrete import solve_with_discrete
+from . import automatic
+from .discrete import parted
 from .entry import again
-from .error_estimate import with_error_estimate
-from .scipy_methods import begun_again, by_scipy
-from .sensitivities import solve_with_sensitivities
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
@@ -135,51 +126,10 @@ def solve_ivp(
         result = again.solved(fun, t_span, y0, method, t_eval, args, options)
         if result is not None:
             return result
-    automatic = isinstance(method, str) and method == "auto"
-    discrete = options.pop("discrete", None)
-    if automatic or discrete is not None or options.get("error_estimate", False):
-        given = {
-            "fun": fun, "t_span": t_span, "y0": y0, "t_eval": t_eval,
-            "dense_output": dense_output, "events": events, "vectorized": vectorized,
-            "args": args, **options,
-        }  # fmt: skip
-        if discrete is not None:
-            return solve_with_discrete(solve_ivp, discrete, {"method": method, **given})
-        if automatic:
-            return solve_automatically(solve_ivp, given)
-        del given["error_estimate"]
-        return with_error_estimate(solve_ivp, {"method": method, **given})
-    options.pop("error_estimate", None)
-    ours = validate.method_named(method)
-    given, y0 = y0, validate.initial_state(y0)
-    checked_callback(options)
-    t0, tf = validate.time_span(t_span)
-    sensitivity = options.pop("sensitivity", None)
-    if sensitivity is not None:
-        check_method(ours, method, y0, options)
-    refuse(options, ours, y0)
-    problem = None
-    if ours is not None and y0.size and t0 != tf:
-        if y0.dtype.kind != "c":
-            problem = validate.problem(
-                fun, t0, tf, y0, ours, t_eval, dense_output, events, args,
-                mode_for(ours, fun, t0, y0, args, vectorized),
-                with_observed(options),
-            )  # fmt: skip
-        elif not vectorized:
-            problem = on_pairs(
-                fun, t0, tf, y0, ours, t_eval=t_eval, dense_output=dense_output, events=events,
-                args=args, options=options,
-            )  # fmt: skip
-    if problem is not None:
-        if sensitivity is not None:
-            return solve_with_sensitivities(problem, sensitivity)
-        try:
-            result = solve_problem(problem)
-            again.note(problem, method, options, result)
-            return result
-        except (LeftToSciPy, WritesToState) as reason:
-            begun_again(problem, reason)  # by SciPy
-    return by_scipy(
-        fun, t_span, given, method, t_eval, dense_output, events, vectorized, args, options
+    asked = checked(
+        fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
     )
+    if asked.discrete is None:
+        return automatic.solved(asked)
+    longer, n = with_discrete_states(asked)
+    return parted(automatic.solved(longer), n)

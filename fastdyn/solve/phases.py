@@ -8,22 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.problem.arguments import checked
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.table import refused_among
 from fastdyn.problem.schedules import refuse_schedules
-from fastdyn.problem.validate import (
-    extra_arguments,
-    initial_state,
-    method_named,
-    output_times,
-    time_span,
-)
+from fastdyn.problem.validate import method_named, output_times
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
 from fastdyn.run.result import OdeResult
 
-from .discrete import phases_with_discrete
-from .ivp import solve_ivp
+from . import automatic
+from .discrete import parted, with_discrete_phases
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
@@ -91,20 +86,20 @@ def solve_phases(
     ValueError, TypeError
         For wrong arguments, and for a phase whose event is not terminal.
     """
-    discrete = options.pop("discrete", None)
-    if discrete is not None:
-        given = {
-            "first": first, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
-            "dense_output": dense_output, "events": events, "args": args,
-            "max_phases": max_phases, **options,
-        }  # fmt: skip
-        return phases_with_discrete(solve_phases, phases, discrete, given)
     _check(phases, method, events, max_phases, options)
-    args = extra_arguments(args)
-    t, tf = time_span(t_span)
-    y, name = initial_state(y0), first
-    t_eval = output_times(t_eval, t, tf)
     events = [events] if callable(events) else list(events or ())
+    asked = checked(None, t_span, y0, method, t_eval, dense_output, events, False, args, options)
+    if asked.discrete is None:
+        return _solved(phases, first, asked, max_phases)
+    longer, asked, n = with_discrete_phases(phases, asked)
+    return parted(_solved(longer, first, asked, max_phases), n)
+
+
+def _solved(phases, first, asked, max_phases):
+    """The OdeResult of phases, whose common Arguments have no function."""
+    name, t, tf, y, events = first, asked.t0, asked.tf, asked.y0, asked.events
+    t_eval = output_times(asked.t_eval, t, tf)
+    options = dict(asked.options)
     seen, steps_left = [0] * len(events), options.pop("max_steps", None)
     direction = 1.0 if tf >= t else -1.0
     segments, log, jumps = [], [], [False]
@@ -118,13 +113,17 @@ def solve_phases(
         if t_eval is not None:
             ahead = direction * (t_eval - t)
             wanted = t_eval[ahead > 0.0 if segments else ahead >= 0.0]
-        given = {"method": method, "dense_output": dense_output, **options, **phase.options}
+        given = {**options, **phase.options}
         if steps_left is not None:
             given["max_steps"] = steps_left
         watched = [phase.event, *map(_counted, events, seen)]
-        segment = solve_ivp(
-            phase.fun, (t, tf), y, t_eval=wanted, events=watched, args=args, **given
-        )
+        segment = automatic.solved(
+            checked(
+                phase.fun, (t, tf), y, given.pop("method", asked.method), wanted,
+                given.pop("dense_output", asked.dense_output), watched,
+                given.pop("vectorized", False), asked.args, given,
+            )
+        )  # fmt: skip
         seen = [n + len(times) for n, times in zip(seen, segment.t_events[1:], strict=True)]
         if steps_left is not None:
             steps_left = max(1, steps_left - segment.n_accepted)
@@ -138,7 +137,7 @@ def solve_phases(
         if status != 1 or not len(ended):  # the end, a failure, or one of the user's `events`
             break
         t = end
-        name, y = phase.after(t, segment.y_events[0][-1], *args)
+        name, y = phase.after(t, segment.y_events[0][-1], *asked.args)
         y = np.array(y, dtype=float)
         jumps.append(not np.array_equal(y, segment.y_events[0][-1]))
         if t == tf:

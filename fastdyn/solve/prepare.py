@@ -9,11 +9,12 @@ import numpy as np
 from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.callables.diagnostics import GaveUp
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import checked, compiled_method, refuse
+from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.members import Members
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
-from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 
 from .discrete import PreparedWithDiscrete
@@ -66,29 +67,28 @@ def prepare(
     >>> shot = prepare(lambda t, y, g: [y[1], -g], (0, 1), [0, 5], args=(9.81,))
     >>> shot([0, 6]).y[0, -1], shot(args=(1.62,)).y[0, -1]
     """
-    discrete = options.pop("discrete", None)
-    if discrete is not None:
-        of_state: Any = {
-            "fun": fun, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
-            "dense_output": dense_output, "events": events, "args": args, **options,
-        }  # fmt: skip
-        return PreparedWithDiscrete(prepare, discrete, of_state)
-    given = fun, t_span, y0, method, t_eval, dense_output, events, args, dict(options)
-    ours, t0, tf, y0 = checked("prepare", method, t_span, y0, options, "; solve_ivp takes the rest")
+    given: Any = {
+        "fun": fun, "t_span": t_span, "y0": y0, "method": method, "t_eval": t_eval,
+        "dense_output": dense_output, "events": events, "args": args, **options,
+    }  # fmt: skip
+    refuse("prepare", options)
     refuse_unknown("a prepared solver", options, OPTIONS)
-    mode = mode_for(ours, fun, t0, y0, args)
     options = {"compile": "inlined", **options}
-    return Prepared(
-        validate.problem(fun, t0, tf, y0, ours, t_eval, dense_output, events, args, mode, options),
-        given,
-    )
+    asked = checked(fun, t_span, y0, method, t_eval, dense_output, events, False, args, options)
+    if asked.discrete is None:
+        return Prepared(_problem(asked), given)
+    longer, n = with_discrete_states(asked)
+    return PreparedWithDiscrete(Prepared(_problem(longer), None), longer.y0, n, (_again, (given,)))
 
 
-def _again(*given):
-    """Make a copy of a Prepared, possibly in another process."""
-    *arguments, options = given
-    fun, t_span, y0, method, *rest, args = arguments
-    return prepare(fun, t_span, y0, method, *rest, args=args, **options)
+def _problem(asked):
+    method = compiled_method("prepare", asked, "; solve_ivp takes the rest")
+    return validate.problem(asked, method, mode_for(asked, method))
+
+
+def _again(given):
+    """Make a copy of a prepared solver, possibly in another process."""
+    return prepare(**given)
 
 
 class Prepared:
@@ -103,7 +103,7 @@ class Prepared:
 
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
-        return _again, self._given
+        return _again, (self._given,)
 
     def __call__(self, y0=None, args=None):
         """Solve from `y0` with `args`; the defaults are those of `prepare`.

@@ -66,14 +66,19 @@ def _checked_at_first(bound, mode):
     return f
 
 
-def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
-    """`scipy.integrate.solve_ivp` on a checked problem; returns our OdeResult."""
+def by_scipy(asked):
+    """The OdeResult of Arguments by `scipy.integrate.solve_ivp`."""
     from scipy.integrate import solve_ivp
 
-    numbers = isinstance(y0, np.ndarray) and y0.dtype.kind in "fiubc"
-    given = y0.copy() if numbers else None  # SciPy's solver writes to an array
-    y0 = validate.initial_state(y0)
-    t0, tf = validate.time_span(t_span)
+    fun, t0, tf, y0, args, method = (
+        asked.fun, asked.t0, asked.tf, asked.y0, asked.args, asked.method
+    )  # fmt: skip
+    t_eval, events, vectorized, options = (
+        asked.t_eval, asked.events, asked.vectorized, asked.options
+    )  # fmt: skip
+    given = asked.given_y0
+    numbers = isinstance(given, np.ndarray) and given.dtype.kind in "fiubc"
+    given = given.copy() if numbers else y0.tolist()  # SciPy's solver writes to an array
     callback, stopped = options.get("callback"), []
     for name, _ in refused_among(options, "SciPy") if t0 != tf else ():
         raise ValueError(f"`{name}` is for compiled methods and real states; not here.")
@@ -81,7 +86,6 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
     options = {k: v for k, v in options.items() if k not in OPTIONS or OPTIONS[k].scipys}
     if isinstance(options.get("jac"), str) and options["jac"] == DIFFERENCES:
         del options["jac"]
-    args = validate.extra_arguments(args)
     if y0.size:
         endless(tf, event_list(events), None)
     validate.output_times(t_eval, t0, tf)
@@ -114,9 +118,16 @@ def by_scipy(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, 
         method = "RK45"
     if callback is not None:
         method = _observed(method, callback, stopped)
-    given = y0.tolist() if given is None else given
     result = solve_ivp(
-        derivative, t_span, given, method, t_eval, dense_output, events, vectorized, **options
+        derivative,
+        (t0, tf),
+        given,
+        method,
+        t_eval,
+        asked.dense_output,
+        events,
+        vectorized,
+        **options,
     )
     if stopped and result.status == 0:
         result.status = 1

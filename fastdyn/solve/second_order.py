@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.run.solve_problem import solve_problem
 
@@ -60,8 +61,10 @@ def solve_second_order(
     if ours is None or not ours.second_order:
         known = ", ".join(name for name, m in validate.METHODS.items() if m.second_order)
         raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); these do: {known}.")
-    problem = validate.problem(
-        accel, *validate.time_span(t_span), validate.joined_state(q0, v0, "v0"), ours, t_eval,
-        dense_output, events, args, DERIVATIVE, {"step": step, **options},
+    t0, tf = validate.time_span(t_span)
+    asked = Arguments(
+        fun=accel, t0=t0, tf=tf, y0=validate.joined_state(q0, v0, "v0"), t_eval=t_eval,
+        dense_output=dense_output, events=events, args=validate.extra_arguments(args),
+        options={"step": step, **options},
     )  # fmt: skip
-    return solve_problem(problem)
+    return solve_problem(validate.problem(asked, ours, DERIVATIVE))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.second_order_and_pairs import check_pair, pair_of
 from fastdyn.run.solve_problem import solve_problem
@@ -63,8 +64,9 @@ def solve_separable(
         raise ValueError(f"`method={method!r}` is SciPy's; solve_separable needs a compiled one.")
     y0, pair = validate.joined_state(q0, p0, "p0"), pair_of((velocity, force))
     check_pair(len(y0), ours)
-    problem = validate.problem(
-        pair, *validate.time_span(t_span), y0, ours, t_eval, dense_output, events, args,
-        DERIVATIVE, options,
+    t0, tf = validate.time_span(t_span)
+    asked = Arguments(
+        fun=pair, t0=t0, tf=tf, y0=y0, t_eval=t_eval, dense_output=dense_output, events=events,
+        args=validate.extra_arguments(args), options=options,
     )  # fmt: skip
-    return solve_problem(problem)
+    return solve_problem(validate.problem(asked, ours, DERIVATIVE))

@@ -9,8 +9,8 @@ from fastdyn.compile.bind import leave_to_python, or_in_python
 from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
 from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import checked, compiled_method, refuse
 from fastdyn.problem.options.docstrings import filled
-from fastdyn.problem.own_method import checked
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.compared import Compared
@@ -82,14 +82,15 @@ class Stepper(OdeSolver):
             )
         given = {"vectorized": vectorized, "method": method, "args": args, **options}
         self._given = (fun, t0, y0, t_bound), given
-        ours, t0, t_bound, y0 = checked("Stepper", method, (t0, t_bound), y0, options)
-        mode = mode_for(ours, fun, t0, y0, args, vectorized)
+        refuse("Stepper", options)
         options = {"max_steps": ENDLESS, **options}
-        problem = validate.problem(
-            fun, t0, t_bound, y0, ours, NO_OUTPUT, False, None, args, mode, options
+        asked = checked(
+            fun, (t0, t_bound), y0, method, NO_OUTPUT, False, None, vectorized, args, options
         )
+        ours = compiled_method("Stepper", asked)
+        problem = validate.problem(asked, ours, mode_for(asked, ours))
         self.vectorized, self.fun = vectorized, fun
-        self._follow(or_in_python(lambda: _begun(problem)), t0, y0)
+        self._follow(or_in_python(lambda: _begun(problem)), asked.t0, asked.y0)
 
     def __reduce__(self):
         """Pickle arguments and state: a copy goes on bit for bit, in another process, too."""

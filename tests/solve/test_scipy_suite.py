@@ -8,7 +8,7 @@ import scipy.integrate._ivp.tests as suite
 from scipy.integrate import BDF, DOP853, RK23, RK45, Radau
 
 import fastdyn
-from fastdyn.solve import ivp
+from fastdyn.solve import by_method
 
 SOURCE = pathlib.Path(suite.__file__).with_name("test_ivp.py")
 
@@ -42,14 +42,14 @@ def _cases():
 @pytest.fixture
 def delegated(monkeypatch):
     """The methods of the solves that are left to SciPy, but for those without anything to solve."""
-    found, by_scipy = [], ivp.by_scipy
+    found, by_scipy = [], by_method.by_scipy
 
-    def noted(fun, t_span, y0, method, *others):
-        if len(y0) and t_span[0] != t_span[1]:
-            found.append(method)
-        return by_scipy(fun, t_span, y0, method, *others)
+    def noted(asked):
+        if len(asked.y0) and asked.t0 != asked.tf:
+            found.append(asked.method)
+        return by_scipy(asked)
 
-    monkeypatch.setattr(ivp, "by_scipy", noted)
+    monkeypatch.setattr(by_method, "by_scipy", noted)
     return found
 
 

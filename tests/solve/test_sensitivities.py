@@ -220,12 +220,14 @@ def test_code_is_made_once(monkeypatch):
 def test_errors_of_each_block_count_by_themselves():
     from fastdyn.kernels.methods import METHODS
     from fastdyn.problem import validate
+    from fastdyn.problem.arguments import Arguments
     from fastdyn.problem.sensitivities import directions_of
 
-    problem = validate.problem(
-        oscillator, 0.0, 1.0, np.array([100.0, 0.0]), METHODS["RK45"], None, False, None,
-        (4.0, 0.1), DERIVATIVE, {"rtol": 1e-4, "atol": [1.0, 1e-6]},
+    asked = Arguments(
+        fun=oscillator, t0=0.0, tf=1.0, y0=np.array([100.0, 0.0]), args=(4.0, 0.1),
+        options={"rtol": 1e-4, "atol": [1.0, 1e-6]},
     )  # fmt: skip
+    problem = validate.problem(asked, METHODS["RK45"], DERIVATIVE)
     directions = directions_of(("y0", "k"), oscillator, problem.y0, problem.args)
     longer = with_sensitivities(problem, directions)
     assert longer.rtol == pytest.approx(1e-4 / 2)  # four blocks: the root of 1 + 3

@@ -9,6 +9,7 @@ from fastdyn.compile.bind import or_in_python
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 from fastdyn.problem import validate
+from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.schedules import listed
 from fastdyn.run.functions.bound import bind_functions
 from fastdyn.run.loop import Run
@@ -94,12 +95,13 @@ def _problem(reduction, given, z, method, held, kinks, actions, asked):
     if reduction.projection is not None:
         options["project"] = reduction.projection
     events = listed(given.events, {})
-    p = validate.problem(
-        reduction.motion, given.t0, given.tf, z[places(system)], validate.method_named(method),
-        None, given.dense_output or given.t_eval is not None or kinks,
-        events and [watched(each, reduction, given, asked) for each in events],
-        (reduction.parameters, *given.args), DERIVATIVE, options,
+    arguments = Arguments(
+        fun=reduction.motion, t0=given.t0, tf=given.tf, y0=z[places(system)],
+        dense_output=given.dense_output or given.t_eval is not None or kinks,
+        events=events and [watched(each, reduction, given, asked) for each in events],
+        args=(reduction.parameters, *given.args), options=options,
     )  # fmt: skip
+    p = validate.problem(arguments, validate.method_named(method), DERIVATIVE)
 
     def acting(act):
         actions.append(Action(system, act, held))

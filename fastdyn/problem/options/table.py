@@ -97,7 +97,7 @@ class Option(NamedTuple):
     text: str
     methods: Callable[[Any], bool] = every
     default: Any = None
-    check: Callable[[Any], Any] | None = None
+    check: Any = None
     refused: Mapping[str, str] = {}
     scipys: bool = False
     matlab: str = ""
@@ -339,7 +339,7 @@ ALL_OPTIONS = (
 )  # fmt: skip
 OPTIONS = {option.name: option for option in ALL_OPTIONS}
 CHECKED = {o.name: o for o in ALL_OPTIONS if o.check is not None}  # each by itself, for all methods
-UNSET = {name: o.check(o.default) for name, o in CHECKED.items() if o.check}  # fields of a Problem
+UNSET = {name: o.check(o.default) for name, o in CHECKED.items()}  # fields of a Problem
 TOLERANCES = {name: OPTIONS[name].default for name in ("rtol", "atol")}
 
 
@@ -352,9 +352,7 @@ def checked_by_themselves(options):
     """The fields of a Problem whose options have a `check`."""
     if CHECKED.keys().isdisjoint(options):
         return UNSET
-    return UNSET | {
-        name: o.check(options[name]) for name, o in CHECKED.items() if o.check and name in options
-    }
+    return UNSET | {name: o.check(options[name]) for name, o in CHECKED.items() if name in options}
 
 
 def refused_by(who):

@@ -1,0 +1,86 @@
+"""The arguments of a solve, checked once; the method decides about the rest."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from . import mass, validate
+from .options.table import OPTIONS, refused_by
+
+NAMES = {"prepare": "a prepared solver", "Stepper": "a Stepper"}  # in messages
+
+
+class Arguments(NamedTuple):
+    """The arguments of a solver; those that no method changes are checked.
+
+    `validate.problem` makes a Problem of them, for one method.  `options` has the options that end
+    in the Problem; the three that change the problem as a whole are fields.
+    """
+
+    fun: Any
+    t0: float
+    tf: float
+    y0: Any  # of float64 or complex128, finite
+    method: Any = None  # as the user gave it: a name, or a class of SciPy's
+    t_eval: Any = None
+    dense_output: bool = False
+    events: Any = None
+    vectorized: bool = False
+    args: tuple = ()
+    options: Mapping[str, Any] = {}
+    discrete: Any = None
+    sensitivity: Any = None
+    error_estimate: Any = None
+    given_y0: Any = None  # as the user gave it: SciPy calls events with this object
+
+    def with_options(self, **options):
+        """The arguments, with other values of some options."""
+        return self._replace(options={**self.options, **options})
+
+
+def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
+    """The Arguments of `solve_ivp`; `options` is not used by anyone else.
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
+    if not (isinstance(method, str) and method == "auto"):
+        validate.method_named(method)
+    state = validate.initial_state(y0)
+    if "callback" in options:
+        OPTIONS["callback"].check(options["callback"])
+    t0, tf = validate.time_span(t_span)
+    special = {}
+    if options:
+        special = {name: options.pop(name) for name in SPECIAL if name in options}
+    return Arguments(
+        fun=fun, t0=t0, tf=tf, y0=state, method=method, t_eval=t_eval, dense_output=dense_output,
+        events=events, vectorized=vectorized, args=validate.extra_arguments(args), options=options,
+        given_y0=y0, **special,
+    )  # fmt: skip
+
+
+SPECIAL = ("discrete", "sensitivity", "error_estimate")
+
+
+def refuse(who, options):
+    """Raise TypeError for an option that `prepare` or a Stepper does not take."""
+    for name in refused_by(who):
+        if name in options:
+            raise TypeError(f"{NAMES[who]} takes no `{name}`.")
+
+
+def compiled_method(who, asked, otherwise=""):
+    """The Facts of the method of Arguments for `prepare` or a Stepper.
+
+    These take compiled methods alone, a real state, and a span that is not empty; `otherwise` is
+    the alternative, for the ValueError.
+    """
+    method = validate.method_named(asked.method)
+    if method is None or asked.y0.dtype.kind == "c" or not asked.y0.size or asked.t0 == asked.tf:
+        raise ValueError(
+            f"{NAMES[who]} takes one of fastdyn's methods, a real state and a span that is not "
+            f"empty{otherwise}."
+        )
+    mass.refuse(asked.options, method, asked.y0)
+    return method
