@@ -30,6 +30,7 @@ class Arguments(NamedTuple):
     discrete: Any = None
     sensitivity: Any = None
     error_estimate: Any = None
+    looked_up: bool = True  # among the repeated calls
     given_y0: Any = None  # as the user gave it: SciPy calls events with this object
 
     def with_options(self, **options):
@@ -50,17 +51,13 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
     if "callback" in options:
         OPTIONS["callback"].check(options["callback"])
     t0, tf = validate.time_span(t_span)
-    special = {}
-    if options:
-        special = {name: options.pop(name) for name in SPECIAL if name in options}
+    pop = options.pop
     return Arguments(
         fun=fun, t0=t0, tf=tf, y0=state, method=method, t_eval=t_eval, dense_output=dense_output,
         events=events, vectorized=vectorized, args=validate.extra_arguments(args), options=options,
-        given_y0=y0, **special,
+        discrete=pop("discrete", None), sensitivity=pop("sensitivity", None),
+        error_estimate=pop("error_estimate", None), given_y0=y0,
     )  # fmt: skip
-
-
-SPECIAL = ("discrete", "sensitivity", "error_estimate")
 
 
 def refuse(who, options):

@@ -11,6 +11,7 @@ from . import events as functions
 from .step_options import NO_SEGMENTS, segments_of_span
 
 SHORTHANDS = ("at", "every")
+OF_EVENTS = {"on_event", *SHORTHANDS}
 
 
 class Schedule:
@@ -227,6 +228,9 @@ def divided(events, options, t0, tf) -> tuple[Any, tuple, tuple]:
 
 def checked(events, options, t0, tf):
     """The result of `divided`; ValueError for actions with a `callback`, and for an endless run."""
+    if events is None and OF_EVENTS.isdisjoint(options):
+        functions.endless(tf, None, options.get("max_steps"))
+        return None, (), ()
     found, on_event, scheduled = divided(events, options, t0, tf)
     if (on_event or scheduled) and options.get("callback") is not None:
         said = "`on_event`" if on_event else "a schedule"

@@ -16,7 +16,7 @@ from fastdyn.kernels.methods import METHODS
 from . import jacobian, lsoda, mass, schedules, step_options
 from .domains import options as domains
 from .options.names import warn_unused
-from .options.table import checked_by_themselves, value_of
+from .options.table import CHECKED, UNSET, checked_by_themselves, value_of
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
@@ -42,12 +42,12 @@ class Problem(NamedTuple):
     h: float
     segments: np.ndarray
     project: Any
-    max_steps: float
-    progress: bool
-    on_interrupt: str
-    compile: str
-    checkpoint: Any
-    callback: Any
+    max_steps: float = UNSET["max_steps"]
+    progress: bool = UNSET["progress"]
+    on_interrupt: str = UNSET["on_interrupt"]
+    compile: str = UNSET["compile"]
+    checkpoint: Any = UNSET["checkpoint"]
+    callback: Any = UNSET["callback"]
     jac: Any = None
     differences: bool = False
     sparsity: Any = None
@@ -168,7 +168,7 @@ def problem(asked, method, mode):
     """The Problem of Arguments, with a real `y0`, for a compiled method and a mode of `fun`."""
     options, t0, tf, y0 = asked.options, asked.t0, asked.tf, asked.y0
     span = abs(tf - t0)
-    by_themselves = checked_by_themselves(options)
+    by_themselves = {} if CHECKED.isdisjoint(options) else checked_by_themselves(options)
     events, on_event, scheduled = schedules.checked(asked.events, options, t0, tf)
     warn_unused(options, method)
     if method.error_order:
@@ -196,15 +196,20 @@ def problem(asked, method, mode):
     if method.like_matlab and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
     fun, matrix = mass.given(asked, method, mode)
-    of_jacobian, h_least, band = lsoda.given(asked, method)
-    jac, differences, sparsity = jacobian.given(of_jacobian, len(y0))
+    of_matrices: Any = {}
+    if method.n_matrices:
+        of_jacobian, h_least, band = lsoda.given(asked, method)
+        jac, differences, sparsity = jacobian.given(of_jacobian, len(y0))
+        of_matrices = {
+            "jac": jac, "differences": differences, "sparsity": sparsity, "mass": matrix,
+            "h_least": h_least, "band": band,
+        }  # fmt: skip
     found = Problem(
         fun=fun, t0=t0, tf=tf, y0=y0, method=method, t_eval=output_times(asked.t_eval, t0, tf),
         dense_output=bool(asked.dense_output), events=events, on_event=on_event, args=asked.args,
         mode=mode,
         rtol=rtol, atol=atol, h_max=h_max, h=h,
         segments=schedules.segments(options, scheduled, t0, tf, not method.error_order),
-        project=project, jac=jac, differences=differences, sparsity=sparsity, mass=matrix,
-        h_least=h_least, band=band, schedules=scheduled, **by_themselves,
+        project=project, schedules=scheduled, **of_matrices, **by_themselves,
     )  # fmt: skip
     return domains.kept_inside(found, options) if domains.asked(options) else found

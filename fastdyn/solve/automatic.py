@@ -7,7 +7,7 @@ from fastdyn.problem.options.table import refused_among, value_of
 from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
-from . import error_estimate
+from .error_estimate import solved_by
 
 LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
 
@@ -24,38 +24,34 @@ def solved(asked):
         With "auto", with the fields `method`, the name of the method, and `reason`, a sentence.
     """
     if not (isinstance(asked.method, str) and asked.method == "auto"):
-        return error_estimate.solved(asked)
+        return solved_by(asked, asked.method)
     if refused_among(asked.options, "again"):
         return _explicit(asked)
     try:
         with given_up():
             return _explicit(asked)
     except Stiff as found:
-        return _named(_by(found.method, asked), found.method, str(found))
-
-
-def _by(method, asked):
-    return error_estimate.solved(asked._replace(method=method))
+        return _named(solved_by(asked, found.method), found.method, str(found))
 
 
 def _explicit(asked):
     """Solve by Taylor or by a pair."""
     rtol = float(np.min(value_of(asked.options, "rtol")))
     if rtol > LOOSE:
-        return _named(_by("Tsit5", asked), "Tsit5", f"rtol is above {LOOSE:g}.")
+        return _named(solved_by(asked, "Tsit5"), "Tsit5", f"rtol is above {LOOSE:g}.")
     name = "Vern7" if rtol > TIGHT else "Vern9"
     if asked.y0.dtype.kind == "c":
-        return _named(_by(name, asked), name, "The state is complex.")
+        return _named(solved_by(asked, name), name, "The state is complex.")
     if domains.asked(asked.options):
         reason = "A series does not end at the border of a domain."
-        return _named(_by(name, asked), name, reason)
+        return _named(solved_by(asked, name), name, reason)
     try:
-        result = _by("Taylor", asked)
+        result = solved_by(asked, "Taylor")
     except NoSeries as refusal:
         reason = f"{refusal} rtol is {rtol:.1e}."
-        return _named(_by(name, asked), name, reason)
+        return _named(solved_by(asked, name), name, reason)
     if result.status == -1:
-        other = _by(name, asked)
+        other = solved_by(asked, name)
         if other.status >= 0:
             return _named(other, name, f"Taylor failed: {result.message}")
     return _named(result, "Taylor", f"`fun` has a Taylor series, and rtol is at most {LOOSE:g}.")

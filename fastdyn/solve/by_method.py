@@ -14,24 +14,35 @@ from .scipy_methods import begun_again, by_scipy
 from .sensitivities import solve_with_sensitivities
 
 
-def solved(asked):
-    """The result of Arguments by their method; without `discrete` and `error_estimate`."""
-    method = validate.method_named(asked.method)
+def solved(asked, name):
+    """The result of Arguments by the method of this name, which may be a class of SciPy's.
+
+    `discrete` and `error_estimate` are not for this function.
+    """
+    known = asked.looked_up and name is asked.method
+    if not (known or asked.events or asked.dense_output or asked.vectorized):
+        found = again.solved(
+            asked.fun, (asked.t0, asked.tf), asked.y0, name, asked.t_eval, asked.args,
+            asked.options,
+        )  # fmt: skip
+        if found is not None and asked.sensitivity is None:
+            return found
+    method = validate.method_named(name)
     if asked.sensitivity is not None:
         check_method(asked, method)
     refuse(asked.options, method, asked.y0)
     problem = _problem(asked, method)
     if problem is None:
-        return by_scipy(asked)
+        return by_scipy(asked, name)
     if asked.sensitivity is not None:
         return solve_with_sensitivities(problem, asked.sensitivity)
     try:
         result = solve_problem(problem)
-        again.note(problem, asked.method, asked.options, result)
+        again.note(problem, name, asked.options, result)
         return result
     except (LeftToSciPy, WritesToState) as reason:
         begun_again(problem, reason)
-        return by_scipy(asked)
+        return by_scipy(asked, name)
 
 
 def _problem(asked, method):

@@ -11,10 +11,11 @@ TIGHTER = 100.0  # ratio of the tolerances of both passes
 LEAST_RTOL = 1e-12  # below this rtol, no tighter tolerance is possible
 
 
-def solved(asked):
-    """The result of Arguments whose method is known; with an `error_estimate` if asked for."""
+def solved_by(asked, method):
+    """The result of Arguments by a method; with an `error_estimate` if asked for."""
     if not asked.error_estimate:
-        return by_method.solved(asked)
+        return by_method.solved(asked, method)
+    asked = asked._replace(looked_up=False)
     if asked.options.get("on_event") is not None:
         raise ValueError(
             "`error_estimate` compares two solutions at the same times, where those of `on_event` "
@@ -22,8 +23,8 @@ def solved(asked):
         )
     left = refused_by("second pass")
     options = {name: value for name, value in asked.options.items() if name not in left}
-    share = _tightened(asked.method, options)
-    result = by_method.solved(asked)
+    share = _tightened(method, options)
+    result = by_method.solved(asked, method)
     t = np.asarray(result.t)
     y = np.asarray(result.y).reshape(len(asked.y0), len(t))
     better = y
@@ -32,7 +33,8 @@ def solved(asked):
             asked._replace(
                 tf=float(t[-1]), t_eval=t, dense_output=False, events=None, sensitivity=None,
                 options=options,
-            )
+            ),
+            method,
         )  # fmt: skip
         better = np.full_like(y, np.nan)  # NaN after the end of the second pass
         better[:, : len(other.t)] = other.y

@@ -66,13 +66,11 @@ def _checked_at_first(bound, mode):
     return f
 
 
-def by_scipy(asked):
-    """The OdeResult of Arguments by `scipy.integrate.solve_ivp`."""
+def by_scipy(asked, method):
+    """The OdeResult of Arguments by `scipy.integrate.solve_ivp` and a method."""
     from scipy.integrate import solve_ivp
 
-    fun, t0, tf, y0, args, method = (
-        asked.fun, asked.t0, asked.tf, asked.y0, asked.args, asked.method
-    )  # fmt: skip
+    fun, t0, tf, y0, args = asked.fun, asked.t0, asked.tf, asked.y0, asked.args
     t_eval, events, vectorized, options = (
         asked.t_eval, asked.events, asked.vectorized, asked.options
     )  # fmt: skip

@@ -28,6 +28,7 @@ def test_default_tolerances_stand_in_one_file():
     assert found == {"problem/options/table.py"}
 
 
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # names that moved are names, too
 def test_records_are_sound():
     assert len(OPTIONS) == len(ALL_OPTIONS) > 25
     for option in ALL_OPTIONS:

@@ -4,6 +4,7 @@ From the records come warnings, refusals and proposals, the defaults, the docstr
 functions, and the names in MATLAB.
 """
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -338,8 +339,8 @@ ALL_OPTIONS = (
     ),
 )  # fmt: skip
 OPTIONS = {option.name: option for option in ALL_OPTIONS}
-CHECKED = {o.name: o for o in ALL_OPTIONS if o.check is not None}  # each by itself, for all methods
-UNSET = {name: o.check(o.default) for name, o in CHECKED.items()}  # fields of a Problem
+CHECKED = {o.name for o in ALL_OPTIONS if o.check is not None}  # each by itself, for all methods
+UNSET = {name: OPTIONS[name].check(OPTIONS[name].default) for name in CHECKED}
 TOLERANCES = {name: OPTIONS[name].default for name in ("rtol", "atol")}
 
 
@@ -350,11 +351,10 @@ def value_of(options, name):
 
 def checked_by_themselves(options):
     """The fields of a Problem whose options have a `check`."""
-    if CHECKED.keys().isdisjoint(options):
-        return UNSET
-    return UNSET | {name: o.check(options[name]) for name, o in CHECKED.items() if name in options}
+    return {name: OPTIONS[name].check(options[name]) for name in CHECKED if name in options}
 
 
+@functools.cache
 def refused_by(who):
     """{name: reason} of the options that a function does not take, or a situation."""
     return {o.name: o.refused[who] for o in ALL_OPTIONS if who in o.refused}
@@ -362,9 +362,12 @@ def refused_by(who):
 
 def refused_among(options, who):
     """(name, reason) of the options that are given, neither None nor False, and not taken."""
+    refused = refused_by(who)
+    if refused.keys().isdisjoint(options):
+        return []
     return [
         (name, reason)
-        for name, reason in refused_by(who).items()
+        for name, reason in refused.items()
         if options.get(name) is not None and options[name] is not False
     ]
 
