@@ -1,8 +1,10 @@
 """Tables: one thing with an address, whatever their length, and never stale."""
 
 import bisect
+import gc
 import time
 import warnings
+import weakref
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced import make as by_tracing
 from fastdyn.compile.traced import met
+from fastdyn.trace.paths import runs
 
 START = np.array([0.5, 0.1])
 N = 400
@@ -161,6 +164,7 @@ def test_an_index_outside():
     agrees(caught)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_knots_that_fall_later():
     knots = np.linspace(0.0, 1.0, 50)
 
@@ -173,6 +177,7 @@ def test_knots_that_fall_later():
     np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_a_table_that_is_written_to_is_no_table():
     kept = np.zeros(50)
 
@@ -212,6 +217,22 @@ def test_a_million_entries(kind):
     begin = time.process_time()
     agrees(fun)
     assert time.process_time() - begin < 3.0  # half a second on a quiet machine; it was a minute
+
+
+def test_a_graph_leaves_memory_with_its_tables(monkeypatch):
+    """Arrays of symbols, into which Python's collector does not look, refer to the graph."""
+    table, graphs = numbers(1000), []
+
+    class Noted(runs.Paths):
+        def __init__(self):
+            super().__init__()
+            graphs.append(weakref.ref(self))
+
+    monkeypatch.setattr(runs, "Paths", Noted)
+    runs.trace(lambda t, y: table[int(300 * t) % 300] - y, (), 2, (2,))
+    gc.collect()
+    gc.collect()  # of what the first has freed
+    assert [graph() for graph in graphs] == [None]
 
 
 def test_bisect():

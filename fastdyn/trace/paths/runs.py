@@ -104,23 +104,36 @@ def trace(
     states: Any = (
         LongArrays(g, n, complex_state) if batches else Numbers(g, n, zeros, complex_state)
     )
-    todo: list[tuple] = [()]
-    leaves, errors = [], []
-    while todo:
-        script = todo.pop()
-        results, error = _run(g, script, Outside(g, g.reads, lifted), fun, args, states, shape)
-        errors += error
-        leaves.append(Leaf(list(g.taken), results, g.raising))
-        if len(leaves) + len(todo) > MAX_PATHS:
-            raise Untraceable("it decides in too many ways", final=True, said=False)
-        for i in range(len(script), len(g.taken)):
-            todo.append((*(value for _, value in g.taken[:i]), False))
+    try:
+        leaves, errors = _leaves(
+            g, lambda script: _run(g, script, Outside(g, g.reads, lifted), fun, args, states, shape)
+        )
+    finally:
+        # Arrays of symbols refer to the graph.  Python's collector does not look into such arrays:
+        # a graph that refers to them would never leave memory.
+        g.kept.clear()
     counts = [len(leaf.results) for leaf in leaves if leaf.results is not None]
     if not counts:
         raise Untraceable(errors[0])
     outputs, raising = _merged(states, leaves, 0, counts[0])
     whole = g.both(raising, g.sizes, "or")
     return Trace(g, outputs, whole, g.reads, len(leaves), errors[0] if errors else "", raising)
+
+
+def _leaves(g, run):
+    """The ends of all paths, by ``run(script)``, and the messages of exceptions."""
+    todo: list[tuple] = [()]
+    leaves, errors = [], []
+    while todo:
+        script = todo.pop()
+        results, error = run(script)
+        errors += error
+        leaves.append(Leaf(list(g.taken), results, g.raising))
+        if len(leaves) + len(todo) > MAX_PATHS:
+            raise Untraceable("it decides in too many ways", final=True, said=False)
+        for i in range(len(script), len(g.taken)):
+            todo.append((*(value for _, value in g.taken[:i]), False))
+    return leaves, errors
 
 
 def _run(g, script, outside, fun, args, states, shape):
