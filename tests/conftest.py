@@ -98,6 +98,20 @@ def pytest_addoption(parser):
     parser.addoption("--whole-corpus", action="store_true", help="all cases of bench/corpus")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def memory_goes():
+    """A file of tests leaves nothing: no functions that fastdyn remembers, and no garbage.
+
+    The thresholds above would never look at old garbage.
+    """
+    yield
+    from fastdyn.compile import memory
+
+    memory.forget()
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(autouse=True)
 def memory_is_poisoned(monkeypatch):
     """What a kernel reads before it is written is NaN."""

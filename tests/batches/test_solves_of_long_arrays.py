@@ -74,6 +74,7 @@ def test_values_that_change_between_solves():
     RATE["k"] = 1.0
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.StiffnessWarning")
 def test_events_on_a_long_state():
     def warm(t, y):
         return np.max(y) - 1.3
@@ -99,6 +100,7 @@ def test_a_function_that_fails_on_the_way():
         fastdyn.solve_ivp(fun, (0.0, 1.0), start())
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_a_state_that_is_written_to_is_left_to_others(monkeypatch):
     monkeypatch.undo()
 

@@ -189,6 +189,7 @@ def fun(t, y):
 """
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("power", POWERS)
 def test_whole_numbers_are_exact_on_each_path(power):
     """The check of one path is none of another; powers in Numba's code are checked, too."""
@@ -204,6 +205,7 @@ def test_whole_numbers_are_exact_on_each_path(power):
     same_as_scipy(fun, (), (0, 2), (5.2, 2.0))
 
 
+@pytest.mark.filterwarnings("ignore")
 def test_times_after_the_first_are_numpys():
     def fun(t, y):  # from 0.5 on NumPy's infinity, where Python's floats would raise
         return [-0.1 * min((float(y[0]) * (t < 0.5)) ** -1, 3.0)]

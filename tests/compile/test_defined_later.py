@@ -26,6 +26,7 @@ def prepared(space):
     return prepare(space["fun"], (0, 1), START, rtol=1e-8, atol=1e-10)(START)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("solve", [solved, prepared])
 @pytest.mark.parametrize("again", [1, 3])
 def test_a_notebooks_usual_order_is_compiled_in_the_end(solve, again):

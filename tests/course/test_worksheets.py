@@ -115,6 +115,7 @@ def test_an_answer_that_does_not_hold_makes_the_status_one(monkeypatch, capsys):
     assert main(["worksheet", "moon"]) == 2
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.StiffnessWarning")
 def test_a_car_that_grips_is_the_car_that_rolls():
     """With all the grip in the world the wheels hardly slide, and the circle is that of rolling."""
     ((speed, radius),) = turns.skid_circles([0.2], mu=30.0)

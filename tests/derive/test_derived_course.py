@@ -64,6 +64,7 @@ def rounding(function, t, y, args):
 OPERATIONS = 200  # roundings in a right-hand side, at most, each as large as one of an argument
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize(
     ("name", "law"), [each for each in itertools.product(SAME, LAWS) if each != NEEDS_NEWTON]
 )

@@ -43,6 +43,7 @@ def test_lagrange_explains_its_energies():
     assert "theta'' = -g sin(theta)/l" in text and "R = " not in text
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", SHORT)
 def test_formulas_are_latex(name):
     """Matplotlib reads what TeX and MathJax read."""
@@ -59,6 +60,7 @@ def test_notebooks_show_it(pendulum):
     assert r"\dot{\alpha}" in explanation("vehicle").latex()
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", SHORT)
 def test_what_it_says_of_the_solution_is_what_is_solved(name):
     """The formulas of the last step satisfy the equations of the steps before."""

@@ -21,6 +21,7 @@ def board():
     return board
 
 
+@pytest.mark.filterwarnings("ignore:`g` of box is used nowhere")
 def test_degrees_are_refused_as_the_unit_and_taken_in_values(board):
     for declare in (
         lambda: board.initial(a=(60, "deg")),
@@ -102,6 +103,7 @@ WRONG = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:`g` of box is used nowhere")
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda one: one.__name__)
 def test_units_that_do_not_agree_are_warned_of(board, wrong):
     wrong(board)

@@ -46,6 +46,7 @@ def start(method, path, t_end):
 RUNS = {"VelocityVerlet": 3e5, "RK45": 3e4}
 
 
+@pytest.mark.hunt
 @pytest.mark.parametrize("method", RUNS)
 def test_a_killed_run_goes_on_bit_for_bit(method, tmp_path):
     path = tmp_path / "run.npz"

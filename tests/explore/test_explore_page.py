@@ -2,20 +2,27 @@
 
 import asyncio
 import html
+import importlib.util
 
 import numpy as np
 import pytest
 
-pytest.importorskip("panel", reason="the extra `explore` is not installed")
-
-from fastdyn.explore.page import Page
 from fastdyn.explore.sources import named
 from fastdyn.systems import pendulum
+
+if importlib.util.find_spec("panel") is None:
+    pytest.skip("the extra `explore` is not installed", allow_module_level=True)
+
+
+def page_of(name):
+    from fastdyn.explore.page import Page  # imports Panel: only the worker that runs these tests
+
+    return Page(named(name))
 
 
 @pytest.fixture(scope="module")
 def page():
-    made = Page(named("pendulum"))
+    made = page_of("pendulum")
     made.panel()
     return made
 
@@ -83,7 +90,7 @@ def test_the_second_method_moves_beside_the_first(page):
 
 
 def test_a_trail_follows_the_motion_between_two_pictures():
-    page = Page(named("satellite"))
+    page = page_of("satellite")
     page.figures.move(0.0)
     for time in (1.5, 3.0, 4.5):
         page.figures.move(time)
@@ -95,7 +102,7 @@ def test_a_trail_follows_the_motion_between_two_pictures():
 
 
 def test_components_of_one_unit_have_one_scale():
-    page = Page(named("satellite"))
+    page = page_of("satellite")
     assert not page.figures.phase.match_aspect
     page.axes[1].value = 1
     assert page.figures.phase.match_aspect
@@ -104,8 +111,8 @@ def test_components_of_one_unit_have_one_scale():
 
 
 def test_what_is_not_kept_has_no_figure():
-    assert len(_figures(Page(named("building")))) == 3
-    satellite = Page(named("satellite"))
+    assert len(_figures(page_of("building"))) == 3
+    satellite = page_of("satellite")
     assert len(_figures(satellite)) == 4
     assert "largest change of energy E/m (relative)" in satellite.numbers.object
 
@@ -144,7 +151,7 @@ def test_the_start_is_dragged_until_a_slider_sets_it(page):
 
 
 def test_a_system_in_space_is_drawn():
-    made = Page(named("spherical_pendulum"))
+    made = page_of("spherical_pendulum")
     made.figures.move(0.5)
     assert not made.figures.motion.axis[0].visible
 

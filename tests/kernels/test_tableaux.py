@@ -71,6 +71,7 @@ def test_order_is_as_stated_and_no_higher(name):
     assert t.order(t.b)[0] == TABLED[name].order
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", PAIRS)
 def test_error_rows_are_differences_to_methods_of_lower_order(name):
     t = table(name)
@@ -87,6 +88,7 @@ def test_last_stage_is_the_derivative_at_the_end_of_the_step(name):
     assert t.fsal_stage == TABLED[name].fsal_stage == TABLED[name].n_stages
 
 
+@pytest.mark.few(9)
 @pytest.mark.parametrize("x", [Fraction(1, 7), Fraction(1, 2), Fraction(9, 10)], ids=str)
 @pytest.mark.parametrize("name", TABLED)
 def test_dense_output_has_its_order_inside_the_step(name, x):

@@ -30,6 +30,7 @@ OF_TWO = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", OF_ONE)
 def test_a_lane_holds_what_the_number_would_be(name):
     function = OF_ONE[name]

@@ -45,6 +45,7 @@ def test_each_solver_has_its_options_and_its_output(name):
     assert off[1] < 0.1 * off[0]
 
 
+@pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("name", STIFF)
 def test_stiff_solvers_take_few_steps_and_a_jacobian(name):
     solver = getattr(matlab, name)

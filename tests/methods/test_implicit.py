@@ -23,6 +23,7 @@ RESUMED = (*METHODS, "LSODA")  # whose own tests are in test_lsoda.py
 EPS = np.finfo(float).eps
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.parametrize("method", METHODS)
 def test_steps_are_scipys(method, name):
@@ -105,6 +106,7 @@ def test_checkpoints_hold_all_that_is_kept(method, tmp_path, monkeypatch):
     assert np.array_equal(again.y, whole.y) and counts(again) == counts(whole)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("method", RESUMED)
 def test_ensembles_and_prepared_solvers_take_the_same_steps(method):
     mus = np.array([10.0, 100.0, 1000.0])

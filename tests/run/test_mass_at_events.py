@@ -48,6 +48,7 @@ def test_an_action_holds_x_and_solves_for_z(method):
     assert np.abs(within[1] + within[1] ** 3 - within[0]).max() < 1e-6
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_actions_in_python_give_the_same():
     given = (0, 5), [1.0, root(1.0)], "Rodas5P"
     calls = []

@@ -30,6 +30,7 @@ def collision(i, masses):
     return collide
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_newtons_cradle_hands_the_velocity_on():
     n = 5
 
@@ -73,6 +74,7 @@ def test_bodies_that_touch_collide_one_after_the_other_at_one_time(masses):
     assert np.abs(run.y[:n, -1] - 2.0 * v).max() <= 1e-13
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_events_at_one_time_act_one_after_the_other():
     def fall(t, y):
         return [y[2], y[3], -9.81, -9.81]

@@ -165,6 +165,7 @@ def test_what_is_not_traced_goes_to_scipy():
     assert_same(found, reference(fun, (0, 1), [1 + 0j]))
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("method", ["ode45", "VelocityVerlet"])
 def test_other_methods_do_not_lie(method):
     """What has no complex form is solved by SciPy, or refused."""

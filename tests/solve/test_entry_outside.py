@@ -98,6 +98,7 @@ def test_a_function_with_attributes_and_defaults():
         assert_same(plain([1.5]), mine([1.5]))
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_dicts_and_arrays_with_zeros():
     def fun(t, y, p):
         return p["matrix"] @ y - p["k"] * y + table[0]
@@ -165,6 +166,7 @@ def test_errors_of_numpy_are_heard():
             mine([-1.0])
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_a_name_that_is_gone(outside):
     mine, _ = in_c_and_python(pendulum)
     kept = outside["math"]

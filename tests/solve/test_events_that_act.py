@@ -52,6 +52,7 @@ def test_a_ball_bounces_when_geometry_says(method):
     assert np.all(run.y[0, twice + 1] == 0.0)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("jump", [bounce, bounce_where_it_is])
 @pytest.mark.parametrize("direction", [-1, 0])
 @pytest.mark.parametrize("e", [0.9, 0.5, 0.1, 0.01])

@@ -74,6 +74,7 @@ def test_in_ensembles_each_trajectory_ends_alone(simd):
     assert "outside of `domain` at t = 1" in run.message(3)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_events_and_schedules_are_named_by_their_places():
     def high(t, y):
         return y[0] - 10.0

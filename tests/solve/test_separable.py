@@ -171,6 +171,7 @@ def test_wrong_input_gets_a_sentence(call, error, sentence):
         call(solve)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_a_state_that_is_no_number_ends_the_run():
     def breaks(t, p):
         return [p[0] / (0.0 if t > 0.5 else 1.0)]

@@ -66,6 +66,7 @@ def test_derived_systems_take_degrees_too():
         system(a=90)
 
 
+@pytest.mark.filterwarnings("ignore:`angle` of the tower")
 def test_ensembles_warn_too():
     with pytest.warns(UserWarning, match="`angle` of the tower is 80 rad"):
         systems.tower().ensemble((0, 1), angle=np.linspace(0.0, 80.0, 3))

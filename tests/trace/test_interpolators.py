@@ -97,6 +97,7 @@ def splines(x, y, rng):
             yield interpolate.InterpolatedUnivariateSpline(x, y, k=k, ext=ext)
 
 
+@pytest.mark.filterwarnings("ignore:invalid value encountered in remainder")
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_splines(seed):

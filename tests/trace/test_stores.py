@@ -181,6 +181,7 @@ def is_compiled(make):
 NEAR = by_tracing.Near(0.0, 2.0, np.array([1.0, 0.5]), stores=True)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("make", COMPILED)
 def test_what_is_written_first_is_compiled(make):
     assert is_compiled(make)

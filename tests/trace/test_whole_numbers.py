@@ -29,6 +29,7 @@ def floats(t, w):
     return rates
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("function", [whole, whole_zeros])
 def test_a_cut_fraction_is_warned_of(function):
     with pytest.warns(UserWarning, match="array of whole numbers, which cuts its fraction"):
