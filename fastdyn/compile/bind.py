@@ -14,9 +14,9 @@ from fastdyn.code_store.numba_settings import DISABLED
 from . import budget
 from .bound import Bound, with_callback, with_code
 from .callables import numpy_errors
-from .callables.at_sight import refuse_at_sight
 from .callables.diagnostics import FoundLater, GaveUp, LeftToSciPy, Uncompilable, warn_once
 from .callables.parts import Y, parts_of
+from .callables.untypable_values import refuse_at_sight
 from .compare import compare_around
 from .derivatives.jacobian_block import constant_block, constant_function
 from .mode import CONSTANT

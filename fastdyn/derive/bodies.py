@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
-from .checks.given import refuse_negative
+from .checks.inputs import refuse_negative
 from .friction.contact import Contact
 from .notation import (
     ZERO,

@@ -8,7 +8,7 @@ import sympy as sp
 
 from fastdyn.systems.base import System
 
-from .checks.given import default_of, refuse_degrees
+from .checks.inputs import default_of, refuse_degrees
 from .code import RESERVED
 from .notation import of_time
 

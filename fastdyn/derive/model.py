@@ -5,7 +5,7 @@ from typing import Any
 import sympy as sp
 
 from .bodies import Body, Particle, RigidBody, between, point, pull
-from .checks.given import component_of, residual_of
+from .checks.inputs import component_of, residual_of
 from .declarations import Constraint, Declarations, Drawn, Function
 from .derivation import Derivation
 from .friction.contact import Contact

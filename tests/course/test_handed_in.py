@@ -185,10 +185,10 @@ def test_what_hangs_or_ends_python_costs_the_other_answers_nothing(tmp_path, cap
 
 
 @pytest.mark.parametrize("text", [
-    "from fastdyn.course.exercises.first import projectile\n",
-    "from fastdyn.course.exercises import first\n"
-    "def projectile(t, y, g):\n    return first.projectile(t, y, g)\n",
-    "def projectile(t, y, g):\n    from fastdyn.course.exercises.first import projectile\n"
+    "from fastdyn.course.exercises.first_half import projectile\n",
+    "from fastdyn.course.exercises import first_half\n"
+    "def projectile(t, y, g):\n    return first_half.projectile(t, y, g)\n",
+    "def projectile(t, y, g):\n    from fastdyn.course.exercises.first_half import projectile\n"
     "    return projectile(t, y, g)\n",
     "from fastdyn.course.exercises.sheet import EXERCISES\n"
     "projectile = EXERCISES['projectile'].solution\n",

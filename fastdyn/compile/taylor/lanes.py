@@ -23,7 +23,7 @@ from .steps.pace import LEAST, Clock, chosen, longest, unit_of, wildness
 from .steps.proof import SHORTER
 from .steps.proof_in_vectors import unproved
 from .steps.step import TERMS, end, length, powers_of, weight
-from .steps.vanish import excess, some_held
+from .steps.vanishing_arguments import excess, some_held
 from .text.frame import AT, HALF, RETRY, Kernel, counted, read_words
 from .text.instructions import ONE, ZERO, Text, hexadecimal
 

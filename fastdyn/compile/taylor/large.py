@@ -17,7 +17,7 @@ from .steps.accuracy import ALLOWANCE
 from .steps.pace import LEAST, chosen, unit_of
 from .steps.proof import allowed_share, slope_of
 from .steps.step import TERMS, across, end, length, powers_of, weight
-from .steps.vanish import excess, some_held
+from .steps.vanishing_arguments import excess, some_held
 from .text.frame import HALF, asked, step_taken
 from .text.instructions import INFINITE, ONE, ZERO, Text, hexadecimal
 

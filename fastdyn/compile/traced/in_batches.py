@@ -9,7 +9,7 @@ from llvmlite import ir
 
 from fastdyn.trace.batches.pieces import Irregular
 from fastdyn.trace.batches.plan import Plan
-from fastdyn.trace.batches.singles.needed import Needed
+from fastdyn.trace.batches.singles.dependencies import Needed
 from fastdyn.trace.batches.sparsity import Dense, Sparsity
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, Untraceable, refused_as

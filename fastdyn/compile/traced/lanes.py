@@ -11,7 +11,7 @@ from fastdyn.trace.graph.refusal import refused_as
 from ..taylor.coefficients.bundles import Single
 from ..taylor.lanes import LaneDriver
 from ..taylor.recurrences.deceptive import is_deceptive
-from ..taylor.recurrences.impossible import possible
+from ..taylor.recurrences.impossible_conditions import possible
 from ..taylor.recurrences.operations import Integral, Power
 from ..taylor.recurrences.plan import Plan
 from ..taylor.recurrences.rewrite import NotSmooth

@@ -10,7 +10,7 @@ from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
 from fastdyn.trace.batches.pieces import Irregular
 from fastdyn.trace.batches.plan import Plan
-from fastdyn.trace.batches.singles.needed import Needed
+from fastdyn.trace.batches.singles.dependencies import Needed
 from fastdyn.trace.batches.singles.settle import Settled
 from fastdyn.trace.batches.table import ID, Table
 from fastdyn.trace.emit.batches import BatchEmitter, TooManyEdges

@@ -11,7 +11,7 @@ from ..taylor.coefficients.composed import emit
 from ..taylor.driver import Driver
 from ..taylor.large import LargeDriver
 from ..taylor.recurrences.deceptive import is_deceptive
-from ..taylor.recurrences.impossible import possible
+from ..taylor.recurrences.impossible_conditions import possible
 from ..taylor.recurrences.plan import Plan
 from ..taylor.recurrences.rewrite import NotSmooth
 from .inputs import Source

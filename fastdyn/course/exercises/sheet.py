@@ -7,9 +7,9 @@ import types
 
 from .compare import compared
 from .exercise import Exercise
-from .first import FIRST
+from .first_half import FIRST
 from .origin import borrowed
-from .second import SECOND
+from .second_half import SECOND
 
 EXERCISES = {one.name: one for one in (*FIRST, *SECOND)}
 ALIKE = 0.8  # of the letters of a name that is misspelt

@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fastdyn.derive.checks.given import refuse_negative
+from fastdyn.derive.checks.inputs import refuse_negative
 from fastdyn.derive.checks.runs import warn_of_pull
 from fastdyn.derive.system import DerivedSystem
 from fastdyn.run.dense_output import PiecewisePolynomial

@@ -7,7 +7,7 @@ import numpy as np
 
 from fastdyn.plot.scene import Scene
 
-from .known import PULLS, Known
+from .body_facts import PULLS, BodyFacts
 
 LARGER = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SQUARE = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -15,7 +15,7 @@ SMALL = 0.15  # of the way that a system goes: what is smaller is drawn larger
 COILS = 12
 
 
-class Picture(Known):
+class Picture(BodyFacts):
     """How a derived system is drawn."""
 
     def stage(self, t, y):

@@ -19,13 +19,13 @@ from fastdyn.solve.ivp import solve_ivp
 
 from .consistent_start import start
 from .declare import Declared, Derived, State, documented, of_instance
+from .pictures import Pictures
 from .result import SystemResult, asked
-from .shown import Shown
 from .solve_arguments import completed, projection, span
 
 
 @dataclasses.dataclass(frozen=True)
-class System(Declared, Shown):
+class System(Declared, Pictures):
     """
     One system of the course; subclasses fill in the class attributes and methods below.
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from ..symbols.complex_pair import Pair, is_complex, parts
 from ..symbols.conditions import Condition
-from ..symbols.looking_up import plain_key
 from ..symbols.masks import Masked
 from ..symbols.operators import by_function
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Batched, kind_of, refuse
+from ..symbols.symbolic_indices import plain_key
 from .table import ID, PAIR, PARTS, common_kind, numbers, paired
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..graph.refusal import Refusal
 from ..symbols.real import symbol
-from . import numpys  # noqa: F401  # registers itself in BATCHES
+from . import dispatch  # noqa: F401  # registers itself in BATCHES
 from .columns import Columns, ids_and_kind, ids_of, of_kind
 from .table import ID, Table, numbers
 

@@ -10,9 +10,9 @@ from ..reads.reads import MAX_ARRAY
 from ..reads.table_reads import MAX_WHOLE
 from ..symbols.arrays import Array
 from ..symbols.lazy import complete
-from ..symbols.looking_up import by_elements, chosen, namer, spread
 from ..symbols.real import Symbol
 from ..symbols.symbolic import is_symbolic, refuse
+from ..symbols.symbolic_indices import by_elements, chosen, namer, spread
 
 CUT = (
     "a number is stored in an array of whole numbers, which cuts its fraction off, as in SciPy: "

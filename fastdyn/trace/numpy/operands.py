@@ -6,9 +6,9 @@ import numpy as np
 
 from ..symbols.arrays import Array
 from ..symbols.lazy import complete
-from ..symbols.looking_up import table_of
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Lazy, refuse
+from ..symbols.symbolic_indices import table_of
 
 
 class Operand(NamedTuple):

@@ -8,9 +8,9 @@ from ..graph.kinds import FLOAT, NUMPY
 from ..reads.reads import MAX_ARRAY
 from ..symbols.arrays import Array
 from ..symbols.lazy import Unasked, complete
-from ..symbols.looking_up import by_elements, chosen, name_of_slots, part_of, spread
 from ..symbols.real import Symbol
 from ..symbols.symbolic import NOW, Lazy, is_symbolic
+from ..symbols.symbolic_indices import by_elements, chosen, name_of_slots, part_of, spread
 
 
 class Asked(list):

@@ -7,7 +7,7 @@ from ..symbols.arrays import Array
 from ..symbols.real import Symbol
 from ..symbols.symbolic import refuse
 from .shared_copies import SMALL, constant_array, long_array
-from .unwritten import UNWRITTEN
+from .writes_before_reads import UNWRITTEN
 
 FEW = 16  # up to so many complex numbers may be real now and complex in a later call
 

@@ -8,7 +8,7 @@ from ..reads.reads import MAX_ARRAY
 from ..symbols.symbolic import refuse
 from .copies import shadow_of
 from .shared_copies import long_list
-from .unwritten import UNWRITTEN
+from .writes_before_reads import UNWRITTEN
 
 DICTS: dict = {  # types of dict: function that makes an empty dict of the type
     dict: lambda value: {},

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..graph.refusal import Refusal
-from ..numpy.above import SHADOW_OF
 from ..numpy.stand_ins import IMPURE, PURE, Forbidden, root_of
+from ..numpy.super_of_copies import SHADOW_OF
 from ..reads.reads import STABLE
 from ..symbols.symbolic import Unwritten, refuse
 from .kinds import members_of
@@ -96,7 +96,7 @@ def shadow_of(outside, cls, row=None):
     """The shadow of a class: a subclass with copies of the class's members.
 
     The shadow also inherits from the shadows of the class's bases.  For `super()`, see
-    `numpy/above.py`.
+    `numpy/super_of_copies.py`.
     """
     made, reads = outside.known(cls), outside.reads
     if made is not None:

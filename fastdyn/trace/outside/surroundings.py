@@ -26,12 +26,12 @@ from ..symbols.real import Symbol
 from ..symbols.symbolic import refuse
 from . import containers, frames
 from .arrays import array_copy
-from .as_they_are import Attributes, class_of_data, library_object
 from .changes import changed
 from .copies import instance_of, module_of, shadow_of
 from .functions import Functions
 from .kinds import has_functions, is_instance
-from .unwritten import UNWRITTEN
+from .library_objects import Attributes, class_of_data, library_object
+from .writes_before_reads import UNWRITTEN
 
 ATOMS = (
     type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis), Fraction,

@@ -9,9 +9,9 @@ from ..numpy.stand_ins import List
 from ..reads.reads import MAX_ARRAY
 from ..reads.table_reads import KINDS
 from ..symbols.lazy import Unasked
-from ..symbols.looking_up import chosen, index_of, name_of_slots, part_of
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Lazy, Symbolic
+from ..symbols.symbolic_indices import chosen, index_of, name_of_slots, part_of
 
 
 class Items:

@@ -2,7 +2,7 @@
 
 from ..graph.expressions import live
 from ..graph.refusal import Untraceable
-from ..outside.unwritten import Stores
+from ..outside.writes_before_reads import Stores
 from .runs import trace
 
 

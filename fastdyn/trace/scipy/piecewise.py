@@ -6,8 +6,8 @@ import numpy as np
 
 from ..graph.kinds import INT, NUMPY
 from ..symbols.conditions import select
-from ..symbols.looking_up import entry, table_of
 from ..symbols.real import Symbol
+from ..symbols.symbolic_indices import entry, table_of
 
 
 class Polynomials:

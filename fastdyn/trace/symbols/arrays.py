@@ -8,11 +8,11 @@ import numpy as np
 from .complex_pair import is_complex
 from .conditions import Condition, both, cast, either, select
 from .lazy import complete
-from .looking_up import by_elements, check_bounds, index_of, table_of, without_dots
 from .masks import Masked
 from .operators import by_function
 from .real import Symbol, as_python
 from .symbolic import BATCHES, NOW, AnswersNumPy, Batched, in_batches, is_symbolic, refuse
+from .symbolic_indices import by_elements, check_bounds, index_of, table_of, without_dots
 
 MAX_CHOICES = 64  # most elements that a symbolic index selects from by comparisons
 

@@ -8,7 +8,7 @@ import scipy.integrate
 
 from fastdyn import solve_ivp
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.taylor.recurrences.impossible import possible
+from fastdyn.compile.taylor.recurrences.impossible_conditions import possible
 from fastdyn.compile.traced.make import Near, traced_function
 
 START = [1.5, 0.7]

@@ -13,7 +13,7 @@ from .view import view
 PULLS = ("spring", "damper")
 
 
-class Known:
+class BodyFacts:
     """
     What is known of the bodies of a derived system before it moves.
 

@@ -7,7 +7,7 @@ import numpy as np
 from .declare import of_instance
 
 
-class Shown:
+class Pictures:
     """The pictures of a `System`; subclasses replace `figure`, and `scene` if they have a view."""
 
     name: ClassVar[str]

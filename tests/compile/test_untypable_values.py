@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from numba.experimental import jitclass
 
-from fastdyn.compile.callables.at_sight import refuse_at_sight
 from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.compile.callables.parts import parts_of
+from fastdyn.compile.callables.untypable_values import refuse_at_sight
 
 
 class Plain:

@@ -11,7 +11,7 @@ from typing import Any
 SHADOW_OF = "__shadow_of__"  # the attribute of a class's copy that names the class
 
 
-class Above:
+class SuperOfCopies:
     """The attributes of an object, or class, behind one of its classes, without copied classes."""
 
     def __init__(self, cls, thing):
@@ -31,7 +31,7 @@ class Above:
         raise AttributeError(f"'super' object has no attribute '{name}'")
 
 
-def above(*given):
+def super_of_copies(*given):
     """`super`; without arguments, the class and the object of the function that calls."""
     if not given:
         frame = sys._getframe(1)
@@ -39,4 +39,4 @@ def above(*given):
         if "__class__" not in names:
             raise RuntimeError("super(): __class__ cell not found")
         given = names["__class__"], names[frame.f_code.co_varnames[0]]
-    return Above(*given)
+    return SuperOfCopies(*given)
