@@ -54,7 +54,7 @@ RESULTS = {
 }
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", RESULTS)
 def test_each_result_draws_itself(name, tmp_path):
     result = RESULTS[name]()

@@ -132,6 +132,7 @@ def test_two_processes_fill_one_cache_at_once(tmp_path):
     assert place.run()[2] == 0
 
 
+@pytest.mark.hunt
 def test_an_edit_to_a_kernel_is_seen(tmp_path):
     package = tmp_path / "copy" / "fastdyn"
     shutil.copytree(pathlib.Path(fastdyn.__file__).parent, package)

@@ -120,6 +120,7 @@ def plain():
     return keys_under({})
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("settings", [
     {}, {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": ""}, {"NUMBA_OPT": "1"},
     {"NUMBA_OPT": "max"}, {"NUMBA_CPU_NAME": "generic"},

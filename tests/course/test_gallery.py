@@ -33,6 +33,7 @@ def same(a, b):
     return a.shape == b.shape and np.mean(np.abs(a - b) > DIFFERENT) <= SHARE
 
 
+@pytest.mark.hunt
 def test_the_command_writes_the_page(tmp_path, monkeypatch, capsys):
     few = {name: SYSTEMS[name] for name in ("projectile", "rod")}
     monkeypatch.setattr(tour, "SYSTEMS", few)

@@ -69,6 +69,7 @@ TOLD = {  # what a command prints, and what it is in the answer
 }  # fmt: skip
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_command_of_an_exercise_prints_its_answer(name, capsys):
     for number, one in enumerate(exercises(name)):
@@ -87,6 +88,7 @@ def test_the_command_of_an_exercise_prints_its_answer(name, capsys):
                 assert found[1] == expected
 
 
+@pytest.mark.hunt
 def test_numbers_that_have_to_be_put_together(capsys):
     main(["run", "vehicle", "--driver", "tight", "--project", "--t-end", "300"])
     out = capsys.readouterr().out
@@ -115,6 +117,7 @@ def test_an_answer_that_does_not_hold_makes_the_status_one(monkeypatch, capsys):
     assert main(["worksheet", "moon"]) == 2
 
 
+@pytest.mark.hunt
 @pytest.mark.filterwarnings("ignore::fastdyn.StiffnessWarning")
 def test_a_car_that_grips_is_the_car_that_rolls():
     """With all the grip in the world the wheels hardly slide, and the circle is that of rolling."""

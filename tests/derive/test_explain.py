@@ -43,7 +43,7 @@ def test_lagrange_explains_its_energies():
     assert "theta'' = -g sin(theta)/l" in text and "R = " not in text
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", SHORT)
 def test_formulas_are_latex(name):
     """Matplotlib reads what TeX and MathJax read."""

@@ -50,7 +50,7 @@ def frequencies(system, y):
     return np.sort(-np.real(values**2))[::2]
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", NEW)
 def test_motion_keeps_its_invariants_and_constraints(name):
     system = system_of(name)()
@@ -62,7 +62,7 @@ def test_motion_keeps_its_invariants_and_constraints(name):
         assert np.abs(values).max() <= 1e-12
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "chaplygin_sleigh",
                                   "heavy_top", "rolling_disc"])  # fmt: skip
 def test_newton_and_lagrange_give_the_same_motion(name):

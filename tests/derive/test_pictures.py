@@ -30,6 +30,7 @@ def length(line):
     return np.linalg.norm(np.diff(np.array(line, float), axis=1), axis=0)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["satellite", "suspension", "heavy_top", "vehicle"])
 def test_a_page_is_drawn_inside_its_frame(name):
     drawn = scenes(derived(name)())

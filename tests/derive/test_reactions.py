@@ -146,6 +146,7 @@ def trailer(order):
     return board.newton().system()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("order", [["R1", "R2", "R3", "X", "Y"], ["Y", "X", "R3", "R2", "R1"]])
 def test_the_forces_of_a_hinge_are_known_in_every_position(order):
     """The axles are parallel at the start; the hinge's force is what accelerates the tail."""

@@ -88,7 +88,7 @@ def test_last_stage_is_the_derivative_at_the_end_of_the_step(name):
     assert t.fsal_stage == TABLED[name].fsal_stage == TABLED[name].n_stages
 
 
-@pytest.mark.few(9)
+@pytest.mark.few(5)
 @pytest.mark.parametrize("x", [Fraction(1, 7), Fraction(1, 2), Fraction(9, 10)], ids=str)
 @pytest.mark.parametrize("name", TABLED)
 def test_dense_output_has_its_order_inside_the_step(name, x):

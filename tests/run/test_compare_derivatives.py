@@ -94,7 +94,7 @@ def wrong_products(monkeypatch):
     )
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(5)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("fun", STARTS)
 def test_right_derivatives_are_no_difference(fun, method):

@@ -61,7 +61,7 @@ CUT = [
 ]
 
 
-@pytest.mark.few(24)
+@pytest.mark.few(16)
 @pytest.mark.parametrize(("method", "output", "tier"), CUT)
 def test_chunked_equals_whole_bit_for_bit(method, output, tier, monkeypatch):
     whole = solve(method, compile=tier, **OUTPUTS[output])

@@ -53,6 +53,7 @@ def test_complex_states():
     assert run.method == "Vern7" and abs(run.y[0, -1] - np.exp(1j)) < 1e-6
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("value", [-1e6, -1e6 + 1e6j, -3e5 - 1e6j, 1e6j])
 @pytest.mark.parametrize("rtol", [1e-6, 1e-10])
 def test_a_stiff_complex_problem_begins_anew(value, rtol):

@@ -199,6 +199,7 @@ def drained_in_python(t, y, d):
     return drained(t, y, d)
 
 
+@pytest.mark.few(5)
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("fun", [drained, drained_in_python])
 @pytest.mark.parametrize("method", ["RK45", *STIFF])

@@ -194,6 +194,7 @@ def test_a_table_that_is_written_to_is_no_table():
 LONG = 1_000_000
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", ["float", "int", "bool", "list", "wide", "interp"])
 def test_a_million_entries(kind):
     """A table of any length costs what a short one costs, but for a look at it."""

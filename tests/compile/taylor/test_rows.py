@@ -74,7 +74,7 @@ def test_one_step_is_that_of_the_other_generator(monkeypatch, number):
     np.testing.assert_allclose(ends[1], ends[0], rtol=0.0, atol=2 * order**2 * EPS * size * h)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 8, 9, 17])
 def test_any_number_of_components(monkeypatch, n):
     fun, args, y0 = drawn(1000 + n, n)
@@ -123,6 +123,7 @@ def test_differences_of_either_sign_share_a_recurrence():
     assert sum(isinstance(step, Power) for step in steps) == 6  # of 12 terms
 
 
+@pytest.mark.hunt
 def test_parts_of_one_solve_give_its_bits():
     fun, y0 = chain(200)
     whole = last(fun, y0, t_end=2.0)[0]
