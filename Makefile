@@ -3,7 +3,7 @@ PYTHON ?= python3
 LEVELS ?= $(if $(filter aarch64,$(shell uname -m)),generic,x86-64-v2 x86-64-v3 x86-64-v4)
 PLATFORM ?= manylinux_2_17_$(shell uname -m)
 TESTS ?=
-DRAWS ?=
+HUNTS ?=
 SCRIPTS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BIN := .venv/$(SCRIPTS)
 TEST := $(BIN)/python -m pytest --dist worksteal
@@ -55,7 +55,7 @@ fast: .venv/.dev
 	$(TEST) --numprocesses 2 --fast
 
 hunt: .venv/.dev
-	$(TEST) --numprocesses 2 -m hunt $(DRAWS)
+	$(TEST) --numprocesses 2 -m hunt $(HUNTS)
 
 processors: .venv/.dev
 	for core in Prescott Haswell SkylakeX; do \

@@ -2,6 +2,7 @@
 
 import ast
 import collections
+import functools
 import pathlib
 import re
 
@@ -14,9 +15,14 @@ REGISTRIES = {"fastdyn/derive/pages", "kernels/methods"}  # each file is an entr
 MANY = {"solve_ensemble", "energy_drift", "problem"}  # two are public
 
 
+@functools.cache
+def tree(path):
+    return ast.parse(path.read_text())
+
+
+@functools.cache
 def functions(path):
-    tree = ast.parse(path.read_text())
-    return [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    return [node for node in ast.walk(tree(path)) if isinstance(node, ast.FunctionDef)]
 
 
 def body(function):
@@ -27,7 +33,7 @@ def body(function):
 def lines_of_code(path):
     """The lines of a file, without its tables: a table or registry may be long."""
     text = path.read_text()
-    tables = [node for node in ast.parse(text).body if isinstance(node, ast.Assign | ast.AnnAssign)]
+    tables = [node for node in tree(path).body if isinstance(node, ast.Assign | ast.AnnAssign)]
     return len(text.splitlines()) - sum(node.end_lineno - node.lineno for node in tables)
 
 
