@@ -1,6 +1,8 @@
 """Cases of the corpus have SciPy's answer over their whole span.
 
-Every run takes the same forty, drawn once by a seed; `--whole-corpus` takes all.
+Forty are drawn once by a seed: eight of these are in each run, the others are hunts.  All cases:
+
+    python -m pytest -m "" --whole-corpus tests/test_corpus.py
 """
 
 import random
