@@ -87,7 +87,7 @@ def from_lane(w, lanes, single, folded, lane):
 
 
 @njit(**INTERNAL)
-def raise_bar(work, best, lane, width):
+def extrema_to_lane(work, best, lane, width):
     """Tell the stepping kernel the maximum and the minimum of each component so far."""
     for j in range(best.shape[1]):
         work[len(work) - 2, j * width + lane] = best[MAX, j]

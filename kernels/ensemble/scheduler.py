@@ -46,7 +46,7 @@ from .arguments import (
     START,
 )
 from .collect import accumulate, keep_events, stop_at_event
-from .lane_transfer import from_lane, next_stop, raise_bar, set_parameters, to_lane
+from .lane_transfer import extrema_to_lane, from_lane, next_stop, set_parameters, to_lane
 from .watched import act_at_start, watch_lane
 
 
@@ -133,7 +133,7 @@ def _resume(task, lanes, single, room, results, lane):
     stop = next_stop(lanes.states[lane], lanes.records[lane], room.t_eval, w.each != 0)
     to_lane(w, lanes, single, results.folded[member], lane, stop)
     if w.extrema:
-        raise_bar(lanes.work, results.best[member], lane, len(lanes.members))
+        extrema_to_lane(lanes.work, results.best[member], lane, len(lanes.members))
 
 
 @njit(**INTERNAL)

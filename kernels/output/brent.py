@@ -8,7 +8,7 @@ from ..jit_options import INTERNAL, njit
 from .dense_output import polynomial
 
 TOLERANCE = 4 * 2.220446049250313e-16  # absolute and relative, as in SciPy
-N_ITERATIONS = 100
+N_ITERATIONS = 100  # as in SciPy
 
 
 @njit(**INTERNAL)

@@ -17,7 +17,7 @@ from ..state.rows import copy_row, slot
 
 EPS = float(np.finfo(float).eps)
 REJECT, SMALL, BIG = EPS**0.875, EPS**0.75, EPS**0.25  # of a difference over its terms
-FIRST_FACTOR, LEAST_FACTOR = EPS**0.5, 1e3 * EPS
+FIRST_FACTOR, LEAST_FACTOR = EPS**0.5, 1e3 * EPS  # as in SciPy
 
 
 @njit(**INTERNAL)

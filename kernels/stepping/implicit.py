@@ -7,7 +7,6 @@ from ..state.record import ATOL, FINISHED, RTOL, RUNNING
 from ..vector.scalar_or_vector import spacing
 
 EPS = float(np.finfo(float).eps)
-SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0
 
 
 @njit(**INTERNAL)

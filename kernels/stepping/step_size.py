@@ -19,10 +19,8 @@ from ..jit_options import INTERNAL, njit
 from ..state.reduce import add, reduce_components
 from ..vector.scalar_or_vector import power, select, spacing
 
-SAFETY = 0.9
-MIN_FACTOR = 0.2
-MAX_FACTOR = 10.0
-ROUNDED = 1.125
+SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0  # as in SciPy
+ROUNDED = 1.125  # a step that ends at a rounded time may be h_min and an eighth
 
 
 class Norm(NamedTuple):

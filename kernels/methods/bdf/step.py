@@ -20,24 +20,18 @@ from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ...state.rows import copy_row
 from ...stepping import first_step
 from ...stepping.differences import evaluate_row, first_factors, keep_factors
-from ...stepping.implicit import (
-    MAX_FACTOR,
-    MIN_FACTOR,
-    SAFETY,
-    n_components,
-    newton_tolerance,
-    scaled_squares,
-)
+from ...stepping.implicit import n_components, newton_tolerance, scaled_squares
 from ...stepping.jacobian import (
     clear_matrix,
     evaluate_jacobian,
     is_constant,
     takes_slope,
 )
+from ...stepping.step_size import MAX_FACTOR, MIN_FACTOR, SAFETY
 from ..implicit import implicit
 from .differences import ALPHA, ERROR, GAMMA, MAX_ORDER, ORDER, D, change_size, dense_rows
 
-MAX_ITERATIONS = 4
+MAX_ITERATIONS = 4  # as in SciPy
 
 # Rows: the derivative, the known terms of the formula, the predicted state, the change of the state
 # in one iteration, the change in all iterations, factors of differences and two rows of work space,

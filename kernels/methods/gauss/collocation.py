@@ -22,7 +22,7 @@ from ...stepping.fixed import LANDED
 from .iteration import INCREMENTS, all_weights, make_evaluate, make_sweep, outer_weights, rows
 from .stages import keep_increments, largest, product
 
-MAX_ITERATIONS = 100
+MAX_ITERATIONS = 100  # at a rate of 0.7 they reach rounding
 SMALL = 1e-6  # changes above this share of a component are not rounding
 STALLS = 2  # iterations without progress after which all changes are rounding errors
 MOVING = MAX_ITERATIONS

@@ -70,7 +70,7 @@ def make_evaluate(batched, nystrom, s, c, weight, weights):
     nodes = Matrix([c])
 
     @njit(**INLINED)
-    def given(value):
+    def equation_part(value):
         """The part of a state that the equations take or return: positions alone if `nystrom`."""
         return halves(value)[0] if nystrom else value
 
@@ -82,8 +82,8 @@ def make_evaluate(batched, nystrom, s, c, weight, weights):
             f = rhs(t + first_row(nodes) * h, fetch(form, work, STAGES), block, None)
             keep_increments(f, weights(h), numbers, found, s)
             return s
-        part, place = given(form), given(slot(form, work, STAGE))
-        target = given(slot(form, work, SLOPE))
+        part, place = equation_part(form), equation_part(slot(form, work, STAGE))
+        target = equation_part(slot(form, work, SLOPE))
         for i in range(s):
             u = stage_value(part, place, numbers, STAGES * n + i, s)
             f = rhs(t + c[i] * h, u, block, target)

@@ -13,7 +13,7 @@ from .table import ADAMS, BDF, CONSTANT, CORRECTION, HIGHER, LOWER, ORDERS, STAB
 LEAST = 1e-6  # the least value of h L in a bound of stability
 LONGER = 1.1  # the smallest factor by which a step is made longer
 AGAIN = 3  # steps to wait if the size does not change
-FIRST_GROWTH, GROWTH, SHRUNK_GROWTH = 1e4, 10.0, 2.0
+FIRST_GROWTH, GROWTH, SHRUNK_GROWTH = 1e4, 10.0, 2.0  # as in ODEPACK
 BETTER, WAIT = 5.0, 20  # ratio of BDF's step to Adams' for a change; steps between two changes
 
 

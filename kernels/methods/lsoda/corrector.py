@@ -20,7 +20,7 @@ from .past import CHANGE, FACTOR, FOUND, PIVOTS, RATE, TRIAL, WEIGHT, J, Z, norm
 from .table import CORRECTION, SAME
 
 EPS = float(np.finfo(float).eps)
-ITERATIONS = 3
+ITERATIONS = 3  # as in ODEPACK
 SLOWEST = 1024.0  # largest rate of convergence that is used
 
 

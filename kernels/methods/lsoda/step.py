@@ -58,7 +58,7 @@ from .past import (
 )
 from .table import CORRECTION, ORDERS, SAME
 
-MOST_FAILURES = 10
+MOST_FAILURES = 10  # as in ODEPACK
 MOST_STANDING = 50  # most consecutive steps that do not change the time; none of them may fail
 RESTARTS = 3  # failures of a step after which the step restarts with order 1
 OLD, FAR = 20, 0.3  # steps, and a change of h l0, after which a Jacobian is renewed

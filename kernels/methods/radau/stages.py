@@ -42,7 +42,7 @@ P = np.array(  # the polynomial through the stages: powers 1 to 3
         [1 / 3, -8 / 3, 10 / 3],
     ]
 )
-MAX_ITERATIONS = 6
+MAX_ITERATIONS = 6  # as in SciPy
 
 # Rows: the derivative at the start of a step, the polynomial of the last step, the stages Z, their
 # transforms W, derivatives at the stages or changes of W, the error and its correction, factors of

@@ -18,15 +18,9 @@ from ...output.dense_output import F as DENSE
 from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y
 from ...state.rows import copy_row
 from ...stepping.differences import evaluate_row, first_factors
-from ...stepping.implicit import (
-    MAX_FACTOR,
-    MIN_FACTOR,
-    SAFETY,
-    n_components,
-    newton_tolerance,
-    scaled_squares,
-)
+from ...stepping.implicit import n_components, newton_tolerance, scaled_squares
 from ...stepping.jacobian import clear_matrix, is_constant
+from ...stepping.step_size import MAX_FACTOR, MIN_FACTOR, SAFETY
 from ..implicit import implicit
 from .stages import (
     CORRECTION,

@@ -64,7 +64,7 @@ from .past import (
     predict,
 )
 
-MAX_ITERATIONS, DIVERGES = 4, 0.9
+MAX_ITERATIONS, DIVERGES = 4, 0.9  # as in IDA
 NEWTON = 0.33  # the error that Newton's iteration may leave, in units of the tolerance
 TINY = 1e-4 * NEWTON  # the iteration ends after a first change below this size
 LEAST_RATIO = 0.6  # least ratio of the present dy'/dy to the dy'/dy of the factors in use

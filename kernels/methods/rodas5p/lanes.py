@@ -17,9 +17,8 @@ from ...state.rows import rows_on_stack
 from ...stepping.step_size import SCIPY, rms
 from ...vector.scalar_or_vector import select
 from .derivatives import SLOPE
-from .table import END, GAMMA, SLOPES, TIMES, A, C
+from .table import END, GAMMA, N_STAGES, SLOPES, TIMES, A, C
 
-N_STAGES = 8
 TRIED, ACCEPTED = 7, 1  # evaluations in each step, and after an accepted step
 
 

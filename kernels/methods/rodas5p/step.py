@@ -19,9 +19,8 @@ from ...stepping.step_size import SCIPY, rms
 from ..implicit import implicit
 from . import lanes
 from .derivatives import FACTOR, N_ROWS, PIVOTS, SLOPE, SUM, TIME, TOTAL, J, U, derive
-from .table import DENSE, END, GAMMA, SLOPES, TIMES, A, C
+from .table import DENSE, END, GAMMA, N_STAGES, SLOPES, TIMES, A, C
 
-N_STAGES = 8
 MOST_SINGULAR = 4  # consecutive singular matrices, each for a step ten times shorter
 FIRST = END.floats[0]
 

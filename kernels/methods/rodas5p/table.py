@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from ..tableau import Row, rows
 
+N_STAGES = 8
 GAMMA = 0.21193756319429014
 
 # Coefficients of the states of stages 2 to 6.  The state of a later stage is the state of the stage
