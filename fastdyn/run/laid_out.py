@@ -15,6 +15,7 @@ from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.lsoda import NAME as LSODA
+from fastdyn.specialise.rare import raise_failure
 from fastdyn.specialise.scalar import interpolant_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 from fastdyn.trace.islands.island import Island, islands_of, raise_interrupts
@@ -213,6 +214,7 @@ class LaidOut(PythonBetween):
     def check(self, status):
         """Raise the exception of a user's function, if the status stands for an exception."""
         if status == RAISED:
+            raise_failure()
             for called in self._callbacks:
                 if called.exception is not None and not isinstance(called, Island):
                     raise called.exception

@@ -7,6 +7,11 @@ from numba import types
 
 from fastdyn.code_store import unlinked
 from fastdyn.kernels.algebra import consistent_states
+from fastdyn.kernels.algebra.complex_matrices import (
+    other_complex_factors,
+    other_complex_solution,
+)
+from fastdyn.kernels.algebra.matrices import other_factors, other_solution
 from fastdyn.kernels.calls.block import FORCE, VELOCITY
 from fastdyn.kernels.calls.user_function import FORM, by_pointer, inlined, linked_later
 from fastdyn.kernels.calls.velocity_force import (
@@ -31,6 +36,7 @@ from fastdyn.kernels.output.whole_solve import launch, whole_solve
 from fastdyn.kernels.state.layout import Form
 from fastdyn.kernels.state.record import RUNNING
 from fastdyn.kernels.stepping import first_step
+from fastdyn.kernels.stepping.jacobian import other_jacobian
 
 from .signatures import (
     ADVANCE,
@@ -42,6 +48,10 @@ from .signatures import (
     MANY,
     OPEN,
     OPEN_SURVEY,
+    OTHER_COMPLEX_FACTORS,
+    OTHER_FACTORS,
+    OTHER_JACOBIAN,
+    OTHER_SOLUTION,
     START,
     SURVEYING,
     WATCH,
@@ -72,6 +82,11 @@ FOR_ALL = {  # kernels that serve all methods and functions
     "open survey": (open_survey, OPEN_SURVEY),
     "survey": (survey, SURVEYING),
     "already": (already, ADVANCE),
+    "other jacobian": (other_jacobian, OTHER_JACOBIAN),
+    "other factors": (other_factors, OTHER_FACTORS),
+    "other solution": (other_solution, OTHER_SOLUTION),
+    "other complex factors": (other_complex_factors, OTHER_COMPLEX_FACTORS),
+    "other complex solution": (other_complex_solution, OTHER_SOLUTION),
     "both of a pair": (both_by_pointer, FUNCTION),
 } | {
     f"pencil {name}": (getattr(consistent_states, name), FUNCTION)

@@ -85,7 +85,7 @@ def shared_kernel(name, pair=False):
     return _kept(*_shared(name, pair))
 
 
-def _kernel_for_all(name):
+def kernel_for_all(name):
     """A function that returns the code of a kernel for all methods and functions."""
     return code_store.first_kept(lambda: _kept(*_for_all(name)))
 
@@ -106,20 +106,20 @@ def serve_kernel(*sample):
     return _serving["serve"]
 
 
-both_of_pair = _kernel_for_all("both of a pair")
-evaluate_kernel = _kernel_for_all("evaluate")
-watch_kernel = _kernel_for_all("watch")
-watch_events_kernel = _kernel_for_all("watch events")
-watch_plain_kernel = _kernel_for_all("watch plain")
-launch_kernel = _kernel_for_all("launch")
-interpolant_kernel = _kernel_for_all("interpolant")
-many_kernel = _kernel_for_all("many")
-whole_solve_kernel = _kernel_for_all("whole solve")
-events_kernel = _kernel_for_all("events")
-all_roots_kernel = _kernel_for_all("all roots")
-open_survey_kernel = _kernel_for_all("open survey")
-survey_kernel = _kernel_for_all("survey")
-already_kernel = _kernel_for_all("already")
+both_of_pair = kernel_for_all("both of a pair")
+evaluate_kernel = kernel_for_all("evaluate")
+watch_kernel = kernel_for_all("watch")
+watch_events_kernel = kernel_for_all("watch events")
+watch_plain_kernel = kernel_for_all("watch plain")
+launch_kernel = kernel_for_all("launch")
+interpolant_kernel = kernel_for_all("interpolant")
+many_kernel = kernel_for_all("many")
+whole_solve_kernel = kernel_for_all("whole solve")
+events_kernel = kernel_for_all("events")
+all_roots_kernel = kernel_for_all("all roots")
+open_survey_kernel = kernel_for_all("open survey")
+survey_kernel = kernel_for_all("survey")
+already_kernel = kernel_for_all("already")
 
 
 def every_kernel(names_for_all):

@@ -59,6 +59,11 @@ WATCHING = (
 WATCH = kernel_of(*WATCHING)
 FIND = kernel_of(*WATCHING[:-1], 0.0, 0, 0, TABLE)
 LAUNCH = kernel_of(Launch(0, 0, 0, 0, WORDS, PAIRS))
+IN_MATRICES = STATES, TABLE, WORDS, 0, 0, 0
+OTHER_JACOBIAN = kernel_of(STATES, 0.0, TABLE, 0, 0, WORDS, 0, 0)
+OTHER_FACTORS = kernel_of(*IN_MATRICES, 0.0, 0.0)
+OTHER_COMPLEX_FACTORS = kernel_of(*IN_MATRICES, 0.0, 0.0, 0.0)
+OTHER_SOLUTION = kernel_of(*IN_MATRICES, 0, 0)
 INTERPOLANT = kernel_of(KERNELS, SOLVE, TABLE)
 MANY = kernel_of(
     Launch(0, 0, 0, 0, WORDS, PAIRS),

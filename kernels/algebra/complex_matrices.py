@@ -14,10 +14,13 @@ from ..calls.block import (
     MASS,
     MATRICES,
     NARROW,
+    OTHER_COMPLEX_FACTORS,
+    OTHER_COMPLEX_SOLUTION,
     OUTSIDE,
     OWN,
     ROWS,
 )  # fmt: skip
+from ..calls.calling_convention import invoke
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..state.rows import after, numbers_from
@@ -25,7 +28,7 @@ from . import lapack
 from .factorise_complex import factorise_complex, solve_complex
 from .lapack import call_routine
 from .mass import add_mass, add_mass_to_pairs
-from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum, written
+from .matrices import kind_of, leading, matrix_at, matrix_rows, new_number, put_sum, rare, written
 
 
 @njit(**INTERNAL)
@@ -71,9 +74,22 @@ def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
     """Factorise a J + (b + i c) M: J is read from row `first` on, the factors begin at row `to`."""
     n = work.shape[1]
     s.n_factorised += 1
+    if _kind(s, block, n) == FULL:
+        pairs = _put_pairs(s, work, block, FULL, first, to, a, b, c)
+        routine = words_at(block[MATRICES])[COMPLEX]
+        lapack.factorise_full(routine, pairs, n, work[pivots])
+    else:
+        given = s, work, block, first, to, pivots, a, b, c
+        invoke(rare(block, OTHER_COMPLEX_FACTORS), given)
+
+
+@njit(**INTERNAL)
+def other_complex_factors(state, work, block, first, to, pivots, a, b, c):
+    """`factorise_complex_sum` for matrices that are not full: a kernel of its own."""
+    s, n = state[0], work.shape[1]
     if block[MATRICES] == 0:
         _eliminate(s, work, block, first, to, pivots, (a, b, c), n, 0)
-        return
+        return 0
     kind, words = _kind(s, block, n), words_at(block[MATRICES])
     if kind == OWN:
         _eliminate(s, work, block, first, to, pivots, (a, b, c), words[LD], words[BASE])
@@ -82,11 +98,9 @@ def factorise_complex_sum(s, work, block, first, to, pivots, a, b, c):
         call_routine(words[COMPLEX], (work[first], work[to]))
     else:
         pairs = _put_pairs(s, work, block, kind, first, to, a, b, c)
-        if kind == FULL:
-            lapack.factorise_full(words[COMPLEX], pairs, n, work[pivots])
-        else:
-            given = pairs, n, s.lower, s.upper, work[pivots]
-            lapack.factorise_band(words[COMPLEX], *given)
+        given = pairs, n, s.lower, s.upper, work[pivots]
+        lapack.factorise_band(words[COMPLEX], *given)
+    return 0
 
 
 @njit(**INTERNAL)
@@ -95,11 +109,21 @@ def solve_complex_sum(s, work, block, first, to, pivots, row, free):
 
     The row `free` and the row behind it may be overwritten.
     """
-    n, b, c = work.shape[1], work[row], work[row + 1]
+    if _kind(s, block, work.shape[1]) == FULL:
+        _solve_pairs(s, work, block, FULL, to, pivots, row, free)
+    else:
+        given = s, work, block, first, to, pivots, row, free
+        invoke(rare(block, OTHER_COMPLEX_SOLUTION), given)
+
+
+@njit(**INTERNAL)
+def other_complex_solution(state, work, block, first, to, pivots, row, free):
+    """`solve_complex_sum` for matrices that are not full: a kernel of its own."""
+    s, n, b, c = state[0], work.shape[1], work[row], work[row + 1]
     if block[MATRICES] == 0:
         re, im = numbers_from(work, to, 0), numbers_from(work, to + n, 0)
         solve_complex(re, im, n, work[pivots], b, c, n, s.lower, s.upper)
-        return
+        return 0
     kind, words = _kind(s, block, n), words_at(block[MATRICES])
     if kind == OUTSIDE:
         call_routine(words[COMPLEX + 1], (work[first], work[to], b, c))
@@ -116,6 +140,7 @@ def solve_complex_sum(s, work, block, first, to, pivots, row, free):
             b[i], c[i] = x[place], y[place]
     else:
         _solve_pairs(s, work, block, kind, to, pivots, row, free)
+    return 0
 
 
 @njit(**INTERNAL)

@@ -24,12 +24,16 @@ from ..calls.block import (
     NARROW,
     ORDER,
     ORDERED,
+    OTHER_FACTORS,
+    OTHER_SOLUTION,
     OUTSIDE,
     OWN,
     PRODUCT,
+    RARE,
     REAL,
     ROWS,
 )
+from ..calls.calling_convention import invoke
 from ..calls.user_function import words_at
 from ..jit_options import INTERNAL, njit
 from ..state.rows import after, numbers_from
@@ -97,6 +101,29 @@ def factorise_sum(s, work, block, first, to, pivots, a, b):
     """Factorise a J + b M, with J from row `first`, at row `to`; return whether it is regular."""
     n = work.shape[1]
     s.n_factorised += 1
+    if kind_of(s, block, n) != FULL:
+        kernel, given = rare(block, OTHER_FACTORS), (s, work, block, first, to, pivots, a, b)
+        return invoke(kernel, given) == 1
+    words = words_at(block[MATRICES])
+    put_sum(work, block, first, to, a, b, words[LD], words[BASE], n - 1, n - 1)
+    return lapack.factorise_full(words[REAL], numbers_from(work, to, 0), n, work[pivots])
+
+
+@njit(**INTERNAL)
+def rare(block, which):
+    """The address of a kernel that few solves need: see `calls/block.py`."""
+    return words_at(block[RARE])[which]
+
+
+@njit(**INTERNAL)
+def other_factors(state, work, block, first, to, pivots, a, b):
+    """`factorise_sum` for matrices that are not full: a kernel of its own."""
+    s, n = state[0], work.shape[1]
+    return 1 if _other_factors(s, work, block, first, to, pivots, a, b, n) else 0
+
+
+@njit(**INTERNAL)
+def _other_factors(s, work, block, first, to, pivots, a, b, n):
     if block[MATRICES] == 0:
         return _eliminate(s, work, block, first, to, pivots, a, b, n, 0)
     kind, words = kind_of(s, block, n), words_at(block[MATRICES])
@@ -105,11 +132,8 @@ def factorise_sum(s, work, block, first, to, pivots, a, b):
     if kind == OUTSIDE:
         work[to, 0], work[to, 1], work[to, 2] = a, b, 0.0
         return call_routine(words[REAL], (work[first], work[to])) == 0
-    lower, upper = written(s, kind, n)
-    put_sum(work, block, first, to, a, b, words[LD], words[BASE], lower, upper)
+    put_sum(work, block, first, to, a, b, words[LD], words[BASE], s.lower, s.upper)
     stored = numbers_from(work, to, 0)
-    if kind == FULL:
-        return lapack.factorise_full(words[REAL], stored, n, work[pivots])
     return lapack.factorise_band(words[REAL], stored, n, s.lower, s.upper, work[pivots])
 
 
@@ -141,6 +165,17 @@ def new_number(block, i):
 def solve_sum(s, work, block, first, to, pivots, row, free):
     """Replace a right-hand side, a row, by the solution; row `free` may be overwritten."""
     n = work.shape[1]
+    if kind_of(s, block, n) == FULL:
+        routine, stored = words_at(block[MATRICES])[REAL + 1], numbers_from(work, to, 0)
+        lapack.solve_full(routine, stored, n, work[pivots], work[row])
+    else:
+        invoke(rare(block, OTHER_SOLUTION), (s, work, block, first, to, pivots, row, free))
+
+
+@njit(**INTERNAL)
+def other_solution(state, work, block, first, to, pivots, row, free):
+    """`solve_sum` for matrices that are not full: a kernel of its own."""
+    s, n = state[0], work.shape[1]
     if block[MATRICES] == 0:
         solve(numbers_from(work, to, 0), n, work[pivots], work[row], n, s.lower, s.upper)
     elif not is_ordered(block):
@@ -151,6 +186,7 @@ def solve_sum(s, work, block, first, to, pivots, row, free):
         _solve(s, work, block, first, to, pivots, work[free])
         for i in range(n):
             work[row, i] = work[free, new_number(block, i)]
+    return 0
 
 
 @njit(**INTERNAL)
@@ -160,8 +196,6 @@ def _solve(s, work, block, first, to, pivots, b):
     if kind == OWN:
         factors = numbers_from(work, to, words[BASE])
         solve(factors, words[LD], work[pivots], b, n, s.lower, s.upper)
-    elif kind == FULL:
-        lapack.solve_full(words[REAL + 1], stored, n, work[pivots], b)
     elif kind == BAND:
         lapack.solve_band(words[REAL + 1], stored, n, s.lower, s.upper, work[pivots], b)
     else:

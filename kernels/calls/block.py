@@ -8,6 +8,7 @@
 - the place of the state at which the function raised;
 - three addresses, each 0 if there is no such thing: the block of the Jacobian, the words of the
   mass matrix (`algebra/mass.py`), the words of the matrices (`algebra/matrices.py`);
+- the address of the addresses of kernels that few solves of implicit methods need;
 - the parameters of the function.
 
 A Jacobian of the user is called as any function, and fills n x n numbers, row by row.  The block of
@@ -23,7 +24,7 @@ lie behind the words.  The entries have one of four sources:
 - constant numbers behind the places.
 """
 
-ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, FIRST = range(8)
+ADDRESS, RAISED_WORD, TIME, FAULT, JACOBIAN, MASS, MATRICES, RARE, FIRST = range(9)
 
 # Two bits for each of the first decisions of a function: the decision was true, or was false.
 SIDES, MOST_DECISIONS = TIME, 31
@@ -41,6 +42,10 @@ WORDS_OF_PAIR = FIRST + 2
 KIND, ROWS, LD, BASE, BELOW, ABOVE, REAL, COMPLEX, PRODUCT = (*range(7), 8, 10)
 ORDERED, ORDER = 11, 12
 OWN, FULL, BAND, OUTSIDE, NARROW = range(5)
+
+# The kernels that RARE names, see `fastdyn/specialise/rare.py`.
+OTHER_JACOBIAN, OTHER_FACTORS, OTHER_SOLUTION = range(3)
+OTHER_COMPLEX_FACTORS, OTHER_COMPLEX_SOLUTION = 3, 4
 
 # Words of a mass matrix, see `algebra/mass.py`.
 N, LOWER, UPPER, PENCIL, PLACES = range(5)

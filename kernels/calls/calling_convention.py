@@ -20,6 +20,8 @@ def n_words(ty):
     """The number of words of an argument of this type."""
     if isinstance(ty, types.BaseTuple):
         return sum(map(n_words, ty.types))
+    if isinstance(ty, types.Record):
+        return 2
     return 1 + ty.ndim if isinstance(ty, types.Array) else 1
 
 
@@ -65,6 +67,8 @@ def words_of(context, builder, tys, values):
         elif isinstance(ty, types.Array):
             data = field_of(context, builder, ty, value, "data")
             words += [builder.ptrtoint(data, WORD), *shape_of(context, builder, ty, value)]
+        elif isinstance(ty, types.Record):  # an array of one record
+            words += [builder.ptrtoint(value, WORD), WORD(1)]
         elif isinstance(ty, types.Float):
             real = context.cast(builder, value, ty, types.float64)
             words.append(builder.bitcast(real, WORD))

@@ -7,7 +7,7 @@ the four kinds is used; see `calls/block.py`.
 import numpy as np
 
 from ..algebra.factorise import bandwidths
-from ..algebra.matrices import leading, matrix_at, matrix_rows
+from ..algebra.matrices import leading, matrix_at, matrix_rows, rare
 from ..calls.block import (
     ABOVE,
     ADDRESS,
@@ -19,11 +19,14 @@ from ..calls.block import (
     KIND,
     MATRICES,
     N_ENTRIES,
+    OTHER_JACOBIAN,
     OUTSIDE,
     OWN_BLOCK,
 )
+from ..calls.calling_convention import invoke
 from ..calls.user_function import (
     address_of,
+    by_pointer,
     call_function,
     call_with,
     numbers_at,
@@ -81,13 +84,11 @@ def entries_at(work, block, first):
 
 
 @njit(**INTERNAL)
-def evaluate_jacobian(rhs, s, t, work, y, f, block, factor, first):
+def evaluate_jacobian(s, t, work, y, f, block, factor, first):
     """The Jacobian at the state in row `y`, in the rows from `first` on, and its bandwidths.
 
     Parameters
     ----------
-    rhs : function
-        As in `adaptive.kernel`.
     s : record
         The state record.
     t : float
@@ -103,9 +104,23 @@ def evaluate_jacobian(rhs, s, t, work, y, f, block, factor, first):
     int
         RUNNING, RAISED or BAD_JACOBIAN.
     """
+    if is_exact(block[JACOBIAN]):
+        words, entries = words_at(block[JACOBIAN]), entries_at(work, block, first)
+        call_with(words[ADDRESS], address_of(block), t, slot(None, work, y), entries)
+        if _are_finite(entries, words[N_ENTRIES]):
+            _put_entries(s, work, block, entries, first)
+            return RUNNING
+    given = s, t, work, y, f, block, factor, first
+    return invoke(rare(block, OTHER_JACOBIAN), given)
+
+
+@njit(**INTERNAL)
+def other_jacobian(state, t, work, y, f, block, factor, first):
+    """`evaluate_jacobian` for all Jacobians: a kernel of its own, which few solves need."""
+    s = state[0]
     n, given = work.shape[1], block[JACOBIAN]
     if given != 0 and words_at(given)[N_ENTRIES] > 0:
-        status = _put_entries(rhs, s, t, work, y, f, block, given, factor, first)
+        status = _put_other_entries(s, t, work, y, f, block, given, factor, first)
         if status != BAD_JACOBIAN or (block[MATRICES] != 0 and leading(block, n)[0] != n):
             return status
         given = 0
@@ -113,7 +128,7 @@ def evaluate_jacobian(rhs, s, t, work, y, f, block, factor, first):
     if given == 0:
         for j in range(n):
             column = matrix[j * n : (j + 1) * n]
-            if not column_difference(rhs, t, work, y, f, block, factor, column, j):
+            if not column_difference(by_pointer, t, work, y, f, block, factor, column, j):
                 return RAISED
     elif words_at(given)[ADDRESS] == 0:
         _copy_constant(given, matrix, n)
@@ -130,23 +145,29 @@ def evaluate_jacobian(rhs, s, t, work, y, f, block, factor, first):
 
 
 @njit(**INTERNAL)
-def _put_entries(rhs, s, t, work, y, f, block, given, factor, first):
-    """Put the entries of a Jacobian into the matrix, which `clear_matrix` filled with zeros."""
-    n, words, entries = work.shape[1], words_at(given), entries_at(work, block, first)
+def _put_other_entries(s, t, work, y, f, block, given, factor, first):
+    """Evaluate the entries of a Jacobian, and put the entries into the matrix."""
+    words, entries = words_at(given), entries_at(work, block, first)
     status = _evaluate_entries(t, slot(None, work, y), block, given, entries)
     if status == BAD_JACOBIAN and words[GROUPS] > 0:
-        if not differences_in_groups(rhs, t, work, y, f, block, given, factor, entries):
+        if not differences_in_groups(by_pointer, t, work, y, f, block, given, factor, entries):
             return RAISED
         status = RUNNING if _are_finite(entries, words[N_ENTRIES]) else BAD_JACOBIAN
-    if status != RUNNING:
-        return status
+    if status == RUNNING:
+        _put_entries(s, work, block, entries, first)
+    return status
+
+
+@njit(**INTERNAL)
+def _put_entries(s, work, block, entries, first):
+    """Put the entries of a Jacobian into the matrix, which `clear_matrix` filled with zeros."""
+    n, given = work.shape[1], block[JACOBIAN]
     if block[MATRICES] == 0 or words_at(block[MATRICES])[KIND] == FULL:
         s.lower, s.upper = _spread(given, entries, matrix_at(work, block, first), n)
-        return RUNNING
+        return
     if words_at(block[MATRICES])[KIND] != OUTSIDE:
         _spread(given, entries, matrix_at(work, block, first), n)
     s.lower, s.upper = words_at(block[MATRICES])[BELOW], words_at(block[MATRICES])[ABOVE]
-    return RUNNING
 
 
 @njit(**INTERNAL)

@@ -26,11 +26,13 @@ from fastdyn.kernels.calls.block import (
     NARROW,
     ORDER,
     OUTSIDE,
+    RARE,
 )
 from fastdyn.linear_solvers.straight_bands import are_short, band_routines
 from fastdyn.linear_solvers.straight_elimination import straight_routines
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.problem.lsoda import NO_BAND
+from fastdyn.specialise import rare
 
 from ..begin import jacobian_of
 from ..enough_memory import check_full_matrices
@@ -142,6 +144,7 @@ def full_matrices(problem, bound, others):
 
 def _name(bound, *blocks):
     """Write the addresses of the Jacobian and of the matrices into the block of the equations."""
+    bound.block[RARE] = rare.ADDRESS
     for word, block in zip((JACOBIAN, MATRICES), blocks, strict=True):
         bound.block[word] = 0 if block is None else address_of(block)
 

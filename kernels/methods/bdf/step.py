@@ -55,7 +55,7 @@ def _renew_jacobian(rhs, s, t, work, block, y):
     s.n_jacobians += not is_constant(block)
     if takes_slope(block) and not evaluate_row(rhs, t, work, y, CHANGE, block):
         return RAISED
-    status = evaluate_jacobian(rhs, s, t, work, y, CHANGE, block, FACTOR, J)
+    status = evaluate_jacobian(s, t, work, y, CHANGE, block, FACTOR, J)
     if block[MASS] != 0:
         keep_factors(work, FACTOR)
         s.lower, s.upper = widened(block[MASS], s.lower, s.upper)

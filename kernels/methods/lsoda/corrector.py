@@ -68,7 +68,7 @@ def _jacobian(rhs, s, t, work, block, h):
     n, banded = work.shape[1], s.lband >= 0
     s.n_jacobians += not is_constant(block)
     if block[JACOBIAN] != 0:
-        status = evaluate_jacobian(rhs, s, t, work, Z, RATE, block, FACTOR, J)
+        status = evaluate_jacobian(s, t, work, Z, RATE, block, FACTOR, J)
         if status == RUNNING and banded:
             _cut(s, work)
         return status

@@ -180,7 +180,7 @@ def renew_jacobian(rhs, s, work, block):
     """The Jacobian at the present state; RUNNING, RAISED or BAD_JACOBIAN."""
     s.current, s.factorised = 1, 0
     s.n_jacobians += not is_constant(block)
-    status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
+    status = evaluate_jacobian(s, s.t, work, Y, SLOPE, block, FACTOR, J)
     if block[MASS] != 0:
         keep_factors(work, FACTOR)
         s.lower, s.upper = widened(block[MASS], s.lower, s.upper)

@@ -54,7 +54,7 @@ def derive(rhs, s, work, block):
         first_factors(work, FACTOR)
     if s.order == 0 or not is_constant(block):
         s.n_jacobians += not is_constant(block)
-        status = evaluate_jacobian(rhs, s, s.t, work, Y, SLOPE, block, FACTOR, J)
+        status = evaluate_jacobian(s, s.t, work, Y, SLOPE, block, FACTOR, J)
         if status != RUNNING:
             return status
         keep_factors(work, FACTOR)
