@@ -213,8 +213,8 @@ class LaidOut(PythonBetween):
 
     def check(self, status):
         """Raise the exception of a user's function, if the status stands for an exception."""
+        raise_failure()
         if status == RAISED:
-            raise_failure()
             for called in self._callbacks:
                 if called.exception is not None and not isinstance(called, Island):
                     raise called.exception

@@ -48,8 +48,7 @@ def _stand_in(at, name, word):
 
 def raise_failure():
     """Raise what a kernel's compilation raised within a solve, if anything."""
-    error = _failures.pop(threading.get_ident(), None)
-    if error is not None:
+    if _failures and (error := _failures.pop(threading.get_ident(), None)):
         raise error
 
 

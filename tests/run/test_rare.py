@@ -31,7 +31,8 @@ def falling(t, y):
 
 
 def in_python(t, y):
-    return [float(str(number)) for number in falling(t, y)]
+    """Differences find a diagonal Jacobian, which our own elimination takes."""
+    return [-100.0 * float(str(y[0])), -float(str(y[1]))]
 
 
 def solve(fun, method):
@@ -46,8 +47,8 @@ def test_small_traced_equations_need_none(cannot_be_compiled, method):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.filterwarnings("ignore:in_python")
 def test_what_the_compilation_raises_ends_the_solve(cannot_be_compiled, method):
-    own = method == "LSODA" and cannot_be_compiled == "other jacobian"  # LSODA has own differences
-    if "complex" in cannot_be_compiled and method != "Radau" or own:
+    lsoda = method == "LSODA" and cannot_be_compiled == "other jacobian"  # its own differences
+    if lsoda or ("complex" in cannot_be_compiled and method != "Radau"):
         assert solve(in_python, method).success
         return
     with pytest.raises(KeyboardInterrupt):
@@ -58,4 +59,4 @@ def test_what_the_compilation_raises_ends_the_solve(cannot_be_compiled, method):
 def test_all_implicit_methods_share_the_kernels():
     for method in METHODS:
         found = solve(in_python, method)
-        assert np.allclose(found.y[:, -1], solve(falling, method).y[:, -1], rtol=1e-2)
+        assert np.allclose(found.y[1, -1], 2.0 * np.exp(-1.0), rtol=1e-2)

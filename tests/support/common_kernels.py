@@ -4,6 +4,7 @@ import sys
 
 from fastdyn.kernels.methods import METHODS
 from fastdyn.specialise import scalar
+from fastdyn.specialise.rare import KERNELS
 
 
 def main(worker, n_workers):
@@ -20,7 +21,8 @@ def main(worker, n_workers):
             kernel(name)
     if worker == 0:
         watches = scalar.watch_plain_kernel, scalar.watch_events_kernel, scalar.watch_kernel
-        for kernel in (*watches, scalar.whole_solve_kernel):
+        rare = [scalar.kernel_for_all(name) for name, _ in KERNELS]
+        for kernel in (*watches, scalar.whole_solve_kernel, *rare):
             kernel()
 
 
