@@ -72,7 +72,7 @@ def list_systems(options):
     return 0
 
 
-def given(options, names):
+def options_given(options, names):
     """The options among `names` that the command line gives, by name."""
     values = {name: getattr(options, name, None) for name in names}
     return {name: value for name, value in values.items() if value is not None}
@@ -80,12 +80,12 @@ def given(options, names):
 
 def field_values(options):
     """The numbers that the command line gives for the fields of a system, by name."""
-    return given(options, [field.name for field in dataclasses.fields(options.system)])
+    return options_given(options, [field.name for field in dataclasses.fields(options.system)])
 
 
 def solver_options(options):
     """The tolerances or the step that the command line gives, refused if the method takes none."""
-    chosen = given(options, ("rtol", "atol", "step"))
+    chosen = options_given(options, ("rtol", "atol", "step"))
     method = METHODS.get(options.method)
     fixed = method is not None and not method.error_order
     if fixed and "step" not in chosen:
@@ -118,7 +118,7 @@ def drift(options):
         studies = compare_drift(system, options.methods, **work, **show)
     else:
         names = ("step", "steps_per_period", "rtol", "atol", "periods", "t_end", "n_steps")
-        chosen = given(options, (*names, "checkpoint"))
+        chosen = options_given(options, (*names, "checkpoint"))
         if "checkpoint" in chosen and len(options.methods) > 1:
             raise ValueError("`--checkpoint` is the file of one method; give one.")
         studies = Comparison(

@@ -43,11 +43,11 @@ def add_options(parser, system):
 def run(options):
     """Solve, print the results, and write the files; 1 if the run failed."""
     system = options.system(**commands.field_values(options))
-    set_twice = commands.given(options, [field.name for field in system.initial_fields()])
+    set_twice = commands.options_given(options, [field.name for field in system.initial_fields()])
     if options.start and set_twice:
         raise ValueError(f"`--start` and `--{next(iter(set_twice))}` both set the start; give one.")
     choices = commands.solver_options(options) | {"progress": sys.stderr.isatty()}
-    choices |= commands.given(options, ("project",))
+    choices |= commands.options_given(options, ("project",))
     if options.points is not None:
         choices["t_eval"] = np.linspace(0.0, options.t_end, options.points)
     if options.plot or options.animate:

@@ -42,7 +42,7 @@ def run(options):
         raise ValueError(f"{size:.2g} trajectories are more than {checks.MOST_POINTS:.0e}.")
     axes = np.meshgrid(*varied.values(), indexing="ij")
     given |= {name: axis.ravel() for name, axis in zip(varied, axes, strict=True)}
-    chosen = commands.solver_options(options) | commands.given(options, ("threads",))
+    chosen = commands.solver_options(options) | commands.options_given(options, ("threads",))
     if events := commands.watched(options, system):
         chosen["events"] = events
     began = time.perf_counter()

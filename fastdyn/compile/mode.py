@@ -95,7 +95,7 @@ class Mode:
         """Whether machine code is compared with the function at states of a solution."""
         return not (self.constant or self.entries or self.sensitivities or self.saltation)
 
-    def given(self, n):
+    def shapes(self, n):
         """(length of the user's y, shape of the user's result, number of zeros behind y).
 
         The shape is None for a single number.

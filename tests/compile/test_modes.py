@@ -57,9 +57,9 @@ def test_a_mode_is_one_record_in_every_process():
 
 
 def test_lengths_of_modes():
-    assert mode.DERIVATIVE.given(4) == (4, (4,), 0)
-    assert mode.ACCELERATION.given(4) == (4, (8,), 4)
-    assert mode.MATRIX.given(3) == (3, (9,), 0) and mode.MATRIX.n_results(3) == 9
-    assert mode.COMPLEX_NUMBERS.given(4) == (2, (2,), 0)
-    assert mode.COMPLEX_EVENT.given(4) == (2, None, 0) and mode.COMPLEX_EVENT.n_results(4) == 1
-    assert mode.MOMENTS["mean", "rms"].given(6) == (2, (2,), 0)
+    assert mode.DERIVATIVE.shapes(4) == (4, (4,), 0)
+    assert mode.ACCELERATION.shapes(4) == (4, (8,), 4)
+    assert mode.MATRIX.shapes(3) == (3, (9,), 0) and mode.MATRIX.n_results(3) == 9
+    assert mode.COMPLEX_NUMBERS.shapes(4) == (2, (2,), 0)
+    assert mode.COMPLEX_EVENT.shapes(4) == (2, None, 0) and mode.COMPLEX_EVENT.n_results(4) == 1
+    assert mode.MOMENTS["mean", "rms"].shapes(6) == (2, (2,), 0)

@@ -129,7 +129,7 @@ def _reason(error, fun, args, mode, n):
     if not error.said or not (error.final or isinstance(refusal, Refusal)):
         return None
     if not isinstance(refusal, Refusal):
-        return located(what, line_of_write(fun, args, *mode.given(n)))
+        return located(what, line_of_write(fun, args, *mode.shapes(n)))
     drawn = r"it uses ((numpy\.)?random|random numbers|secrets)$"
     return located(re.sub(drawn, "it draws random numbers", what), line_of_refusal(refusal))
 
@@ -141,7 +141,7 @@ def made(function):
 
 @refused_as(Refusal.untraceable)
 def _traced(fun, args, mode, n, near, varying, lifted, batches):
-    own, shape, zeros = mode.given(n)
+    own, shape, zeros = mode.shapes(n)
     stores, batches = batches == STORES, batches is True
     follow = trace_with_stores if stores else trace
     found = follow(

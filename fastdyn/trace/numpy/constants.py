@@ -37,7 +37,7 @@ class Constants(np.ndarray):
             return "an array", [], []
         return "an array", Content(self), [self.tobytes()]
 
-    def again(self):
+    def reset(self):
         """The array itself, for another run; None if a run may have written to the array."""
         return None if self.flags.writeable else self
 

@@ -97,7 +97,7 @@ class Table(Lazy, Array):
         """(kind of object, used elements now, used elements before the run), to find writes."""
         return "an array", self._asked, self._asked.before
 
-    def again(self):
+    def reset(self):
         """The table itself, reset for another run."""
         self._asked.forget(self._unasked)
         self._elements.count = 0

@@ -19,7 +19,7 @@ def _shared(g, value, make):
     """The copy of an earlier run, reset; a new copy if there is none, or a run may have written."""
     key = "copy", id(value)
     copy, anew = g.kept.get(key) or (None, None)
-    copy = copy is not None and copy.again()
+    copy = copy is not None and copy.reset()
     if copy is None or copy is False:
         anew = anew or make()
         copy = anew()

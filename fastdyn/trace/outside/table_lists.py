@@ -116,7 +116,7 @@ class _Long(Lazy):
     def watch(self):
         return "a list", self._rows, self._rows.before
 
-    def again(self):
+    def reset(self):
         """The list itself, reset for another run; None if all items were filled in."""
         if self._items is None:
             return None

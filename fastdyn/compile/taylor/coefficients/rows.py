@@ -78,7 +78,7 @@ class Rows:
 
     def put(self, node, value):
         """Store the coefficient of the current order."""
-        self.v[node.key, self.order] = value = self.text.given(value or ZERO)
+        self.v[node.key, self.order] = value = self.text.operand(value or ZERO)
         self.text.store(value, self.address(node, self.order))
 
     # -- all orders
@@ -231,5 +231,5 @@ class Rows:
             if self.order == 0 and step.constant is not None:
                 constant = text.mul(self.factor(step.constant), self.scale)
                 value = text.add(value, constant)
-            self.v[step.node.key, following] = value = text.given(value or ZERO)
+            self.v[step.node.key, following] = value = text.operand(value or ZERO)
             text.store(value, self.address(step.node, following))

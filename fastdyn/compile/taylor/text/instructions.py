@@ -59,7 +59,7 @@ class Text(Lines):
         """The type of a vector with a `kind` in each lane."""
         return kind if self.lanes == 1 else f"<{self.lanes} x {kind}>"
 
-    def given(self, x):
+    def operand(self, x):
         """A value or constant in LLVM's notation."""
         return self.splat(x, self.lanes) if self.lanes > 1 and x.startswith("0x") else x
 
@@ -107,24 +107,23 @@ class Text(Lines):
 
     def intrinsic(self, name, *args):
         """Call LLVM's intrinsic `name`."""
-        return self.call(f"llvm.{name}.{self._suffix}", self.kind, *map(self.given, args))
+        return self.call(f"llvm.{name}.{self._suffix}", self.kind, *map(self.operand, args))
 
     def elementary(self, name, *args):
         """Call an elementary function of LLVM or C; for vectors, a function of the module."""
         if self.lanes > 1:
-            return self.call(f"{OF_VECTORS}{name}", self.kind, *map(self.given, args))
+            return self.call(f"{OF_VECTORS}{name}", self.kind, *map(self.operand, args))
         name = f"llvm.{name}.f64" if name in INTRINSIC else name
         return self.call(name, self.kind, *args)
 
     def compare(self, sign, a, b):
         """The truth value of a comparison."""
-        return self.new(f"fcmp {sign} {self.kind} {self.given(a)}, {self.given(b)}")
+        return self.new(f"fcmp {sign} {self.kind} {self.operand(a)}, {self.operand(b)}")
 
     def select(self, truth, a, b):
         """a if the truth value holds, else b."""
-        return self.new(
-            f"select {self.truth} {truth}, {self.kind} {self.given(a)}, {self.kind} {self.given(b)}"
-        )
+        either = ", ".join(f"{self.kind} {self.operand(x)}" for x in (a, b))
+        return self.new(f"select {self.truth} {truth}, {either}")
 
     def truths(self, word, a, b):
         """Combine two truth values by "and", "or" or "xor"."""
@@ -144,7 +143,7 @@ class Text(Lines):
 
     def bits(self, x):
         """The bits of numbers, as integers."""
-        return self.new(f"bitcast {self.kind} {self.given(x)} to {self.whole}")
+        return self.new(f"bitcast {self.kind} {self.operand(x)} to {self.whole}")
 
     def real(self, x):
         """The numbers with these bits."""
@@ -155,7 +154,7 @@ class Text(Lines):
         return self.new(f"{word} {self.whole} {x}, {self.wholes(number)}")
 
     def _two(self, word, a, b):
-        return self.new(f"{word} {self.kind} {self.given(a)}, {self.given(b)}")
+        return self.new(f"{word} {self.kind} {self.operand(a)}, {self.operand(b)}")
 
     def power(self, x, exponent):
         """x to a whole exponent above 0."""
@@ -189,6 +188,6 @@ class Text(Lines):
         if value is None:
             value = ZERO if kind == "double" else "zeroinitializer"
         elif kind == self.kind:
-            value = self.given(value)
+            value = self.operand(value)
         align = ", align 8" if kind[0] == "<" else ""
         self.put(f"store {kind} {value}, ptr {pointer}{align}")
