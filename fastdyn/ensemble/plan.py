@@ -76,7 +76,7 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     )  # fmt: skip
     if callable(options.get("mass")) and members.count:
         usual = asked._replace(y0=members.state(members.usual))
-        fun, _ = mass.given(usual, ours, DERIVATIVE)
+        fun, _ = mass.equations_of(usual, ours, DERIVATIVE)
         asked = asked._replace(fun=fun).with_options(mass=None)
     mode, n = COMPLEX_NUMBERS if members.complex else DERIVATIVE, members.n
     if ours.second_order and not members.complex:

@@ -8,7 +8,7 @@ from fastdyn.compile.sparse_jacobian import is_sparse, pattern_of
 DIFFERENCES = "2-point"  # the name of differences in `scipy.optimize.minimize`
 
 
-def given(options, n):
+def options_of(options, n):
     """The Jacobian, the choice of differences, and the sparsity from the options.
 
     Returns

@@ -8,7 +8,7 @@ NAME = "LSODA"
 NO_BAND = -1, -1
 
 
-def given(asked, method):
+def options_of(asked, method):
     """The options of the Jacobian, `min_step`, and (`lband`, `uband`) or NO_BAND, of any method.
 
     Raises

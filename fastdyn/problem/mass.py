@@ -30,7 +30,7 @@ def refuse(options, method, y0):
         raise ValueError(f"`mass` is not for {name}: {OTHERWISE}.")
 
 
-def given(asked, method, mode):
+def equations_of(asked, method, mode):
     """The equations, and `mass` as an array of (n, n) floats or None.
 
     If `mass` is a function, its matrix is regular, and the equations are solved for y'.

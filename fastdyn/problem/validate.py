@@ -195,11 +195,11 @@ def problem(asked, method, mode):
         raise ValueError(f"the state [q, v] has an even number of components; got {len(y0)}.")
     if method.like_matlab and (np.any(np.asarray(atol) <= 0) or np.ndim(rtol)):
         raise ValueError(f"{method.name} takes one `rtol` and, for each component, `atol` > 0.")
-    fun, matrix = mass.given(asked, method, mode)
+    fun, matrix = mass.equations_of(asked, method, mode)
     of_matrices: Any = {}
     if method.n_matrices:
-        of_jacobian, h_least, band = lsoda.given(asked, method)
-        jac, differences, sparsity = jacobian.given(of_jacobian, len(y0))
+        of_jacobian, h_least, band = lsoda.options_of(asked, method)
+        jac, differences, sparsity = jacobian.options_of(of_jacobian, len(y0))
         of_matrices = {
             "jac": jac, "differences": differences, "sparsity": sparsity, "mass": matrix,
             "h_least": h_least, "band": band,
