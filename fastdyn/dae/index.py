@@ -10,7 +10,7 @@ import numpy as np
 SHOWN = 5  # names in a sentence
 SHARE = 0.3  # of the largest number of a null vector: what counts
 SMALL_STEP, RATIO = 1e-6, 8.0  # the larger step, in units of |dF/dy'| / |dF/dy|; both steps
-SHIFTS = (0.71, 1.93, -3.07)
+SHIFTS = (0.71, 1.93, -3.07)  # a regular pencil is singular for few values, hardly for all of these
 
 
 class HighIndexError(ValueError):

@@ -20,7 +20,7 @@ from fastdyn.run.solve_problem import verify
 from fastdyn.specialise.scalar import many_kernel
 
 FIRST_STEPS = 64
-UNLIMITED = 2**62
+UNLIMITED = 2**62  # steps
 STATUS = {
     FINISHED: 0,
     EVENT: 1,

@@ -26,7 +26,7 @@ from .functions import (
     sign,
 )  # fmt: skip
 
-MOST_CUT = 100.0
+MOST_CUT = 100.0  # the sum of corrections, in units of `atol`, that a solve makes without a word
 NAMES = frozenset(("domain", "nonnegative"))
 
 

@@ -18,7 +18,7 @@ from fastdyn.specialise.scalar import evaluate_kernel
 
 APART = 1e-2  # relative deviation of an element beyond the error of differences
 NOISE = 1e3 * np.finfo(float).eps  # rounding of a difference, relative to its terms
-STEP = np.finfo(float).eps ** (1 / 3)
+STEP = np.finfo(float).eps ** (1 / 3)  # of central differences: rounding and formula err alike
 MANY = 60  # above so many components, a product with a vector replaces the single elements
 
 _checked = memory.Table()  # functions with their Jacobians or patterns
