@@ -214,6 +214,7 @@ NAMES = {
     "search": "a search in a table",
     "piecewise": "a spline",
     "interpolate": "interpolation in a table",
+    "in c": "a special function of SciPy",
 }
 
 
