@@ -82,3 +82,12 @@ def test_every_folder_is_a_package():
     folders = {path.parent for path in FILES if path.is_relative_to(ROOT / "fastdyn")}
     folders |= {path.parent for path in FILES if path.is_relative_to(ROOT / "kernels")}
     assert [folder for folder in folders if not (folder / "__init__.py").exists()] == []
+
+
+def test_each_file_that_builds_llvm_says_why():
+    built = re.compile(r"llvmlite|import intrinsic|lower_constant")
+    files = [*(ROOT / "kernels").rglob("*.py"), *(ROOT / "fastdyn/specialise").glob("*.py")]
+    texts = {path: path.read_text() for path in files}
+    found = [path for path, text in texts.items() if built.search(text)]
+    assert len(found) > 10
+    assert [path for path in found if "LLVM, because" not in texts[path]] == []

@@ -1,4 +1,7 @@
-"""A traced function on vectors, in the forms that steps and events call."""
+"""A traced function on vectors, in the forms that steps and events call.
+
+LLVM, because Numba calls no function of vectors by a symbol.
+"""
 
 # Numba's type annotations are incomplete.
 # pyright: reportCallIssue=false, reportArgumentType=false
@@ -7,20 +10,15 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np import arrayobj
 
-from fastdyn.kernels.calls.user_function import WORDS
+from fastdyn.kernels.calls.user_function import address_of, words_at
 from fastdyn.kernels.jit_options import INLINED, njit
 
 
-@intrinsic
-def _words(typingctx, block, skip):
+@njit(**INLINED)
+def _words(block, skip):
     """The block from word `skip` on."""
-
-    def codegen(context, builder, signature, args):
-        return builder.gep(arrayobj.make_array(WORDS)(context, builder, args[0]).data, [args[1]])
-
-    return types.CPointer(types.int64)(block, types.intp), codegen
+    return words_at(address_of(block) + 8 * skip)
 
 
 def named(symbol, n_results):

@@ -1,6 +1,8 @@
 """Small linear systems with one matrix in each lane of a vector.
 
 Each lane has its own pivots: rows are exchanged by selection, not by branches.
+
+LLVM, because its code comes from `straight_line.py`.
 """
 
 from numba import types

@@ -1,4 +1,7 @@
-"""Linear systems and constrained motion in functions that Numba compiles."""
+"""Linear systems and constrained motion in functions that Numba compiles.
+
+LLVM, because the code of the solution comes from `straight_line.py`.
+"""
 
 from numba import types
 from numba.core import errors

@@ -2,6 +2,8 @@
 
 `ge` routines take full matrices, `gb` routines take band matrices: E. Anderson and others, "LAPACK
 Users' Guide", third edition (1999).
+
+LLVM, because Numba passes no addresses of copies to a routine at an address.
 """
 
 from llvmlite import ir

@@ -1,4 +1,7 @@
-"""A constant mass matrix beside vectors: its numbers, the same in all lanes, and its products."""
+"""A constant mass matrix beside vectors: its numbers, the same in all lanes, and its products.
+
+LLVM, because Numba builds no tuple of a length that a type determines.
+"""
 
 from llvmlite import ir
 from numba import types

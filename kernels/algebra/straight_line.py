@@ -8,6 +8,9 @@ The elements are an object `a` with the elements ``a[i, j]``, the pivot ``a[k]``
 `structure`, and ``exchange_rows(k, pivot, rows, columns)``.  This method exchanges, in the given
 columns, row k with the row among `rows` that the pivot names.  `Reals` or `Pairs` has the
 arithmetic of the elements.
+
+LLVM, because the operations differ with the places of the elements, and Numba unrolls no loop over
+a list that is known before.
 """
 
 import functools

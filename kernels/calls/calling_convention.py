@@ -4,6 +4,8 @@ Every kernel has one compiled form, ``int64 kernel(int64 *words)``, for calls fr
 other kernels.  A number takes one word.  An array takes the word of its address and the words of
 its shape.  A named tuple takes the words of its fields.  Arrays are C-contiguous; the caller keeps
 arrays alive.
+
+LLVM, because Numba has no call at an address, and no words for arguments of any type.
 """
 
 from llvmlite import ir

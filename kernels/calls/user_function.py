@@ -4,6 +4,9 @@ Every compiled function of the user has one form, ``function(t, y, n, block, out
 pointers to n numbers; `block` is an int64 array with the data of the function in this solve (see
 `block.py`).  A shared kernel calls any function by its address (`by_pointer`).  A kernel
 specialised to one function contains the code of the function (`inlined`).
+
+LLVM, because Numba has no call of its own convention at an address or by a symbol that
+comes later, and no pointer from a number.
 """
 
 from llvmlite import ir

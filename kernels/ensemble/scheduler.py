@@ -52,7 +52,10 @@ from .watched import act_at_start, watch_lane
 
 @intrinsic
 def _take(typingctx, queue, i):
-    """Increment queue[i] atomically and return its former value, different for each thread."""
+    """Increment queue[i] atomically and return its former value, different for each thread.
+
+    LLVM, because Numba has no atomic operation on the processor.
+    """
 
     def codegen(context, builder, signature, args):
         data = data_of(context, builder, queue, args[0])

@@ -1,7 +1,7 @@
 """Arrays over borrowed memory, in LLVM: the fields of their records, without a copy on the stack.
 
-Numba's own `make_array` stores an array's record on the stack to read one field; nine in ten
-instructions of a kernel were of that kind before LLVM optimised them.
+LLVM, because Numba's own `make_array` stores an array's record on the stack to read one field; nine
+in ten instructions of a kernel were of that kind before LLVM optimised them.
 """
 
 from llvmlite import ir

@@ -5,7 +5,8 @@ the references of each array at each call.  Kernels have no use for these passes
 Four fifths of the time of a first solve were Numba's in Python, nearly in proportion to the
 instructions that Numba made, 90 000 for Radau.  `Lean` runs twelve passes; its lowering counts no
 references, and indexes C-contiguous arrays by whole numbers without a copy of the array's record on
-the stack: 48 000 instructions.  The bits of the results are equal.
+the stack: 48 000 instructions.  The bits of the results are equal.  LLVM, because this is the step
+of Numba that writes LLVM.
 
 Parts of Numba that are not public: the names of its passes, `BaseNativeLowering`, the methods of
 `Lower` that `_LeanLower` overrides, `NRTContext`, `load_item` and `store_item`.  If a part is

@@ -1,4 +1,7 @@
-"""Objects that the compiler knows: their content is part of a type and takes no memory."""
+"""Objects that the compiler knows: their content is part of a type and takes no memory.
+
+LLVM, because Numba asks for a value of each type that a function names.
+"""
 
 from numba import types
 from numba.core.imputils import lower_constant

@@ -2,9 +2,13 @@
 
 A value is a tuple of numbers (small n: the compiler keeps it in registers), a row of the work
 array (any n), or a tuple of vectors, each with one component of several states.  The functions here
-are LLVM code generators: a step written with the functions becomes straight-line code for a tuple
-and one loop for a row.  Tuples and rows give equal bits, because each component passes through
-equal operations in equal order.  On vectors, a product and a sum may be fused to one rounding.
+generate code: a step written with the functions becomes straight-line code for a tuple and one loop
+for a row.  Tuples and rows give equal bits, because each component passes through equal operations
+in equal order.  On vectors, a product and a sum may be fused to one rounding.
+
+LLVM, because Numba maps no function over a tuple, and would compile one for each row of
+coefficients.  `halves` and `join` with Numba's slices give equal bits, but a step of KahanLi8 on
+rows takes 2.5 % longer (160 instead of 156 ms for 300 000 steps of two numbers).
 
 Everywhere `out` is the row that receives the result, or None for tuples.
 """

@@ -1,4 +1,8 @@
-"""Reductions over the components of a state, such as sums, in one order for every storage."""
+"""Reductions over the components of a state, such as sums, in one order for every storage.
+
+LLVM, because Numba does not load four numbers of a row as a vector, from any number of
+rows.
+"""
 
 from llvmlite import ir
 from numba.core import cgutils

@@ -1,4 +1,8 @@
-"""Rows of the work array as values of the state, and back."""
+"""Rows of the work array as values of the state, and back.
+
+LLVM, because a slice of Numba looks for negative bounds (see `elementwise.py`), and because Numba
+returns no array on the stack and loads no vector from a row.
+"""
 
 from llvmlite import ir
 from numba import types
@@ -36,33 +40,6 @@ def numbers_of(typingctx, work):
 
 
 @intrinsic
-def numbers_from(typingctx, work, first, offset):
-    """The numbers of `work` from row `first` on, without the first `offset`, as one row."""
-
-    def codegen(context, builder, signature, args):
-        array, first, offset = args
-        rows, n = shape_of(context, builder, work, array)
-        pointer = builder.gep(_row_pointer(context, builder, work, array, first), [offset])
-        left = builder.sub(builder.mul(builder.sub(rows, first), n), offset)
-        return view(context, builder, pointer, left)
-
-    return ROW(work, types.intp, types.intp), codegen
-
-
-@intrinsic
-def in_halves(typingctx, work):
-    """`work` with two rows for each row: the first half of the row, and the second half."""
-
-    def codegen(context, builder, signature, args):
-        rows, n = shape_of(context, builder, work, args[0])
-        two = context.get_constant(types.intp, 2)
-        shape = [builder.mul(rows, two), builder.udiv(n, two)]
-        return borrowed(context, builder, work, data_of(context, builder, work, args[0]), shape)
-
-    return work(work), codegen
-
-
-@intrinsic
 def after(typingctx, row, offset):
     """The numbers of a row from `offset` on; the length of the row is not checked."""
 
@@ -72,6 +49,12 @@ def after(typingctx, row, offset):
         return view(context, builder, pointer, n)
 
     return ROW(row, types.intp), codegen
+
+
+@njit(**INTERNAL)
+def numbers_from(work, first, offset):
+    """The numbers of `work` from row `first` on, without the first `offset`, as one row."""
+    return after(numbers_of(work), first * work.shape[1] + offset)
 
 
 def scratch(size):

@@ -1,8 +1,9 @@
 """Formulas that write code: operators on `Lanes` emit LLVM instructions on vectors.
 
 Each operator is one operation with one rounding.  Only `fma` fuses two operations, so that the
-error of an operation can be computed.  The code compiles in a fraction of the time that Numba takes
-for an equal formula.
+error of an operation can be computed.
+
+LLVM, because Numba takes several times as long to compile an equal formula, and has no `fma`.
 """
 
 import functools

@@ -1,4 +1,7 @@
-"""LLVM instructions on vectors and on numbers alike, written without Numba."""
+"""LLVM instructions on vectors and on numbers alike, written without Numba.
+
+LLVM, because Numba has no vectors, and no `contract` for one operation.
+"""
 
 from llvmlite import ir
 

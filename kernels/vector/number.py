@@ -4,6 +4,8 @@ A `Vector` holds one double for each of `width` lanes, a `Mask` one truth value.
 written for numbers compiles for vectors without a change, unless the kernel branches on numbers.
 Lanes never mix.  Products and sums may be fused, except on `exact` vectors: there, each lane holds,
 to the last bit, the result of the code for one number.
+
+LLVM, because Numba has no type for the vectors of a processor.
 """
 
 import operator

@@ -1,4 +1,8 @@
-"""Functions for the control of steps that take numbers and vectors."""
+"""Functions for the control of steps that take numbers and vectors.
+
+LLVM, because Numba has no choice without a branch, which vectors need, and does not read
+the bits of a double as a number.
+"""
 
 import numpy as np
 from llvmlite import ir

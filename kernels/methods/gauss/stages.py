@@ -1,6 +1,9 @@
 """The stages of an implicit step as vectors: the s stages of a component lie side by side.
 
 s rows of `work` hold n components of s stages each.
+
+LLVM, because Numba has no fused product and sum, and no vectors whose elements could be
+read or replaced.
 """
 
 from llvmlite import ir

@@ -25,7 +25,7 @@ from ...calls.block import (
 from ...calls.user_function import address_of, call_with, words_at
 from ...jit_options import INLINED, INTERNAL, njit
 from ...state.record import BAD_JACOBIAN, RAISED, RUNNING, SINGULAR, STAGE
-from ...state.rows import copy_row, in_halves, numbers_from, slot
+from ...state.rows import copy_row, numbers_from, slot
 from ...stepping.differences import evaluate_row
 from .past import (
     FACTORED,
@@ -39,6 +39,7 @@ from .past import (
     TRIAL_RATE,
     WEIGHT,
     J,
+    in_halves,
 )
 
 N_STATE, N_RATE = TIME, FAULT  # words with the numbers of entries of dF/dy and of dF/dy'

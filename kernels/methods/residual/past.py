@@ -8,12 +8,14 @@ All rows here have n numbers, half a row of the work array: see `in_halves`.
 """
 
 import numpy as np
+from numba import carray
 
+from ...calls.user_function import address_of, numbers_at
 from ...jit_options import INLINED, INTERNAL, njit
 from ...output.dense_output import F as DENSE
 from ...output.dense_output import nest
 from ...state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y
-from ...state.rows import in_halves, scratch
+from ...state.rows import scratch
 
 MAX_ORDER = 5
 SIZE = MAX_ORDER + 1
@@ -39,6 +41,12 @@ J = 2 * (K + N_ROWS)  # the first row of the iteration matrix; its factors lie b
 coefficients = scratch(5 * SIZE)
 ALPHA, BETA, GAMMA, SIGMA, NEW_PSI = (i * SIZE for i in range(5))
 powers = scratch(SIZE * SIZE)
+
+
+@njit(**INTERNAL)
+def in_halves(work):
+    """`work` with two rows for each row: the first half of the row, and the second half."""
+    return carray(numbers_at(address_of(work)), (2 * len(work), work.shape[1] // 2))
 
 
 @njit(**INLINED)

@@ -23,7 +23,7 @@ from ...state.record import (
     Y_OLD,
     Y,
 )
-from ...state.rows import copy_row, in_halves
+from ...state.rows import copy_row
 from ...stepping import first_step
 from ...stepping.differences import evaluate_row
 from ...stepping.implicit import weigh
@@ -60,6 +60,7 @@ from .past import (
     coefficients,
     dense_rows,
     fill_coefficients,
+    in_halves,
     norm,
     predict,
 )
