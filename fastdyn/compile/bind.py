@@ -64,6 +64,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         found, late = budget.within(
             met.place_of(fun, args, mode, n, varying),
             lambda: _code(fun, args, mode, n, near, probe, varying),
+            lambda: None if DISABLED else traced_function(fun, args, mode, n, near, varying, False),
         )
         if late is not None:
             return _in_python(as_written, keepalive, mode, n, account=late)

@@ -59,7 +59,7 @@ def limited(least=0.0):
         _here.least, _here.end = before
 
 
-def within(place, make) -> tuple[Any, Any]:
+def within(place, make, known=lambda: None) -> tuple[Any, Any]:
     """``(make(), None)``, or ``(None, account)`` if `make` takes longer than the solve may wait.
 
     Parameters
@@ -68,6 +68,9 @@ def within(place, make) -> tuple[Any, Any]:
         The identity of the function.
     make : callable
         Makes the code; a later call must find the code that an earlier call has made.
+    known : callable, optional
+        Returns code that was made for other values, or None.  Values may be again what they were
+        while the background thread makes the code for values in between.
     """
     if _here.least is None or SECONDS == math.inf:
         return make(), None
@@ -79,21 +82,24 @@ def within(place, make) -> tuple[Any, Any]:
     begin = perf_counter()
     end = min(begin + account.left(), max(_here.end, begin + SHARE * account.in_python))
     try:
-        return _made(account, make, end), None
+        return _made(account, make, known, end), None
     except NotYet:
         return None, account
     finally:
         account.waited += perf_counter() - begin
 
 
-def _made(account, make, end):
+def _made(account, make, known, end):
     if account.job is None:
         try:
             return _against(end, make)
         except NotYet:
             account.job = background.Job(make)
     if not account.job.wait(end - perf_counter()):
-        raise NotYet("")
+        found = known()
+        if found is None:
+            raise NotYet("")
+        return found
     account.job, account.rounds = None, account.rounds + 1
     found = _against(max(end, perf_counter() + SECONDS), make)
     account.rounds = 0

@@ -5,7 +5,6 @@ int64 with 2 dimensions", "the constant None".  The type of a number or array do
 value, so that a new value needs no new code.
 """
 
-import struct
 import types as python
 from typing import Any
 
@@ -20,6 +19,7 @@ from .fingerprint import Constant, frozen
 ARRAYS = ("array", "list")
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
+CODES = {FLOAT: "d", INT: "q"}  # of `struct`
 
 
 def is_function(value):
@@ -119,14 +119,3 @@ def pack_all(parameters, block, keepalive):
     at, floats = FIRST, block.view(np.float64)
     for k, value in parameters:
         at = pack(k, value, block, floats, at, keepalive)
-
-
-CODES = {FLOAT: "d", INT: "q"}
-
-
-def packer(kinds):
-    """A function ``pack(values, block, keepalive)`` for values of these types."""
-    if not all(kind in CODES for kind in kinds):
-        return lambda values, block, held: pack_all(zip(kinds, values, strict=True), block, held)
-    write = struct.Struct("=" + "".join([CODES[kind] for kind in kinds])).pack_into
-    return lambda values, block, _: write(block, 8 * FIRST, *values)

@@ -28,13 +28,13 @@ def rebind(bound, fun, args):
         return function is not None
     if numpy_errors.are_heard() or met.left_to_python(fun, args, bound.mode):
         return False
-    again = bound.seen.get("again")
-    if again is not None and again(fun, args):
+    known = bound.seen.get("known")
+    if known is not None and _read(known, bound, fun, args):
         return True
     found = met.known_trace(fun, args, bound.mode, bound.n, batches=met.in_batches(function))
     if found is not None and found[0].function is function:
-        again = bound.seen["again"] = _by_trace(found[0], bound)
-        return again(fun, args)
+        bound.seen["known"] = found[0]
+        return _read(found[0], bound, fun, args)
     if made(function):
         return False
     parameters = _same_parameters(bound.seen, fun, args)
@@ -55,20 +55,13 @@ def rebind(bound, fun, args):
     return True
 
 
-def _by_trace(known, bound):
-    """A fast form of `rebind` for one trace, which returns False if the trace does not hold."""
-    values, function, block = known.values, bound.function, bound.block
-    pack, kept = known.traced.pack, bound.keepalive
-
-    def again(fun, args):
-        given = values(fun, args)
-        if given is None:
-            return False
-        kept[:] = fun, args, function
-        pack(given, block, kept)
-        return True
-
-    return again
+def _read(known, bound, fun, args):
+    """Write the values of a trace into a block; False if the trace does not hold."""
+    given = known.read(fun, args, bound.block)
+    if given is None:
+        return False
+    bound.keepalive[:] = fun, args, bound.function, given
+    return True
 
 
 def _remember(seen, fun, parameters, n_args):

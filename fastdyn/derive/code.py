@@ -1,7 +1,5 @@
 """Python text from expressions: what a person would have written, and the function it makes."""
 
-import itertools
-import linecache
 import math
 import re
 from typing import Any
@@ -13,6 +11,7 @@ from sympy.printing.pycode import PythonCodePrinter
 
 from fastdyn.kernels.algebra.constrained import constrained
 from fastdyn.kernels.algebra.linear import solve_linear
+from fastdyn.trace.written import function_of
 
 SOLVERS = {"solve_linear": solve_linear, "constrained": constrained}
 INVERSE = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
@@ -23,7 +22,6 @@ FUNCTIONS = (
 NUMBERS = {name: getattr(math, name) for name in FUNCTIONS}
 ARRAYS = {name: getattr(np, INVERSE.get(name, name)) for name in FUNCTIONS}
 RESERVED = {*FUNCTIONS, *SOLVERS, "abs", "min", "max", "range"}  # names in the text
-_serial = itertools.count(1)
 
 
 class _Printer(PythonCodePrinter):
@@ -79,12 +77,9 @@ def function(name, arguments, lines, arrays=False) -> Any:
         Whether its functions are NumPy's, for many states at once.
     """
     text = f"def {name}({', '.join(arguments)}):\n" + "".join(f"    {line}\n" for line in lines)
-    place = f"<derived {next(_serial)}: {name}>"
-    linecache.cache[place] = len(text), None, text.splitlines(True), place  # for tracebacks
     space: dict[str, Any] = (
         {"__name__": "fastdyn.derive.derived"} | SOLVERS | (ARRAYS if arrays else NUMBERS)
     )
-    exec(compile(text, place, "exec"), space)
-    made = space[name]
+    made = function_of(text, name, "derived", space)
     made.text = text
     return made

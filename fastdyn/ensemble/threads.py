@@ -78,7 +78,7 @@ def _watched(worker, members, problem, folds):
 
     def look():
         for known, before, fun in found:
-            now = known.values(fun, members.first)
+            now = known.read(fun, members.first)
             if now is None or not np.array_equal(flat(now), before, equal_nan=True):
                 changed.append(getattr(fun, "__qualname__", repr(fun)))
 

@@ -39,6 +39,10 @@ class Variational(NamedTuple):
     directions: tuple
     n_directions: int
 
+    def positions(self):
+        """The positions of the arguments among the directions."""
+        return tuple(sorted({j for j in self.directions if j}))
+
     def __call__(self, t, z, *args):
         """Call the function alone, which may raise: Python cannot compute the sensitivities."""
         own = evaluate(lambda t, y: self.fun(t, y, *args), self.mode, t, z[: self.n])
@@ -157,6 +161,16 @@ def check_method(asked, method):
         )
 
 
+def longer_tolerances(problem, sizes):
+    """`rtol` and `atol` of y followed by S; `sizes` are those of the values of the directions."""
+    p, n, m = problem, len(problem.y0), len(sizes)
+    share = 1.0 if p.method.like_matlab else 1.0 / math.sqrt(1 + m)
+    own = np.broadcast_to(p.atol, n)
+    least = np.minimum(own, p.rtol) if np.any(p.rtol) else own
+    atol = share * np.concatenate([own, (least[:, None] / np.maximum(1.0, sizes)).ravel()])
+    return share * (p.rtol if np.ndim(p.rtol) == 0 else np.r_[p.rtol, np.repeat(p.rtol, m)]), atol
+
+
 def with_sensitivities(problem, directions):
     """The problem for y followed by S, row by row, from a problem for y.
 
@@ -171,12 +185,9 @@ def with_sensitivities(problem, directions):
     y0 = np.concatenate([p.y0, np.hstack(starts).ravel()])
     rtol, atol = p.rtol, p.atol
     if p.method.error_order:
-        share = 1.0 if p.method.like_matlab else 1.0 / math.sqrt(1 + m)
-        sizes = np.concatenate([np.maximum(1.0, abs(d.value)).ravel() for d in directions])
-        own = np.broadcast_to(atol, n)
-        least = np.minimum(own, rtol) if np.any(rtol) else own
-        atol = share * np.concatenate([own, (least[:, None] / sizes).ravel()])
-        rtol = share * (rtol if np.ndim(rtol) == 0 else np.r_[rtol, np.repeat(rtol, m)])
+        rtol, atol = longer_tolerances(
+            p, np.concatenate([abs(d.value).ravel() for d in directions])
+        )
     events = p.events and [(of_own(event, n), *how) for event, *how in p.events]
 
     def longer(event, jump):

@@ -1,13 +1,14 @@
 """The start of a solve: the records, the work array, the image of the memory."""
 
+import struct
 from typing import Any
 
 import numpy as np
 
 from fastdyn.code_store.call import address_of
 from fastdyn.compile.derivatives.jacobian_block import exact_block
-from fastdyn.kernels.output.arguments import EVENTS, SCHEDULES
-from fastdyn.kernels.state.record import ATOL, RTOL, K, Y
+from fastdyn.kernels.output.arguments import EVENTS, OUTPUT, SCHEDULES
+from fastdyn.kernels.state.record import ATOL, RTOL, STATE, K, Y
 from fastdyn.problem.step_options import last_time
 from fastdyn.specialise.scalar import (
     all_roots_kernel,
@@ -118,6 +119,17 @@ def fill(image, problem, n_extra):
         every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, jumps_at_once(p),
         p.method.series, 1, p.t0,
     )  # fmt: skip
+
+
+# The fields of STATE from the first to `h_first`: times, direction, step sizes.
+OF_SPAN, T_LAST = struct.Struct("9d"), STATE.itemsize + OUTPUT.fields["t_last"][1]
+
+
+def fill_span(image, t0, tf, h, h_max):
+    """Fill the fields of the image that depend on the span; in a quarter of the time of `fill`."""
+    direction = 1.0 if tf >= t0 else -1.0
+    OF_SPAN.pack_into(image, 0, t0, t0, tf, tf, t0, direction, h, h_max, h)
+    struct.pack_into("d", image, T_LAST, t0)
 
 
 def fill_tolerances(image, plan, problem):

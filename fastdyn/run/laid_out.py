@@ -111,7 +111,7 @@ class LaidOut(PythonBetween):
             self._words[plan.at["kernels.inside"]] = address_of(self._inside.block)
         self._words[plan.at["kernels.keeps"]] = self._keeps
         self._launch = plan.launch_words(self._words, self._image)
-        self._launch_at = ctypes.c_void_p(self._launch.buffer_info()[0])
+        self.launch_at = ctypes.c_void_p(self._launch.buffer_info()[0])
 
     def take(self, problem):
         """Take another problem of the same plan, with the same functions."""
@@ -196,7 +196,7 @@ class LaidOut(PythonBetween):
             for callback in filter(None, [b.callback for b in self.bounds]):
                 callback.begin()
             return self._interruptible(plan.launch, launch)
-        return plan.launch(self._launch_at)
+        return plan.launch(self.launch_at)
 
     def step(self, n_steps=1):
         """Go on for at most `n_steps` steps; the status."""

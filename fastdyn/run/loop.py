@@ -112,7 +112,6 @@ class Run(LaidOut):
     """A solve: the loop over chunks of steps, from the initial state to the end."""
 
     between_chunks: Any = None  # a function without arguments
-    spent = 0.0  # seconds of the last solve's first chunk
 
     def __init__(self, *given):
         super().__init__(*given)
@@ -131,13 +130,13 @@ class Run(LaidOut):
     def solve(self, y0, begun=None):
         """Solve from an initial state to the end; the status.
 
-        `begun` are the status, the steps and the seconds of a first chunk that C has taken.
+        `begun` are the status, the steps and the seconds of a first chunk that is taken already.
         """
         try:
             if begun is None:
                 first, began = self.n_first(), perf_counter()
                 status = self.begin(y0, first)
-                spent = self.spent = perf_counter() - began
+                spent = perf_counter() - began
             else:
                 status, first, spent = begun
             if status in GOES_ON or self.watched:
@@ -157,9 +156,10 @@ class Run(LaidOut):
         return status
 
     def is_plain(self):
-        """Whether the kernels call no Python code, and nothing watches the steps."""
-        plain = not self._callbacks and self._followed is None and not self._stores
-        return plain and len(self.bounds) == 1 and not self.watched and self.n_first() > 0
+        """Whether the kernels call no Python code, and nothing watches or catches anything."""
+        bare = not self._callbacks and self._followed is None and not self._stores
+        left_alone = not self.watched and self.problem.on_interrupt == "raise"
+        return bare and left_alone and not self._own.pair and self.n_first() > 0
 
     def words(self):
         """The words of the kernel's arguments and of its Launch; both change with the plan."""
@@ -168,10 +168,6 @@ class Run(LaidOut):
     def given(self):
         """The first content of a solve's memory, and its times of output or None."""
         return self._image, self._t_eval
-
-    def seconds_of_step(self):
-        """The time of a step in the last solve that `solve` has begun."""
-        return self.spent / max(1, min(sum(counters(self.memory)[:2]), self.n_first()))
 
     def _call_at_the_end(self):
         """Call the equations once more at the end, so that outside objects have the last values."""

@@ -2,7 +2,7 @@
 
 import struct
 from array import array
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,20 @@ FLOAT, INT = np.dtype("f8"), np.dtype("i8")
 def scratch_shape(method, n_events, rows, n):
     """Two rows, and a copy of the work array where series of events are searched in parts."""
     return 2 + (rows if method.series and n_events else 0), n
+
+
+class Counts(NamedTuple):
+    """What a solve counts, in the order of the records STATE and OUTPUT."""
+
+    n_accepted: int
+    n_rejected: int
+    n_extra: int
+    n_jacobians: int
+    n_factorised: int
+    n_out: int
+    n_dense: int
+    n_events: int
+    i_eval: int
 
 
 class Plan:
@@ -59,6 +73,8 @@ class Plan:
         The index of the word of each argument.
     at_once : int
         The most events in one step.
+    counts : callable
+        ``counts(memory)`` returns the fields of a Counts, as a plain tuple.
     kernel, launch : callable
         ``kernel(address of the words)`` returns the status; `launch` takes the words of a Launch.
     """
@@ -93,6 +109,7 @@ class Plan:
         }
         self._lay_out(shapes)
         self.head = self.arrays["solve.work"][0] + (K + method.n_rows) * n
+        self.counts = self._counts()
         lay(self.words, self.at["begin.y0"], 0, (n,))
         kernels = {
             "kernels.start": start_kernel(name, pair),
@@ -125,9 +142,15 @@ class Plan:
         begin, end, dtype, shape = self.arrays[name]
         return memory[begin:end].view(dtype).reshape(shape)
 
-    def count(self, name):
-        """The offset in bytes of a field of the OUTPUT record."""
-        return 8 * self.arrays["output.record"][0] + OUTPUT.fields[name][1]
+    def _counts(self):
+        """The unpacking of the fields of `Counts` from the memory of a solve."""
+        begin = 8 * self.arrays["output.record"][0]
+        places = [STATE.fields[name][1] for name in Counts._fields if name in STATE.names]
+        places += [begin + OUTPUT.fields[n][1] for n in Counts._fields if n in OUTPUT.names]
+        form, at = "=", 0
+        for place in places:
+            form, at = f"{form}{place - at}xq", place + 8
+        return struct.Struct(form).unpack_from
 
     def launch_words(self, words, image):
         """The words of a Launch; each solve sets the words MEMORY and Y0."""

@@ -1,8 +1,6 @@
 """The end of a run: the status, a sentence, and the result."""
 
 import struct
-from collections.abc import Callable
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,8 +29,7 @@ from fastdyn.problem.schedules import in_order
 
 from .actions import OF_ACTIONS, after_action
 from .dense_output import PiecewisePolynomial, floors_of
-from .loop import counters
-from .output import OCCURRENCES, Output, occurrences
+from .output import OCCURRENCES, occurrences
 from .result import OdeResult
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
@@ -57,8 +54,7 @@ SENTENCES = {
     NON_FINITE: "The state is not finite after {t}: the solution blows up there, or the steps are "
     "too long for it; reduce `step`.",
 }
-COUNT = struct.Struct("q")
-_new = tuple.__new__  # half the time of a named tuple's own
+FLOAT = np.dtype(float)
 BLOWN_UP = 1e8  # growth relative to the initial state that counts as a blow-up
 
 
@@ -126,110 +122,6 @@ def n_factorised(memory):
     return struct.unpack_from("2q", memory, STATE.fields["n_jacobians"][1])
 
 
-class Ended(NamedTuple):
-    """The data from which the parts of a result are made; `grown` is the Output, or None."""
-
-    problem: Any
-    plan: Any
-    memory: Any
-    grown: Any
-    status: int
-    message: str
-
-    def output(self):
-        return self.grown or Output(self.plan, self.memory)
-
-    def t(self):
-        """Times; if no time of `t_eval` was reached, an empty list, as in SciPy."""
-        t, t_eval = self._numbers(0), self.problem.t_eval
-        if t_eval is None:
-            return t
-        return t.astype(t_eval.dtype, copy=False) if len(t) else []
-
-    def y(self):
-        """States, in columns."""
-        y = self._components(self._numbers(1))
-        return y.T if self.problem.t_eval is None or len(y) else []
-
-    def _components(self, numbers):
-        """Numbers along the last axis as components of the state, complex if the state is."""
-        if not self.problem.mode.complex_numbers:
-            return numbers
-        return np.ascontiguousarray(numbers).view(complex)
-
-    def _numbers(self, which):
-        """The times, or the states (n_points, n), copied out of memory that is mostly empty."""
-        if self.grown is not None:
-            return self.grown.points()[which]
-        plan, name = self.plan, ("output.t", "output.y")[which]
-        memory: Any = self.memory
-        (n_points,) = COUNT.unpack_from(
-            memory, plan.count("n_out" if self.problem.t_eval is None else "i_eval")
-        )
-        begin, _, _, shape = plan.arrays[name]
-        numbers = self.memory[begin : begin + n_points * (plan.n if which else 1)]
-        if 2 * n_points < shape[0]:
-            numbers = numbers.copy()
-        return numbers.reshape(n_points, plan.n) if which else numbers
-
-    def sol(self):
-        """The continuous solution; None if not asked for, or without a step."""
-        if not self.problem.dense_output:
-            return None
-        output = self.output()
-        polynomials, spans = output.polynomials()
-        if not len(polynomials):
-            return None
-        end = self.t()[-1] if self.problem.t_eval is None else spans[-1].sum()
-        polynomials = self._components(polynomials)
-        floors = floors_of(self.problem.nonnegative, len(spans))
-        return PiecewisePolynomial(np.append(spans[:, 0], end), polynomials, spans, floors)
-
-    def occurrences(self):
-        """The fields t_events and y_events."""
-        p = self.problem
-        if p.events is None:
-            return None, None
-        index, t, y = self._found()
-        n = len(p.events)
-        if p.nonnegative is not None:
-            y = np.where(p.nonnegative & (y < 0.0), 0.0, y)
-        t, y = (
-            in_order(each[:n], p.schedules, each[n:])
-            for each in occurrences(index, t, y, n + len(p.schedules))
-        )
-        return t, [self._components(each) if each.size else each for each in y]
-
-    def _found(self):
-        """The occurrences of events: index, time, state."""
-        if self.grown is not None:
-            return self.grown.found_so_far()
-        plan, memory = self.plan, self.memory
-        (n,) = COUNT.unpack_from(memory, plan.count("n_events"))
-        return [plan.view(memory, name)[:n] for name in OCCURRENCES]
-
-    def nfev(self):
-        n_accepted, n_rejected, n_extra = counters(self.memory)
-        return n_extra + self.problem.method.n_stages * (n_accepted + n_rejected)
-
-
-PARTS: dict[str, Callable[[Ended], Any]] = {
-    "t": Ended.t,
-    "y": Ended.y,
-    "sol": Ended.sol,
-    "t_events": lambda e: e.occurrences()[0],
-    "y_events": lambda e: e.occurrences()[1],
-    "nfev": Ended.nfev,
-    "njev": lambda e: n_factorised(e.memory)[0],
-    "nlu": lambda e: n_factorised(e.memory)[1],
-    "status": lambda e: e.status,
-    "message": lambda e: e.message,
-    "success": lambda e: e.status >= 0,
-    "n_accepted": lambda e: counters(e.memory)[0],
-    "n_rejected": lambda e: counters(e.memory)[1],
-}
-
-
 def result_of(problem, status, run):
     """The OdeResult of a problem whose Run ended with this status."""
     if status == FINISHED:
@@ -237,7 +129,116 @@ def result_of(problem, status, run):
     else:
         state, work = run.view("solve.state"), run.view("solve.work")
         code, message = outcome(status, state, work, problem)
-    if problem.nonnegative is not None:
-        warn_of_cut(run.view("solve.state")["cut"][0])
-    given = problem, run.plan, run.memory, run.grown, code, message
-    return OdeResult.of_parts(PARTS, _new(Ended, given))
+    return results(problem, run.plan)(run.memory, run.grown, code, message)
+
+
+def results(problem, plan, own=None):
+    """``make(memory, grown, code, message)``: the OdeResult of a solve of a problem.
+
+    `code` is SciPy's status.  The output lies in the memory of the solve, or in `grown`, the
+    Output.  Arrays of the result are parts of the memory, or copies if most of the memory was not
+    used, or if all solves have one memory, `own`.
+    """
+    p, n, counts, every_step = problem, plan.n, plan.counts, problem.t_eval is None
+    (t_begin, *_, (room,)), y_begin = plan.arrays["output.t"], plan.arrays["output.y"][0]
+    n_stages, more = p.method.n_stages, _more(p, plan)
+    ts, ys = [None if own is None else plan.view(own, name) for name in ("output.t", "output.y")]
+
+    def make(memory, grown, code, message):
+        (
+            n_accepted, n_rejected, n_extra, n_jacobians, n_factorised, n_out, n_dense, n_events,
+            i_eval,
+        ) = counts(memory)  # fmt: skip
+        k = n_out if every_step else i_eval
+        if ts is not None and ys is not None:
+            t, y = ts[:k].copy(), ys[:k].copy().T
+        elif grown is not None:
+            t, y = grown.points()
+            y = y.T
+        else:
+            t, y = memory[t_begin : t_begin + k], memory[y_begin : y_begin + k * n]
+            if 2 * k < room:
+                t, y = t.copy(), y.copy()
+            y = y.reshape(k, n).T
+        sol = times = states = None
+        if more is not None:
+            t, y, sol, times, states = more(memory, grown, t, y, n_dense, n_events)
+        if not (every_step or i_eval):  # as in SciPy
+            t, y = [], []
+        return OdeResult(
+            t=t, y=y, sol=sol, t_events=times, y_events=states,
+            nfev=n_extra + n_stages * (n_accepted + n_rejected), njev=n_jacobians, nlu=n_factorised,
+            status=code, message=message, success=code >= 0,
+            n_accepted=n_accepted, n_rejected=n_rejected,
+        )  # fmt: skip
+
+    return make
+
+
+def _more(problem, plan):
+    """The function that makes t, y, sol, t_events and y_events; None if t and y need no more."""
+    p, n, view, dtype = problem, plan.n, plan.view, None
+    if p.t_eval is not None:
+        dtype = p.t_eval.dtype
+    usual = (dtype is None or dtype == FLOAT) and not p.mode.complex_numbers
+    if usual and p.events is None and not p.dense_output and p.nonnegative is None:
+        return None
+    d_begin, spans_begin = plan.arrays["output.d"][0], plan.arrays["output.spans"][0]
+    rows, every = plan.arrays["output.d"][3][1], range(plan.n_events)
+
+    def more(memory, grown, t, y, n_dense, n_events):
+        sol = times = states = None
+        if dtype is not None:
+            t = t.astype(dtype, copy=False)
+        if p.mode.complex_numbers:
+            y = _as_components(p, y.T).T
+        if p.dense_output:
+            if grown is not None:
+                d, spans = grown.polynomials()
+            else:
+                d = memory[d_begin : d_begin + n_dense * rows * n].reshape(n_dense, rows, n)
+                spans = memory[spans_begin : spans_begin + 2 * n_dense].reshape(n_dense, 2)
+            sol = _solution(p, t, d, spans)
+        if p.events is not None:
+            if grown is not None:
+                times, states = _occurrences(p, *grown.found_so_far())
+            elif n_events:
+                found = [view(memory, name)[:n_events] for name in OCCURRENCES]
+                times, states = _occurrences(p, *found)
+            else:
+                times, states = [np.empty(0) for _ in every], [np.empty(0) for _ in every]
+        if p.nonnegative is not None:
+            warn_of_cut(view(memory, "solve.state")["cut"][0])
+        return t, y, sol, times, states
+
+    return more
+
+
+def _as_components(problem, numbers):
+    """Numbers along the last axis as components of the state, complex if the state is."""
+    if not problem.mode.complex_numbers:
+        return numbers
+    return np.ascontiguousarray(numbers).view(complex)
+
+
+def _solution(problem, t, polynomials, spans):
+    """The continuous solution; None without a step."""
+    n = len(spans)
+    if not n:
+        return None
+    ts = np.empty(n + 1)
+    ts[:n], ts[n] = spans[:, 0], t[-1] if problem.t_eval is None else spans[-1].sum()
+    floors = floors_of(problem.nonnegative, n)
+    return PiecewisePolynomial(ts, _as_components(problem, polynomials), spans, floors)
+
+
+def _occurrences(problem, index, t, y):
+    """The fields t_events and y_events, from the occurrences of events: index, time, state."""
+    p, n = problem, len(problem.events)
+    if p.nonnegative is not None:
+        y = np.where(p.nonnegative & (y < 0.0), 0.0, y)
+    t, y = (
+        in_order(each[:n], p.schedules, each[n:])
+        for each in occurrences(index, t, y, n + len(p.schedules))
+    )
+    return t, [_as_components(p, each) if each.size else each for each in y]

@@ -1,14 +1,8 @@
 """OdeResult, the result of a solve."""
 
-import functools
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
-
-
-class Missing(KeyError, AttributeError):
-    """Raised for a missing field of a result, read as a key or as an attribute."""
 
 
 class OdeResult(dict):
@@ -50,44 +44,14 @@ class OdeResult(dict):
     n_accepted: int
     n_rejected: int
 
-    _unmade: Any = None  # (functions that make the parts, their data) until all parts are made
-
-    @classmethod
-    def of_parts(cls, parts, given):
-        """A result whose parts, ``parts[name](given)``, are made at their first use."""
-        result = cls()
-        result.__dict__["_unmade"] = parts, given
-        return result
-
-    def __missing__(self, name):
-        if self._unmade is None:
-            raise Missing(name)
-        parts, given = self._unmade
-        value = self[name] = parts[name](given)
-        return value
-
-    def _make(self):
-        """Make all parts, in their order."""
-        if self._unmade is None:
-            return
-        parts, given = self._unmade
-        made = dict(dict.items(self))
-        whole = {name: made.pop(name) if name in made else parts[name](given) for name in parts}
-        dict.clear(self)
-        self.update(whole, **made)
-        self.__dict__.pop("_unmade", None)
-
     def __getattr__(self, name) -> Any:
         try:
             return self[name]
         except KeyError:
             raise AttributeError(name) from None
 
-    def __setattr__(self, name, value):
-        self[name] = value
-
-    def __delattr__(self, name):
-        del self[name]
+    __setattr__: Any = dict.__setitem__
+    __delattr__: Any = dict.__delitem__
 
     def __dir__(self):
         return [*super().__dir__(), *self]
@@ -115,27 +79,3 @@ class OdeResult(dict):
         from fastdyn.plot.solution import plot
 
         return plot(self, **options)
-
-
-def _on_whole(name):
-    """A method of dict that makes all parts first."""
-    method = getattr(dict, name)
-
-    @functools.wraps(method)
-    def on_whole(self, *args):
-        self._make()
-        return method(self, *args)
-
-    return on_whole
-
-
-for _name in (
-    "keys", "values", "items", "get", "pop", "popitem", "setdefault", "copy", "clear",
-    "__iter__", "__reversed__", "__len__", "__contains__", "__delitem__", "__eq__", "__ne__",
-    "__or__", "__ror__", "__ior__", "__reduce_ex__",
-):  # fmt: skip
-    setattr(OdeResult, _name, _on_whole(_name))
-
-for _name in tuple(OdeResult.__annotations__):  # as properties in C: a seventh of the time
-    if not _name.startswith("_"):
-        setattr(OdeResult, _name, property(itemgetter(_name)))

@@ -159,13 +159,6 @@ def _solved(problem):
     return or_in_python(solve)
 
 
-def idle_run(problem):
-    """The Run that has solved a problem last, if it is idle; else None."""
-    place = _place(problem, _functions(problem))
-    idle = None if place is None else _idle.get(place)
-    return idle[0][0] if idle is not None and idle[0] else None
-
-
 def _place(problem, functions):
     """The key of the idle runs that may solve a problem; None if the problem has rare options."""
     p = problem

@@ -8,8 +8,7 @@ from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.solve_problem import solve_problem
 
-from .callbacks import with_observed
-from .entry import again
+from . import repeated
 from .scipy_methods import begun_again, by_scipy
 from .sensitivities import solve_with_sensitivities
 
@@ -19,13 +18,13 @@ def solved(asked, name):
 
     `discrete` and `error_estimate` are not for this function.
     """
-    known = asked.looked_up and name is asked.method
-    if not (known or asked.events or asked.dense_output or asked.vectorized):
-        found = again.solved(
-            asked.fun, (asked.t0, asked.tf), asked.y0, name, asked.t_eval, asked.args,
-            asked.options,
+    if not (asked.looked_up and name is asked.method):
+        found = repeated.solved(
+            asked.fun, (asked.t0, asked.tf), asked.y0, name, asked.t_eval, asked.dense_output,
+            asked.events, asked.vectorized, asked.args,
+            {**asked.options, "sensitivity": asked.sensitivity},
         )  # fmt: skip
-        if found is not None and asked.sensitivity is None:
+        if found is not None:
             return found
     method = validate.method_named(name)
     if asked.sensitivity is not None:
@@ -34,15 +33,18 @@ def solved(asked, name):
     problem = _problem(asked, method)
     if problem is None:
         return by_scipy(asked, name)
-    if asked.sensitivity is not None:
-        return solve_with_sensitivities(problem, asked.sensitivity)
     try:
-        result = solve_problem(problem)
-        again.note(problem, name, asked.options, result)
-        return result
+        if asked.sensitivity is None:
+            result = solve_problem(problem)
+        else:
+            result = solve_with_sensitivities(problem, asked.sensitivity)
     except (LeftToSciPy, WritesToState) as reason:
+        if asked.sensitivity is not None:
+            raise
         begun_again(problem, reason)
         return by_scipy(asked, name)
+    repeated.note(asked, name, problem)
+    return result
 
 
 def _problem(asked, method):
@@ -50,5 +52,14 @@ def _problem(asked, method):
     if method is None or not asked.y0.size or asked.t0 == asked.tf:
         return None
     if asked.y0.dtype.kind != "c":
-        return validate.problem(with_observed(asked), method, mode_for(asked, method))
+        return validate.problem(_observed(asked), method, mode_for(asked, method))
     return None if asked.vectorized else on_pairs(asked, method)
+
+
+def _observed(asked):
+    """The Arguments, with the user's `callback` as a function that a Run calls."""
+    if asked.options.get("callback") is None:
+        return asked
+    from .stepper import observed  # imports SciPy
+
+    return asked.with_options(callback=observed(asked.options["callback"]))

@@ -1,13 +1,10 @@
 """Solves with `discrete`: the problem of the longer state, and the parts of its results."""
 
-import functools
-
 import numpy as np
 
 from fastdyn.problem import discrete as of_longer
 from fastdyn.problem import validate
 from fastdyn.run.dense_output import PiecewisePolynomial
-from fastdyn.run.outcome import PARTS as OF_SOLVE
 from fastdyn.run.result import OdeResult
 
 
@@ -103,63 +100,18 @@ def _after(name, after, n, m):
 
 
 def parted(whole, n):
-    """The result with the first n components as the state, the others as discrete states.
-
-    Parts are made at their first use, as the parts of `whole`.
-    """
-    made = [name for name in dict.keys(whole) if name not in PARTS]
-    parts = {name: functools.partial(_same, name) for name in (*OF_SOLVE, *made)} | PARTS
-    if "sensitivity" in made:
-        parts["sensitivity"] = _sensitivity
-    return OdeResult.of_parts(parts, (whole, n))
-
-
-def _same(name, given):
-    return given[0][name]
-
-
-def _cut(name, part):
-    """A function that gives a part of the rows of a field; fields without points are lists."""
-
-    def cut(given):
-        whole, n = given
-        return whole[name][part(n)] if len(whole["t"]) else whole[name]
-
-    return cut
-
-
-def _cut_each(part):
-    """A function that gives a part of the columns of the states at events."""
-
-    def cut(given):
-        whole, n = given
-        found = whole["y_events"]
-        return found and [y[:, part(n)] if y.size else y for y in found]
-
-    return cut
-
-
-def _solution(given):
-    whole, n = given
-    sol = whole["sol"]
-    if sol is None:
-        return None
-    floors = None if sol.floors is None else sol.floors[:, :n]
-    return PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans, floors)
-
-
-def _sensitivity(given):
-    whole, n = given
-    found = {name: each[:n] for name, each in whole["sensitivity"].items()}
-    if "y0" in found:
-        found["y0"], found["discrete"] = np.split(found["y0"], [n], axis=1)
-    return found
-
-
-PARTS = {
-    "y": _cut("y", slice),
-    "sol": _solution,
-    "y_events": _cut_each(slice),
-    "discrete": _cut("y", lambda n: slice(n, None)),
-    "discrete_events": _cut_each(lambda n: slice(n, None)),
-}
+    """The result with the first n components as the state, the others as discrete states."""
+    result, sol, at_events = OdeResult(whole), whole.sol, whole.y_events
+    reached = len(whole.t) > 0  # without points, fields are lists
+    result.y = whole.y[:n] if reached else whole.y
+    result.discrete = whole.y[n:] if reached else whole.y
+    if sol is not None:
+        floors = None if sol.floors is None else sol.floors[:, :n]
+        result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans, floors)
+    result.y_events = at_events and [y[:, :n] if y.size else y for y in at_events]
+    result.discrete_events = at_events and [y[:, n:] if y.size else y for y in at_events]
+    if "sensitivity" in whole:
+        found = result.sensitivity = {name: s[:n] for name, s in whole.sensitivity.items()}
+        if "y0" in found:
+            found["y0"], found["discrete"] = np.split(found["y0"], [n], axis=1)
+    return result

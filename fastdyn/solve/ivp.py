@@ -8,9 +8,8 @@ from fastdyn.problem.arguments import checked
 from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.options.docstrings import documented
 
-from . import automatic
+from . import automatic, repeated
 from .discrete import parted
-from .entry import again
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
@@ -122,10 +121,11 @@ def solve_ivp(
     ...     return [y[1], -g / l * math.sin(y[0])]
     >>> result = solve_ivp(pendulum, (0, 10), [0.5, 0.0], args=(9.81, 1.0), rtol=1e-8, atol=1e-8)
     """
-    if events is None and not (dense_output or vectorized):
-        result = again.solved(fun, t_span, y0, method, t_eval, args, options)
-        if result is not None:
-            return result
+    result = repeated.solved(
+        fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
+    )
+    if result is not None:
+        return result
     asked = checked(
         fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
     )

@@ -11,14 +11,17 @@ from fastdyn.compile.callables.diagnostics import GaveUp
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
 from fastdyn.problem.discrete import longer as with_discrete_states
+from fastdyn.problem.events import between_steps
 from fastdyn.problem.members import Members
 from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.second_order_and_pairs import mode_for
+from fastdyn.run.loop import announce
+from fastdyn.run.ready import ReadyRun, Solver
+from fastdyn.run.solve_problem import run_of, solve_problem
 
 from .discrete import PreparedWithDiscrete
-from .entry.solver import Solver
 from .many import Ends, solve_many
 
 if TYPE_CHECKING:
@@ -99,7 +102,8 @@ class Prepared:
 
     def __init__(self, problem, given):
         self._problem, self._shape, self._given = problem, problem.y0.shape, given
-        self._solver, self._entry = Solver(problem), None
+        self._others = [function for function, _ in between_steps(problem)]
+        self._solver = _Solver(problem)
 
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
@@ -110,10 +114,28 @@ class Prepared:
 
         Outside values of the functions are read anew, as in `solve_ivp`.
         """
-        if self._entry is not None:
-            return self._entry(y0, args)
-        result = self._solver.solve(y0, args)
-        self._entry = self._solver.entry()
+        p = self._problem
+        if y0 is None:
+            y0 = p.y0
+        if args is None:
+            args = p.args
+        elif args.__class__ is not tuple:
+            args = validate.extra_arguments(args)
+        result = self._solver.solve(p.fun, y0, args, self._others)
+        return self._solved(y0, args) if result is None else result
+
+    def _solved(self, y0, args):
+        """Solve the long way; a state in an unusual form needs no long way."""
+        p, y0 = self._problem, validate.initial_state(y0)
+        if y0.shape != self._shape or y0.dtype.kind == "c":
+            raise ValueError(
+                f"`y0` must be {self._shape[0]} real numbers, as when it was prepared."
+            )
+        result = self._solver.solve(p.fun, y0, args, self._others)
+        if result is None:
+            problem = p._replace(y0=y0, args=args)
+            result = solve_problem(problem)
+            self._solver.count(problem)
         return result
 
     def many(self, y0s=None, args=None):
@@ -166,3 +188,23 @@ class Prepared:
             for i in range(members.count):
                 ends.put(i, self(members.state(i), members.args(i)))
         return ends.result()
+
+
+class _Solver(Solver):
+    """The Solver of a Prepared, whose problem keeps its functions."""
+
+    def __init__(self, problem):
+        super().__init__()
+        self.problem, self._most = problem, 1
+        self.count(problem)
+
+    def ready(self, problem):
+        run = run_of(problem)
+        announce(run.bounds)
+        if not run.is_plain():
+            return []
+        functions = problem.fun, *[function for function, _ in between_steps(problem)]
+        return [ReadyRun(run, problem, functions, problem.args, self.finish)]
+
+    def present(self, ready, fun, args, others):
+        return self.problem._replace(y0=ready.room.copy(), args=args)

@@ -35,7 +35,7 @@ def solve_with_sensitivities(problem, sensitivity):
             whole = result_of(longer, run.solve(longer.y0), run)
     except (Uncompilable, GaveUp) as reason:
         raise ValueError(NEEDS.format(reason)) from None
-    return _parted(whole, len(problem.y0), directions)
+    return parted(whole, len(problem.y0), directions)
 
 
 def _watched(problem, n):
@@ -57,26 +57,28 @@ def _watched(problem, n):
     return whole
 
 
-def _parted(whole, n, directions):
-    """Divide the result of the extended state into state and sensitivities by name."""
-    result, size = OdeResult(whole), n * (1 + sum([d.size for d in directions]))
-    states = np.asarray(whole.y).reshape(size, len(whole.t))  # SciPy's empty output is a list
-    result.y = states[:n] if len(whole.t) else whole.y
-    columns = states[n:].reshape(n, size // n - 1, len(whole.t))
-    ends = np.cumsum([d.size for d in directions])[:-1]
-    result.sensitivity = {
-        d.name: part.reshape(n, *d.value.shape, len(whole.t))
-        for d, part in zip(directions, np.split(columns, ends, axis=1), strict=True)
-    }
-    if whole.sol is not None:
-        sol = whole.sol
+def parted(whole, n, directions):
+    """The result of the extended state, divided into state and sensitivities by name."""
+    result, states, k = OdeResult(whole), whole["y"], len(whole["t"])
+    if k:
+        result["y"], columns = states[:n], states[n:].reshape(n, -1, k)
+    else:  # SciPy's empty output is a list
+        columns = np.empty((n, sum([d.size for d in directions]), 0))
+    found, begin = {}, 0
+    for d in directions:
+        end = begin + d.size
+        found[d.name] = columns[:, begin:end].reshape(n, *d.value.shape, k)
+        begin = end
+    result["sensitivity"], sol, at_events = found, whole["sol"], whole["y_events"]
+    if sol is not None:
         result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans)
-    if whole.y_events is not None:
-        result.y_events = [y[:, :n] if y.size else y for y in whole.y_events]
-    if result.message.startswith("`on_event` returned nan"):
-        result.message = GRAZES.format(result.t[-1] if len(result.t) else float("nan"))
-    elif result.status == -1:
-        result.message += (
-            f" The components are the {n} of the state, then those of the sensitivities."
-        )
+    if at_events is not None:
+        result.y_events = [y[:, :n] if y.size else y for y in at_events]
+    if whole["status"] == -1:
+        if result.message.startswith("`on_event` returned nan"):
+            result.message = GRAZES.format(result.t[-1] if k else float("nan"))
+        else:
+            result.message += (
+                f" The components are the {n} of the state, then those of the sensitivities."
+            )
     return result

@@ -17,6 +17,8 @@ import pytest
 
 import fastdyn
 from fastdyn.compile import background, budget
+from fastdyn.compile import bind as bind_module
+from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
 from fastdyn.compile.traced.make import Near, traced_function
@@ -214,3 +216,31 @@ def test_work_that_is_out_of_time_is_no_refusal(stage, monkeypatch):
         monkeypatch.setattr(Traced, "text", out_of_time)
     with pytest.raises(NotYet):
         traced_function(fun, (), DERIVATIVE, 30, Near(0.0, 1.0, np.ones(30)))
+
+
+def test_code_that_is_there_is_used_while_other_code_is_made(monkeypatch):
+    """A global is deleted for one solve: the code of the solves before holds again behind it."""
+
+    class Endless:
+        def __init__(self, make):
+            pass
+
+        def wait(self, seconds):
+            return False
+
+    monkeypatch.setattr(background, "Job", Endless)
+    monkeypatch.setattr(budget, "SECONDS", 60.0)
+    monkeypatch.setattr(bind_module, "sys", types.SimpleNamespace(modules={}))  # without Numba
+    scope = {"g": random.random()}
+    exec("def fun(t, y): return [y[1], -g * y[0]]", scope)
+
+    def is_compiled():
+        with budget.limited():
+            near = Near(0.0, 1.0, np.array(START))
+            return bind(scope["fun"], (), DERIVATIVE, 2, near).function is not None
+
+    assert is_compiled()
+    before = scope.pop("g")
+    assert not is_compiled()
+    scope["g"] = before
+    assert is_compiled()

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import fastdyn
-from support.entries import loaded
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 OUTSIDE = {"zero": 0.0}
@@ -17,7 +16,6 @@ FACTORS = {0.0: 2.0, (0.0, 1.0): 2.0}
 def _without_comparisons(monkeypatch):
     """Code is used as it is: a comparison would notice a wrong sign after some solves."""
     monkeypatch.setattr("fastdyn.run.functions.compared.WHEN", "never")
-    loaded()
 
 
 def sign(x):

@@ -14,7 +14,7 @@ from fastdyn.trace.graph.refusal import Refusal, refused_as
 from fastdyn.trace.islands.island import calls_libraries
 
 from ..callables.compiled import Function
-from ..parameters import FLOAT, INT, n_words, packer
+from ..parameters import FLOAT, INT, n_words
 
 
 class Traced:
@@ -35,8 +35,6 @@ class Traced:
     n_stored : int
     in_batches : bool
         Whether long arrays were traced in batches: see `TracedInBatches`.
-    pack : callable
-        ``pack(values, block, keepalive)`` writes the values of the groups into a block.
     """
 
     in_batches = False
@@ -46,7 +44,6 @@ class Traced:
         self.trace, self.mode, self.n = trace, mode, n
         self.kinds = [kind_of_group(group) for group in trace.reads.groups]
         self.at = trace.reads.of_arguments()
-        self.pack = packer(self.kinds)
         self._find_results()
 
     def _find_results(self):

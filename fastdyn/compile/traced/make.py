@@ -22,7 +22,6 @@ from ..callables.diagnostics import located
 from ..compare import compare_around, machine_value, python_value
 from . import elimination
 from .code import Traced
-from .follow import Follower
 from .met import NOTHING, TABLE, Known, Met, acts, code_of, is_wrong, known_trace, place_of
 
 LONG = 64  # least number of components of a state that is one long array
@@ -56,29 +55,31 @@ _asks_what_lives = threading.Event()  # set once a function asked which objects 
 NODES, COMPONENTS = 100, 1000  # numbers with the memory of a small function
 
 
-def traced_function(fun, args, mode, n, near, varying=()):
+def traced_function(fun, args, mode, n, near, varying=(), makes=True):
     """(Function, (type, value) of each parameter, indices of the arguments among them), or None.
 
     The result is None if the function cannot be traced, or if its code gave wrong values.
-    `varying` has the positions, from 1, of the arguments that vary between trajectories.
+    `varying` has the positions, from 1, of the arguments that vary between trajectories.  Without
+    `makes`, only code that exists is returned.
     """
     if is_wrong(fun, args, mode):
         return None
+    to_make = near if makes else None
     if near is not None and near.batches and n >= LONG and mode.long_arrays and not varying:
-        found = _traced_function(fun, args, mode, n, near, varying, True)
+        found = _traced_function(fun, args, mode, n, to_make, varying, True)
         if found is not None:
             return found
-    found = _traced_function(fun, args, mode, n, near, varying)
+    found = _traced_function(fun, args, mode, n, to_make, varying)
     if found is None and near is not None and near.stores and acts(fun, args, mode, n, varying):
-        found = _traced_function(fun, args, mode, n, near, varying, STORES)
+        found = _traced_function(fun, args, mode, n, to_make, varying, STORES)
     return found
 
 
 def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
     found = known_trace(fun, args, mode, n, varying, batches)
     if found is not None:
-        (traced, function, *_), given = found
-        return function, list(zip(traced.kinds, given, strict=True)), traced.at
+        known, given = found
+        return known.function, list(zip(known.traced.kinds, given, strict=True)), known.traced.at
     place = place_of(fun, args, mode, n, varying, batches)
     met = TABLE.get(place) or NOTHING
     if near is None or met.refusals >= MAX_REFUSALS:
@@ -103,8 +104,7 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
             error = Untraceable(str(reason))
             continue
         if traced.trace.reads.lasting:
-            follow = Follower(traced.trace.reads)
-            met.known.insert(0, Known(traced, function, (fun, args), zeros, follow))
+            met.known.insert(0, Known(traced, function, (fun, args), zeros))
             del met.known[MAX_KNOWN:]
             TABLE.put(place, met, len(met.known))
         return function, list(zip(traced.kinds, given, strict=True)), traced.at

@@ -3,33 +3,33 @@
 import functools
 import types as python
 from array import array
-from typing import Any, NamedTuple
-
-import numpy as np
-
-from fastdyn.trace.reads.reads import flat
 
 from .. import memory
-from ..callables.compiled import Function
 from ..callables.jitted import is_jitted
 from ..callables.parts import codes_of
-from .follow import Follower
+from .reader import reader
 
 
-class Known(NamedTuple):
-    """A trace for later calls; `zeros` are the slots that were 0 in each comparison of its code."""
+class Known:
+    """A trace for later calls.
 
-    traced: Any  # Traced, or TracedInBatches
-    function: Function
-    held: Any
-    zeros: np.ndarray
-    follow: Follower
+    Attributes
+    ----------
+    traced : Traced or TracedInBatches
+    function : Function
+    held : tuple
+        The function and the arguments of the trace, kept alive.
+    zeros : ndarray
+        The slots that were 0 in each comparison of the code.
+    """
 
-    def values(self, fun, args):
-        """The parameter values; None if the trace does not hold for `fun`'s surroundings now."""
-        given = self.follow((fun, *args))
-        unseen = given is not None and self.zeros.size and flat(given)[self.zeros].any()
-        return None if unseen else given
+    def __init__(self, traced, function, held, zeros):
+        self.traced, self.function, self.held, self.zeros = traced, function, held, zeros
+
+    @functools.cached_property
+    def read(self):
+        """``read(fun, args, block=None)``: see `reader.reader`."""
+        return reader(self.traced, self.zeros)
 
 
 class Met:
@@ -56,7 +56,7 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
     """
     known = _met_at(fun, args, mode, n, varying, batches).known
     for i, one in enumerate(known):
-        given = one.values(fun, args)
+        given = one.read(fun, args)
         if given is not None:
             if i:
                 known.insert(0, known.pop(i))

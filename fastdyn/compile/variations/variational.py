@@ -73,10 +73,13 @@ def bind_extended(fun, args, mode, near, extended, compiled, untraced="it cannot
         raise Uncompilable(str(reason)) from None
     size = extended.n * (1 + extended.n_directions)
 
-    def as_written(t, z):
-        return extended(t, z, *args)
+    keepalive = [fun, args]
 
-    return with_code(function, as_written, [fun, args], values, function.mode, size, at)
+    def as_written(t, z):  # later solves replace the content of keepalive
+        own, given = keepalive[:2]
+        return (extended if own is fun else extended._replace(fun=own))(t, z, *given)
+
+    return with_code(function, as_written, keepalive, values, function.mode, size, at)
 
 
 def decides(bound):

@@ -2,7 +2,6 @@
 
 import functools
 import itertools
-import linecache
 import math
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from fastdyn.kernels.algebra.linear import solve_linear
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.written import function_of
 
 SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "lt": "<", "le": "<=", "eq": "=="}
 IN_NUMPY = {
@@ -18,7 +18,6 @@ IN_NUMPY = {
 }  # fmt: skip
 IN_MATH = {"erf": "erf", "erfc": "erfc", "tgamma": "gamma", "lgamma": "lgamma"}
 LOGIC = {"and": "logical_and", "or": "logical_or", "not": "logical_not"}
-_serial = itertools.count(1)
 
 
 class Text:
@@ -109,12 +108,9 @@ def _formula(node, args):
 @functools.lru_cache(256)
 def _made(name, text):
     """The function of a text, one and the same for the same text, so that its code is kept."""
-    place = f"<index reduction {next(_serial)}: {name}>"
-    linecache.cache[place] = len(text), None, text.splitlines(True), place  # for tracebacks
     space: dict[str, Any] = {
         "__name__": __name__, "np": np, "math": math, "solve_linear": solve_linear,
     }  # fmt: skip
-    exec(compile(text, place, "exec"), space)
-    made = space[name]
+    made = function_of(text, name, "index reduction", space)
     made.text = text
     return made

@@ -12,12 +12,12 @@ import numpy as np
 from fastdyn.compile.bind import bind
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.rebind import rebind
-from fastdyn.compile.traced.follow import NO_ATTRIBUTES
 from fastdyn.compile.traced.make import Near
 from fastdyn.compile.traced.met import in_batches, known_trace
 from fastdyn.kernels.calls.block import FAULT, FIRST, JACOBIAN
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import Pair, takes_batches
+from fastdyn.trace.reads.reads import NO_ATTRIBUTES
 
 LASTING = python.ModuleType | python.BuiltinFunctionType | np.ufunc
 MOST_MADE = 4  # pieces of code that are made while a solve waits

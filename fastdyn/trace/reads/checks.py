@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..written import function_of
 from . import table_reads
 
 MISSING = object()
@@ -43,10 +44,22 @@ def _has_keys(value, expected):
     return all(map(operator.is_, found, keys)) or _unseen(tuple(found)) == _unseen(tuple(keys))
 
 
+# Checks that one expression says; `compile.traced.reader` writes the expressions out.
+WRITTEN = {
+    "same": "{value} is {expected}",
+    "number": "type({value}) is {expected}",
+    "type": "type({value}) is {expected}",
+}
 CHECKS: dict[str, Any] = {
-    "same": lambda value, expected: value is expected,
+    name: function_of(
+        f"def check(value, expected): return {text.format(value='value', expected='expected')}",
+        "check",
+        name,
+        {},
+    )
+    for name, text in WRITTEN.items()
+} | {
     "equal": _equal,
-    "number": lambda value, expected: type(value) is expected,
     "array": lambda value, shape: (
         type(value) is np.ndarray and value.shape == shape and value.dtype == float
     ),
@@ -58,7 +71,6 @@ CHECKS: dict[str, Any] = {
     ),
     "size": lambda cls, expected: len(vars(cls)) == expected,
     "absent": lambda value, _: value is MISSING,
-    "type": lambda value, expected: type(value) is expected,
     "code": lambda value, expected: (
         getattr(value, "__code__", None) is expected[0]
         and value.__globals__ is expected[1]

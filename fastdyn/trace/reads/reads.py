@@ -19,6 +19,11 @@ STABLE = -1  # the row of objects inside libraries, which do not change
 MAX_ARRAY = 4096  # the largest array whose elements become symbols
 
 
+# Exceptions of a step or a check that cannot be done: the trace does not hold.
+ERRORS = (AttributeError, KeyError, IndexError, TypeError, ValueError)
+NO_ATTRIBUTES = ("inside", "__dict__", "keys", (dict, []))  # a row, without its parent
+
+
 class Row(NamedTuple):
     """One read: ``CHECKS[check]`` compares the object with `expected`."""
 
@@ -137,7 +142,7 @@ class Reads:
         try:
             for parent, step, key, *_ in self.rows:
                 found.append(roots[key] if parent < 0 else STEPS[step](found[parent], key))
-        except (AttributeError, KeyError, IndexError, TypeError, ValueError):
+        except ERRORS:
             return []
         return found
 
@@ -167,16 +172,16 @@ class Reads:
                 if check is not None and not CHECKS[check](value, expected):
                     return None
                 found.append(value)
-        except (AttributeError, KeyError, IndexError, TypeError, ValueError):
+        except ERRORS:
             return None
         if any(found[a] is not found[b] for a, b in self.aliases):
             return None
         if self.identities and pattern(found) != self.same_things():
             return None
         given = [found[group.row] for group in self.groups]
-        return given if self._holds(given) else None
+        return given if self.holds(given) else None
 
-    def _holds(self, given):
+    def holds(self, given):
         """Whether the values on which the code relies are those of the trace."""
         if not self.fixed and not self.assumed:
             return True

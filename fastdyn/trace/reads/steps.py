@@ -5,25 +5,34 @@ from typing import Any
 
 import numpy as np
 
+from ..written import function_of
 from . import table_reads
 from .checks import MISSING
 
+# Steps that one expression says; `compile.traced.reader` writes the expressions out.
+WRITTEN = {
+    "default": "{parent}.__defaults__[{key}]",
+    "keyword default": "{parent}.__kwdefaults__[{key}]",
+    "function": "{parent}.__func__",
+    "self": "{parent}.__self__",
+    "argument": "{parent}.args[{key}]",
+    "keyword": "{parent}.keywords[{key}]",
+    "item": "{parent}[{key}]",
+    "class": "type({parent})",
+}
 STEPS: dict[str, Any] = {
+    name: function_of(
+        f"def step(parent, key): return {text.format(parent='parent', key='key')}", "step", name, {}
+    )
+    for name, text in WRITTEN.items()
+} | {
     "global": lambda function, name: function.__globals__.get(name, MISSING),
     "builtin": lambda function, name: vars(builtins).get(name, MISSING),
     "cell": lambda function, i: _content(function.__closure__[i]),
-    "default": lambda function, i: function.__defaults__[i],
-    "keyword default": lambda function, name: function.__kwdefaults__[name],
-    "function": lambda method, _: method.__func__,
-    "self": lambda method, _: method.__self__,
     "inside": lambda wrapper, name: getattr(wrapper, name),  # py_func, fget
-    "argument": lambda partial, i: partial.args[i],
-    "keyword": lambda partial, name: partial.keywords[name],
-    "item": lambda container, key: container[key],
     "member": lambda thing, name: getattr(thing, name, MISSING),
     "dict item": lambda thing, key: dict.__getitem__(thing, key),
     "own": lambda thing, name: getattr(thing, "__dict__", {}).get(name, MISSING),
-    "class": lambda thing, _: type(thing),
     "base": lambda cls, i: cls.__mro__[i],
     "real numbers": lambda value, _: real_numbers(value),
     "real parts": lambda value, _: real_parts(value),

@@ -1,4 +1,4 @@
-"""The compiled entry of `solve_ivp`: the results of Python, to the last bit, at any later call."""
+"""Repeated calls of `solve_ivp`: the results of the first call, to the last bit."""
 
 import gc
 import math
@@ -10,8 +10,8 @@ import pytest
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.compile.taylor.steps.accuracy import order_for
-from fastdyn.solve.entry import again
-from support.entries import CALLS, assert_same, by_c, closure, goes_by_c, loaded, plain, warm
+from fastdyn.solve import repeated
+from support.repeated import CALLS, assert_same, closure, is_plain, plain, warm, was_ready
 
 g = 9.81
 START = np.array([0.5, 0.25])
@@ -24,8 +24,7 @@ def pendulum(t, y):
 
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "_recent", fastdyn.compile.memory.Table())
-    loaded()
+    monkeypatch.setattr(repeated, "_recent", fastdyn.compile.memory.Table())
 
 
 SPANS = [
@@ -41,20 +40,20 @@ SPANS = [
 def test_spans_times_states_and_methods(method):
     for times in (None, [0.25, 0.5]):
         warm(solve_ivp, pendulum, (0.0, 1.0), START, method, times)
-        assert goes_by_c(solve_ivp, pendulum, (0.0, 1.0), START, method, times)
-    n_by_c = 0
+        assert is_plain(solve_ivp, pendulum, (0.0, 1.0), START, method, times)
+    n_plain = 0
     for span, times in SPANS:
         for y0 in (START, [0.1, -0.3], (1.0, 0), [1e3, 0.0]):
             mine = solve_ivp(pendulum, span, y0, method, times)
-            n_by_c += by_c(mine)
+            n_plain += was_ready(mine)
             assert_same(plain(pendulum, span, y0, method, times), mine)
-    assert n_by_c > 30
+    assert n_plain > 30
 
 
 def test_the_size_of_a_state_chooses_the_order_of_a_series():
     options = {"rtol": 1e-12, "atol": 1e-9}
     for start in ([1.0, 0.0], [1e-6, 0.0]):
-        assert goes_by_c(solve_ivp, pendulum, (0, 1), start, "Taylor", **options)
+        assert is_plain(solve_ivp, pendulum, (0, 1), start, "Taylor", **options)
         orders = set()
         for size in (0.0, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6):
             mine = solve_ivp(pendulum, (0, 1), [0.0, -size], "Taylor", **options)
@@ -77,9 +76,9 @@ def test_arguments_of_one_call_are_not_those_of_the_next(first):
             assert_same(plain(spring, (0.0, 1.0), START, args=args), mine)
 
 
-def test_without_arguments_c_solves_after_calls_with_some():
+def test_without_arguments_solves_are_plain_after_calls_with_some():
     warm(solve_ivp, spring, (0.0, 1.0), START, args=(4.0,))
-    assert goes_by_c(solve_ivp, spring, (0.0, 1.0), START)
+    assert is_plain(solve_ivp, spring, (0.0, 1.0), START)
 
 
 @pytest.mark.parametrize("method", ["RK45", "Taylor"])
@@ -88,7 +87,7 @@ def test_tolerances_and_closures(method):
         warm(solve_ivp, closure(1.0), (0, 1), START, method, **options)
         for q in (2.0, 9.81, np.float64(3.0), 4):
             if type(q) is float:
-                assert goes_by_c(solve_ivp, closure(q), (0, 1), START, method, **options)
+                assert is_plain(solve_ivp, closure(q), (0, 1), START, method, **options)
             mine = solve_ivp(closure(q), (0, 1), START, method, **options)
             assert_same(plain(closure(q), (0, 1), START, method, **options), mine)
     for options in ({"rtol": 1}, {"rtol": np.array([1e-3, 1e-4])}, {"max_step": 0.1}):
@@ -118,10 +117,10 @@ def test_what_python_refuses_is_refused(wrong):
             solve(pendulum, **(given | wrong))
         said.append((raised.type, str(raised.value)))
     assert said[0] == said[1]
-    assert goes_by_c(solve_ivp, pendulum, **given)
+    assert is_plain(solve_ivp, pendulum, **given)
 
 
-def test_spans_that_python_solves_otherwise():
+def test_spans_that_go_the_long_way():
     warm(solve_ivp, pendulum, (0.0, 1.0), START)
     for span in ((0.0, 0.0), (0.0, 1e300), (-1e308, 1e308)):
         for solve in (plain, solve_ivp):

@@ -1,14 +1,16 @@
-"""Calls of the compiled entry, and the same calls without it."""
+"""Repeated calls on runs that are ready, and the same calls by the long way."""
 
 import contextlib
 import math
 import threading
 
 import numpy as np
+import pytest
 
 from fastdyn import prepare, solve_ivp
-from fastdyn.compile import memory
-from fastdyn.solve.entry import again, load
+from fastdyn.run import ready
+from fastdyn.solve import repeated
+from fastdyn.solve.prepare import Prepared
 
 START = np.array([0.5, 0.25])
 
@@ -18,8 +20,8 @@ def closure(q):
 
 
 def plain(*given, **named):
-    """`solve_ivp` without the entry."""
-    with switched_off():
+    """`solve_ivp` by the long way."""
+    with the_long_way():
         return solve_ivp(*given, **named)
 
 
@@ -32,42 +34,50 @@ def in_threads(work, values):
         thread.join()
 
 
-CALLS = 9  # by which an entry is there
+CALLS = 9  # by which a run is ready
 
 
 @contextlib.contextmanager
-def switched_off():
-    """Without the entry, in solvers that are made within."""
-    code, refused, recent = load._State.code, load._State.refused, again._recent
-    load._State.code, load._State.refused, again._recent = None, True, memory.Table()
-    try:
+def the_long_way():
+    """All calls of `solve_ivp` within, and of solvers that are made within, go the long way."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("solved", "note"):
+            patch.setattr(repeated, name, lambda *given: None)
         yield
-    finally:
-        load._State.code, load._State.refused, again._recent = code, refused, recent
 
 
-def loaded():
-    """Wait for the code of the entry."""
-    assert load.is_here(60.0) or load.is_here(60.0)
+_results, _last = ready.results, []
+
+
+def _noted(*given):
+    make = _results(*given)
+
+    def noted(*given):
+        _last[:] = [make(*given)]
+        return _last[0]
+
+    return noted
+
+
+ready.results = _noted
 
 
 def warm(call, *given, **named):
-    """Call until the entry is there; the last result."""
-    loaded()
+    """Call until a run is ready; the last result."""
     for _ in range(CALLS):
         result = call(*given, **named)
     return result
 
 
-def by_c(result):
-    """Whether a result was made by the entry."""
-    return result._unmade is None and len(dict.keys(result)) == 13
+def was_ready(result):
+    """Whether the last solve was plain, on a run that was ready."""
+    return bool(_last) and result is _last[0]
 
 
-def goes_by_c(call, *given, **named):
-    """Whether calls go by the entry: one of two does where a comparison is due in the other."""
+def is_plain(call, *given, **named):
+    """Whether calls are plain: one of two is where a comparison is due in the other."""
     warm(call, *given, **named)
-    return any(by_c(call(*given, **named)) for _ in range(2))
+    return any(was_ready(call(*given, **named)) for _ in range(2))
 
 
 def assert_same(one, other):
@@ -104,11 +114,18 @@ def prepared(fun=pendulum, span=(0.0, 1.0), y0=START, method="RK45", t_eval=None
     return prepare(fun, span, y0, method, t_eval, compile="shared", **options)
 
 
-def in_c_and_python(fun=pendulum, *given, **named):
-    """A solver whose entry is there, and one without entry."""
-    with switched_off():
-        plain = prepared(fun, *given, **named)
-        plain()
-    solver = prepared(fun, *given, **named)
+class LongWay(Prepared):
+    """A solver without runs that are ready."""
+
+    def __call__(self, y0=None, args=None):
+        self._solver.idle = []
+        return super().__call__(y0, args)
+
+
+def both_ways(fun=pendulum, *given, **named):
+    """A solver whose run is ready, and one that goes the long way."""
+    solver, plain = prepared(fun, *given, **named), prepared(fun, *given, **named)
+    plain.__class__ = LongWay
+    plain()
     warm(solver)
     return solver, plain

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_ivp
-from support.entries import assert_same, by_c, loaded, plain
+from support.repeated import assert_same, plain, was_ready
 
 SOURCE = """
 import math
@@ -74,8 +74,7 @@ def changes(draw, scope, fun):
 @pytest.mark.parametrize("method", ["RK45", "Taylor", "BDF"])
 @pytest.mark.parametrize("name", [text.split("(")[0] for text in FUNCTIONS])
 def test_calls_in_any_order(name, method):
-    loaded()
-    draw, scope, n_by_c = random.Random(name + method), {}, 0
+    draw, scope, n_plain = random.Random(name + method), {}, 0
     exec(SOURCE, scope)
     fun = scope[name]
     for _ in range(60):
@@ -87,6 +86,6 @@ def test_calls_in_any_order(name, method):
             "args": draw.choice([None, (), *ARGUMENTS.get(name, ())]),
         }  # fmt: skip
         mine = solve_ivp(fun, **given)
-        n_by_c += by_c(mine)
+        n_plain += was_ready(mine)
         assert_same(plain(fun, **given), mine)
-    assert n_by_c or name in ("with_none", "with_a_keyword")
+    assert n_plain or name in ("with_none", "with_a_keyword")

@@ -1,4 +1,4 @@
-"""The entry of `solve_ivp` keeps the promises of a solve: comparisons, warnings, memory."""
+"""Repeated calls of `solve_ivp` keep the promises of a solve: comparisons, warnings, memory."""
 
 import gc
 import math
@@ -15,18 +15,16 @@ from fastdyn.compile import background
 from fastdyn.compile.compare import Different
 from fastdyn.run import loop
 from fastdyn.run.functions import compared
-from fastdyn.solve.entry import again
-from fastdyn.solve.entry.kept import ADVANCE
-from support.entries import (
+from fastdyn.solve import repeated
+from support.repeated import (
     CALLS,
     START,
     assert_same,
-    by_c,
     closure,
     in_threads,
-    loaded,
     plain,
     warm,
+    was_ready,
 )
 
 
@@ -36,8 +34,7 @@ def pendulum(t, y):
 
 @pytest.fixture(autouse=True)
 def nothing_known(monkeypatch):
-    monkeypatch.setattr(again, "_recent", fastdyn.compile.memory.Table())
-    loaded()
+    monkeypatch.setattr(repeated, "_recent", fastdyn.compile.memory.Table())
 
 
 def test_stiffness_is_noticed():
@@ -67,14 +64,14 @@ def test_comparisons_are_due_as_before(monkeypatch):
         seen.clear()
         result = solve_ivp(fun, (0, 1), [1.0])
         due += [i] if seen else []
-    assert due == [1, 2, 4, 8, 16, 32] and by_c(result)
+    assert due == [1, 2, 4, 8, 16, 32] and was_ready(result)
     seen.clear()
     solve_ivp(fun, (0, 1), [7.0])
     solve_ivp(fun, (0, 1), [8.0])
     assert seen == [compared.AT_FIRST]
 
 
-def test_a_difference_is_found_in_a_solve_of_c(monkeypatch):
+def test_a_difference_is_found(monkeypatch):
     def fun(t, y):
         return [-y[0] if y[0] < 5.5 else -1.5 * y[0]]
 
@@ -90,7 +87,7 @@ def test_a_difference_is_found_in_a_solve_of_c(monkeypatch):
     with pytest.warns(fastdyn.CompileWarning):
         mine = solve_ivp(fun, (0, 1), [7.0])
     assert mine.y[0, 0] == 7.0
-    assert not by_c(solve_ivp(fun, (0, 1), [1.0]))  # it has been left to Python
+    assert not was_ready(solve_ivp(fun, (0, 1), [1.0]))  # it has been left to Python
 
 
 def test_errors_of_numpy_are_heard():
@@ -120,7 +117,7 @@ def test_nothing_of_a_closure_is_held():
     warm(solve_ivp, make(2.0), (0, 1), [1.0], args=args)
     gc.collect()
     before = sys.getrefcount(args)
-    for end in (1.0, 500.0):  # in C, and by Python, which goes on
+    for end in (1.0, 500.0):  # plain, and going on after the first chunk
         fun = make(2.0)
         count = sys.getrefcount(fun)
         solve_ivp(fun, (0, end), [1.0], args=args)
@@ -142,7 +139,7 @@ def test_threads():
 
 
 def test_auto_and_its_watch():
-    """A solve in the trial of `auto` is watched where it is long, although C begins it."""
+    """A long solve in the trial of `auto` is watched, although it begins on a run that is ready."""
     for _ in range(CALLS):
         mine = solve_ivp(pendulum, (0, 1), START, "auto")
     assert_same(plain(pendulum, (0, 1), START, "auto"), mine)
@@ -150,7 +147,7 @@ def test_auto_and_its_watch():
 
 @pytest.mark.parametrize("first", [None, 3])
 def test_a_faster_kernel_takes_over(first, monkeypatch):
-    """Also where Python takes each solve to the end, after the first steps by C."""
+    """Also where each solve goes on after the first chunk of steps."""
     from fastdyn.specialise import shared_or_inlined
 
     if first is not None:
@@ -164,10 +161,12 @@ def test_a_faster_kernel_takes_over(first, monkeypatch):
         monkeypatch.setattr(shared_or_inlined, price, 0.0)
     expected = solve_ivp(fun, (0, 1), START, compile="shared")
     warm(solve_ivp, fun, (0, 1), START)
-    (met,) = [entry.value for entry in again._recent.entries.values()]
+    (solver,) = [e.value for e in repeated._recent.entries.values() if e.value.idle]
     for _ in range(3):
         for _ in range(200):
             assert_same(expected, solve_ivp(fun, (0, 1), START))
         background.finish()
-    (kept,) = met.solver.idle
-    assert not kept.run.tier.open and kept.words[ADVANCE] == kept.run.tier.address
+    (ready,) = solver.idle
+    run = ready.run
+    advance = run.words()[0][run.plan.at["kernels.advance"]]
+    assert not run.tier.open and advance == run.tier.address

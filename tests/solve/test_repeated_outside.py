@@ -1,4 +1,4 @@
-"""The compiled entry follows what a function uses from outside, as Python does."""
+"""Repeated solves follow what a function uses from outside, as Python does."""
 
 import math
 import warnings
@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
-from support.entries import START, assert_same, by_c, goes_by_c, in_c_and_python, prepared, warm
+from support.repeated import START, assert_same, both_ways, is_plain, prepared, warm, was_ready
 
 g, length, table = 9.81, 1.0, np.array([0.5, 2.0, 1.5])
 
@@ -43,7 +43,7 @@ def test_outside_values_are_read_at_each_call(outside):
         return [y[1], -g * inside * y[0] - k * y[1] * pair[1] * pair[0] + abs(length)]
 
     args = 0.25, (2.0, 3)
-    mine, plain = in_c_and_python(fun, args=args)
+    mine, plain = both_ways(fun, args=args)
     for change in (
         lambda: None, lambda: outside.update(g=1.62), lambda: outside.update(length=-2.5),
         lambda: outside.update(g=np.float64(3.0)), lambda: outside.update(g=9.0, length=2),
@@ -52,10 +52,10 @@ def test_outside_values_are_read_at_each_call(outside):
         for own in (args, (0.5, (1.0, 2)), (0.5, (1.0, 2.0)), (1, (1.0, 2)), (0.5, [1.0, 2])):
             assert_same(plain(START, own), mine(START, own))
     outside.update(g=9.81, length=1.0)
-    assert goes_by_c(mine, START, args) and goes_by_c(mine, None, (0.5, (4.0, 7)))
+    assert is_plain(mine, START, args) and is_plain(mine, None, (0.5, (4.0, 7)))
     inside = 2.5
     result = mine(START, args)
-    assert by_c(result)
+    assert was_ready(result)
     assert_same(plain(START, args), result)
 
 
@@ -63,16 +63,16 @@ def test_outside_values_are_read_at_each_call(outside):
 def test_functions_and_arrays_are_followed(outside, n):
     for fun, args in ((with_helper, ()), (with_table, (np.arange(1.0, n + 1.0),))):
         outside["table"] = np.array([0.5, 2.0, 1.5])
-        mine, plain = in_c_and_python(fun, args=args)
-        assert goes_by_c(mine, START, args)
+        mine, plain = both_ways(fun, args=args)
+        assert is_plain(mine, START, args)
         outside["g"], outside["table"] = 3.0, np.array([1.0, 1e-3, 4.0])
         table[1] += 1.0
-        assert goes_by_c(mine, START, args)
+        assert is_plain(mine, START, args)
         assert_same(plain(START, args), mine(START, args))
         outside["gravity"] = lambda x: -2.0 * x
         outside["table"] = np.array([1.0, 0.25, 4.0, 5.0])
         assert_same(plain(START, args), mine(START, args))
-        assert goes_by_c(mine, START, args)
+        assert is_plain(mine, START, args)
         if args:
             for other in (args[0][::-1], args[0].astype("f4"), args[0].tolist()):
                 assert_same(plain(START, (other,)), mine(START, (other,)))
@@ -85,8 +85,8 @@ def test_a_function_with_attributes_and_defaults():
     def scale(x, b=3.0):
         return b * x
 
-    mine, plain = in_c_and_python(fun, y0=[1.0])
-    assert goes_by_c(mine, [1.5])
+    mine, plain = both_ways(fun, y0=[1.0])
+    assert is_plain(mine, [1.5])
     for change in (
         lambda: setattr(fun, "__defaults__", (1.0,)),
         lambda: setattr(scale, "__defaults__", (5.0,)),
@@ -106,8 +106,8 @@ def test_dicts_and_arrays_with_zeros():
     def given(k=1.0, corner=0.0, **more):
         return ({"matrix": np.array([[corner, 1.0], [-2.0, -0.1]]), "k": k, **more},)
 
-    mine, plain = in_c_and_python(fun, args=given())
-    assert goes_by_c(mine, START, given(2.0))
+    mine, plain = both_ways(fun, args=given())
+    assert is_plain(mine, START, given(2.0))
     for args in (
         given(3.0), given(3), given(-0.0), given(1.0, -0.0), given(1.0, 1e-300), given(1.0, 2.0),
         given(1.0, math.nan), given(other=1), ({"k": 1.0, "matrix": np.eye(2)},), given(),
@@ -124,15 +124,15 @@ def test_a_number_for_which_the_code_is_made():
     def fun(t, y, n, a):
         return [-sum(y[0] for _ in range(n)) + a * math.sqrt(y[0])]
 
-    mine, plain = in_c_and_python(fun, y0=[1.0], args=(2, 0.0))
-    assert goes_by_c(mine, [1.5], (2, 0.0))
+    mine, plain = both_ways(fun, y0=[1.0], args=(2, 0.0))
+    assert is_plain(mine, [1.5], (2, 0.0))
     for args in ((3, 0.0), (2, 1.0), (2, math.nan), (2, -0.0), (2, 0.0)):
-        solver, _ = in_c_and_python(fun, y0=[1.0], args=(2, 0.0))
+        solver, _ = both_ways(fun, y0=[1.0], args=(2, 0.0))
         result = solver([1.5], args)
-        assert not by_c(result) or args[0] == 2
+        assert not was_ready(result) or args[0] == 2
         assert_same(plain([1.5], args), result)
     for matrix, other in (([[0.0]], [[1.0]]), ([[1.0]], [[0.0]])):
-        mine, plain = in_c_and_python(lambda t, y, m: m @ y, y0=[1.0], args=(np.array(matrix),))
+        mine, plain = both_ways(lambda t, y, m: m @ y, y0=[1.0], args=(np.array(matrix),))
         assert_same(plain([1.5], (np.array(other),)), mine([1.5], (np.array(other),)))
 
 
@@ -149,17 +149,17 @@ def test_values_that_were_zero_in_each_comparison_are_compared_first():
         (scalar, 0.0, 1.0), (of_array, np.array([1.0, 0.0]), np.array([1.0, 1.0])),
     ):  # fmt: skip
         mine = prepared(fun, y0=[1.0], args=(zero,))
-        assert goes_by_c(mine, [1.5], (zero,))
-        assert not by_c(mine([1.5], (one,))) and not by_c(mine([1.25], (one,)))
-        assert by_c(mine([1.5], (zero,))) or by_c(mine([1.5], (zero,)))
+        assert is_plain(mine, [1.5], (zero,))
+        assert not was_ready(mine([1.5], (one,))) and not was_ready(mine([1.25], (one,)))
+        assert was_ready(mine([1.5], (zero,))) or was_ready(mine([1.5], (zero,)))
 
 
 def test_errors_of_numpy_are_heard():
     def fun(t, y):
         return -np.sqrt(y) / y
 
-    mine, _ = in_c_and_python(fun, y0=[1.0], span=(0.0, 0.5))
-    assert goes_by_c(mine, [1.0])
+    mine, _ = both_ways(fun, y0=[1.0], span=(0.0, 0.5))
+    assert is_plain(mine, [1.0])
     with np.errstate(invalid="raise"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         with pytest.raises(FloatingPointError):
@@ -168,10 +168,10 @@ def test_errors_of_numpy_are_heard():
 
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_a_name_that_is_gone(outside):
-    mine, _ = in_c_and_python(pendulum)
+    mine, _ = both_ways(pendulum)
     kept = outside["math"]
     del outside["math"]
     with pytest.raises(NameError):
         mine(START)
     outside["math"] = kept
-    assert goes_by_c(mine, START)
+    assert is_plain(mine, START)

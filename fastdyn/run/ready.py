@@ -1,0 +1,359 @@
+"""Runs that are ready for the next solve with other values: the fast way of repeated solves.
+
+One rule: `ReadyRun` makes plain solves only, and passes every other solve, with the same values, to
+the code that solves a problem for the first time.  Only that code validates, raises and warns.  A
+check here may therefore be too strict, but never too weak, and no check has a message.
+"""
+
+import math
+import struct
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from fastdyn.code_store.call import address_of
+from fastdyn.compile.bind import leave_to_python
+from fastdyn.compile.callables.diagnostics import GaveUp
+from fastdyn.compile.callables.numpy_errors import are_heard
+from fastdyn.compile.rebind import rebind
+from fastdyn.compile.traced import met
+from fastdyn.compile.traced.make import made
+from fastdyn.kernels.calls.block import SIDES
+from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
+from fastdyn.problem.step_options import LATEST, fixed_step
+from fastdyn.problem.validate import output_times
+
+from .begin import fill_span, fill_tolerances
+from .laid_out import new_memory
+from .memory import MEMORY, Y0
+from .outcome import SUCCESS, TERMINATED, result_of, results
+from .stiffness import MANY
+
+NUMBERS, FLOAT, ARRAY = {float, int, np.float64}, np.dtype(float), np.ndarray
+FEW_WORDS = 2**14  # memory up to this size is used for all solves, and results are copies
+# A ReadyRun is made, in 0.3 ms, after so many solves in a row that went the long way: first and
+# at most; more are needed for a function without ReadyRun.
+FEWEST_MISSES, MOST_MISSES = 2, 8
+LOOK_EVERY = 32  # solves after which a faster kernel may take over
+ENDS = {FINISHED: (0, SUCCESS), EVENT: (1, TERMINATED)}  # of plain solves
+
+
+class ReadyRun:
+    """A Run with what its solves share; one thread at a time has the ReadyRun.
+
+    Parameters
+    ----------
+    run : loop.Run
+        A plain Run, as `Run.is_plain` tells.
+    problem : validate.Problem
+        The problem of all solves, without values of one solve that must not be kept.
+    functions : sequence of callable
+        The functions of the bounds of the Run; `args` are their arguments at present.
+    finish : callable
+        ``finish(ready, memory, status, fun, args, events)`` returns the result of a solve after its
+        first chunk of steps, or None.
+    check : callable, optional
+        ``check(ready, y0, args, events)`` tells whether other things than values suit the Run.
+    sizes : tuple of float, optional
+        The least and the largest size of a state for which the order of a series is unchanged.
+    options : dict, optional
+        The options `step` and `max_step` of the solve, for other spans.
+
+    Attributes
+    ----------
+    go : callable
+        ``go(fun, y0, args, events=(), t_span=None, t_eval=None)`` returns the result, or None if
+        the values need the long way.  Without a span, span and times are those of the problem.
+    room : ndarray
+        The initial state of the next solve.
+    span : tuple or None
+        The `t_span` that was taken last; the same tuple needs no second look.
+    """
+
+    go: Any
+
+    def __init__(self, run, problem, functions, args, finish, check=None, sizes=None, options=None):
+        self.run, self.problem, self._finish = run, problem, finish
+        self._check, self._sizes = check, sizes
+        self._readers = [
+            (reader_of(run.problem, bound, fun, args), bound.block)
+            for bound, fun in zip(run.bounds, functions, strict=True)
+        ]
+        options = options or {}
+        self._step, self._limited = options.get("step"), options.get("max_step") is not None
+        self.room, self._n = run.problem.y0.copy(), len(run.problem.y0)
+        if problem.mode.sensitivities:  # which follow the state, and begin as they are
+            self._n = problem.fun.n
+        self._image, self._t_eval = run.given()
+        self.span: Any = None
+        self.sizes: Any = None  # of the values of sensitivities, whose tolerances the image has
+        self._times = b""
+        self.lay()
+
+    def lay(self):
+        """Make `go` for the present layout of the memory and the present stepping kernel."""
+        run, problem, room = self.run, self.problem, self.room
+        run.problem, run.memory = problem, None
+        run.make_room()  # as long as the last output
+        for bound in run.bounds:  # nothing of the user's is kept between solves
+            bound.keepalive[:] = None, (), bound.function
+        plan, tier, compared = run.plan, run.tier, run.compared
+        words, launch = run.words()
+        self.first = max(1, min(run.n_first(), MANY - 1))  # longer solves are examined
+        words[plan.at["n_steps"]], advance = self.first, plan.at["kernels.advance"]
+        words[advance], launch[Y0] = tier.address, address_of(room)
+        kernel, at, size, bounds = plan.launch, run.launch_at, plan.size, run.bounds
+        n_left, left, seen = met.N_LEFT[0], compared.left, compared.sides
+        sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
+        is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
+        (read, block), alone, read_all = self._readers[0], len(bounds) == 1, self._read_all
+        shares = problem.events is None and not problem.dense_output and plan.size <= FEW_WORDS
+        own = new_memory(size) if shares else None
+        if own is not None:
+            launch[MEMORY] = address_of(own)
+        result, check, until_look = results(problem, plan, own), self._check, 1
+
+        def go(fun, y0, args, events=(), t_span=None, t_eval=None):
+            nonlocal is_open, n_left, until_look
+            if are_heard():
+                return None
+            if t_span is not self.span and not self.take_span(t_span):
+                return None
+            if t_eval is not None and not self.take_times(t_eval):
+                return None
+            if check is not None and not check(self, y0, args, events):
+                return None
+            if met.N_LEFT[0] != n_left:
+                if is_left(problem, bounds, (fun, *events), args):
+                    return None
+                n_left = met.N_LEFT[0]
+            if not take_state(y0):
+                return None
+            held = read(fun, args, block) if alone else read_all(fun, args, events)
+            if held is None:
+                return None
+            memory = own
+            if memory is None:
+                memory = new_memory(size)
+                launch[MEMORY] = address_of(memory)
+            if is_open:
+                until_look -= 1
+            if until_look:
+                status = kernel(at)
+            else:  # one of LOOK_EVERY solves speaks for all
+                began, until_look = perf_counter(), LOOK_EVERY
+                status = kernel(at)
+                tier.record_time(LOOK_EVERY * (perf_counter() - began))
+                tier.promote()
+                words[advance], is_open = tier.address, tier.open
+            if status == BAD_STATE:
+                return None
+            end = ENDS.get(status)
+            if end is None or left[0] <= 1:  # a comparison is due
+                return self._finish(self, memory, status, fun, args, events)
+            for its_block, i in sides:
+                if its_block[SIDES] & ~seen[i]:
+                    return self._finish(self, memory, status, fun, args, events)
+            left[0] -= 1
+            return result(memory, None, *end)
+
+        self.go = go
+
+    def _read_all(self, fun, args, events):
+        """The values of all functions, which live until the kernel ends; None as of a reader."""
+        held = []
+        for (read, block), function in zip(self._readers, (fun, *events), strict=True):
+            held.append(read(function, args, block))
+            if held[-1] is None:
+                return None
+        return held
+
+    def go_on(self, problem, memory, status):
+        """Continue the solve of a problem after the first chunk, as any Run; return the status."""
+        run = self.run
+        run.problem, run.memory = problem, memory
+        return run.solve(problem.y0, (status, self.first, self.first * run.cost))
+
+    def take_span(self, t_span):
+        """Take another span; False if the span needs the long way."""
+        if t_span.__class__ is not tuple or len(t_span) != 2:
+            return False
+        t0, tf = t_span
+        if not (type(t0) in NUMBERS and type(tf) in NUMBERS):
+            return False
+        p, length = self.problem, abs(tf - t0)
+        if not (length > 0.0 and abs(t0) <= LATEST and abs(tf) <= LATEST):
+            return False
+        h, h_max = p.h, p.h_max
+        if not p.method.error_order:
+            try:
+                h = fixed_step({"step": self._step}, t0, tf, p.method.name)
+            except ValueError:
+                return False
+        elif h > length:
+            return False
+        elif not self._limited:
+            h_max = length * p.method.h_max_share
+        elif h_max < 10 * math.ulp(max(abs(t0), abs(tf))):  # the run might never end
+            return False
+        fill_span(self._image, t0, tf, h, h_max)
+        self.span, self._times = t_span, b""
+        return True
+
+    def take_times(self, t_eval):
+        """Take other times of output; False if the times need the long way.
+
+        Times whose bytes were checked with the present span need no other check.
+        """
+        if t_eval.__class__ is list or t_eval.__class__ is tuple:
+            if not NUMBERS.issuperset(map(type, t_eval)):
+                return False
+            t_eval = np.array(t_eval)
+        own = self._t_eval
+        if t_eval.__class__ is not ARRAY or t_eval.dtype != FLOAT or t_eval.shape != own.shape:
+            return False
+        times = t_eval.tobytes()
+        if times != self._times:
+            try:
+                output_times(t_eval, *map(float, self.span))
+            except ValueError:
+                return False
+            own[:], self._times = t_eval, times
+        return True
+
+    def take_tolerances(self, problem):
+        """Take the tolerances of a problem."""
+        fill_tolerances(self._image, self.run.plan, problem)
+
+    def taken(self):
+        """The span, the step sizes and the times of output that the next solve has."""
+        (s,), times = self.run.plan.view(self._image, "solve.state"), self._t_eval
+        return {
+            "t0": float(s["t"]), "tf": float(s["t_end"]), "h": float(s["h"]),
+            "h_max": float(s["h_max"]), "t_eval": None if times is None else times.copy(),
+        }  # fmt: skip
+
+
+def state_writer(room, n, sizes):
+    """``take(y0)``, which writes n numbers to `room`; False if the state needs the long way."""
+    shape, pack, state = (n,), struct.Struct(f"{n}d").pack_into, memoryview(room)[:n]
+    least, most = sizes or (0.0, 0.0)
+
+    def take(y0):
+        kind = y0.__class__
+        try:
+            if kind is list or kind is tuple:
+                if len(y0) != n or not NUMBERS.issuperset(map(type, y0)):
+                    return False
+                pack(room, 0, *y0)
+            elif kind is ARRAY and y0.dtype == FLOAT and y0.shape == shape:
+                state[:] = y0
+            else:
+                return False
+        except (struct.error, ValueError):  # a number beyond all floats; numbers not aligned
+            return False
+        return not most or least <= max(map(abs, state)) <= most
+
+    return take
+
+
+def reader_of(problem, bound, fun, args):
+    """``read(fun, args, block)`` of a Bound, whose result is None if the values need other code."""
+    p, mode, n, varying = problem, bound.mode, bound.n, ()
+    if mode.constant:
+        return lambda fun, args, block: ()
+    if mode.sensitivities:  # the trace is that of the equations without sensitivities
+        mode, n, varying = p.fun.mode, p.fun.n, p.fun.positions()
+    elif not made(bound.function):  # Numba's code
+        return lambda fun, args, block: rebind(bound, fun, args) or None
+    known = met.known_trace(fun, args, mode, n, varying, met.in_batches(bound.function))
+    if known is None:
+        return lambda fun, args, block: None
+    return known[0].read
+
+
+def is_left(problem, bounds, functions, args):
+    """Whether one of the functions was left to Python."""
+    found = [(f, b.mode) for b, f in zip(bounds, functions, strict=True)]
+    if problem.mode.sensitivities:
+        found.append((functions[0], problem.fun.mode))
+    return any(met.left_to_python(f, args, mode) for f, mode in found)
+
+
+class Solver:
+    """Makes solves of one kind on Runs that are ready.
+
+    Attributes
+    ----------
+    problem : validate.Problem
+        The problem of all solves, whose values solves replace.
+    idle : list of ReadyRun
+        The runs that no thread uses.
+    """
+
+    problem: Any
+
+    def __init__(self):
+        self.idle: list[ReadyRun] = []
+        self._misses, self._most, self._is_refused = 0, FEWEST_MISSES, True
+
+    def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
+        """The result of a solve; None if it needs the long way.
+
+        `others` are the functions that are called between steps.
+        """
+        idle = self.idle
+        try:
+            ready = idle.pop()
+        except IndexError:  # there is none, or other threads have them
+            return None
+        result = ready.go(fun, y0, args, others, t_span, t_eval)
+        idle.append(ready)
+        if self._misses and result is not None:
+            self._misses = 0
+        return result
+
+    def count(self, problem):
+        """Count a solve that went the long way; perhaps prepare a run for more solves like it.
+
+        That is after some such solves in a row, as values of other types may have come to stay, and
+        if other threads have all runs.
+        """
+        self._misses += 1
+        if self._misses >= self._most:
+            self.idle, self._misses = self.ready(problem), 0
+            self._is_refused = not self.idle
+            self._most *= 2 if self._is_refused or self._most < MOST_MISSES else 1
+        elif not (self.idle or self._is_refused):
+            self.idle += self.ready(problem)
+
+    def ready(self, problem) -> list[ReadyRun]:
+        """A ReadyRun for a problem, or none if no solve of the problem is plain."""
+        raise NotImplementedError
+
+    def present(self, ready, fun, args, others):
+        """The problem of the solve that a ReadyRun has begun."""
+        raise NotImplementedError
+
+    def goes_on(self, problem, run):
+        """Called before a solve goes on after its first chunk."""
+
+    def ended(self, problem, run):
+        """Called after such a solve."""
+
+    def finish(self, ready, memory, status, fun, args, others):
+        """The result of a solve after its first chunk of steps; None if the code gave up."""
+        p, run = self.present(ready, fun, args, others), ready.run
+        for bound, function in zip(run.bounds, (fun, *others), strict=True):
+            bound.keepalive[:] = function, args, bound.function
+        self.goes_on(p, run)
+        try:
+            result = result_of(p, ready.go_on(p, memory, status), run)
+            self.ended(p, run)
+        except GaveUp as reason:
+            result = None
+            if not p.mode.sensitivities:  # these are not computed in Python
+                leave_to_python(reason.bound, reason)
+        ready.lay()
+        return result

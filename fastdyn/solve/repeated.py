@@ -1,0 +1,228 @@
+"""Repeated calls of `solve_ivp`: the same function, method and options, other values.
+
+State, span, times of output, arguments, closure and outside values may change from call to call.
+"""
+
+import types as python
+
+import numpy as np
+
+from fastdyn.compile import memory
+from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
+from fastdyn.compile.callables.jitted import is_jitted
+from fastdyn.compile.taylor.steps.accuracy import order_for
+from fastdyn.compile.variations.variational import decides
+from fastdyn.problem.sensitivities import directions_of, longer_tolerances, with_sensitivities
+from fastdyn.run.ready import ReadyRun, Solver
+from fastdyn.run.solve_problem import WORDS, in_time, run_of
+from fastdyn.run.stiffness import notice, watch
+
+from .sensitivities import parted
+
+# Options whose values are numbers or words: keys may hold them, and nothing else must be checked.
+ADAPTIVE = {"rtol", "atol", "max_step", "first_step"}
+COMMON = {"max_steps", "compile"}
+LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
+_recent = memory.Table()  # by the kind of a call
+
+
+def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
+    """The result of a call of `solve_ivp` like an earlier one; None for the long way."""
+    args, sensitivity = () if args is None else args, None
+    if "sensitivity" in options:
+        options = dict(options)
+        sensitivity = options.pop("sensitivity")
+    try:
+        others = _listed(events)
+        kind = fun, y0, method, t_eval, dense_output, others, vectorized, args, options, sensitivity
+        found = _recent.get(_kind(*kind))
+    except (AttributeError, TypeError):  # no function of Python's, or values without a hash
+        return None
+    if found is None or args.__class__ is not tuple:
+        return None
+    return found.solve(fun, y0, args, others or (), t_span, t_eval)
+
+
+def note(asked, method, problem):
+    """After the solve of Arguments the long way, prepare for more calls of the kind."""
+    a = asked
+    if not _may_come_again(problem, a.options, a.sensitivity):
+        return
+    try:
+        kind = _kind(
+            a.fun, a.y0, method, a.t_eval, a.dense_output, _listed(a.events), a.vectorized, a.args,
+            a.options, a.sensitivity,
+        )  # fmt: skip
+        found = _recent.get(kind)
+    except (AttributeError, TypeError):
+        return
+    if found is None:
+        kept = problem, a.options
+        new = Repeated(*kept) if a.sensitivity is None else WithSensitivities(*kept, a.sensitivity)
+        found = _recent.put(kind, new, 1 + len(problem.y0) // WORDS)
+    found.count(problem)
+
+
+def _listed(events):
+    """The event functions as a list or tuple, or None; TypeError for what can be read once."""
+    if events is None:
+        return None
+    if callable(events):
+        return (events,)
+    if events.__class__ is list or events.__class__ is tuple:
+        return events
+    raise TypeError
+
+
+def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, sensitivity):
+    """The key of a call: its functions' code, lengths, and options."""
+    return (
+        fun.__class__, id(fun.__code__), len(y0), method,
+        None if t_eval is None else len(t_eval), dense_output,
+        None if others is None else tuple([id(event.__code__) for event in others]),
+        vectorized, len(args), sensitivity, *options.items(),
+    )  # fmt: skip
+
+
+def _may_come_again(problem, options, sensitivity):
+    p, times = problem, problem.t_eval
+    names = COMMON | (ADAPTIVE if p.method.error_order else {"step"})
+    if not (names.issuperset(options) and np.isfinite(p.tf)):
+        return False
+    if not (p.fun.__class__ in (python.FunctionType, python.MethodType) or is_jitted(p.fun)):
+        return False
+    if p.mode.second_order or p.mode.complex_numbers or len(p.segments):
+        return False  # the form q'' = a(t, q) is checked at each call
+    if times is not None and not (times.dtype == float and len(times)):
+        return False
+    if sensitivity is not None and (p.events or p.method.series):
+        return False
+    plain = p.rtol.__class__ is float is p.atol.__class__  # an rtol that is raised is an array
+    return plain and (p.atol > 0 or not p.method.error_order)
+
+
+class Repeated(Solver):
+    """Calls of one kind; `codes` are kept alive, because their ids are in the key."""
+
+    def __init__(self, problem, options):
+        super().__init__()
+        events = [event for event, *_ in problem.events or ()]
+        self.codes = [function.__code__ for function in (problem.fun, *events)]
+        self._options = options
+
+    def ready(self, problem):
+        p = self.problem = stripped(problem)
+        return self._ready(problem, in_time, p, self._alike if p.events else None)
+
+    def _ready(self, problem, run_of, common, check):
+        """A ReadyRun for a problem; `common` is the problem without the values of one call."""
+        try:
+            run = run_of(problem)
+        except (GaveUp, Uncompilable):
+            return []
+        if not run.is_plain() or (problem.mode.sensitivities and decides(run.bounds[0])):
+            return []
+        fun = problem.fun.fun if problem.mode.sensitivities else problem.fun
+        functions = fun, *[event for event, *_ in problem.events or ()]
+        sizes = _sizes(problem) if problem.method.series else None
+        given = functions, problem.args, self.finish, check, sizes, self._options
+        return [ReadyRun(run, common, *given)]
+
+    def present(self, ready, fun, args, others):
+        p = self.problem
+        if others:
+            events = [(f, *how) for f, (_, *how) in zip(others, p.events, strict=True)]
+            p = p._replace(events=events)
+        y0 = ready.room[: len(p.y0)].copy()
+        return p._replace(fun=fun, args=args, y0=y0, **ready.taken())
+
+    def goes_on(self, problem, run):
+        watch(problem, run)
+
+    def ended(self, problem, run):
+        notice(problem, run)
+
+    def _alike(self, ready, y0, args, events):
+        """Whether the attributes of events are those in the table of the run."""
+        for event, (_, limit, direction) in zip(events, self.problem.events, strict=True):
+            terminal = getattr(event, "terminal", None)
+            if (terminal or 0) != limit or getattr(event, "direction", 0) != direction:
+                return False
+        return True
+
+
+class WithSensitivities(Repeated):
+    """Calls of one kind with the option `sensitivity`."""
+
+    def __init__(self, problem, options, sensitivity):
+        super().__init__(problem, options)
+        self._sensitivity = sensitivity
+
+    def solve(self, *given, **named):
+        whole = super().solve(*given, **named)
+        return whole and parted(whole, len(self.problem.y0), self._directions)
+
+    def ready(self, problem):
+        p = problem
+        found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
+        self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]
+        self.problem, longer = stripped(p), with_sensitivities(p, found)
+        check = self._take_sizes if p.method.error_order else None
+        return self._ready(longer, run_of, stripped(longer), check)
+
+    def present(self, ready, fun, args, others):
+        p = super().present(ready, fun, args, others)
+        return with_sensitivities(p, directions_of(self._sensitivity, fun, p.y0, args))
+
+    def goes_on(self, problem, run):
+        pass
+
+    ended = goes_on
+
+    def _take_sizes(self, ready, y0, args, events):
+        """Take the tolerances of the sensitivities, which depend on values above 1."""
+        sizes = []
+        try:
+            for d in self._directions:
+                value = y0 if d.position == 0 else args[d.position - 1]
+                values = value if d.value.ndim else (value,)
+                if value.__class__ is np.ndarray:
+                    values = value.ravel().tolist()
+                sizes += [1.0 if abs(v) <= 1.0 else abs(v) for v in map(float, values)]
+        except (TypeError, ValueError, OverflowError):
+            return False
+        if sizes != ready.sizes:
+            if len(sizes) != sum([d.size for d in self._directions]):
+                return False
+            rtol, atol = longer_tolerances(self.problem, np.array(sizes))
+            ready.take_tolerances(ready.problem._replace(rtol=rtol, atol=atol))
+            ready.sizes = sizes
+        return True
+
+
+def stripped(problem):
+    """A problem without the values of one call, which must not be kept."""
+    p, fun = problem, None
+    if p.mode.sensitivities:
+        fun = p.fun._replace(fun=None)
+    return p._replace(
+        fun=fun, args=(), y0=np.zeros(len(p.y0)),
+        t_eval=None if p.t_eval is None else p.t_eval.copy(),
+        events=p.events and [(None, *how) for _, *how in p.events],
+    )  # fmt: skip
+
+
+def _sizes(problem):
+    """The least and the largest size of a state for which the order of the series is unchanged."""
+    p = problem
+
+    def order(size):
+        return order_for(p.rtol, p.atol, np.array([size]))
+
+    size = np.abs(p.y0).max() or 1.0
+    least = most = size
+    while least > SMALLEST and order(least / 2) == order(size):
+        least /= 2
+    while most < LARGEST and order(2 * most) == order(size):
+        most *= 2
+    return least, most
