@@ -112,6 +112,7 @@ def test_a_real_state_is_seen_as_a_complex_one():
     np.testing.assert_allclose(machine_value(bound, 0.0, y), fun(0.0, y), rtol=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("late", [False, True])
 def test_a_store_behind_a_view_of_another_type_is_not_lost(late):
     def fun(t, y):

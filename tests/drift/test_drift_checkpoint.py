@@ -133,6 +133,7 @@ for i, (system, method, given) in enumerate(runs):
 """
 
 
+@pytest.mark.hunt
 def test_every_method_killed_at_random_goes_on_bit_for_bit(tmp_path):
     """In copies of one process that has compiled everything, to keep it short."""
     words = [sys.executable, "-c", EVERY_METHOD, str(tmp_path)]

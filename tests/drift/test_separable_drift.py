@@ -12,6 +12,7 @@ EPS = np.finfo(float).eps
 SPLITTINGS = [name for name, m in METHODS.items() if m.separable]
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", SPLITTINGS)
 def test_energy_is_bounded_and_time_turns_back(name):
     study = fastdyn.energy_drift(

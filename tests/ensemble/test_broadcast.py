@@ -10,6 +10,7 @@ from fastdyn import solve_ensemble
 from support.many import oscillator
 
 
+@pytest.mark.hunt
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.integers(0, 12), st.integers(0, 12), st.booleans(), st.booleans())
 def test_shapes_broadcast_or_are_refused(a, b, two_states, list_given):

@@ -28,6 +28,7 @@ def wrong_vectors(monkeypatch):
     monkeypatch.setattr(Traced, "vector_text", wrong)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("simd", ["auto", False])
 @pytest.mark.parametrize("method", METHODS)
 def test_wrong_code_is_found_where_trajectories_go(method, simd, wrong_choices):
@@ -69,6 +70,7 @@ def escaping(t, y):
     return [y[0] ** 2, y[1]]
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Tsit5"])
 @pytest.mark.parametrize(
     ("fun", "start", "end"),

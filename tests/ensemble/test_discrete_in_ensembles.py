@@ -27,6 +27,7 @@ def controller(t, y, d, gain):
 SAMPLED = {"every": PERIOD, "on_event": controller, **TIGHT}
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Taylor", "Rodas5P", "Radau", "RK4", "ode45"])
 @pytest.mark.parametrize("t_eval", [None, np.linspace(0.0, 4.0, 9)])
 def test_each_trajectory_is_the_single_solve(method, t_eval):

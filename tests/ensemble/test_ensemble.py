@@ -28,6 +28,7 @@ def bits(result):
     return result.y_end.tobytes(), result.t_end.tobytes(), result.nfev.tobytes()
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("simd", [True, False])
 def test_each_member_is_the_single_solve(method, simd):

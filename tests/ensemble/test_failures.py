@@ -34,6 +34,7 @@ def by_growth(t, y, k):
     return [math.exp(y[0] * 300.0 * k)]
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("simd", ["auto", False])
 @pytest.mark.parametrize("fun", [by_root, by_hand, by_key, by_division, by_growth])
 @pytest.mark.parametrize("method", ["RK45", "Vern7", "RK4", "Rodas5P"])
@@ -116,6 +117,7 @@ def rotating(t, z, k):
     return [1j * k * z[0] - 0.1 * z[1], 0.1 * z[0] + 0.2j]
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau", "BDF", "Taylor"])
 @pytest.mark.parametrize("many", [False, True])
 def test_complex_states_are_solved_one_by_one(method, many):

@@ -74,6 +74,7 @@ def test_ensembles_warn_too():
     assert one.success.all()
 
 
+@pytest.mark.filterwarnings("always:`angle` of the tower")
 def test_the_command_line_takes_and_tells_degrees(capsys):
     assert main(["run", "tower", "--angle", "45deg"]) == 0
     in_degrees = capsys.readouterr().out
