@@ -67,6 +67,7 @@ def test_threads_order_and_neighbours_change_no_bit():
     assert np.array_equal(mixed.y, first.y[order])
 
 
+@pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("method", ["Radau", "BDF", "Rodas5P"])
 def test_a_jacobian_that_is_no_number_has_a_sentence(method):
     run = solve_ensemble(
