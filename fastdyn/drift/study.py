@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.run.loop import counters
+from fastdyn.run.result import Counted, counted
 
 from .growth import Growth, growth
 from .phase import phase
@@ -65,13 +66,13 @@ class Study:
     """
 
     def __init__(self, system, problem, names, survey, seconds, message):
-        n_accepted, n_rejected, n_extra = counters(survey.state)
+        counts = Counted(*counters(survey.state))
         n_bins, n_looks = int(survey.record["i_bin"][0]), int(survey.record["n"][0])
         self.system, self.message, self.seconds = system, message, seconds
         self.method = problem.method.name
         self.step = 0.0 if problem.method.error_order else problem.h
-        self.n_steps = n_accepted
-        self.nfev = n_extra + problem.method.n_stages * (n_accepted + n_rejected)
+        self.n_steps = counts.n_accepted
+        self.nfev = counted(problem.method, counts)["nfev"]
         self.t = survey.t_bins[:n_bins]
         self.y = survey.y_bins[:n_bins].T
         self.drifts = {}

@@ -6,7 +6,6 @@ import numpy as np
 
 from .labels import initial_labels
 
-COUNTS = ("nfev", "n_accepted", "n_rejected")
 STATUS = "0 the end was reached, 1 a terminal event, -1 failure, -2 interrupted"
 
 
@@ -25,7 +24,7 @@ def dataset(trajectories):
         "y_end": (of_each, e.y_end),
         "t_end": (of_all, e.t_end, second),
         "status": (of_all, e.status, {"long_name": STATUS}),
-        **{name: (of_all, getattr(e, name)) for name in COUNTS},
+        **{name: (of_all, numbers) for name, numbers in e.counted().items()},
     }
     coordinates: dict = {"component": [label.name for label in e.labels]}
     if e.system is not None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.problem.schedules import in_order
-from fastdyn.run.result import OdeResult
+from fastdyn.run.result import FIELDS, Counted, OdeResult, counted
 
 from . import reductions
 from .labels import argument_labels, component_labels, initial_labels
@@ -88,13 +88,18 @@ class Trajectories:
             return self._components(self._results.y_eval).transpose(0, 2, 1)
         return self._results.states(self._n)
 
-    @property
-    def n_accepted(self):
-        return self._results.counts[:, 0]
+    def counted(self):
+        """The numbers of steps and evaluations, arrays of shape (M,) by their names."""
+        counts = Counted(*self._results.counts[:, :3].T)
+        found = counted(self._problem.method, counts)
+        return {name: numbers for name, numbers in found.items() if numbers is not None}
 
-    @property
-    def n_rejected(self):
-        return self._results.counts[:, 1]
+    def __getattr__(self, name) -> Any:
+        if name in FIELDS and FIELDS[name].of_counts is not None:
+            found = self.counted()
+            if name in found:
+                return found[name]
+        raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
     @property
     def event_names(self):
@@ -114,11 +119,6 @@ class Trajectories:
     @property
     def success(self):
         return self.status >= 0
-
-    @property
-    def nfev(self):
-        tried = self.n_accepted + self.n_rejected
-        return self._results.counts[:, 2] + self._problem.method.n_stages * tried
 
     @functools.cached_property
     def reduced(self):
@@ -234,13 +234,14 @@ class Trajectories:
         else:
             t, y = self.t[:n], self.y[i, :, :n]
         uncounted = None if self._problem.method.n_matrices else 0
+        n_accepted, n_rejected, n_extra = self._results.counts[i, :3].tolist()
+        counts = Counted(n_accepted, n_rejected, n_extra, uncounted, uncounted)
         return OdeResult(
-            t=t, y=y, sol=None,
-            t_events=self.t_events and [times[i] for times in self.t_events],
+            dict.fromkeys(FIELDS),
+            t=t, y=y, t_events=self.t_events and [times[i] for times in self.t_events],
             y_events=self.y_events and [states[i] for states in self.y_events],
-            nfev=int(self.nfev[i]), njev=uncounted, nlu=uncounted, status=int(self.status[i]),
-            message=self.message(i), success=bool(self.success[i]),
-            n_accepted=int(self.n_accepted[i]), n_rejected=int(self.n_rejected[i]),
+            status=int(self.status[i]), message=self.message(i), success=bool(self.success[i]),
+            **counted(self._problem.method, counts),
         )  # fmt: skip
 
     def __repr__(self):

@@ -1,34 +1,122 @@
 """OdeResult, the result of a solve."""
 
-from typing import Any
+import textwrap
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 
-class OdeResult(dict):
-    """A dict with attribute access: SciPy's fields and a few more.
+class Counted(NamedTuple):
+    """What a solve counts, as numbers; or what many solves count, as arrays.
 
-    Attributes
-    ----------
-    t : ndarray, shape (n_points,)
-        Times, in the unit of `t_span`.
-    y : ndarray, shape (n, n_points)
-        States at these times.
-    sol : OdeSolution or None
-        The continuous solution, with ``dense_output=True``.
-    t_events, y_events : list of ndarray or None
-        For each event, its times (k,) and the states there (k, n).
-    nfev, njev, nlu : int
-        Numbers of evaluations of `fun`, of Jacobians, of factorisations.
-    status : int
-        0: the end was reached; 1: a terminal event; -1: failure; -2: interrupted.
-    message : str
-        The reason of the end, in a sentence.
-    success : bool
-        True if `status` is 0 or 1.
-    n_accepted, n_rejected : int
-        Numbers of steps (compiled methods only).
+    `n_extra` are evaluations beside those of the steps; None stands for what is not counted.
     """
+
+    n_accepted: Any
+    n_rejected: Any
+    n_extra: Any
+    n_jacobians: Any = None
+    n_factorised: Any = None
+
+
+class Field(NamedTuple):
+    """One field of a result: the entry in the docstring of OdeResult.
+
+    A field without a type shares the entry of the field before.  A number that follows from what a
+    solve counts has `of_counts`, a function of the Facts of the method and a Counted; steppers,
+    ensembles, and solves of many or of parts have these fields, too.  A field that only some solves
+    have tells them in `only`.
+    """
+
+    name: str
+    type: str
+    text: str
+    of_counts: Callable[[Any, Counted], Any] | None = None
+    only: str = ""
+
+
+ALL_FIELDS = (
+    Field("t", "ndarray, shape (n_points,)", "Times, in the unit of `t_span`."),
+    Field("y", "ndarray, shape (n, n_points)", "States at these times."),
+    Field(
+        "sol", "OdeSolution or None", "The continuous solution, with ``dense_output=True``."
+    ),
+    Field(
+        "t_events", "list of ndarray or None",
+        "For each event, its times (k,) and the states there (k, n).",
+    ),
+    Field("y_events", "", ""),
+    Field(
+        "nfev", "int", "Numbers of evaluations of `fun`, of Jacobians, of factorisations.",
+        lambda method, c: c.n_extra + method.n_stages * (c.n_accepted + c.n_rejected),
+    ),
+    Field("njev", "", "", lambda method, c: c.n_jacobians),
+    Field("nlu", "", "", lambda method, c: c.n_factorised),
+    Field(
+        "status", "int",
+        "0: the end was reached; 1: a terminal event; -1: failure; -2: interrupted.",
+    ),
+    Field("message", "str", "The reason of the end, in a sentence."),
+    Field("success", "bool", "True if `status` is 0 or 1."),
+    Field(
+        "n_accepted", "int", "Numbers of steps (compiled methods only).",
+        lambda method, c: c.n_accepted,
+    ),
+    Field("n_rejected", "", "", lambda method, c: c.n_rejected),
+    Field("method", "str", "The method that was chosen, and the reason.", only='"auto"'),
+    Field("reason", "", "", only='"auto"'),
+    Field(
+        "sensitivity", "dict of str to ndarray",
+        'By "y0" and the names of arguments: entry [i, ..., k] is the derivative of y_i(t_k) with '
+        "respect to component ... of the initial state or argument, in units of y per unit of that "
+        'component.  The shape is (n, n, n_points) for "y0", (n, n_points) for a number, '
+        "(n, ..., n_points) for an array.",
+        only="`sensitivity`",
+    ),
+    Field(
+        "error_estimate", "ndarray, shape (n, n_points)",
+        "An estimate of y minus the exact solution.", only="`error_estimate`",
+    ),
+    Field(
+        "discrete", "ndarray, shape (m, n_points)", "Discrete states at the times of `t`.",
+        only="`discrete`",
+    ),
+    Field(
+        "discrete_events", "list of ndarray", "For each event, the discrete states there (k, m).",
+        only="`discrete`",
+    ),
+)  # fmt: skip
+FIELDS = {field.name: field for field in ALL_FIELDS if not field.only}  # of each compiled solve
+COUNTS = [field for field in FIELDS.values() if field.of_counts is not None]
+
+
+def counted(method, counts):
+    """The fields that follow from a Counted, by name; None for what is not counted."""
+    return {field.name: field.of_counts(method, counts) for field in COUNTS if field.of_counts}
+
+
+def _attributes():
+    """The section Attributes of a docstring."""
+    parts: list = []
+    for field in ALL_FIELDS:
+        if field.type:
+            parts.append(([field.name], field))
+        else:
+            parts[-1][0].append(field.name)
+    lines = []
+    for names, field in parts:
+        text = field.text + f"  With {field.only}." * bool(field.only)
+        lines.append(f"{', '.join(names)} : {field.type}")
+        lines.append(textwrap.fill(text, 96, initial_indent=INDENT, subsequent_indent=INDENT))
+    return "\n".join(["", "Attributes", "----------", *lines])
+
+
+INDENT = "    "
+
+
+class OdeResult(dict):
+    """A dict with attribute access: SciPy's fields and more, those of FIELDS."""
 
     t: np.ndarray
     y: np.ndarray
@@ -79,3 +167,6 @@ class OdeResult(dict):
         from fastdyn.plot.solution import plot
 
         return plot(self, **options)
+
+
+OdeResult.__doc__ = "A dict with attribute access: SciPy's fields and more.\n" + _attributes()

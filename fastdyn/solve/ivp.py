@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.discrete import longer as with_discrete_states
-from fastdyn.problem.options.docstrings import documented
+from fastdyn.problem.options.docstrings import documented, filled
+from fastdyn.run.result import FIELDS
 
 from . import automatic, repeated
 from .discrete import parted
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from fastdyn.run.result import OdeResult
 
 
+@filled(fields=FIELDS)
 @documented
 def solve_ivp(
     fun: types.Function,
@@ -86,14 +88,8 @@ def solve_ivp(
     Returns
     -------
     OdeResult
-        SciPy's fields `t` (n_points,), `y` (n, n_points), `sol`, `t_events`, `y_events`, `nfev`,
-        `njev`, `nlu`, `status`, `message`, `success`, and `n_accepted`, `n_rejected`.
-        With "auto", also `method`, the name of the chosen method, and `reason`, a sentence.
-        `sensitivity` is a dict, by "y0" and the names of arguments: entry [i, ..., k] is the
-        derivative of y_i(t_k) with respect to component ... of the initial state or argument, in
-        units of y per unit of that component.  Its shape is (n, n, n_points) for "y0",
-        (n, n_points) for a number, (n, ..., n_points) for an array.  `error_estimate`, of the shape
-        of `y`, is an estimate of y minus the exact solution.
+        With the fields {fields}, and those of "auto", `sensitivity`, `error_estimate` and
+        `discrete`: see `OdeResult`.
 
     Raises
     ------

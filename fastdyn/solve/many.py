@@ -15,7 +15,7 @@ from fastdyn.run.functions.bound import raise_kept
 from fastdyn.run.functions.compared import compare_at
 from fastdyn.run.loop import Progress, Run, next_chunk, reached
 from fastdyn.run.outcome import LEFT
-from fastdyn.run.result import OdeResult
+from fastdyn.run.result import Counted, OdeResult, counted
 from fastdyn.run.solve_problem import verify
 from fastdyn.specialise.scalar import many_kernel
 
@@ -53,13 +53,13 @@ class Ends:
     def result(self):
         p = self._problem
         status, n_accepted, n_rejected, n_extra = self.counts.T
+        numbers = counted(p.method, Counted(n_accepted, n_rejected, n_extra))
         codes = np.array([STATUS.get(code, -1) for code in status.tolist()], np.int64)
         return OdeResult(
             t=self.t if p.t_eval is None else p.t_eval.copy(),
             y=self.y[:, 0] if p.t_eval is None else self.y.transpose(0, 2, 1),
-            nfev=n_extra + p.method.n_stages * (n_accepted + n_rejected),
             status=codes, success=codes >= 0,
-            n_accepted=n_accepted.copy(), n_rejected=n_rejected.copy(),
+            **{name: number.copy() for name, number in numbers.items() if number is not None},
         )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from fastdyn.problem.schedules import refuse_schedules
 from fastdyn.problem.validate import method_named, output_times
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
-from fastdyn.run.result import OdeResult
+from fastdyn.run.result import COUNTS, FIELDS, OdeResult
 
 from . import automatic
 from .discrete import parted, with_discrete_phases
@@ -184,8 +184,8 @@ def _joined(segments, log, status, message, keep_start, n_events):
         t.append(np.asarray(segment.t, float)[0 if keep else 1 :])
         y.append(states[:, 0 if keep else 1 :])
     full = [states for states in y if states.size]
-    counts = ("nfev", "njev", "nlu", "n_accepted", "n_rejected")
-    return OdeResult(
+    counts = {field.name: sum(s[field.name] for s in segments) for field in COUNTS}
+    parts = dict(
         t=np.concatenate(t),
         y=np.concatenate(full, axis=1) if full else [],
         sol=_joined_solution([segment.sol for segment in segments if segment.sol is not None]),
@@ -194,9 +194,9 @@ def _joined(segments, log, status, message, keep_start, n_events):
         status=status,
         message=message,
         success=status >= 0,
-        phases=log,
-        **{name: sum(segment[name] for segment in segments) for name in counts},
+        **counts,
     )
+    return OdeResult({name: segments[-1].get(name) for name in FIELDS} | parts, phases=log)
 
 
 def _stacked(states):

@@ -16,6 +16,7 @@ from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.compared import Compared
 from fastdyn.run.loop import announce, counters
 from fastdyn.run.outcome import n_factorised, outcome
+from fastdyn.run.result import FIELDS, Counted
 from fastdyn.run.solve_problem import run_of
 
 NO_OUTPUT = np.empty(0)
@@ -117,16 +118,15 @@ class Stepper(OdeSolver):
         self.t_old: Any = None
         self.t, self.y, self.status = t0, y0.copy(), "running"
 
-    nfev: Any = property(lambda self: self._nfev())
-    n_accepted: Any = property(lambda self: counters(self._run.memory)[0])
-    nstep: Any = property(lambda self: counters(self._run.memory)[0])
-    n_rejected: Any = property(lambda self: counters(self._run.memory)[1])
-    njev: Any = property(lambda self: n_factorised(self._run.memory)[0])
-    nlu: Any = property(lambda self: n_factorised(self._run.memory)[1])
+    nstep: Any = property(lambda self: self.n_accepted)
 
-    def _nfev(self):
-        n_accepted, n_rejected, n_extra = counters(self._run.memory)
-        return n_extra + self._run.problem.method.n_stages * (n_accepted + n_rejected)
+    def __getattr__(self, name) -> Any:
+        field = FIELDS.get(name)
+        if field is None or field.of_counts is None:
+            raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
+        memory = self._run.memory
+        counts = Counted(*counters(memory), *n_factorised(memory))
+        return field.of_counts(self._run.problem.method, counts)
 
     def interpolate(self, t):
         """The state at a time of the last step, shape (n,), or (n, k) at k times."""

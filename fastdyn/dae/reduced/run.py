@@ -14,7 +14,7 @@ from fastdyn.problem.schedules import listed
 from fastdyn.run.functions.bound import bind_functions
 from fastdyn.run.loop import Run
 from fastdyn.run.outcome import result_of
-from fastdyn.run.result import OdeResult
+from fastdyn.run.result import COUNTS, OdeResult
 from fastdyn.run.solve_problem import load_kernels, solve_problem
 from fastdyn.specialise.series import NoSeries
 
@@ -26,7 +26,6 @@ from .events import check_still, watched
 from .history import along, decisions
 from .trajectory import Solution, components, places
 
-COUNTS = ("nfev", "njev", "nlu", "n_accepted", "n_rejected")
 SINGULAR = (
     "The equations are singular between t = {:.8g} and t = {:.8g}: their index changes there, or "
     "there is no solution beyond; or a step passes too much at once: reduce `max_step`."
@@ -182,5 +181,5 @@ def _result(reduction, given, found, last, log):
         y_events=None if found.t_events is None else states,
         status=found.status, message=found.message, success=found.status >= 0,
         index=reduction.index, differentiated=reduction.differentiated, states=log,
-        **{name: found.get(name, 0) for name in COUNTS},
+        **{field.name: found.get(field.name, 0) for field in COUNTS},
     )  # fmt: skip

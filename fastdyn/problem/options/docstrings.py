@@ -3,7 +3,7 @@
 import inspect
 import re
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 from .table import ALL_OPTIONS, OPTIONS, TOLERANCES, exact, refused_by, taken_by
@@ -37,20 +37,21 @@ def _entries():
     )
 
 
-def filled(who: str = "") -> Callable[[Public], Public]:
+def filled(who: str = "", **words: Iterable[str]) -> Callable[[Public], Public]:
     """Fill in a docstring what the table knows, in braces.
 
     ``{options}`` and ``{refused}`` are the names of the options that a function takes and refuses;
-    ``{rtol}`` and ``{rtol of systems}`` are defaults.
+    ``{rtol}`` and ``{rtol of systems}`` are defaults.  `words` are lists of other names.
     """
-    words = {"options": _names(taken_by(who)), "refused": _names([*refused_by(who)])}
+    lists = {"options": taken_by(who), "refused": refused_by(who), **words}
+    known = {word: _names(names) for word, names in lists.items()}
     for name, default in TOLERANCES.items():
-        words[name], words[f"{name} of systems"] = exact(default), exact(OPTIONS[name].of_systems)
+        known[name], known[f"{name} of systems"] = exact(default), exact(OPTIONS[name].of_systems)
 
     def fill(function):
         if function.__doc__:
             text = inspect.cleandoc(function.__doc__)
-            for word, said in words.items():
+            for word, said in known.items():
                 text = text.replace(f"{{{word}}}", said)
             function.__doc__ = "\n".join(map(_wrapped, text.split("\n")))
         return function
