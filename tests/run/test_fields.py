@@ -1,0 +1,97 @@
+"""One table of the fields of a result: each way of solving gives all of them."""
+
+import copy
+import pickle
+import re
+
+import numpy as np
+import pytest
+
+import fastdyn
+from fastdyn import solve_ivp
+from fastdyn.run.result import ALL_FIELDS, COUNTS, FIELDS, OdeResult
+from fastdyn.solve.stepper import Stepper
+
+
+def decay(t, y):
+    return [-y[0]]
+
+
+def crossing(t, y):
+    return y[0] - 0.5
+
+
+crossing.terminal = True
+START = (0, 1), [1.0]
+
+
+def again_and_again(solve):
+    for _ in range(40):
+        result = solve()
+    return result
+
+
+def phases():
+    end = fastdyn.Phase(decay, crossing, lambda t, y: ("one", y + 1.0))
+    return fastdyn.solve_phases({"one": end}, "one", (0, 2), [1.0])
+
+
+WAYS = {
+    "once": lambda: solve_ivp(decay, *START),
+    "again": lambda: again_and_again(lambda: solve_ivp(decay, *START)),
+    "implicit": lambda: solve_ivp(decay, *START, "Radau"),
+    "series": lambda: solve_ivp(decay, *START, "Taylor", rtol=1e-8),
+    "auto": lambda: solve_ivp(decay, *START, "auto"),
+    "with events": lambda: again_and_again(lambda: solve_ivp(decay, *START, events=crossing)),
+    "dense": lambda: again_and_again(lambda: solve_ivp(decay, *START, dense_output=True)),
+    "estimate": lambda: solve_ivp(decay, *START, error_estimate=True),
+    "sensitivity": lambda: again_and_again(lambda: solve_ivp(decay, *START, sensitivity="y0")),
+    "complex": lambda: solve_ivp(decay, (0, 1), [1.0 + 1.0j]),
+    "prepared": lambda: again_and_again(fastdyn.prepare(decay, *START)),
+    "phases": phases,
+    "ensemble": lambda: fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [2.0]])[1],
+    "dae": lambda: fastdyn.solve_dae(lambda t, y, yp: [yp[0] + y[0]], *START, [-1.0]),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_result_has_all_fields_in_their_order(way):
+    result = WAYS[way]()
+    assert list(result)[: len(FIELDS)] == list(FIELDS)
+    assert {*result} - {*FIELDS} <= {f.name for f in ALL_FIELDS} | {
+        "phases",
+        "yp",
+        "index",
+        "yp_events",
+    }
+    for field in COUNTS:
+        assert result[field.name].__class__ is int and result[field.name] >= 0, field.name
+    assert isinstance(result, OdeResult)
+    for other in (pickle.loads(pickle.dumps(result)), copy.copy(result), OdeResult(result)):
+        assert list(other) == list(result)
+
+
+def test_numbers_of_steps_and_evaluations_are_those_of_the_table():
+    result, stepper = WAYS["once"](), Stepper(decay, 0.0, [1.0], 1.0)
+    while stepper.status == "running":
+        stepper.step()
+    many = fastdyn.prepare(decay, *START).many([[1.0], [1.0]])
+    ensemble = fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [1.0]])
+    for field in COUNTS:
+        assert getattr(stepper, field.name) == result[field.name]
+        if field.name in many:
+            assert np.array_equal(many[field.name], [result[field.name]] * 2)
+            assert np.array_equal(getattr(ensemble, field.name), [result[field.name]] * 2)
+    assert {field.name for field in COUNTS} - {*many} == {"njev", "nlu"}
+    with pytest.raises(AttributeError, match="no attribute 'njev'"):
+        _ = ensemble.njev
+    with pytest.raises(AttributeError, match="no attribute 'y_old'"):
+        _ = stepper.y_old
+
+
+def test_each_field_has_an_entry_in_the_docstring():
+    for field in ALL_FIELDS:
+        entry = rf"(?m)^(\w+, )*{field.name}(, \w+)* : .*\n    \S"
+        assert re.search(entry, OdeResult.__doc__), field.name
+    for name in FIELDS:
+        assert f"`{name}`" in solve_ivp.__doc__
