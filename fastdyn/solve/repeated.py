@@ -12,6 +12,7 @@ from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
 from fastdyn.compile.callables.jitted import is_jitted
 from fastdyn.compile.taylor.steps.accuracy import order_for
 from fastdyn.compile.variations.variational import decides
+from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import directions_of, longer_tolerances, with_sensitivities
 from fastdyn.run.ready import ReadyRun, Solver
 from fastdyn.run.solve_problem import WORDS, in_time, run_of
@@ -19,9 +20,6 @@ from fastdyn.run.stiffness import notice, watch
 
 from .sensitivities import parted
 
-# Options whose values are numbers or words: keys may hold them, and nothing else must be checked.
-ADAPTIVE = {"rtol", "atol", "max_step", "first_step"}
-COMMON = {"max_steps", "compile"}
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
 _recent = memory.Table()  # by the kind of a call
 
@@ -86,8 +84,10 @@ def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, optio
 
 def _may_come_again(problem, options, sensitivity):
     p, times = problem, problem.t_eval
-    names = COMMON | (ADAPTIVE if p.method.error_order else {"step"})
-    if not (names.issuperset(options) and np.isfinite(p.tf)):
+    known = [OPTIONS[name] for name in options if name in OPTIONS]
+    if len(known) < len(options) or not np.isfinite(p.tf):
+        return False
+    if not all(option.in_key and option.methods(p.method) for option in known):
         return False
     if not (p.fun.__class__ in (python.FunctionType, python.MethodType) or is_jitted(p.fun)):
         return False

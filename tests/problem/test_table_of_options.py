@@ -24,7 +24,7 @@ def test_default_tolerances_stand_in_one_file():
         lines = [line for line in path.read_text().splitlines() if ">>>" not in line]
         if any(re.search(BOTH, line) or re.search(ONE, line) for line in lines):
             found.add(name)
-    found = {name for name in found if not name.startswith(("course/", "solve/entry/"))}
+    found = {name for name in found if not name.startswith("course/")}
     assert found == {"problem/options/table.py"}
 
 

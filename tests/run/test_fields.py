@@ -11,6 +11,7 @@ import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.run.result import ALL_FIELDS, COUNTS, FIELDS, OdeResult
 from fastdyn.solve.stepper import Stepper
+from support.edited import run_edited
 
 
 def decay(t, y):
@@ -95,3 +96,54 @@ def test_each_field_has_an_entry_in_the_docstring():
         assert re.search(entry, OdeResult.__doc__), field.name
     for name in FIELDS:
         assert f"`{name}`" in solve_ivp.__doc__
+
+
+LAST = '    Field("n_rejected", "", "", lambda method, c: c.n_rejected),\n'
+RECORD = """    Field(
+        "n_tried", "int", "Number of steps, accepted or not.",
+        lambda method, c: c.n_accepted + c.n_rejected,
+    ),
+"""
+MADE = "n_accepted=n_accepted, n_rejected=n_rejected,\n"
+TRIED = """
+import copy, pickle
+import fastdyn
+from fastdyn.solve.stepper import Stepper
+
+def decay(t, y):
+    return [-y[0]]
+
+def crossing(t, y):
+    return y[0] - 0.5
+crossing.terminal = True
+
+def expected(r):
+    return r.n_tried == r.n_accepted + r.n_rejected > 0
+
+for _ in range(40):
+    result = fastdyn.solve_ivp(decay, (0, 1), [1.0])
+    assert expected(result)
+assert list(result)[-1] == "n_tried" and expected(pickle.loads(pickle.dumps(result)))
+prepared = fastdyn.prepare(decay, (0, 1), [1.0])
+for _ in range(40):
+    assert expected(prepared())
+assert (prepared.many([[1.0], [2.0]]).n_tried == prepared().n_tried).all()
+assert expected(fastdyn.solve_ensemble(decay, (0, 1), [[1.0], [2.0]])[1])
+assert expected(fastdyn.solve_ivp(decay, (0, 1), [1.0], sensitivity="y0"))
+stepper = Stepper(decay, 0.0, [1.0], 1.0)
+stepper.step()
+assert expected(stepper)
+phase = fastdyn.Phase(decay, crossing, lambda t, y: ("one", y + 1.0))
+assert expected(fastdyn.solve_phases({"one": phase}, "one", (0, 2), [1.0]))
+assert "n_tried : int\\n    Number of steps, accepted or not.\\n" in fastdyn.OdeResult.__doc__
+assert "`n_tried`" in fastdyn.solve_ivp.__doc__
+print("as told")
+"""
+
+
+def test_a_record_more_is_a_field_more():
+    edits = {
+        "fastdyn.run.result": (LAST, LAST + RECORD),
+        "fastdyn.run.outcome": (MADE, MADE + " " * 12 + "n_tried=n_accepted + n_rejected,\n"),
+    }
+    assert run_edited(TRIED, edits) == "as told\n"

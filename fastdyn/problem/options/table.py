@@ -91,6 +91,8 @@ class Option(NamedTuple):
         The default of `System.solve`, if it differs.
     words : str
         Names in other packages.
+    in_key : bool
+        Whether the value is a number or a word that says all: then repeated calls are known by it.
     """
 
     name: str
@@ -104,6 +106,7 @@ class Option(NamedTuple):
     matlab: str = ""
     of_systems: Any = None
     words: str = ""
+    in_key: bool = False
 
 
 def _not(*who, **reasons):
@@ -154,18 +157,20 @@ ALL_OPTIONS = (
         "in the method's norm.  The global error may be larger.  `rtol` is raised to at least "
         '2.2e-14, or 2.2e-16 for "Taylor".',
         adaptive, default=RTOL, of_systems=SYSTEMS_RTOL, scipys=True, matlab="RelTol", words="tol",
+        in_key=True,
     ),
     Option(
         "atol", "", "",
-        adaptive, default=ATOL, of_systems=SYSTEMS_ATOL, scipys=True, matlab="AbsTol",
+        adaptive, default=ATOL, of_systems=SYSTEMS_ATOL, scipys=True, matlab="AbsTol", in_key=True,
     ),
     Option(
         "max_step", "float", "Longest step and first step of adaptive methods.",
-        adaptive, scipys=True, matlab="MaxStep", words="hmax",
+        adaptive, scipys=True, matlab="MaxStep", words="hmax", in_key=True,
     ),
     Option(
         "first_step", "", "",
         adaptive, refused=_not("second pass"), scipys=True, matlab="InitialStep", words="h0",
+        in_key=True,
     ),
     Option(
         "jac", 'callable or array_like or sparse matrix, shape (n, n), or "2-point"',
@@ -209,7 +214,7 @@ ALL_OPTIONS = (
         "step", "float",
         "Size of constant steps.  Steps are never shortened: if the span is not a whole number of "
         "steps, the last step overshoots and the end is interpolated.",
-        constant, refused=_not("residual"), words="dt h",
+        constant, refused=_not("residual"), words="dt h", in_key=True,
     ),
     Option(
         "on_event", "callable or sequence of callable or None",
@@ -271,7 +276,7 @@ ALL_OPTIONS = (
     Option(
         "max_steps", "int",
         "Largest number of accepted steps; then the run ends with status -1.",
-        check=_limit, refused=_not("Stepper", "second pass", "repetition"),
+        check=_limit, refused=_not("Stepper", "second pass", "repetition"), in_key=True,
     ),
     Option(
         "progress", "bool", "Show a progress bar.",
@@ -335,7 +340,7 @@ ALL_OPTIONS = (
         'that contains `fun` is compiled first.  "auto": shared, then inlined, once a thread has '
         "made that kernel, after 50 ms.  The bits are equal.",
         default="auto", check=_one_of("compile", COMPILE),
-        refused=_not("solve_ensemble", "residual"),
+        refused=_not("solve_ensemble", "residual"), in_key=True,
     ),
 )  # fmt: skip
 OPTIONS = {option.name: option for option in ALL_OPTIONS}
