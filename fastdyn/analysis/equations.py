@@ -11,8 +11,8 @@ from fastdyn.compile.compare import called
 from fastdyn.compile.derivatives.compare import compare_jacobian
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.traced.known_traces import why
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.traced.met import why
 from fastdyn.ensemble.labels import argument_labels, argument_names, component_labels
 from fastdyn.problem.members import Shared
 from fastdyn.problem.validate import extra_arguments, initial_state

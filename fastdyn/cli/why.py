@@ -18,8 +18,8 @@ from fastdyn.code_store.target import optimise, processor, target
 from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
+from fastdyn.compile.traced.known_traces import refusal
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.traced.met import refusal
 from fastdyn.kernels.methods import METHODS
 from fastdyn.trace.graph.expressions import live
 

@@ -21,7 +21,7 @@ from .compare import compare_around
 from .derivatives.jacobian_block import constant_block, constant_function
 from .mode import CONSTANT
 from .python_callback import Callback
-from .traced import met
+from .traced import known_traces
 from .traced.make import made, traced_function
 
 
@@ -59,10 +59,10 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             refused = "NumPy's errors are exceptions here (np.errstate, np.seterr)"
         if refused:
             raise Uncompilable(refused)
-        if reason := met.left_to_python(fun, args, mode):
+        if reason := known_traces.left_to_python(fun, args, mode):
             raise FoundLater(reason)
         found, late = budget.within(
-            met.place_of(fun, args, mode, n, varying),
+            known_traces.place_of(fun, args, mode, n, varying),
             lambda: _code(fun, args, mode, n, near, probe, varying),
             lambda: None if DISABLED else traced_function(fun, args, mode, n, near, varying, False),
         )
@@ -74,7 +74,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             _compare_with_python(bound, near)
         return bound
     except Uncompilable as reason:
-        said = None if refused or isinstance(reason, FoundLater) else met.why(
+        said = None if refused or isinstance(reason, FoundLater) else known_traces.why(
             fun, args, mode, n, varying
         )  # fmt: skip
         said = functools.partial(warn_once, fun, said or str(reason))
@@ -98,7 +98,7 @@ def _code(fun, args, mode, n, near, probe, varying):
     found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
     if found is None and mode.complex_numbers:
         raise LeftToSciPy
-    if found is None and met.acts(fun, args, mode, n, varying):
+    if found is None and known_traces.acts(fun, args, mode, n, varying):
         raise Uncompilable("it does more than give a value")
     if found is None and not mode.by_numba:
         raise Uncompilable("it cannot be traced, and Numba compiles derivatives and events only")
@@ -149,4 +149,6 @@ def or_in_python(solve):
 def leave_to_python(bound, reason):
     """Make a function run in Python from now on, for all values; `reason` is text, or a GaveUp."""
     fun, args = bound.keepalive[:2]
-    met.leave_to_python(fun, args, bound.mode, str(reason), getattr(reason, "wrong", False))
+    known_traces.leave_to_python(
+        fun, args, bound.mode, str(reason), getattr(reason, "wrong", False)
+    )

@@ -9,7 +9,7 @@ from .callables.captured import references, resolve
 from .callables.diagnostics import Uncompilable
 from .callables.parts import parts_of
 from .parameters import pack_all, parameter_type
-from .traced import met
+from .traced import known_traces
 from .traced.make import made
 
 UNCHANGING = (  # immutable: the same object has the same value
@@ -26,12 +26,14 @@ def rebind(bound, fun, args):
     function = bound.function
     if function is None or bound.mode.constant:
         return function is not None
-    if numpy_errors.are_heard() or met.left_to_python(fun, args, bound.mode):
+    if numpy_errors.are_heard() or known_traces.left_to_python(fun, args, bound.mode):
         return False
     known = bound.seen.get("known")
     if known is not None and _read(known, bound, fun, args):
         return True
-    found = met.known_trace(fun, args, bound.mode, bound.n, batches=met.in_batches(function))
+    found = known_traces.known_trace(
+        fun, args, bound.mode, bound.n, batches=known_traces.in_batches(function)
+    )
     if found is not None and found[0].function is function:
         bound.seen["known"] = found[0]
         return _read(found[0], bound, fun, args)

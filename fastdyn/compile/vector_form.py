@@ -9,8 +9,8 @@ from fastdyn.trace.graph.refusal import Untraceable
 from .callables.diagnostics import Uncompilable
 from .derivatives.jacobian import jacobian
 from .parameters import n_words
+from .traced.known_traces import why
 from .traced.make import traced_function
-from .traced.met import why
 
 
 class VectorForm(NamedTuple):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.traced.met import has_stores
+from fastdyn.compile.traced.known_traces import has_stores
 from fastdyn.kernels.state.record import (
     FINISHED,
     FULL,

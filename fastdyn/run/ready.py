@@ -17,7 +17,7 @@ from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.callables.diagnostics import GaveUp
 from fastdyn.compile.callables.numpy_errors import are_heard
 from fastdyn.compile.rebind import rebind
-from fastdyn.compile.traced import met
+from fastdyn.compile.traced import known_traces
 from fastdyn.compile.traced.make import made
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
@@ -104,7 +104,7 @@ class ReadyRun:
         words[plan.at["n_steps"]], advance = self.first, plan.at["kernels.advance"]
         words[advance], launch[Y0] = tier.address, address_of(room)
         kernel, at, size, bounds = plan.launch, run.launch_at, plan.size, run.bounds
-        n_left, left, seen = met.N_LEFT[0], compared.left, compared.sides
+        n_left, left, seen = known_traces.N_LEFT[0], compared.left, compared.sides
         sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
         is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
         (read, block), alone, read_all = self._readers[0], len(bounds) == 1, self._read_all
@@ -124,10 +124,10 @@ class ReadyRun:
                 return None
             if check is not None and not check(self, y0, args, events):
                 return None
-            if met.N_LEFT[0] != n_left:
+            if known_traces.N_LEFT[0] != n_left:
                 if is_left(problem, bounds, (fun, *events), args):
                     return None
-                n_left = met.N_LEFT[0]
+                n_left = known_traces.N_LEFT[0]
             if not take_state(y0):
                 return None
             held = read(fun, args, block) if alone else read_all(fun, args, events)
@@ -267,7 +267,9 @@ def reader_of(problem, bound, fun, args):
         mode, n, varying = p.fun.mode, p.fun.n, p.fun.positions()
     elif not made(bound.function):  # Numba's code
         return lambda fun, args, block: rebind(bound, fun, args) or None
-    known = met.known_trace(fun, args, mode, n, varying, met.in_batches(bound.function))
+    known = known_traces.known_trace(
+        fun, args, mode, n, varying, known_traces.in_batches(bound.function)
+    )
     if known is None:
         return lambda fun, args, block: None
     return known[0].read
@@ -278,7 +280,7 @@ def is_left(problem, bounds, functions, args):
     found = [(f, b.mode) for b, f in zip(bounds, functions, strict=True)]
     if problem.mode.sensitivities:
         found.append((functions[0], problem.fun.mode))
-    return any(met.left_to_python(f, args, mode) for f, mode in found)
+    return any(known_traces.left_to_python(f, args, mode) for f, mode in found)
 
 
 class Solver:

@@ -11,8 +11,8 @@ from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.rebind import rebind
+from fastdyn.compile.traced.known_traces import has_effect
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.traced.met import has_effect
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import between_steps, endless, event_list
 from fastdyn.problem.jacobian import DIFFERENCES

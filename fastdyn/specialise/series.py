@@ -2,7 +2,7 @@
 
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.compile.taylor.steps.accuracy import is_fine, order_for
-from fastdyn.compile.traced.met import why
+from fastdyn.compile.traced.known_traces import why
 
 
 class NoSeries(ValueError):

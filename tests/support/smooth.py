@@ -6,8 +6,8 @@ import random
 from fastdyn import code_store
 from fastdyn.compile import memory
 from fastdyn.compile.traced import code as traced
+from fastdyn.compile.traced import known_traces
 from fastdyn.compile.traced import make as by_tracing
-from fastdyn.compile.traced import met
 from fastdyn.compile.traced import series as traced_series
 
 OF_ONE = (
@@ -67,5 +67,9 @@ def write_in_rows(monkeypatch, rows):
         traced.code_store, "assembled", lambda key, *how: assembled(None if how[1:] else key, *how)
     )
     empty = memory.Table()
-    for module, name in ((met, "TABLE"), (by_tracing, "TABLE"), (by_tracing, "_functions")):
+    for module, name in (
+        (known_traces, "TABLE"),
+        (by_tracing, "TABLE"),
+        (by_tracing, "_functions"),
+    ):
         monkeypatch.setattr(module, name, empty if name == "TABLE" else memory.Table())

@@ -22,7 +22,17 @@ from ..callables.diagnostics import located
 from ..compare import compare_around, machine_value, python_value
 from . import elimination
 from .code import Traced
-from .met import NOTHING, TABLE, Known, Met, acts, code_of, is_wrong, known_trace, place_of
+from .known_traces import (
+    NOTHING,
+    TABLE,
+    Known,
+    Traces,
+    acts,
+    code_of,
+    is_wrong,
+    known_trace,
+    place_of,
+)
 
 LONG = 64  # least number of components of a state that is one long array
 STORES = "stores"  # stands for tracing by `trace_with_stores`
@@ -81,11 +91,11 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
         known, given = found
         return known.function, list(zip(known.traced.kinds, given, strict=True)), known.traced.at
     place = place_of(fun, args, mode, n, varying, batches)
-    met = TABLE.get(place) or NOTHING
-    if near is None or met.refusals >= MAX_REFUSALS:
+    traces = TABLE.get(place) or NOTHING
+    if near is None or traces.refusals >= MAX_REFUSALS:
         return None
-    if met is NOTHING:
-        met = TABLE.put(place, Met())
+    if traces is NOTHING:
+        traces = TABLE.put(place, Traces())
     error: Any = None
     for lifted in LIFTED:
         try:
@@ -104,16 +114,16 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
             error = Untraceable(str(reason))
             continue
         if traced.trace.reads.lasting:
-            met.known.insert(0, Known(traced, function, (fun, args), zeros))
-            del met.known[MAX_KNOWN:]
-            TABLE.put(place, met, len(met.known))
+            traces.known.insert(0, Known(traced, function, (fun, args), zeros))
+            del traces.known[MAX_KNOWN:]
+            TABLE.put(place, traces, len(traces.known))
         return function, list(zip(traced.kinds, given, strict=True)), traced.at
-    met.effect, met.writes = met.effect or error.effect, met.writes or error.writes
+    traces.effect, traces.writes = traces.effect or error.effect, traces.writes or error.writes
     if not str(error).startswith(UNDEFINED):  # the name may be defined later
-        met.refusals = MAX_REFUSALS if error.final else met.refusals + 1
-    met.reason = _reason(error, fun, args, mode, n)
-    met.of_state = met.of_state or STATE in str(error)
-    met.whole = located(str(error), line_of_refusal(error.__context__ or error))
+        traces.refusals = MAX_REFUSALS if error.final else traces.refusals + 1
+    traces.reason = _reason(error, fun, args, mode, n)
+    traces.of_state = traces.of_state or STATE in str(error)
+    traces.whole = located(str(error), line_of_refusal(error.__context__ or error))
     if error.alive:
         _asks_what_lives.set()
     if _asks_what_lives.is_set():  # traces may keep alive the objects that a function asks for

@@ -18,8 +18,8 @@ from ..callables.diagnostics import Uncompilable
 from ..derivatives.jacobian import GROWING
 from ..mode import SENSITIVITIES
 from ..traced.code import Traced
+from ..traced.known_traces import why
 from ..traced.make import traced_function
-from ..traced.met import why
 
 DECISIONS = "decisions"  # a key of a Function's notes
 

@@ -11,8 +11,8 @@ from fastdyn.compile.sparse_jacobian import (
     is_sparse,
     pattern_of,
 )
+from fastdyn.compile.traced.known_traces import writes_to_state
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.traced.met import writes_to_state
 from fastdyn.compile.variations.saltation import bind_saltation
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.problem.events import between_steps

@@ -7,7 +7,7 @@ import numpy as np
 
 from fastdyn.compile.compare import compare_along, sides_at
 from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
-from fastdyn.compile.traced.met import codes
+from fastdyn.compile.traced.known_traces import codes
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import Y
 from fastdyn.problem.lsoda import NAME as LSODA

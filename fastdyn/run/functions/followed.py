@@ -12,8 +12,8 @@ import numpy as np
 from fastdyn.compile.bind import bind
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.rebind import rebind
+from fastdyn.compile.traced.known_traces import in_batches, known_trace
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.traced.met import in_batches, known_trace
 from fastdyn.kernels.calls.block import FAULT, FIRST, JACOBIAN
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import Pair, takes_batches

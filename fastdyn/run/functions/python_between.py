@@ -5,7 +5,7 @@ from typing import Any
 
 from fastdyn.compile.bind import leave_to_python
 from fastdyn.compile.callables.diagnostics import GaveUp
-from fastdyn.compile.traced.met import may_have_effect
+from fastdyn.compile.traced.known_traces import may_have_effect
 from fastdyn.specialise.series import NoSeries
 
 from .followed import followed, functions_of, may_take_other_code

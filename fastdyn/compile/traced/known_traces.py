@@ -32,7 +32,7 @@ class Known:
         return reader(self.traced, self.zeros)
 
 
-class Met:
+class Traces:
     """The traces of a code object, and the reasons why tracing refused the code object."""
 
     def __init__(self):
@@ -43,7 +43,7 @@ class Met:
         self.whole: str | None = None  # for `fastdyn why`
 
 
-NOTHING = Met()
+NOTHING = Traces()
 TABLE = memory.Table()  # by `place_of`
 _left = memory.Table()  # reasons of functions left to Python, by code and mode
 N_LEFT = array("q", [0])  # how often a function was left to Python; C reads it, too
@@ -54,7 +54,7 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
 
     `batches` asks for a trace in batches.
     """
-    known = _met_at(fun, args, mode, n, varying, batches).known
+    known = _traces_at(fun, args, mode, n, varying, batches).known
     for i, one in enumerate(known):
         given = one.read(fun, args)
         if given is not None:
@@ -67,40 +67,40 @@ def known_trace(fun, args, mode, n, varying=(), batches=False):
 def why(fun, args, mode, n, varying=()):
     """The reason and the line of a refusal, if the user should see the reason; else None."""
     reason, wrong = _left_of(fun, args, mode)
-    return reason if wrong else _met_at(fun, args, mode, n, varying).reason
+    return reason if wrong else _traces_at(fun, args, mode, n, varying).reason
 
 
-def _met_at(*place):
+def _traces_at(*place):
     return TABLE.get(place_of(*place)) or NOTHING
 
 
 def refusal(fun, args, mode, n, batches=False):
     """The reason and the line of a refusal by tracing, for the user or not; else None."""
-    met = _met_at(fun, args, mode, n, (), batches)
-    return met.reason or met.whole
+    traces = _traces_at(fun, args, mode, n, (), batches)
+    return traces.reason or traces.whole
 
 
 def has_effect(fun, args, mode, n, varying=()):
     """Whether a function was refused because of a side effect."""
-    return _met_at(fun, args, mode, n, varying).effect
+    return _traces_at(fun, args, mode, n, varying).effect
 
 
 def acts(fun, args, mode, n, varying=()):
     """Whether a function was refused because it has a side effect, or writes to arrays."""
-    met = _met_at(fun, args, mode, n, varying)
-    return met.effect or met.writes
+    traces = _traces_at(fun, args, mode, n, varying)
+    return traces.effect or traces.writes
 
 
 def may_have_effect(fun, args, mode, n):
     """Whether a function that runs in Python may have a side effect."""
-    met = _met_at(fun, args, mode, n)
-    known = met.refusals or left_to_python(fun, args, mode)
-    return not known or met.effect or met.writes
+    traces = _traces_at(fun, args, mode, n)
+    known = traces.refusals or left_to_python(fun, args, mode)
+    return not known or traces.effect or traces.writes
 
 
 def writes_to_state(fun, args, mode, n):
     """Whether a function was refused because it writes to its state."""
-    return _met_at(fun, args, mode, n).of_state
+    return _traces_at(fun, args, mode, n).of_state
 
 
 def leave_to_python(fun, args, mode, reason, wrong):
