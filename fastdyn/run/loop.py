@@ -165,7 +165,7 @@ class Run(LaidOut):
         """The words of the kernel's arguments and of its Launch; both change with the plan."""
         return self._words, self._launch
 
-    def given(self):
+    def first_memory(self):
         """The first content of a solve's memory, and its times of output or None."""
         return self._image, self._t_eval
 

@@ -85,7 +85,7 @@ class ReadyRun:
         self.room, self._n = run.problem.y0.copy(), len(run.problem.y0)
         if problem.mode.sensitivities:  # which follow the state, and begin as they are
             self._n = problem.fun.n
-        self._image, self._t_eval = run.given()
+        self._image, self._t_eval = run.first_memory()
         self.span: Any = None
         self.sizes: Any = None  # of the values of sensitivities, whose tolerances the image has
         self._times = b""
