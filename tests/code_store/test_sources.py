@@ -51,12 +51,12 @@ def test_an_edit_changes_the_keys_of_what_its_folder_makes(copy, hashes, folder)
     finally:
         deepest.write_text(text)
     assert (edited[0] == kernels) == (folder not in KERNELS)
-    assert (edited[1] == functions) == (folder not in KERNELS | COMPILER | {"solve"})
+    assert (edited[1] == functions) == (folder not in KERNELS | COMPILER)
     assert hashes() == [kernels, functions]
 
 
 def test_a_new_folder_counts_as_one_that_makes_code():
-    assert FUNCTIONS - KERNELS - COMPILER <= {"solve"}
+    assert FUNCTIONS == KERNELS | COMPILER
     assert {"__pycache__", *FUNCTIONS, *environment._WITHOUT} >= set(FOLDERS)
 
 
