@@ -1,4 +1,4 @@
-"""Numba without optimisation and translation of each helper: `sealed` does both once, for all."""
+"""Numba without optimisation and translation of helpers: `emit_object.sealed` does both once."""
 
 # pyright: reportAttributeAccessIssue=false
 

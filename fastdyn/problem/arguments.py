@@ -30,7 +30,7 @@ class Arguments(NamedTuple):
     discrete: Any = None
     sensitivity: Any = None
     error_estimate: Any = None
-    looked_up: bool = True  # among the repeated calls
+    looked_up: bool = True  # whether `repeated.solved` has seen these arguments, and found nothing
     given_y0: Any = None  # as the user gave it: SciPy calls events with this object
 
     def with_options(self, **options):

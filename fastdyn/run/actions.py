@@ -3,8 +3,9 @@
 from fastdyn.kernels.state.record import BAD_JUMP, NEGATIVE, OUTSIDE
 from fastdyn.problem.schedules import in_order
 
+NOT_FINITE = "returned nan or inf"
 OF_ACTIONS = {
-    BAD_JUMP: "{action} returned nan or inf at {t} ({component}).",
+    BAD_JUMP: f"{{action}} {NOT_FINITE} at {{t}} ({{component}}).",
     OUTSIDE: "{action} returned a state outside of `domain` at {t}: the run ends before the "
     "action. Return a state inside, or widen `domain`.",
     NEGATIVE: "{action} returned a negative number at {t} ({component}), which `nonnegative` "

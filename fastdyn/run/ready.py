@@ -32,8 +32,8 @@ from .stiffness import MANY
 
 NUMBERS, FLOAT, ARRAY = {float, int, np.float64}, np.dtype(float), np.ndarray
 FEW_WORDS = 2**14  # memory up to this size is used for all solves, and results are copies
-# A ReadyRun is made, in 0.3 ms, after so many solves in a row that went the long way: first and
-# at most; more are needed for a function without ReadyRun.
+# A ReadyRun is made, in 0.3 ms, after so many solves in a row that went the long way.  The number
+# doubles with each ReadyRun up to MOST_MISSES, and beyond for functions that get no ReadyRun.
 FEWEST_MISSES, MOST_MISSES = 2, 8
 LOOK_EVERY = 32  # solves after which a faster kernel may take over
 ENDS = {FINISHED: (0, SUCCESS), EVENT: (1, TERMINATED)}  # of plain solves

@@ -5,6 +5,7 @@ import numpy as np
 from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
 from fastdyn.compile.variations.variational import decides, jump_of
 from fastdyn.problem.sensitivities import directions_of, with_sensitivities
+from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import result_of
 from fastdyn.run.result import OdeResult
@@ -75,7 +76,7 @@ def parted(whole, n, directions):
     if at_events is not None:
         result.y_events = [y[:, :n] if y.size else y for y in at_events]
     if whole["status"] == -1:
-        if result.message.startswith("`on_event` returned nan"):
+        if NOT_FINITE in result.message and "`on_event`" in result.message:
             result.message = GRAZES.format(result.t[-1] if k else float("nan"))
         else:
             result.message += (

@@ -20,6 +20,15 @@ EPS = float(np.finfo(float).eps)
 
 
 @njit(**INTERNAL)
+def _status(f):
+    """RUNNING, or NON_FINITE if a component of a derivative is not finite."""
+    for i in range(len(f)):
+        if not np.isfinite(f[i]):
+            return NON_FINITE
+    return RUNNING
+
+
+@njit(**INTERNAL)
 def plain(state, work, block, order, fsal_stage):
     """The derivative alone, for a step size that is given."""
     s = state[0]
@@ -27,10 +36,7 @@ def plain(state, work, block, order, fsal_stage):
     s.n_extra += 1
     if block[RAISED_WORD] != 0:
         return RAISED
-    for i in range(len(f)):
-        if not np.isfinite(f[i]):
-            return NON_FINITE
-    return RUNNING
+    return _status(f)
 
 
 @njit(**INTERNAL)
@@ -45,7 +51,7 @@ def second_order(state, work, block, order, fsal_stage):
         rate[i] = v[i]
     if block[RAISED_WORD] != 0:
         return RAISED
-    return RUNNING if np.all(np.isfinite(a)) else NON_FINITE
+    return _status(a)
 
 
 @njit(**INTERNAL)

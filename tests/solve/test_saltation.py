@@ -73,3 +73,14 @@ def test_sensitivities_pass_discrete_states():
     s = sampled_by([0.5, 1.3], sensitivity=("y0", "k")).sensitivity
     exact = differences(lambda p: sampled_by(p).y[:, -1], [0.5, 1.3])[0]
     assert np.allclose([s["y0"][0, 0, -1], s["k"][0, -1]], exact, rtol=1e-6)
+
+
+def test_a_jump_that_is_not_finite_is_told_with_its_possible_cause():
+    def falls(t, y):
+        return [-1.0]
+
+    ground = marked(lambda t, y: y[0], terminal=False)
+    given = {"events": ground, "on_event": lambda t, y: [math.nan], "sensitivity": "y0"}
+    result = solve_ivp(falls, (0, 2), [1.0], **given)
+    assert result.status == -1
+    assert "touches zero there without crossing it" in result.message

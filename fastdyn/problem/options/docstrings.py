@@ -38,7 +38,7 @@ def _entries():
 
 
 def filled(who: str = "", **words: Iterable[str]) -> Callable[[Public], Public]:
-    """Fill in a docstring what the table knows, in braces.
+    """Replace the words in braces in a docstring by what the table knows.
 
     ``{options}`` and ``{refused}`` are the names of the options that a function takes and refuses;
     ``{rtol}`` and ``{rtol of systems}`` are defaults.  `words` are lists of other names.

@@ -27,7 +27,7 @@ class Schedule:
     """The schedule of comparisons for some functions and one method, common to all Runs.
 
     `left` is the number of solves until the next comparison.  `sides` has a word for each function
-    with decisions: the sides that were compared.  The compiled entry reads both and lowers `left`.
+    with decisions: the sides that were compared.  `ReadyRun.go` reads both, and lowers `left`.
     """
 
     def __init__(self, when, n_deciding=0):
