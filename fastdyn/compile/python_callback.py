@@ -103,6 +103,9 @@ class Callback:
                 if self.after is not None:
                     self.after()
                 self.inside = False
+            else:  # an exception waits: no number of this function may be used
+                mark(block)
+                target[:] = np.nan
         except BaseException as error:
             self.inside = False
             self.exception = error

@@ -82,13 +82,16 @@ def _compare_alone(ensemble, results, i, bound):
     p, members = ensemble.problem, ensemble.members
     most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
     p = of_member(p, members, i)._replace(y0=start, args=members.args(i), compile="shared")
+    constant = not p.method.error_order  # the last step may pass the end, which is interpolated
+    if constant:
+        p = p._replace(t_eval=np.array([p.tf]))
     run, ends = run_of(p._replace(max_steps=min(p.max_steps, most))), []
     if any(each.callback for each in run.bounds) or results.status[i] != FINISHED:
         return
     for sign in (0.0, 1.0, -1.0):
         if run.solve(start * (1.0 + sign * EPS)) != FINISHED:
             return
-        ends.append(run.view("solve.work")[Y].copy())
+        ends.append((run.view("output.y")[0] if constant else run.view("solve.work")[Y]).copy())
     mine, (alone, *others) = np.array(results.y_end[i]), ends
     spread = max(float(np.max(np.abs(other - alone))) for other in others)
     size = np.max(np.abs(alone), initial=0.0)

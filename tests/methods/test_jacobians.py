@@ -11,6 +11,7 @@ from scipy.integrate._ivp.common import num_jac
 import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.kernels.calls.block import JACOBIAN
+from fastdyn.run.solve_problem import run_of
 from support.stiff import (
     PROBLEMS,
     counts,
@@ -152,9 +153,8 @@ def test_bands_are_made_use_of():
     """400 components: elimination in full takes 10^7 operations a factorisation, and seconds."""
     y0 = np.ones(400)
     run = solve_ivp(heat, (0, 2), y0, "BDF", rtol=1e-4)
-    state = fastdyn.prepare(heat, (0, 2), y0, "BDF", rtol=1e-4)
-    state(y0)
-    run_of_it = state._solver.idle[0].run
+    run_of_it = run_of(fastdyn.prepare(heat, (0, 2), y0, "BDF", rtol=1e-4)._problem)
+    run_of_it.solve(y0)
     (s,) = run_of_it.view("solve.state")
     assert (s["lower"], s["upper"]) == (1, 1) and run.success
     assert run_of_it.bounds[0].block[JACOBIAN] != 0  # an exact one

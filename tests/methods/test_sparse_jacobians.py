@@ -12,6 +12,7 @@ from fastdyn.compile import memory
 from fastdyn.kernels.calls.block import BAND, FULL, NARROW, OUTSIDE
 from fastdyn.run import checkpoint, loop, solve_problem
 from fastdyn.run.matrices import layouts as matrices
+from fastdyn.solve import repeated
 from support.stiff import counts
 
 pytestmark = [
@@ -122,6 +123,7 @@ def test_rodas_has_the_end_of_full_matrices_in_each_layout(kind, mass, monkeypat
     found = solved(solve_ivp, network, "Rodas5P", **options)
     monkeypatch.setattr(matrices, "SMALL", 10**9)
     monkeypatch.setattr(solve_problem, "_idle", memory.Table())
+    monkeypatch.setattr(repeated, "_recent", memory.Table())
     whole = solved(solve_ivp, network, "Rodas5P", **options)
     assert found.n_accepted == whole.n_accepted
     # Nothing is iterated: what differs is rounding, some eps times the condition 1 + h |J| < 1e3.
@@ -135,6 +137,7 @@ def test_lsoda_takes_the_steps_of_full_matrices_in_each_layout(kind, monkeypatch
     found = solved(solve_ivp, network, "LSODA")
     monkeypatch.setattr(matrices, "_takes_all", lambda *given: True)
     monkeypatch.setattr(solve_problem, "_idle", memory.Table())
+    monkeypatch.setattr(repeated, "_recent", memory.Table())
     whole = solved(solve_ivp, network, "LSODA")
     kinds = [layout.kind for layout in seen]  # those of a run, and that of an entry
     assert kinds[:2] == [KINDS[kind], FULL] and set(kinds[2:]) <= {FULL}
@@ -154,6 +157,7 @@ def test_the_norm_by_which_lsoda_changes_its_formulas_is_that_of_a_full_matrix(m
     found = solve_ivp(oscillators, (0, 60), y0, "LSODA", **options)
     monkeypatch.setattr(matrices, "_takes_all", lambda *given: True)
     monkeypatch.setattr(solve_problem, "_idle", memory.Table())
+    monkeypatch.setattr(repeated, "_recent", memory.Table())
     whole = solve_ivp(oscillators, (0, 60), y0, "LSODA", **options)
     assert counts(found) == counts(whole) and np.array_equal(found.y, whole.y)
 
@@ -176,7 +180,7 @@ def test_a_pattern_that_grows_is_taken_up():
 
 def test_what_is_wrong_is_named():
     network = NETWORKS["ring"]
-    lacking = scipy.sparse.diags([1, 1, 1], [-1, 0, 1], shape=(50, 50))
+    lacking = scipy.sparse.diags([1.0, 1.0, 1.0], [-1, 0, 1], shape=(50, 50))
     for fun in ("fun", "in_python"):
         with pytest.warns(UserWarning, match="`jac_sparsity` is not the pattern .* it lacks"):
             solved(solve_ivp, network, "BDF", fun, jac_sparsity=lacking)

@@ -1,4 +1,4 @@
-"""A result is a dict whose parts are made when they are asked for; nobody can tell."""
+"""A result is a dict with attributes, whole at once: copies, pickles, names that it lacks."""
 
 import copy
 import pickle
@@ -97,3 +97,16 @@ def test_results_keep_their_own_numbers():
 
 def test_whole_times_stay_whole():
     assert solve_ivp(decay, (0, 3), [1.0], t_eval=[1, 2, 3]).t.dtype.kind == "i"
+
+
+def test_a_name_that_a_result_lacks_is_no_key_and_no_attribute():
+    result = OdeResult(y=1)
+    assert result.y == 1 and not hasattr(result, "t") and not hasattr(result, "nonsense")
+    assert result.get("t") is None and "t" not in result
+    with pytest.raises(KeyError, match="'t'"):
+        result["t"]
+    result.t, result.more = 2, 3
+    assert (result["t"], result.t, result.more) == (2, 2, 3)
+    assert dir(result).count("t") == 1
+    del result.t
+    assert not hasattr(copy.deepcopy(pickle.loads(pickle.dumps(result))), "t")

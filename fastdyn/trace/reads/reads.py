@@ -159,7 +159,16 @@ class Reads:
     def values(self):
         """The values of all groups, read again from the roots of the trace."""
         found = self.found(self.roots)
+        if len(found) < len(self.rows):  # a full cache of a function drops values while it is read
+            return [self._traced_value(group) for group in self.groups]
         return [found[group.row] for group in self.groups]
+
+    def _traced_value(self, group):
+        """The value of a group at the trace."""
+        numbers = np.array(self.graph.values)[group.first : group.first + _count(group)]
+        if group.shape is not None:
+            return numbers.astype(group.dtype).reshape(group.shape)
+        return int(numbers[0]) if group.whole else float(numbers[0])
 
     def follow(self, *roots):
         """The values of all groups, read from other roots; None if the trace is not valid there."""
