@@ -146,7 +146,9 @@ def test_an_edit_to_a_kernel_is_seen(tmp_path):
         file.write_text(file.read_text() + "# a comment\n")
         assert (place.run()[2] > 0) == makes_code
     control = package / "kernels" / "stepping" / "step_size.py"
-    control.write_text(control.read_text().replace("SAFETY = 0.9", "SAFETY = 0.5"))
+    known, other = "SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9", "SAFETY, MIN_FACTOR, MAX_FACTOR = 0.5"
+    assert known in control.read_text()
+    control.write_text(control.read_text().replace(known, other))
     assert place.run()[0] > first[0]
 
 
