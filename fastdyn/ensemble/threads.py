@@ -8,7 +8,6 @@ import numpy as np
 from fastdyn.compile.traced.known_traces import known_trace
 from fastdyn.kernels.ensemble.arguments import COUNT
 from fastdyn.kernels.state.record import RAISED
-from fastdyn.run.loop import announce
 from fastdyn.trace.reads.reads import flat
 
 from . import reductions
@@ -54,7 +53,6 @@ def solve_here(ensemble, results, threads, bar):
     n_workers = max(1, min(threads or n_processors(), -(-members.count // width)))
     folds = reductions.folds(ensemble.wanted)
     workers = [Worker(problem, members, vector, results, folds) for _ in range(n_workers)]
-    announce(workers[0].bounds)  # here, where a warning that is an exception is raised
     in_python = any(bound.callback is not None for bound in workers[0].bounds)
     if in_python:
         del workers[1:]  # Python runs one thread at a time
