@@ -28,7 +28,7 @@ def scratch_shape(method, n_events, rows, n):
 
 
 class Counts(NamedTuple):
-    """What a solve counts, in the order of the records STATE and OUTPUT."""
+    """The counts of a solve, in the order of the records STATE and OUTPUT."""
 
     n_accepted: int
     n_rejected: int

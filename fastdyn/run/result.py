@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Counted(NamedTuple):
-    """What a solve counts, as numbers; or what many solves count, as arrays.
+    """The counts of a solve, as numbers; or those of many solves, as arrays.
 
     `n_extra` are evaluations beside those of the steps; None stands for what is not counted.
     """

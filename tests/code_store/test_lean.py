@@ -29,7 +29,7 @@ def needs_of(key):
 
 
 def test_no_kernel_needs_memory():
-    """Of those on disk: `make wheel` asks of all kernels."""
+    """Kernels on disk are examined here, and all kernels by `make wheel`."""
     for kernel in (scalar.watch_events_kernel, scalar.all_roots_kernel, scalar.whole_solve_kernel):
         kernel()
     kept = [needs_of(key) for key in scalar.every_kernel(dispatchers.FOR_ALL)]

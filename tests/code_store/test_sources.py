@@ -77,7 +77,7 @@ def test_a_folder_outside_the_keys_makes_no_code(folder):
 
 
 def test_only_the_folder_of_kernels_keys_code_by_the_sources_of_kernels():
-    """What `build` calls must be hashed: `specialise` imports no compiler where it builds."""
+    """The sources that `build` calls are hashed: kernels are built without the compiler."""
     for path in PACKAGE.rglob("*.py"):
         if path.parts[len(PACKAGE.parts)] not in ("specialise", "code_store"):
             assert "KERNELS" not in set(named(ast.parse(path.read_text()))), path
