@@ -24,6 +24,7 @@ from .groups import (
     scaling,
     speed,
     stiff,
+    tolerance,
     which_method,
     work_precision,
 )
@@ -44,6 +45,7 @@ GROUPS = {
     "memory": memory,
     "long_states": long_states,
     "stiff": stiff,
+    "tolerance": tolerance,
     "dae": dae,
     "hybrid": hybrid,
     "which_method": which_method,

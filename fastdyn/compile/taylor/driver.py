@@ -124,7 +124,7 @@ class Driver(OneTrajectory):
         text, var, kinks = self.text, self.var, self.kinks
         if self.rooted:
             text.store(ZERO, var["reached"])
-        self._leave_if_wild(t, size, scale, "coarse" if self.rooted else "lost")
+        self._retry(t, x, size, scale, "coarse" if self.rooted else "lost")
         cut: list = []
 
         def limited(x):

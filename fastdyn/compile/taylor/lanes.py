@@ -19,7 +19,7 @@ from fastdyn.kernels.state.series import LOW, SCALE
 from .coefficients.places import Places
 from .coefficients.rows import Rows
 from .steps.accuracy import ALLOWANCE
-from .steps.pace import LEAST, Clock, chosen, longest, unit_of, wildness
+from .steps.pace import LEAST, Clock, chosen, longest, retry, unit_of
 from .steps.proof import SHORTER
 from .steps.proof_in_vectors import unproved
 from .steps.step import TERMS, end, length, powers_of, weight
@@ -113,10 +113,10 @@ class LaneDriver(Kernel):
         cap = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
         cap = text.select(text.compare("ogt", tries, ZERO), text.smaller(h, cap), cap)
         clock = Clock(t, self.field["T_END"], f["direction"], cap)
-        wild = wildness(text, t, size, scale)
+        repeated = retry(text, t, x, size, scale)
         pace = chosen(text, clock, x, size, scale)
         self._ends(text.div(pace.signed, scale))
-        self._accept(t, pace, wild)
+        self._accept(t, pace, repeated)
 
     def _length(self):
         """The `step.length` in each lane."""
@@ -143,10 +143,10 @@ class LaneDriver(Kernel):
             terms = [text.load(text.at(place, k * self.width)) for k in range(self.order + 1)]
             yield end(text, terms, powers, text.load(self._row(LOW, i)))
 
-    def _accept(self, t, pace, wild):
+    def _accept(self, t, pace, repeated):
         """Accept the step lane by lane; leave the kernel if a lane needs the scheduler."""
         text, var = self.text, self.var
-        bad, failed, again = self._refused(pace, *wild)
+        bad, failed, again = self._refused(pace, *repeated)
         good = text.truths("xor", bad, text.everywhere("true"))
         failed = text.truths("or", failed, text.truths("and", good, pace.stuck))
         good = text.truths("and", good, text.truths("xor", pace.stuck, text.everywhere("true")))
@@ -167,10 +167,10 @@ class LaneDriver(Kernel):
         stop = text.truths("or", text.truths("and", stop, good), failed)
         self._hand_back(text.truths("and", stop, self.live), failed, later)
 
-    def _refused(self, pace, wild, again, short):
+    def _refused(self, pace, bad, again, short):
         """(bad, failed, again): lanes with a refused step, failed lanes, the retry's length."""
         text = self.text
-        bad, failed, tries = wild, text.truths("and", wild, short), ZERO
+        failed, tries = text.truths("and", bad, short), ZERO
         for refused, share in self._tests(pace):
             refused = text.truths("and", refused, text.truths("xor", bad, text.everywhere("true")))
             shorter = text.mul(pace.h, hexadecimal(share))

@@ -78,7 +78,7 @@ class LargeDriver(OneTrajectory):
         text.store(scale, var["scale"])
         self.rows.emit()
         x, size = self._length()
-        self._leave_if_wild(t, size, scale)
+        self._retry(t, x, size, scale)
         pace = chosen(text, self._clock(t), x, size, scale)
         text.put(f"br i1 {pace.stuck}, label %lost, label %go")
         text.label("go")

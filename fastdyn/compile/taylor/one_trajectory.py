@@ -17,7 +17,7 @@ from fastdyn.kernels.state.record import (
 )
 from fastdyn.kernels.state.series import LOW, SCALE
 
-from .steps.pace import Clock, longest, wildness
+from .steps.pace import Clock, longest, retry
 from .text.frame import AT, FIELDS, WORDS, Kernel, counted, read_words
 from .text.instructions import INFINITE, ONE, ZERO
 
@@ -66,15 +66,15 @@ class OneTrajectory(Kernel):
         most = longest(text, t, f["t_start"], f["h_first"], f["h_max"])
         return Clock(t, f["t_end"], f["direction"], text.smaller(text.load(self.var["cap"]), most))
 
-    def _leave_if_wild(self, t, size, scale, hopeless="lost"):
-        """Begin the step again with a shorter unit of time if the series is not finite.
+    def _retry(self, t, x, size, scale, hopeless="lost"):
+        """Begin the step again with a shorter unit of time if the series needs one.
 
         If the unit is too short, the code continues at the label `hopeless`.
         """
         text = self.text
-        wild, shorter, short = wildness(text, t, size, scale)
-        text.put(f"br i1 {wild}, label %wild, label %fine")
-        text.label("wild")
+        again, shorter, short = retry(text, t, x, size, scale)
+        text.put(f"br i1 {again}, label %again, label %fine")
+        text.label("again")
         text.store(shorter, self.var["h"])
         text.put(f"br i1 {short}, label %{hopeless}, label %step")
         text.label("fine")

@@ -10,6 +10,9 @@ SHRINK = 2.0**-16  # multiplies the unit of time after an overflow of coefficien
 LEAST = 2.0**-60  # a step shorter than this share of |t| does not change t
 SHORTEST = 1e-280
 BLIND = 1.0 / 8.0  # if all terms vanish, the step is this share of the longest step
+# A step shorter than this share of its unit is computed again with a shorter unit, because the
+# weight of a small component contains its change in one unit: see `step.weight`.
+COARSE = 1.0 / 4.0
 
 
 class Clock(NamedTuple):
@@ -59,16 +62,19 @@ def longest(text, t, t_start, h_first, h_max):
     return text.select(first, text.smaller(h_first, h_max), h_max)
 
 
-def wildness(text, t, size, scale):
-    """(wild, shorter, short): `wild` is true if the series has an infinity or a NaN.
+def retry(text, t, x, size, scale):
+    """(again, shorter, short): `again` is true if the series needs a shorter unit of time.
 
-    In this case `shorter` is the next unit of time; `short` is true if `shorter` is too short.
+    The series has an infinity or a NaN, or the terms allow a length x below COARSE.  In these cases
+    `shorter` is the next unit of time; `short` is true if `shorter` is too short.
     """
     wild = text.compare("uno", text.sub(size, size), ZERO)
-    shorter = text.mul(scale, hexadecimal(SHRINK))
+    coarse = text.compare("olt", x, hexadecimal(COARSE))
+    shorter = text.select(wild, hexadecimal(SHRINK), x)
+    shorter = text.mul(scale, shorter)
     least = text.mul(hexadecimal(LEAST), text.intrinsic("fabs", t))
     least = text.add(least, hexadecimal(SHORTEST))
-    return wild, shorter, text.compare("ule", shorter, least)
+    return text.truths("or", wild, coarse), shorter, text.compare("ule", shorter, least)
 
 
 def chosen(text, clock, x, size, scale, limited=None):

@@ -1,9 +1,9 @@
 """A step from its coefficients: its length, and the state at its end.
 
 The length keeps the last two terms of the series below the tolerance (A. Jorba and M. Zou, see
-`rewrite.py`, section 3.2.1).  A second bound limits the terms of lower orders, which may be larger
-by the same ratios as the terms of exp.  The second bound detects a series with gaps, for example a
-series in powers of t^5.
+`rewrite.py`, section 3.2.1), of each component below its own tolerance.  A second bound limits the
+terms of lower orders, which may be larger by the same ratios as the terms of exp.  The second bound
+detects a series with gaps, for example a series in powers of t^5.
 """
 
 import math
@@ -220,7 +220,11 @@ def end(text, coefficients, powers, low):
 
 
 def weight(text, y, slope, rtol, atol):
-    """1 / (atol + rtol max(|y|, |y_1|)); 0 for a component without tolerance."""
+    """1 / (atol + rtol max(|y|, |y_1|)); 0 for a component without tolerance.
+
+    The slope y_1 is the change in one unit of time, for components that are zero now and grow in
+    the step.  The unit is at most 1 / COARSE of the step: see `pace.py`.
+    """
     y, slope = (text.intrinsic("fabs", v) for v in (y, slope))
     size = text.select(text.compare("ole", slope, y), y, slope)  # NaN if the slope is
     size = text.fma(rtol, size, atol)
