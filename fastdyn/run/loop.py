@@ -5,9 +5,11 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy.linalg import LinAlgError
 
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.traced.known_traces import has_stores
+from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.kernels.state.record import (
     FINISHED,
     FULL,
@@ -26,14 +28,18 @@ from .resume import checkpoint_of, from_arrays, to_arrays
 
 CHUNK_SECONDS = 0.05  # length of a chunk; Ctrl-C, progress bar and tier act between two chunks
 GOES_ON = (RUNNING, FULL)
-# A run by series stands if the mean step of a chunk is shorter than STANDS times the longest mean
-# step of a chunk before, and the end is more than MOST_AHEAD such steps away.  MANY_AHEAD takes the
-# place of MOST_AHEAD if another method may follow, or if one of SLIDING steps is a step at a jump.
+# A run is judged after FIRST_LOOK steps, and again after as many steps, or after LATER times all
+# steps so far: by steps and not by chunks, so that the clock decides nothing.  A run that cannot
+# go on has then lost a third of its time at most; a look by "auto" takes up to 1 ms, and a run of
+# 10^6 steps is looked at 16 times.
+FIRST_LOOK, LATER = 2000, 0.5
+# A run by series stands if the mean step between two looks is shorter than STANDS times the longest
+# mean step before, and the end is more than MOST_AHEAD such steps away.  MANY_AHEAD takes the place
+# of MOST_AHEAD if another method may follow, or if one of SLIDING steps is a step at a jump.
 STANDS, FEWEST, MANY_AHEAD, MOST_AHEAD, SLIDING = 1e-3, 1000, 1e6, 1e8, 4
 # A run slides along a jump if NOWHERE steps advance so little that FOR_EVER steps of their mean
 # length would cover neither the way to the end nor the way from the start.
 NOWHERE, FOR_EVER = 10_000, 1e11
-FIRST_OF_SERIES = 2000  # most steps of the first chunk, whose mean step is the first to compare
 
 
 def counters(state):
@@ -58,8 +64,16 @@ def next_chunk(n_steps, spent):
     return max(1, int(n_steps * min(4.0, CHUNK_SECONDS / max(spent, 1e-9))))
 
 
+def next_look(n_steps):
+    """The number of steps of the first look after `n_steps` steps."""
+    at = FIRST_LOOK
+    while at <= n_steps:
+        at += max(FIRST_LOOK, int(LATER * at))
+    return at
+
+
 class Progress:
-    """Judges between chunks of steps whether a solve can reach its end.
+    """Judges between steps whether a solve can reach its end.
 
     A Taylor series does not pass a singularity, but its steps may alternate for ever between the
     two sides of a singularity, or of a surface on which the state slides.
@@ -108,10 +122,18 @@ def stops(callback, solver):
     return isinstance(found, bool | np.bool_) and bool(found)
 
 
+class Raised(Exception):
+    """The equations raised the exception `error` where another method may never call them."""
+
+    def __init__(self, error):
+        super().__init__(str(error))
+        self.error = error
+
+
 class Run(LaidOut):
     """A solve: the loop over chunks of steps, from the initial state to the end."""
 
-    between_chunks: Any = None  # a function without arguments
+    at_looks: Any = None  # a function without arguments, called after fixed numbers of steps
 
     def __init__(self, *given):
         super().__init__(*given)
@@ -122,10 +144,7 @@ class Run(LaidOut):
     def n_first(self, problem=None):
         """The most steps of the first chunk."""
         p = problem or self.problem
-        first = int(CHUNK_SECONDS / self.cost)
-        if p.method.series:
-            first = min(first, FIRST_OF_SERIES)
-        return int(p.max_steps) if first > p.max_steps else first
+        return int(min(CHUNK_SECONDS / self.cost, FIRST_LOOK, p.max_steps))
 
     def solve(self, y0, begun=None):
         """Solve from an initial state to the end; the status.
@@ -149,11 +168,21 @@ class Run(LaidOut):
             return INTERRUPTED
         self.tier.promote()
         if status != FINISHED:
-            self.check(status)
+            self._told(status)
         self.compared.after(self)
         if self._stores:
             self._call_at_the_end()
         return status
+
+    def _told(self, status):
+        """Raise the exception of a user's function; as a Raised, if another method may follow."""
+        try:
+            self.check(status)
+        except (ArithmeticError, ValueError) as error:
+            of_stage = isinstance(error, ArithmeticError | LinAlgError) or type(error) is ValueError
+            if self.at_looks is None or not (of_stage and self._own.block[RAISED_WORD]):
+                raise
+            raise Raised(error) from error
 
     def is_plain(self):
         """Whether the kernels call no Python code, and nothing watches or catches anything."""
@@ -186,34 +215,37 @@ class Run(LaidOut):
             status = from_arrays(saved, self)
             self.lay_output()
         state, bar = self.view("solve.state"), progress_bar(p) if p.progress else None
-        most = MOST_AHEAD if self.between_chunks is None else MANY_AHEAD
-        progress = Progress(p, *reached(state[0]), most)
+        progress = Progress(p, p.t0, 0, most=MOST_AHEAD if self.at_looks is None else MANY_AHEAD)
+        done = int(state["n_accepted"][0])
+        look = next_look(done - 1)
         try:
             while status in GOES_ON:
+                if done == look:
+                    if progress.stands(*reached(state[0])):
+                        return STEP_TOO_SMALL
+                    if self.at_looks is not None:
+                        self.at_looks()
+                    look = next_look(done)
                 if status == FULL:
                     self.output.make_room()
                     self.lay_output()
-                done = int(state["n_accepted"][0])
                 left = p.max_steps - done
                 if left <= 0:
                     return STEP_LIMIT
-                n_steps = 1 if p.callback else chunk if chunk < left else int(left)
+                n_steps = 1 if p.callback else int(min(chunk, left, look - done))
                 began = perf_counter()
                 status = self.step(n_steps)
                 spent = perf_counter() - began
                 tier.record_time(spent)
-                if status in GOES_ON and progress.stands(*reached(state[0])):
-                    return STEP_TOO_SMALL
+                before, done = done, int(state["n_accepted"][0])
                 if status == RUNNING:
                     chunk = next_chunk(n_steps, spent)
                     tier.promote()
-                    if self.between_chunks is not None:
-                        self.between_chunks()
                 if bar is not None:
                     bar.update(abs(float(state["t"][0]) - p.t0) - bar.n)
                 if file is not None and (file.due() or status not in GOES_ON):
                     file.save(to_arrays(status, self))
-                if p.callback and state["n_accepted"][0] > done:
+                if p.callback and done > before:
                     if stops(p.callback, self) and status in GOES_ON:
                         return STOPPED
                     self.follow_again()

@@ -31,6 +31,7 @@ from .actions import OF_ACTIONS, after_action
 from .dense_output import PiecewisePolynomial, floors_of
 from .output import OCCURRENCES, occurrences
 from .result import OdeResult
+from .stiffness import of_failure
 
 SUCCESS = "The solver successfully reached the end of the integration interval."
 TERMINATED = "A termination event occurred."
@@ -129,6 +130,8 @@ def result_of(problem, status, run):
     else:
         state, work = run.view("solve.state"), run.view("solve.work")
         code, message = outcome(status, state, work, problem)
+        if status == STEP_TOO_SMALL:
+            message += of_failure(problem, run)
     return results(problem, run.plan)(run.memory, run.grown, code, message)
 
 

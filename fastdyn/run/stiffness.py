@@ -18,6 +18,7 @@ from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import Y_OLD, Y
 
+from .functions.compared import states_of
 from .loop import counters
 from .matrices.check_jacobian import evaluated
 
@@ -30,6 +31,7 @@ OF_SERIES = {
 MANY = 2000  # a run with fewer steps is not examined, because it loses little time
 MOST = 4  # number of solves of a function that are examined
 NEAR, SLOW = 0.6, 0.02  # share of the limit; largest change in a step, as a share of the state
+FEWEST, LOOKED_AT = 50, 16  # steps of a failed run, and states of it, that may show stiffness
 FEW = 32  # up to so many components, Rodas5P is mostly the fastest method
 ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displacements
 DAMPED = 0.25  # loss of an oscillation in a radian
@@ -50,7 +52,7 @@ class Stiff(Exception):
 
 @contextlib.contextmanager
 def given_up():
-    """Within this context, a run raises `Stiff` after a chunk if stability limits its steps."""
+    """Within this context, a run raises `Stiff` at a look if stability limits its steps."""
     token = _gives_up.set(True)
     try:
         yield
@@ -64,8 +66,8 @@ def gives_up():
 
 
 def watch(problem, run):
-    """Examine a run between its chunks, within `given_up`."""
-    run.between_chunks = (lambda: _give_up(problem, run)) if _gives_up.get() else None
+    """Examine a run at its looks, within `given_up`."""
+    run.at_looks = (lambda: _give_up(problem, run)) if _gives_up.get() else None
 
 
 def _give_up(problem, run):
@@ -77,8 +79,8 @@ def _give_up(problem, run):
 def notice(problem, run):
     """Warn if stability, not accuracy, limited the steps at the end of a run."""
     function = run.bounds[0].function
-    if function is None or counters(run.memory)[0] < MANY:
-        return
+    if function is None or _gives_up.get() or counters(run.memory)[0] < MANY:
+        return  # "auto" has looked already, and tells what it found
     function.notes["looked at"] = looked = function.notes.get("looked at", 0) + 1
     if looked > MOST:
         return
@@ -88,6 +90,29 @@ def notice(problem, run):
         few = len(problem.y0) <= FEW and not problem.mode.complex_numbers
         advice = f"Take method='{'Rodas5P' if few else 'BDF'}' or 'Radau'."
         warnings.warn(f"{found} {advice}", StiffnessWarning, stacklevel=levels_inside())
+
+
+def of_failure(problem, run):
+    """A sentence for a run that failed, if stability limited most of its steps; else ""."""
+    bound, n_steps = run.bounds[0], counters(run.memory)[0]
+    if not problem.method.stable_to or bound.function is None or bound.pair or n_steps < FEWEST:
+        return ""
+    times, states = states_of(run, LOOKED_AT)  # first the end, where the run was lost already
+    times, states = times[2:-1], states[2:-1]
+    mean = abs(float(run.view("solve.state")["t"][0]) - problem.t0) / n_steps
+    found = []
+    for t, y in zip(times, states, strict=True):
+        value = _largest_eigenvalue(lambda y, t=t: evaluated(bound, t, y, len(y)), y)
+        end = _limit(problem, value, False)
+        if end is not None and mean * abs(value) >= NEAR / 2 * end:  # some steps failed
+            found.append((t, value))
+    if 2 * len(found) <= len(times):
+        return ""
+    t, value = found[len(found) // 2]
+    return (
+        f" Before, its steps were as long as stability allows (an eigenvalue of {_said(value)} of "
+        f"the Jacobian at t = {t:.6g}): the problem is stiff; take Radau."
+    )
 
 
 def _held_back(problem, run, undamped=False):
@@ -189,6 +214,9 @@ def _largest_eigenvalue(slope, y):
         if not 0.0 < size < np.inf:
             return 0j
         sizes, vectors = [*sizes[-1:], size], [*vectors[-2:], change / size]
+    along = float(vectors[1] @ vectors[2])
+    if abs(along) > 1.0 - ALIKE:  # of one real eigenvalue, two would differ by noise alone
+        return complex(along * sizes[1])
     (a, b), *_ = np.linalg.lstsq(np.array([vectors[1], vectors[0]]).T, vectors[2], rcond=ALIKE)
     p, q = a * sizes[1], b * sizes[0] * sizes[1]
     return complex(max(np.roots([1.0, -p, -q]), key=abs))

@@ -4,6 +4,7 @@ import numpy as np
 
 from fastdyn.problem.domains import options as domains
 from fastdyn.problem.options.table import refused_among, value_of
+from fastdyn.run.loop import Raised
 from fastdyn.run.stiffness import Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
@@ -15,8 +16,10 @@ LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and V
 def solved(asked):
     """The result of Arguments by their method; with "auto" by the method that suits the problem.
 
-    If stability limits the steps, which is checked every 0.05 s, the run begins anew by Radau, or
-    by SciPy's BDF for a complex state whose `fun` is left to SciPy.
+    If stability limits the steps, which is looked at after fixed numbers of steps, the run begins
+    anew by Radau, or by SciPy's BDF for a complex state whose `fun` is left to SciPy.  A run that
+    fails, or in which `fun` raises, begins anew, too; if other methods fail as well, the first
+    failure is told.
 
     Returns
     -------
@@ -29,9 +32,36 @@ def solved(asked):
         return _explicit(asked)
     try:
         with given_up():
-            return _explicit(asked)
+            result = _explicit(asked)
     except Stiff as found:
         return _named(solved_by(asked, found.method), found.method, str(found))
+    except Raised as found:
+        reason = f"`fun` raised {type(found.error).__name__}: {found.error}."
+        other = _by_others(asked, reason, "Radau", "Taylor")
+        if other is None:
+            raise found.error from None
+        return other
+    if result.status != -1:
+        return result
+    return _by_others(asked, f"{result.method} failed: {result.message}", "Radau") or result
+
+
+def _by_others(asked, reason, *names):
+    """The result of the first method that reaches an end; None if each of them fails.
+
+    A stage of a pair may lie where `fun` raises, although the solution stays away.  Radau's steps
+    are not held back by stability, and its stages lie near the solution; the steps of Taylor call
+    `fun` at their ends alone.
+    """
+    for name in names:
+        try:
+            with given_up():  # by a name that is given up, the next one is tried
+                result = solved_by(asked, name)
+        except Exception:
+            continue
+        if result.status >= 0:
+            return _named(result, name, reason)
+    return None
 
 
 def _explicit(asked):

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_ivp
+from fastdyn.run import loop
+from support.stiff import hires
 
 
 def pendulum(t, y):
@@ -116,3 +118,80 @@ def test_others_are_not_given_up_for_it():
     """Half a second of an oscillator."""
     run = solve_ivp(pendulum, (0, 2e5), [1.0, 0.0], "auto", rtol=1e-6, t_eval=[2e5])
     assert run.method == "Taylor" and run.n_accepted > 400_000
+
+
+def limited(t, y):
+    return [0.1 if y[0] <= 1.0 else 0.0]
+
+
+@pytest.mark.parametrize(
+    ("fun", "t_end", "y0", "rtol"),
+    [
+        (hires, 321.8, [1, 0, 0, 0, 0, 0, 0, 0.0057], 1e-3), (robertson, 1e4, [1, 0, 0], 1e-6),
+        (pendulum, 1e4, [1.0, 0.0], 1e-6), (limited, 20, [0.0], 1e-6), (cut, 30, [1.0], 1e-3),
+    ],
+)  # fmt: skip
+def test_the_clock_decides_nothing(monkeypatch, fun, t_end, y0, rtol):
+    """Chunks of one step, of 0.05 s and of 1000 s: a slow machine, this one, and a fast one."""
+
+    def solved():
+        run = solve_ivp(fun, (0, t_end), y0, "auto", rtol=rtol)
+        return run.method, run.reason, run.nfev, run.y.tobytes()
+
+    expected = solved()
+    for seconds in (0.0, 1e3):
+        monkeypatch.setattr(loop, "CHUNK_SECONDS", seconds)
+        assert solved() == expected
+
+
+def test_robertson_at_the_default_tolerance():
+    """Written thus, it leaves the numbers at t = 0.3, by Tsit5 and by its roundings."""
+
+    def rob(t, y):
+        return [
+            -0.04 * y[0] + 1e4 * y[1] * y[2],
+            0.04 * y[0] - 1e4 * y[1] * y[2] - 3e7 * y[1] ** 2,
+            3e7 * y[1] ** 2,
+        ]
+
+    run = solve_ivp(rob, (0, 1e5), [1, 0, 0], "auto")
+    assert run.method == "Radau" and run.status == 0 and "Tsit5 failed" in run.reason
+    assert abs(run.y[0, -1] - 0.01786592) < 1e-4
+
+
+def test_a_failure_of_stability_is_called_stiff():
+    run = solve_ivp(robertson, (0, 1e5), [1.0, 0.0, 0.0], "Tsit5")
+    assert run.status == -1 and "as long as stability allows" in run.message
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_a_singularity_is_told_by_the_first_method(rtol):
+    run = solve_ivp(lambda t, y: [y[0] ** 2], (0, 2), [1.0], "auto", rtol=rtol)
+    assert run.status == -1 and "blows up at t = 1.0" in run.message.replace("0.9999", "1.0")
+    assert run.method != "Radau" and run.nfev < 1000
+
+
+def overflows(t, y):
+    return [1.0 - math.exp(1000 * (y[0] - math.sin(t) - 0.1))]
+
+
+def emptied(t, y):
+    return [0.01 - 3 * math.sqrt(y[0])]
+
+
+@pytest.mark.parametrize(("fun", "y0"), [(overflows, 0.1), (emptied, 1.0)])
+def test_an_exception_in_a_stage_leads_to_another_method(fun, y0):
+    run = solve_ivp(fun, (0, 5), [y0], "auto")
+    tight = solve_ivp(fun, (0, 5), [y0], "Taylor", rtol=1e-11, atol=1e-13)
+    assert run.status == 0 and "`fun` raised" in run.reason
+    assert abs(run.y[0, -1] - tight.y[0, -1]) < 1e-3 * abs(tight.y[0, -1]) + 1e-6
+
+
+def test_an_exception_of_all_methods_is_told():
+    def known_for_a_while(t, y):
+        if t > 1:
+            raise ValueError("beyond the data")
+        return [-y[0]]
+
+    with pytest.raises(ValueError, match="beyond the data"):
+        solve_ivp(known_for_a_while, (0, 5), [1.0], "auto")
