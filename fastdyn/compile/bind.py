@@ -14,7 +14,7 @@ from fastdyn.code_store.numba_settings import DISABLED
 from . import budget
 from .bound import Bound, with_callback, with_code
 from .callables import numpy_errors
-from .callables.diagnostics import FoundLater, GaveUp, LeftToSciPy, Uncompilable, warn_once
+from .callables.diagnostics import FoundLater, GaveUp, Uncompilable, warn_once
 from .callables.parts import Y, parts_of
 from .callables.untypable_values import refuse_at_sight
 from .compare import compare_around
@@ -96,8 +96,6 @@ def _compare_with_python(bound, near):
 def _code(fun, args, mode, n, near, probe, varying):
     """(Function, (type, value) of each parameter, indices of the arguments among them)."""
     found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
-    if found is None and mode.complex_numbers:
-        raise LeftToSciPy
     if found is None and known_traces.acts(fun, args, mode, n, varying):
         raise Uncompilable("it does more than give a value")
     if found is None and not mode.by_numba:

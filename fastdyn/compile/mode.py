@@ -105,7 +105,7 @@ class Mode:
             return own, None, 0
         if self.second_order:
             return n, (2 * n,), n
-        return own, (n * n,) if self.matrix else (n, 1) if self.column else (own,), 0
+        return own, (n * n,) if self.matrix else (own, 1) if self.column else (own,), 0
 
     def n_results(self, n):
         """The number of results of the compiled function."""
@@ -140,7 +140,8 @@ JUMP = _mode("jump", argument="on_event", acts_at_events=True, notes_sides=True,
 MATRIX = _mode("matrix", matrix=True, probed=True)
 ENTRIES = _mode("entries", entries=True)
 CONSTANT = _mode("constant", constant=True)
-COMPLEX_NUMBERS = _mode("complex", complex_numbers=True, long_arrays=True)
+COMPLEX_NUMBERS = _mode("complex", complex_numbers=True, acts_on_state=True, long_arrays=True)
+COMPLEX_COLUMN = _mode("complex column", complex_numbers=True, column=True, acts_on_state=True)
 COMPLEX_EVENT = _mode("complex event", complex_numbers=True, one_number=True)
 SENSITIVITIES = _mode("variational", sensitivities=True)
 SALTATION = _mode("saltation", argument="on_event", saltation=True)

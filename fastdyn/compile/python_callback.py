@@ -151,9 +151,6 @@ def evaluate(fun, mode, t, y):
             error = TypeError if value.size == 1 else ValueError
             raise error(f"an event returned {value!r}; it must return one real number")
         return value.reshape(1)
-    if mode.complex_numbers:
-        value = derivative(np.asarray(fun(t, y), dtype=complex).view(), n // 2, mode)
-        return np.ascontiguousarray(value).view(float)
     if mode.matrix:
         return matrix(fun(t, y), n).reshape(-1)
     if mode.entries:
@@ -168,7 +165,10 @@ def evaluate(fun, mode, t, y):
         value = fun(t, y[:, None] if mode.column else y)
     except SingularMatrixError as error:
         raise SingularMatrixError(f"At t = {t:.10g}, {error}.") from error
-    return derivative(value, len(y), mode)[len(y) - n :]
+    value = derivative(value, len(y), mode)
+    if mode.complex_numbers:
+        return value.astype(complex).view(float)
+    return value[len(y) - n :]
 
 
 def is_sparse(matrix):

@@ -5,11 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import LeftToSciPy, Uncompilable
+from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.compile.mode import ACCELERATION, COMPLEX_NUMBERS, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.taylor.steps.accuracy import order_of_many
-from fastdyn.kernels.methods import COMPLEX
 from fastdyn.problem import mass, validate
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.complex_states import on_pairs
@@ -98,7 +97,7 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     def probe():
         _probe(members, lambda i: lambda t, y: fun(t, y, *members.args(i)), mode, t0, n)
 
-    _bind(members, problem, mode, n, probe)
+    members.bind(problem.fun, mode, n, members.near(problem, n), probe)
     vector, reason = None, "`simd` is False"
     if simd is not False:
         try:
@@ -123,12 +122,7 @@ def _on_pairs(asked, method, wanted):
             f"ensembles of complex states do not take {', '.join(refused)}: give real and "
             "imaginary parts as a state of twice the length."
         )
-    problem = on_pairs(asked._replace(y0=asked.y0.view(complex)), method)
-    if problem is None:
-        raise ValueError(
-            f"`method={method.name!r}` takes no complex states; {', '.join(COMPLEX)} do."
-        )
-    return problem
+    return on_pairs(asked._replace(y0=asked.y0.view(complex)), method)
 
 
 def _probe(members, function, mode, t0, n):
@@ -147,18 +141,6 @@ def _probe(members, function, mode, t0, n):
             errors.append(error)
     if errors:
         raise errors[0]
-
-
-def _bind(members, problem, mode, n, probe):
-    """Compile the function, or raise with the reason."""
-    try:
-        members.bind(problem.fun, mode, n, members.near(problem, n), probe)
-    except LeftToSciPy:
-        probe()  # the user's exception says more
-        raise ValueError(
-            "an ensemble of complex states needs a function that can be traced, and `fun` cannot "
-            "be: use `solve_ivp` in a loop, or real and imaginary parts as a real state."
-        ) from None
 
 
 def _vector_kernel(problem, members, wanted):

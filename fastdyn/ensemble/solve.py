@@ -49,8 +49,8 @@ def solve_ensemble(
     fun, t_span, method, t_eval, events
         As in `solve_ivp`; only fastdyn's own methods.
     y0 : array_like, shape (M, n) or (n,)
-        Initial states, or one common initial state.  Trajectories of complex states run one by one,
-        and need a function that can be traced.  A trajectory whose state is not finite fails alone.
+        Initial states, or one common initial state.  Trajectories of complex states run one by one.
+        A trajectory whose state is not finite fails alone.
     args : tuple
         Each argument is a number, or a 1-D array of M numbers, one for each trajectory.  An array
         that all trajectories share is given as ``Shared(array)``.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fastdyn.compile.mode import COMPLEX_NUMBERS
+from fastdyn.compile.mode import COMPLEX_COLUMN, COMPLEX_NUMBERS
 from fastdyn.compile.sparse_jacobian import pattern_of
 from fastdyn.kernels.methods import COMPLEX
 
@@ -11,7 +11,7 @@ from .options.table import refused_among
 
 
 def on_pairs(asked, method):
-    """The Problem for a complex state; None if the method or an option is for real states only.
+    """The Problem for a complex state.
 
     Parameters
     ----------
@@ -19,10 +19,22 @@ def on_pairs(asked, method):
         With a complex `y0`, of n numbers; tolerances that are arrays have n entries.
     method : Facts
         The method for real states.
+
+    Raises
+    ------
+    ValueError
+        If the method or an option is for real states only.
     """
     on_complex_states = COMPLEX.get(method.name)
-    if on_complex_states is None or refused_among(asked.options, "complex"):
-        return None
+    if on_complex_states is None:
+        raise ValueError(
+            f"`method={method.name!r}` takes no complex states; {', '.join(COMPLEX)} do."
+        )
+    if refused := refused_among(asked.options, "complex"):
+        raise ValueError(
+            f"{', '.join(f'`{name}`' for name, _ in refused)} with a complex state: give real and "
+            "imaginary parts as a real state of twice the length."
+        )
     options = dict(asked.options)
     for name in ("rtol", "atol"):
         if np.shape(options.get(name, 0.0)) == asked.y0.shape:
@@ -30,7 +42,8 @@ def on_pairs(asked, method):
     if method.n_matrices:
         _check_jacobian(options, asked)
     pairs = asked._replace(y0=asked.y0.view(float), options=options)
-    return validate.problem(pairs, on_complex_states, COMPLEX_NUMBERS)
+    mode = COMPLEX_COLUMN if asked.vectorized else COMPLEX_NUMBERS
+    return validate.problem(pairs, on_complex_states, mode)
 
 
 def _check_jacobian(options, asked):

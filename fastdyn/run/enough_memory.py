@@ -3,14 +3,13 @@
 import math
 import os
 
-from fastdyn.compile.callables.diagnostics import LeftToSciPy
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.problem.lsoda import NO_BAND
 
 SHARE = 0.9  # of the memory
 
 
-class KeepsBands(LeftToSciPy, MemoryError):
+class KeepsBands(MemoryError):
     """Full matrices do not fit, but SciPy's LSODA keeps only the given band."""
 
 

@@ -194,7 +194,7 @@ def _more(problem, plan):
         if dtype is not None:
             t = t.astype(dtype, copy=False)
         if p.mode.complex_numbers:
-            y = _as_components(p, y.T).T
+            y = as_components(p, y.T).T
         if p.dense_output:
             if grown is not None:
                 d, spans = grown.polynomials()
@@ -217,7 +217,7 @@ def _more(problem, plan):
     return more
 
 
-def _as_components(problem, numbers):
+def as_components(problem, numbers):
     """Numbers along the last axis as components of the state, complex if the state is."""
     if not problem.mode.complex_numbers:
         return numbers
@@ -232,7 +232,7 @@ def _solution(problem, t, polynomials, spans):
     ts = np.empty(n + 1)
     ts[:n], ts[n] = spans[:, 0], t[-1] if problem.t_eval is None else spans[-1].sum()
     floors = floors_of(problem.nonnegative, n)
-    return PiecewisePolynomial(ts, _as_components(problem, polynomials), spans, floors)
+    return PiecewisePolynomial(ts, as_components(problem, polynomials), spans, floors)
 
 
 def _occurrences(problem, index, t, y):
@@ -244,4 +244,4 @@ def _occurrences(problem, index, t, y):
         in_order(each[:n], p.schedules, each[n:])
         for each in occurrences(index, t, y, n + len(p.schedules))
     )
-    return t, [_as_components(p, each) if each.size else each for each in y]
+    return t, [as_components(p, each) if each.size else each for each in y]

@@ -10,6 +10,7 @@ from fastdyn.compile.rebind import rebind
 from fastdyn.compile.sparse_jacobian import (
     WiderPattern,
 )
+from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.problem.domains.options import check_start
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import (
@@ -121,15 +122,9 @@ def _between_steps(problem):
     A function that writes to the state changes the state at the end of a step, not within the step.
     Implicit methods evaluate the function at many trial states of a step.
     """
-    p = problem
-    asked = (
-        p.dense_output
-        or p.events
-        or p.schedules
-        or p.t_eval is not None
-        or p.method.name in IMPLICIT
-    )
-    return bool(asked) and p.method.name in SHARED_METHODS
+    p, name = problem, problem.method.name.removesuffix(ON_PAIRS)
+    asked = p.dense_output or p.events or p.schedules or p.t_eval is not None or name in IMPLICIT
+    return bool(asked) and name in SHARED_METHODS
 
 
 def solve_problem(problem):

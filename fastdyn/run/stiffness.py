@@ -13,8 +13,8 @@ import warnings
 import numpy as np
 
 from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.taylor.steps.accuracy import order_for
-from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import Y_OLD, Y
 
@@ -45,9 +45,7 @@ class StiffnessWarning(UserWarning):
 
 
 class Stiff(Exception):
-    """A run is given up because the problem is stiff; `method` names a stiff method."""
-
-    method = "Radau"
+    """A run is given up because the problem is stiff."""
 
 
 @contextlib.contextmanager
@@ -122,44 +120,24 @@ def _held_back(problem, run, undamped=False):
     would have shortened the steps for accuracy.
     """
     n_steps, bound = counters(run.memory)[0], run.bounds[0]
-    if n_steps < MANY or bound.function is None or bound.pair:
+    if n_steps < MANY or bound.pair:
         return None
     state, work = run.view("solve.state")[0], run.view("solve.work")
     t, y = float(state["t"]), work[Y].copy()
     h = max(abs(t - float(state["t_old"])), float(state["h"]))  # t_end may have cut the last step
     return _verdict(
         problem.method.name, n_steps, t, h, (work[Y_OLD], y),
-        lambda y: evaluated(bound, t, y, len(y)), lambda value: _limit(problem, value, undamped),
+        lambda y: _slope(bound, t, y), lambda value: _limit(problem, value, undamped),
     )  # fmt: skip
 
 
-def watch_scipys(fun, name):
-    """A callback for SciPy's solver of a complex state; None outside `given_up`.
-
-    The callback raises `Stiff` if stability limits the steps.
-    """
-    limit = METHODS[name].stable_to
-    if not limit or not _gives_up.get():
-        return None
-    n_steps = 0
-
-    def look(solver):
-        nonlocal n_steps
-        n_steps += 1
-        if n_steps % MANY:
-            return
-        t, y_old, y = solver.t, *(np.array(y).view(float) for y in (solver.y_old, solver.y))
-        found = _verdict(
-            name, n_steps, t, solver.step_size, (y_old, y),
-            lambda y: np.array(fun(t, y.view(complex)), complex).view(float),
-            lambda value: limit if value.real < -DAMPED * abs(value) else None,
-        )  # fmt: skip
-        if found is not None:
-            stiff = Stiff(found)
-            stiff.method = "BDF"  # SciPy's Radau takes no complex state
-            raise stiff
-
-    return look
+def _slope(bound, t, y):
+    """The value of the equations, compiled or in Python; NaN if the function raises."""
+    if bound.function is not None:
+        return evaluated(bound, t, y, len(y))
+    with contextlib.suppress(Exception):
+        return evaluate(bound.python, bound.mode, t, y.copy())
+    return np.full(len(y), np.nan)
 
 
 def _verdict(name, n_steps, t, h, states, slope, limit):

@@ -17,9 +17,8 @@ def solved(asked):
     """The result of Arguments by their method; with "auto" by the method that suits the problem.
 
     If stability limits the steps, which is looked at after fixed numbers of steps, the run begins
-    anew by Radau, or by SciPy's BDF for a complex state whose `fun` is left to SciPy.  A run that
-    fails, or in which `fun` raises, begins anew, too; if other methods fail as well, the first
-    failure is told.
+    anew by Radau.  A run that fails, or in which `fun` raises, begins anew, too; if other methods
+    fail as well, the first failure is told.
 
     Returns
     -------
@@ -34,7 +33,7 @@ def solved(asked):
         with given_up():
             result = _explicit(asked)
     except Stiff as found:
-        return _named(solved_by(asked, found.method), found.method, str(found))
+        return _named(solved_by(asked, "Radau"), "Radau", str(found))
     except Raised as found:
         reason = f"`fun` raised {type(found.error).__name__}: {found.error}."
         other = _by_others(asked, reason, "Radau", "Taylor")

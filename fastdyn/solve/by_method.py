@@ -1,11 +1,12 @@
 """A solve by one method: Arguments become a Problem, which runs; SciPy solves what is left."""
 
-from fastdyn.compile.callables.diagnostics import LeftToSciPy, WritesToState
+from fastdyn.compile.callables.diagnostics import WritesToState
 from fastdyn.problem import validate
 from fastdyn.problem.complex_states import on_pairs
 from fastdyn.problem.mass import refuse
 from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.problem.sensitivities import check_method
+from fastdyn.run.enough_memory import KeepsBands
 from fastdyn.run.solve_problem import solve_problem
 
 from . import repeated
@@ -38,7 +39,7 @@ def solved(asked, name):
             result = solve_problem(problem)
         else:
             result = solve_with_sensitivities(problem, asked.sensitivity)
-    except (LeftToSciPy, WritesToState) as reason:
+    except (KeepsBands, WritesToState) as reason:
         if asked.sensitivity is not None:
             raise
         begun_again(problem, reason)
@@ -51,9 +52,10 @@ def _problem(asked, method):
     """The Problem of Arguments; None if SciPy solves, or nothing is to be solved."""
     if method is None or not asked.y0.size or asked.t0 == asked.tf:
         return None
-    if asked.y0.dtype.kind != "c":
-        return validate.problem(_observed(asked), method, mode_for(asked, method))
-    return None if asked.vectorized else on_pairs(asked, method)
+    asked = _observed(asked)
+    if asked.y0.dtype.kind == "c":
+        return on_pairs(asked, method)
+    return validate.problem(asked, method, mode_for(asked, method))
 
 
 def _observed(asked):

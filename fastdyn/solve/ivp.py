@@ -45,8 +45,8 @@ def solve_ivp(
     t_span : pair of float
         Start and end; the end may lie before the start.
     y0 : array_like, shape (n,)
-        Initial state.  A complex state is solved in compiled code by the Runge-Kutta methods,
-        "Radau" and "BDF", if `fun` can be traced, and by SciPy otherwise.
+        Initial state.  A complex state takes "Taylor", a pair (not MATLAB's), "RK4", "Radau" or
+        "BDF"; other methods raise ValueError.
     method : str or OdeSolver
         ====================================  ==================================================
         "auto"                                "Taylor", "Tsit5", "Vern7", "Vern9" or "Radau"

@@ -1,5 +1,5 @@
-"""Solves by SciPy: its solver classes, complex states whose function cannot be traced, functions
-that write to the state between steps, trivial problems (no component, no span)."""
+"""Solves by SciPy: its solver classes, functions that write to the state between steps, trivial
+problems (no component, no span)."""
 
 import warnings
 
@@ -20,9 +20,9 @@ from fastdyn.problem.options.table import OPTIONS, refused_among, value_of
 from fastdyn.problem.schedules import refuse_schedules
 from fastdyn.run.loop import stops
 from fastdyn.run.result import OdeResult
-from fastdyn.run.stiffness import watch_scipys
 
 KNOWN = validate.SHARED_METHODS
+REAL_ONLY = "Radau", "LSODA"  # of these, the methods that take no complex state in SciPy
 
 
 def python_callable(fun, args, mode, near, others=()):
@@ -91,9 +91,6 @@ def by_scipy(asked, method):
         if y0.size:
             warn_once(fun, "its state is complex; SciPy solves it")
         derivative = fun if not args else lambda t, y: fun(t, y, *args)
-        name = method if method in KNOWN else "RK45"
-        look = watch_scipys(derivative, name) if y0.size else None
-        callback = callback or look
     else:
         step_options.tolerances(value_of(options, "rtol"), value_of(options, "atol"), y0)
         mode = COLUMN if vectorized else DERIVATIVE
@@ -112,8 +109,8 @@ def by_scipy(asked, method):
     jac = options.get("jac")
     if callable(jac) and args:
         options["jac"] = lambda t, y: jac(t, y, *args)
-    if isinstance(method, str) and method not in KNOWN:
-        method = "RK45"
+    if isinstance(method, str):
+        method = _scipys(method, y0, no_step=t0 == tf or not y0.size)
     if callback is not None:
         method = _observed(method, callback, stopped)
     result = solve_ivp(
@@ -131,6 +128,19 @@ def by_scipy(asked, method):
         result.status = 1
         result.message = f"`callback` stopped the integration at t = {stopped[0]:.10g}."
     return OdeResult(result)
+
+
+def _scipys(name, y0, no_step):
+    """The name of SciPy's method; ValueError if SciPy does not have the method, and steps."""
+    known = [each for each in KNOWN if y0.dtype != complex or each not in REAL_ONLY]
+    if name in known:
+        return name
+    if no_step:
+        return "RK45"
+    raise ValueError(
+        "`fun` writes to the state that it is given, which changes the state at the end of each "
+        f"step; with events, `t_eval` or `dense_output` take one of {', '.join(known)}."
+    )
 
 
 def begun_again(problem, reason):

@@ -15,7 +15,7 @@ from fastdyn.problem.second_order_and_pairs import mode_for
 from fastdyn.run.dense_output import PiecewisePolynomial, floors_of
 from fastdyn.run.functions.compared import Compared
 from fastdyn.run.loop import announce, counters
-from fastdyn.run.outcome import n_factorised, outcome
+from fastdyn.run.outcome import as_components, n_factorised, outcome
 from fastdyn.run.result import FIELDS, Counted
 from fastdyn.run.solve_problem import run_of
 
@@ -113,6 +113,7 @@ class Stepper(OdeSolver):
     def _follow(self, run, t0, y0):
         p = run.problem
         self._run, self._sol = run, None
+        y0 = as_components(p, y0)
         self.n, self.t_bound = len(y0), p.tf
         self.direction = 1.0 if p.tf > p.t0 else -1.0
         self.t_old: Any = None
@@ -142,7 +143,7 @@ class Stepper(OdeSolver):
             self.t = self.t_bound
             self.y = self._sol(self.t)
         else:
-            self.y = run.view("solve.work")[Y].copy()
+            self.y = as_components(run.problem, run.view("solve.work")[Y].copy())
         if self.direction * (self.t - self.t_bound) >= 0:
             self.status = "finished"
 
@@ -173,6 +174,7 @@ class Stepper(OdeSolver):
 
     def _polynomial(self):
         d, start, end = self._run.interpolant()
+        d = as_components(self._run.problem, d)
         span = np.array([[start, end - start]])
         floors = floors_of(self._run.problem.nonnegative, 1)
         return PiecewisePolynomial(np.array([start, end]), d[None], span, floors)

@@ -157,8 +157,17 @@ def test_complex_states_in_processes():
 def test_what_complex_states_do_not_have(options, said):
     with pytest.raises(ValueError, match=said):
         solve_ensemble(lambda t, z: 1j * z, (0, 1), np.array([1.0 + 0j]), **options)
-    with pytest.raises(ValueError, match="traced"):
-        solve_ensemble(lambda t, z: [1j * len(str(z[0]))], (0, 1), np.array([[1.0 + 0j]]))
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_complex_states_in_python():
+    def in_python(t, z):
+        return [1j * z[0] + 0 * len(str(z[0]))]
+
+    y0 = np.array([[1.0 + 0j], [0.5j]])
+    many = solve_ensemble(in_python, (0, 1), y0)
+    each = [solve_ivp(in_python, (0, 1), one).y[:, -1] for one in y0]
+    assert np.array_equal(many.y_end, each)
 
 
 @pytest.mark.parametrize(("method", "in_lanes"), [("RK45", True), ("Taylor", False)])

@@ -70,12 +70,12 @@ def test_a_stiff_complex_problem_begins_anew(value, rtol):
 
 
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
-def test_a_stiff_complex_problem_that_scipy_solves():
+def test_a_stiff_complex_problem_in_python():
     def fun(t, z):
         return [(-1e4 + 2e3j) * (z[0] - np.exp(1j * t)), len(str(z[1])) * 0 + 1j * z[1]]
 
     run = solve_ivp(fun, (0, 10), [1.0 + 0j, 1.0], "auto", rtol=1e-6, atol=1e-9)
-    assert run.method == "BDF" and "the problem is stiff" in run.reason
+    assert run.method == "Radau" and "the problem is stiff" in run.reason
     assert abs(run.y[1, -1] - np.exp(10j)) < 1e-3
 
 

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 import scipy.sparse
 from scipy.integrate import solve_ivp as reference
+from scipy.interpolate import CubicSpline, interp1d, make_interp_spline
 
 import fastdyn
+from fastdyn.kernels.methods import COMPLEX, METHODS
 
 START = np.array([1.0 + 0.3j, -0.4 + 0.2j, 0.1j])
 LEVELS = np.array([[0.5, 0.2 - 0.1j, 0.0], [0.2 + 0.1j, -0.3, 0.1j], [0.0, -0.1j, 0.7]])
@@ -156,21 +158,107 @@ def test_new_numbers_are_seen():
         rate += 1j
 
 
-def test_what_is_not_traced_goes_to_scipy():
-    def fun(t, z):
-        return [1j * z[0] * (len(str(z[0])) > 0)]
-
-    with pytest.warns(fastdyn.CompileWarning, match="complex"):
-        found = fastdyn.solve_ivp(fun, (0, 1), [1 + 0j])
-    assert_same(found, reference(fun, (0, 1), [1 + 0j]))
+def in_python(t, z):
+    return levels(t, z) + 0 * len(str(z[0]))
 
 
 @pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
-@pytest.mark.parametrize("method", ["ode45", "VelocityVerlet"])
-def test_other_methods_do_not_lie(method):
-    """What has no complex form is solved by SciPy, or refused."""
-    try:
-        found = fastdyn.solve_ivp(lambda t, z: 1j * z, (0, 1), [1 + 0j, 1j], method, step=0.01)
-    except (ValueError, TypeError):
+@pytest.mark.parametrize("vectorized", [False, True])
+@pytest.mark.parametrize("method", COMPLEX)
+def test_the_method_of_a_function_in_python_is_the_method_asked_for(method, vectorized):
+    """The kernel of the compiled function takes the same steps, with the function in Python."""
+    given = {"method": method, "vectorized": vectorized}
+    given |= {"step": 0.01} if method == "RK4" else {"rtol": 1e-6, "atol": 1e-8}
+    if method == "Taylor":
+        with pytest.raises(ValueError, match="needs the formulas"):
+            fastdyn.solve_ivp(in_python, (0, 6), START, **given)
         return
-    assert abs(found.y[0, -1] - np.exp(1j)) < 1e-2
+    found = fastdyn.solve_ivp(in_python, (0, 6), START, **given)
+    expected = fastdyn.solve_ivp(levels, (0, 6), START, **given)
+    assert found.n_accepted == expected.n_accepted
+    np.testing.assert_allclose(found.y[:, -1], expected.y[:, -1], atol=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_auto_in_python_names_the_method_that_ran():
+    found = fastdyn.solve_ivp(in_python, (0, 6), START, "auto", rtol=1e-6)
+    again = fastdyn.solve_ivp(in_python, (0, 6), START, found.method, rtol=1e-6)
+    assert found.method == "Vern7" and np.array_equal(found.y, again.y)
+
+
+@pytest.mark.parametrize("method", sorted(METHODS.keys() - COMPLEX.keys()))
+def test_other_methods_refuse(method):
+    """VelocityVerlet asks for a step; all say that the state is complex."""
+    options = {} if METHODS[method].error_order else {"step": 0.01}
+    with pytest.raises(ValueError, match="no complex"):
+        fastdyn.solve_ivp(lambda t, z: 1j * z, (0, 1), [1 + 0j, 1j], method, **options)
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_writes_to_the_state_are_for_scipys_methods():
+    def kept_real(t, z):
+        z[0] = z[0].real
+        return [1j * z[0] + 0 * len(str(z[0])), -z[1]]
+
+    given = kept_real, (0, 3), [1.0 + 0j, 1.0]
+    found = fastdyn.solve_ivp(*given, "RK45", t_eval=[1.0, 3.0])
+    assert_same(found, reference(*given, "RK45", t_eval=[1.0, 3.0]))
+    with pytest.raises(ValueError, match="RK23, RK45, DOP853, BDF"):
+        fastdyn.solve_ivp(*given, "Radau", t_eval=[1.0, 3.0])
+
+
+T = np.linspace(0, 10, 201)
+SAMPLES = np.array([-1j * LEVELS * np.cos(t) for t in T])
+LIST = SAMPLES[:, 0, 1].tolist()
+KINDS = ["linear", "nearest", "previous", "next", "zero", "quadratic", "cubic"]
+OUTSIDE = [{}, {"fill_value": "extrapolate"}, {"bounds_error": False, "fill_value": 0.1j}]
+
+
+def of_interpolators():
+    for kind in KINDS:
+        for more in OUTSIDE:
+            yield interp1d(T, SAMPLES, axis=0, kind=kind, **more)
+    yield interp1d(T, np.moveaxis(SAMPLES, 0, -1))
+    yield interp1d(T, SAMPLES[:, 0].T)
+    yield CubicSpline(T, SAMPLES)
+    yield CubicSpline(T, SAMPLES).derivative()
+    yield make_interp_spline(T, SAMPLES, k=3)
+
+
+RECORDS = [
+    lambda t, z: SAMPLES[int(t / 0.05)] @ z,
+    lambda t, z: SAMPLES[-1 - int(t / 0.05)] @ z,
+    lambda t, z: SAMPLES[int(t / 0.05), 0, 1] * z,
+    lambda t, z: LIST[int(t / 0.05)] * z,
+    lambda t, z: SAMPLES[np.searchsorted(T, t)] @ z,
+    *[lambda t, z, at=at: at(t) @ z + 0 * z for at in of_interpolators()],
+]
+
+
+@pytest.mark.filterwarnings("error")  # it is compiled
+@pytest.mark.few(8)
+@pytest.mark.parametrize("fun", RECORDS)
+def test_complex_records_and_interpolators_compile(fun):
+    given = fun, (0, 9.9), START
+    found, expected = (s(*given, max_step=0.05) for s in (fastdyn.solve_ivp, reference))
+    assert_same(found, expected)
+
+
+def test_options_that_once_were_for_real_states_only(tmp_path):
+    seen = []
+
+    def watch(solver):
+        seen.append((solver.t, solver.y.copy(), solver.interpolate(solver.t_old)))
+        return solver.t > 3
+
+    found = fastdyn.solve_ivp(levels, (0, 6), START, "Vern9", callback=watch)
+    assert found.status == 1
+    assert np.array_equal([y for _, y, _ in seen], found.y.T[1:])
+    np.testing.assert_allclose([y for *_, y in seen], found.y.T[:-1], atol=1e-12)
+    assert 1.0 in fastdyn.solve_ivp(levels, (0, 6), START, "Vern9", breakpoints=[1.0]).t
+    plain = fastdyn.solve_ivp(levels, (0, 6), START, "Vern9")
+    kept = [
+        fastdyn.solve_ivp(levels, (0, 6), START, "Vern9", checkpoint=tmp_path / "kept", **more)
+        for more in ({"max_steps": 2}, {})
+    ]
+    assert kept[0].status == -1 and np.array_equal(kept[1].y[:, -1], plain.y[:, -1])

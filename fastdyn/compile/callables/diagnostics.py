@@ -44,10 +44,6 @@ class GaveUp(Exception):
         self.bound = bound
 
 
-class LeftToSciPy(Exception):
-    """Raised for a function of complex numbers that cannot be traced: SciPy solves instead."""
-
-
 class WritesToState(ValueError):
     """Raised if a function writes to its state in a solve that cannot treat writes as SciPy does.
 

@@ -133,8 +133,6 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
 
 
 def _reason(error, fun, args, mode, n):
-    if mode.complex_numbers:
-        return None
     refusal, what = error.__context__, str(error)
     if not error.said or not (error.final or isinstance(refusal, Refusal)):
         return None

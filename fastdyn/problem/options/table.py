@@ -254,7 +254,7 @@ ALL_OPTIONS = (
     Option(
         "breakpoints", "array_like of float",
         "Times at which `fun` has a kink or a jump: adaptive methods end a step there.",
-        adaptive, refused=_not("Stepper", "energy_drift", "complex", "SciPy"),
+        adaptive, refused=_not("Stepper", "energy_drift", "SciPy"),
     ),
     Option(
         "project", "callable",
@@ -295,8 +295,8 @@ ALL_OPTIONS = (
         "`interpolate`).  If the callback returns True or raises StopIteration, the status is 1.",
         check=_callback,
         refused=_not(
-            "Stepper", "prepare", "solve_ensemble", "energy_drift", "complex", "sensitivity",
-            "again", "second pass", "repetition",
+            "Stepper", "prepare", "solve_ensemble", "energy_drift", "sensitivity", "again",
+            "second pass", "repetition",
         ),
     ),
     Option(
@@ -306,7 +306,7 @@ ALL_OPTIONS = (
         "OSError.",
         check=_as_it_is,
         refused=_not(
-            "Stepper", "prepare", "solve_ensemble", "complex", "SciPy", "sensitivity", "again",
+            "Stepper", "prepare", "solve_ensemble", "SciPy", "sensitivity", "again",
             "second pass", "repetition",
             solve_dae="solve in parts, each from the end of the last one",
         ),

@@ -1,5 +1,6 @@
 """SciPy's interpolators of one variable."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,9 @@ from ..symbols.real import Symbol
 from ..symbols.symbolic import Unwritten, graph_of, is_symbolic, refuse
 from .interpolator_forms import Form
 from .parts import handed_out
-from .piecewise import Line, Polynomials, Steps
+from .piecewise import ComplexColumn, Line, Polynomials, Steps
 
+NUMBERS = float, complex  # types of coefficients that have a Form
 METHODS = {"derivative", "antiderivative", "integrate", "solve", "roots", "integral", "derivatives"}
 
 
@@ -114,17 +116,23 @@ def _is_ascending(x, least=2):
     return len(x) >= least and x.dtype.kind in "fiu" and bool(np.all(np.diff(x) > 0))
 
 
-def _columns(c, at):
-    """One array of coefficients for each component; axes from `at` on count the components."""
-    return np.moveaxis(c.reshape(*c.shape[:at], -1), -1, 0)
+def _columns(c, at, made) -> list:
+    """``made(coefficients)`` for each component; axes from `at` on count the components.
+
+    Complex coefficients give a ComplexColumn of two components; `made` gets floats.
+    """
+    each = np.moveaxis(c.reshape(*c.shape[:at], -1), -1, 0)
+    if c.dtype == complex:
+        return [ComplexColumn(made(one.real), made(one.imag)) for one in each]
+    return [made(one) for one in each]
 
 
 def _of_polynomials(value, nu=0, extrapolate=None):
     extrapolate = value.extrapolate if extrapolate is None else extrapolate
     x, c = value.x, value.c
-    if not _is_ascending(x) or c.dtype != float:
+    if not _is_ascending(x) or c.dtype not in NUMBERS:
         return None
-    columns = [Polynomials(x, each).derivative(nu) for each in _columns(c, 2)]
+    columns = _columns(c, 2, lambda each: Polynomials(x, each).derivative(nu))
     return _bounded(columns, c.shape[2:], (x[0], x[-1]), extrapolate, value.axis)
 
 
@@ -151,22 +159,21 @@ def _of_knots(t, c, k, nu=0, nan=True):
     from scipy import interpolate
 
     n = len(t) - k - 1
-    if c.dtype != float or np.any(np.diff(t) < 0) or not t[k] < t[n]:
+    if c.dtype not in NUMBERS or np.any(np.diff(t) < 0) or not t[k] < t[n]:
         return None
-    flat = _columns(c, 1)
     if k == 0:
-        found = [Steps(t, each, "right", -1, nan=nan) for each in flat]
-        return [each.derivative(nu) for each in found] if nu else found
+        return _columns(c, 1, lambda each: Steps(t, each, "right", -1, nan=nan).derivative(nu))
     if t[k] == t[k + 1] or t[n - 1] == t[n]:
         return None  # SciPy divides by zero there
-    columns = []
-    for each in flat:
+
+    def pieces(each):
         whole = interpolate.PPoly.from_spline((t, np.append(each, np.zeros(k + 1)), k))
         inner = np.arange(k, n)
         inner = inner[np.diff(t)[k:n] > 0]
         x = np.append(t[inner], t[inner[-1] + 1])
-        columns.append(Polynomials(x, whole.c[:, inner], nan).derivative(nu))
-    return columns
+        return Polynomials(x, whole.c[:, inner], nan).derivative(nu)
+
+    return _columns(c, 1, pieces)
 
 
 def _of_univariate(value, nu=0, ext: Any = None):
@@ -191,7 +198,7 @@ def _of_fitpack(tck, nu, ext, value_at):
 
 def _of_interp1d(value):
     x, shape, how = value.x, value._y_extra_shape, value._call.__name__
-    if not _is_ascending(x) or value._y.dtype != float or type(x) is not np.ndarray:
+    if not _is_ascending(x) or value._y.dtype not in NUMBERS or type(x) is not np.ndarray:
         return None
     ends = float(x[0]), float(x[-1])
     columns = _ways(value, how)
@@ -202,25 +209,32 @@ def _of_interp1d(value):
         outside = "A value in x_new is outside the interpolation range."
     elif not value._extrapolate:
         below, above = value._fill_value_below, value._fill_value_above
-        outside = [np.broadcast_to(f, shape or (1,)).ravel().tolist() for f in (below, above)]
+        outside = [_filled(f, shape) for f in (below, above)]
     finite = how in ("_call_spline", "_call_linear")  # SciPy 1.18 changed their operations
     return Form(columns, shape, ends, outside, value._y_axis, finite=finite)
 
 
+def _filled(fill, shape):
+    """A value outside the range for each component; SciPy's own end values are flat."""
+    if np.size(fill) != math.prod(shape):
+        fill = np.broadcast_to(fill, shape)
+    return np.ravel(fill).tolist()
+
+
 def _ways(value, how):
     """The components of an interp1d that calls the method `how`; None for an unknown method."""
-    x, columns = value.x, [np.ascontiguousarray(c) for c in _columns(value._y, 1)]
+    x = value.x
     if how == "_call_linear_np":
         y = np.asarray(value.y)
         same = y.shape == x.shape and y.dtype == float
         return [_ByNumPy(x, y)] if same else None
     if how == "_call_linear":
-        return [Line(x, y) for y in columns]
+        return _columns(value._y, 1, lambda y: Line(x, y))
     if how == "_call_nearest":
-        return [Steps(value.x_bds, y, value._side) for y in columns]
+        return _columns(value._y, 1, lambda y: Steps(value.x_bds, y, value._side))
     if how == "_call_previousnext":
         shift = value._ind - 1
-        return [Steps(value._x_shift, y, value._side, shift) for y in columns]
+        return _columns(value._y, 1, lambda y: Steps(value._x_shift, y, value._side, shift))
     if how == "_call_spline":
         spline = value._spline
         return _of_knots(spline.t, spline.c.reshape(len(spline.c), -1), spline.k)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..graph.kinds import INT, NUMPY
+from ..symbols.complex_pair import Pair
 from ..symbols.conditions import select
 from ..symbols.real import Symbol
 from ..symbols.symbolic_indices import entry, table_of
@@ -40,6 +41,16 @@ class Polynomials:
         return select(v.nan(), np.nan, found) if len(self.c) == 1 and self.nan else found
 
 
+class ComplexColumn:
+    """A component whose real and imaginary parts are two components."""
+
+    def __init__(self, real, imag):
+        self.real, self.imag = real, imag
+
+    def at(self, v):
+        return Pair(self.real.at(v), self.imag.at(v))
+
+
 class Steps:
     """``heights[searchsorted(bounds, x, side) + shift]``, with the index clipped to `heights`.
 
@@ -47,11 +58,13 @@ class Steps:
     """
 
     def __init__(self, bounds, heights, side, shift=0, nan=False):
-        self.bounds, self.heights = np.ascontiguousarray(bounds, float), heights
+        self.bounds, self.heights = (np.ascontiguousarray(a, float) for a in (bounds, heights))
         self.side, self.shift, self.nan = side, shift, nan
 
     def derivative(self, nu):
-        return Steps(self.bounds, 0.0 * self.heights, self.side, self.shift, nan=self.nan)
+        """The nu-th derivative; 0 if there is one."""
+        heights = 0.0 * self.heights if nu else self.heights
+        return Steps(self.bounds, heights, self.side, self.shift, nan=self.nan)
 
     def at(self, v):
         g = v.g

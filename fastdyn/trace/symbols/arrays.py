@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .complex_pair import is_complex
+from .complex_pair import Pair, is_complex, parts
 from .conditions import Condition, both, cast, either, select
 from .lazy import complete
 from .masks import Masked
@@ -233,6 +233,8 @@ def look_up(rows, index):
 
 def _choice(values, index):
     values, g = list(values), index.g
+    if any(map(is_complex, values)):
+        return Pair(*(_choice(part, index) for part in zip(*map(parts, values), strict=True)))
     if all(isinstance(v, Symbol) and v.node.op == "par" for v in values) and len(values) > 4:
         return Symbol(g, g.make("table", (index.node,), g.table(values)))
     if not is_symbolic(values):
