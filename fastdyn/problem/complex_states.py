@@ -31,9 +31,10 @@ def on_pairs(asked, method):
             f"`method={method.name!r}` takes no complex states; {', '.join(COMPLEX)} do."
         )
     if refused := refused_among(asked.options, "complex"):
+        names = ", ".join(f"`{name}`" for name, _ in refused)
         raise ValueError(
-            f"{', '.join(f'`{name}`' for name, _ in refused)} with a complex state: give real and "
-            "imaginary parts as a real state of twice the length."
+            f"{names}: for real states only; give real and imaginary parts as a real state of "
+            "twice the length."
         )
     options = dict(asked.options)
     for name in ("rtol", "atol"):

@@ -210,7 +210,7 @@ def raises(t, y):
         ({"domain": positive, "method": "RK4", "step": 0.1}, "RK4 does not take `domain`"),
         ({"domain": positive, "method": "Gauss4", "step": 0.1}, "Gauss4 does not take `domain`"),
         ({"domain": positive, "sensitivity": "y0"}, "`sensitivity` and `domain`"),
-        ({"domain": positive, "y0": [1 + 0j, 1.0]}, "`domain` is for compiled methods"),
+        ({"domain": positive, "y0": [1 + 0j, 1.0]}, "`domain`: for real states only"),
     ),
 )
 def test_refused(options, said):

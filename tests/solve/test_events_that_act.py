@@ -213,7 +213,7 @@ def test_what_is_not_there_is_refused():
         ({"events": None}, "there are 0 events"),
         ({"method": OdeSolver}, "`on_event` is for compiled methods"),
         ({"callback": print}, "`on_event` and `callback` do not go together"),
-        ({"y0": [1.0 + 0j, 0.0]}, "`on_event` is for compiled methods and real states"),
+        ({"y0": [1.0 + 0j, 0.0]}, "`on_event`: for real states only"),
     ):
         with pytest.raises(ValueError, match=sentence):
             drop(**options)

@@ -48,6 +48,7 @@ def test_robertson_at_loose_tolerances(method):
     assert found.y[:, -1] == pytest.approx([0, 0, 1], abs=0.04)
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.StiffnessWarning")
 def test_what_is_added_is_said_if_much():
     """An explicit method, its steps limited by stability, throws y_2 about zero at a large atol."""
     with pytest.warns(UserWarning, match="times their `atol` was added"):
@@ -221,7 +222,7 @@ def test_with_a_jacobian():
         ({"nonnegative": True, "project": lambda t, y: y}, "`nonnegative` and `project`"),
         ({"nonnegative": True, "atol": 0.0}, "positive `atol`"),
         ({"nonnegative": True, "method": "Rodas5P", "mass": np.eye(2)}, "`nonnegative` and `mass`"),
-        ({"nonnegative": True, "y0": [1j, 1.0]}, "`nonnegative` is for compiled methods"),
+        ({"nonnegative": True, "y0": [1j, 1.0]}, "`nonnegative`: for real states only"),
     ),
 )
 def test_refused(options, said):
