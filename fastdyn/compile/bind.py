@@ -23,6 +23,7 @@ from .mode import CONSTANT
 from .python_callback import Callback
 from .traced import known_traces
 from .traced.make import made, traced_function
+from .variations.switched import Part
 
 
 def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
@@ -49,6 +50,8 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
     Bound
     """
 
+    if isinstance(fun, Part) and (made_of_nodes := fun.bound(mode, n, args)) is not None:
+        return made_of_nodes
     keepalive = [fun, args]
 
     def as_written(t, y):  # `rebind` replaces the content of keepalive

@@ -133,7 +133,8 @@ class Raised(Exception):
 class Run(LaidOut):
     """A solve: the loop over chunks of steps, from the initial state to the end."""
 
-    at_looks: Any = None  # a function without arguments, called after fixed numbers of steps
+    at_looks: Any = None  # a function called after fixed numbers of steps; if true, the run ends
+    may_follow = False  # whether another method follows if this one fails
 
     def __init__(self, *given):
         super().__init__(*given)
@@ -180,7 +181,7 @@ class Run(LaidOut):
             self.check(status)
         except (ArithmeticError, ValueError) as error:
             of_stage = isinstance(error, ArithmeticError | LinAlgError) or type(error) is ValueError
-            if self.at_looks is None or not (of_stage and self._own.block[RAISED_WORD]):
+            if not (self.may_follow and of_stage and self._own.block[RAISED_WORD]):
                 raise
             raise Raised(error) from error
 
@@ -215,7 +216,7 @@ class Run(LaidOut):
             status = from_arrays(saved, self)
             self.lay_output()
         state, bar = self.view("solve.state"), progress_bar(p) if p.progress else None
-        progress = Progress(p, p.t0, 0, most=MOST_AHEAD if self.at_looks is None else MANY_AHEAD)
+        progress = Progress(p, p.t0, 0, most=MANY_AHEAD if self.may_follow else MOST_AHEAD)
         done = int(state["n_accepted"][0])
         look = next_look(done - 1)
         try:
@@ -223,8 +224,8 @@ class Run(LaidOut):
                 if done == look:
                     if progress.stands(*reached(state[0])):
                         return STEP_TOO_SMALL
-                    if self.at_looks is not None:
-                        self.at_looks()
+                    if self.at_looks is not None and self.at_looks():
+                        return STEP_TOO_SMALL
                     look = next_look(done)
                 if status == FULL:
                     self.output.make_room()

@@ -1,5 +1,7 @@
 """Detection of stiffness: a warning, once a function, if stability limits the explicit steps.
 
+So is a solution detected that slides along a switch: see `fastdyn/trace/graph/switches.py`.
+
 E. Hairer and G. Wanner, "Solving Ordinary Differential Equations II", section IV.2.  Let the
 stability region of a method end at -z on the real axis.  Stability limits the step h if z / h is
 the size of an eigenvalue of the Jacobian, and the solution hardly changes in a step.  In the
@@ -15,6 +17,7 @@ import numpy as np
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.taylor.steps.accuracy import order_for
+from fastdyn.compile.variations.switched import jumping, switched
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.state.record import Y_OLD, Y
 
@@ -37,21 +40,38 @@ ITERATIONS, SIZE = 40, 1e-6  # iterations of the power method; size of its displ
 DAMPED = 0.25  # loss of an oscillation in a radian
 ALIKE = 1e-3  # vectors that differ by less count as parallel
 
-_gives_up = contextvars.ContextVar("gives up", default=False)
+SLIDES = (
+    "At t = {:.6g} the solution switches back and forth: both sides of a condition point at the "
+    "other. Take method='auto', which moves along the switch if no option acts on the state, or "
+    "give an event or hysteresis."
+)
+
+_gives_up = contextvars.ContextVar("gives up", default="")
 
 
 class StiffnessWarning(UserWarning):
-    """A problem is stiff, and the explicit method is slow."""
+    """A problem is stiff, or slides along a switch, and the method is slow."""
 
 
 class Stiff(Exception):
     """A run is given up because the problem is stiff."""
 
 
+class Sliding(Exception):
+    """A run is given up because the solution slides along switches; `of` is the Switched."""
+
+    def __init__(self, t, of, y):
+        super().__init__(f"The solution slides along a switch at t = {t:.6g}.")
+        self.of, self.chosen = of, jumping(of, t, y)
+
+
 @contextlib.contextmanager
-def given_up():
-    """Within this context, a run raises `Stiff` at a look if stability limits its steps."""
-    token = _gives_up.set(True)
+def given_up(slides=True):
+    """Within this context, a run raises `Stiff` at a look if stability limits its steps.
+
+    With `slides`, a run raises `Sliding` if the solution slides along a switch.
+    """
+    token = _gives_up.set("slides" if slides else "stiff")
     try:
         yield
     finally:
@@ -60,38 +80,65 @@ def given_up():
 
 def gives_up():
     """True within `given_up`."""
-    return _gives_up.get()
+    return bool(_gives_up.get())
 
 
 def watch(problem, run):
-    """Examine a run at its looks, within `given_up`."""
-    run.at_looks = (lambda: _give_up(problem, run)) if _gives_up.get() else None
+    """Examine a run at its looks, within `given_up`; elsewhere, whether a series slides."""
+    run.may_follow, run.at_looks = gives_up(), None
+    if run.may_follow:
+        run.at_looks = lambda: _give_up(problem, run)
+    elif problem.method.series:
+        run.at_looks = lambda: bool(switches_of(problem, run)[3])
 
 
 def _give_up(problem, run):
+    if _gives_up.get() == "slides":
+        t, y, of, chosen = switches_of(problem, run)
+        if chosen:
+            raise Sliding(t, of, y)
     found = _held_back(problem, run, undamped=True)
     if found is not None:
         raise Stiff(found)
 
 
+def switches_of(problem, run):
+    """The time and the state of a run, its Switched, and the switches along which it slides."""
+    (state,), y = run.view("solve.state"), run.view("solve.work")[Y].copy()
+    t, of = float(state["t"]), switched(run.bounds[0])
+    if of is None or not np.isfinite(y).all():
+        return t, y, None, []
+    h = max(abs(t - float(state["t_old"])), float(state["h"]))
+    return t, y, of, of.slides(t, y, h)
+
+
 def notice(problem, run):
-    """Warn if stability, not accuracy, limited the steps at the end of a run."""
+    """Warn if stability or a switch, not accuracy, limited the steps at the end of a run."""
     function = run.bounds[0].function
     if function is None or _gives_up.get() or counters(run.memory)[0] < MANY:
         return  # "auto" has looked already, and tells what it found
     function.notes["looked at"] = looked = function.notes.get("looked at", 0) + 1
     if looked > MOST:
         return
-    found = _held_back(problem, run)
+    t, _, _, chosen = switches_of(problem, run)
+    chosen = chosen if t == problem.tf else []  # a failure is told by the message
+    found = None if chosen else _held_back(problem, run)
+    few = len(problem.y0) <= FEW and not problem.mode.complex_numbers
     if found is not None:
-        function.notes["looked at"] = MOST
-        few = len(problem.y0) <= FEW and not problem.mode.complex_numbers
-        advice = f"Take method='{'Rodas5P' if few else 'BDF'}' or 'Radau'."
-        warnings.warn(f"{found} {advice}", StiffnessWarning, stacklevel=levels_inside())
+        said = f"{found} Take method='{'Rodas5P' if few else 'BDF'}' or 'Radau'."
+    elif chosen:
+        said = f"{problem.method.name} took {counters(run.memory)[0]} steps. {SLIDES.format(t)}"
+    else:
+        return
+    function.notes["looked at"] = MOST
+    warnings.warn(said, StiffnessWarning, stacklevel=levels_inside())
 
 
 def of_failure(problem, run):
-    """A sentence for a run that failed, if stability limited most of its steps; else ""."""
+    """A sentence for a run that failed on a switch, or by stability; else ""."""
+    t, _, _, chosen = switches_of(problem, run)
+    if chosen:
+        return f" {SLIDES.format(t)}"
     bound, n_steps = run.bounds[0], counters(run.memory)[0]
     if not problem.method.stable_to or bound.function is None or bound.pair or n_steps < FEWEST:
         return ""

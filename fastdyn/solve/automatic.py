@@ -4,16 +4,18 @@ import numpy as np
 
 from fastdyn.problem.domains import options as domains
 from fastdyn.problem.options.table import refused_among, value_of
+from fastdyn.problem.switched import longer
 from fastdyn.run.loop import Raised
-from fastdyn.run.stiffness import Stiff, given_up
+from fastdyn.run.stiffness import Sliding, Stiff, given_up
 from fastdyn.specialise.series import NoSeries
 
+from .discrete import parted
 from .error_estimate import solved_by
 
 LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
 
 
-def solved(asked):
+def solved(asked, slides=True):
     """The result of Arguments by their method; with "auto" by the method that suits the problem.
 
     If stability limits the steps, which is looked at after fixed numbers of steps, the run begins
@@ -30,10 +32,12 @@ def solved(asked):
     if refused_among(asked.options, "again"):
         return _explicit(asked)
     try:
-        with given_up():
+        with given_up(slides):
             result = _explicit(asked)
     except Stiff as found:
-        return _named(solved_by(asked, "Radau"), "Radau", str(found))
+        return _named(_to_the_end(asked), "Radau", str(found))
+    except Sliding as found:
+        return _along_switches(asked, found) or solved(asked, slides=False)
     except Raised as found:
         reason = f"`fun` raised {type(found.error).__name__}: {found.error}."
         other = _by_others(asked, reason, "Radau", "Taylor")
@@ -43,6 +47,42 @@ def solved(asked):
     if result.status != -1:
         return result
     return _by_others(asked, f"{result.method} failed: {result.message}", "Radau") or result
+
+
+def _along_switches(asked, found):
+    """The result of a solve whose solution slides along switches, by Filippov's average.
+
+    None if an option of the Arguments does not go together with modes, or if the solve fails: where
+    the solution reaches a point on several switches ever faster, say.
+    """
+    of_modes, name, n = longer(asked, found.of, found.chosen), _pair(asked), len(asked.y0)
+    if of_modes is None:
+        return None
+    try:
+        with given_up():
+            whole = solved_by(of_modes, name)
+    except Stiff:
+        name, whole = "Radau", _to_the_end(of_modes)
+    if whole.status == -1:
+        return None
+    result, own = parted(whole, n), len(of_modes.events) - 2 * (len(of_modes.y0) - n)
+    for field in ("discrete", "discrete_events"):
+        del result[field]
+    if asked.t_eval is None:  # the time of a change of modes is there twice, with one state
+        once = np.append(np.diff(result.t) != 0.0, True)
+        result.t, result.y = result.t[once], result.y[:, once]
+    for field in ("t_events", "y_events"):
+        result[field] = None if asked.events is None else result[field][:own]
+    return _named(result, name, f"{found} There it moves by Filippov's average of both sides.")
+
+
+def _to_the_end(asked):
+    """The result by Radau, which no other method follows and no warning."""
+    try:
+        with given_up(slides=False):
+            return solved_by(asked, "Radau")
+    except Raised as found:
+        raise found.error from None
 
 
 def _by_others(asked, reason, *names):
@@ -65,10 +105,9 @@ def _by_others(asked, reason, *names):
 
 def _explicit(asked):
     """Solve by Taylor or by a pair."""
-    rtol = float(np.min(value_of(asked.options, "rtol")))
+    rtol, name = _rtol(asked), _pair(asked)
     if rtol > LOOSE:
-        return _named(solved_by(asked, "Tsit5"), "Tsit5", f"rtol is above {LOOSE:g}.")
-    name = "Vern7" if rtol > TIGHT else "Vern9"
+        return _named(solved_by(asked, name), name, f"rtol is above {LOOSE:g}.")
     if asked.y0.dtype.kind == "c":
         return _named(solved_by(asked, name), name, "The state is complex.")
     if domains.asked(asked.options):
@@ -84,6 +123,16 @@ def _explicit(asked):
         if other.status >= 0:
             return _named(other, name, f"Taylor failed: {result.message}")
     return _named(result, "Taylor", f"`fun` has a Taylor series, and rtol is at most {LOOSE:g}.")
+
+
+def _rtol(asked):
+    return float(np.min(value_of(asked.options, "rtol")))
+
+
+def _pair(asked):
+    """The fastest pair at the tolerance of Arguments."""
+    rtol = _rtol(asked)
+    return "Tsit5" if rtol > LOOSE else "Vern7" if rtol > TIGHT else "Vern9"
 
 
 def _named(result, method, reason):

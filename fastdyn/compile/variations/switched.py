@@ -1,0 +1,175 @@
+"""Compiles the motion along switches: a function whose jumps are followed by modes.
+
+See `fastdyn/trace/graph/switches.py`.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from fastdyn.trace.graph.evaluate import evaluate
+from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.refusal import Refusal, Untraceable
+from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
+from fastdyn.trace.islands.island import calls_libraries
+from fastdyn.trace.reads.reads import flat
+
+from ..bound import with_code
+from ..derivatives.jacobian import GROWING
+from ..mode import DERIVATIVE
+from ..python_callback import evaluate as in_python
+from ..traced.code import Traced
+from ..traced.known_traces import known_trace
+from ..traced.make import made
+
+ROUNDING = 1e-12  # share of the two sides of a comparison that counts as no distance
+NEWTON, JUMP = 3, 1e-8  # Newton's steps to a switch; the smallest jump, relative
+STEPS = 10.0  # distance from a switch, in steps, up to which a solution slides along the switch
+
+
+class Switched:
+    """The switches of a traced function, and the parameters with which a solve calls it."""
+
+    def __init__(self, bound):
+        self.fun, self.args = bound.keepalive[:2]
+        self.all: list
+        self.function, self.n = bound.function, bound.n
+        self.graph, self.outputs = self.function.traced.trace.graph, self.function.traced.stored
+        with GROWING:
+            self.all = self.function.notes.get("switches")
+            if self.all is None:
+                self.all = self.function.notes["switches"] = self._found()
+
+    def _found(self):
+        size = len(live(self.outputs))
+        if calls_libraries(self.graph) or size > LARGEST:
+            return []
+        try:
+            found = switches(self.graph, self.outputs, self.n)
+        except (Refusal, Untraceable):
+            return []
+        return found if size * 3 ** min(MOST, len(found)) <= LARGEST else []
+
+    def given(self, fun=None, args=None):
+        """The types and values of the parameters; None if the trace does not hold any more."""
+        found = known_trace(fun or self.fun, args or self.args, DERIVATIVE, self.n)
+        if found is None or found[0].function is not self.function:
+            return None
+        return list(zip(found[0].traced.kinds, found[1], strict=True))
+
+    def values(self, nodes, t, y, given=None):
+        """The values of nodes at one point."""
+        given = (self.given() or []) if given is None else given
+        numbers = flat([value for _, value in given])
+        return evaluate(self.graph, nodes, np.array([t]), y[:, None], numbers)[0][:, 0]
+
+    def slides(self, t, y, h):
+        """The indices of the switches along which a solution slides, or rests, at a state.
+
+        `h` is the length of steps; steps across a switch end at about this distance.
+        """
+        if not self.all or self.given() is None:
+            return []
+        nodes = [x for s in self.all for x in (s.difference, s.size, *s.rates)]
+        found = self.values(nodes, t, y).reshape(-1, 4)
+        return [
+            k for k, (d, size, up, down) in enumerate(found)
+            if up <= 0.0 <= down and up < down
+            and abs(d) <= STEPS * h * max(-up, down) + ROUNDING * size
+        ]  # fmt: skip
+
+
+def switched(bound):
+    """The Switched of a Bound whose function was traced; None for other functions."""
+    function = bound.function
+    if function is None or bound.mode is not DERIVATIVE or not made(function):
+        return None
+    if isinstance(bound.keepalive[0], Part):
+        return None
+    return None if function.traced.in_batches or bound.pair else Switched(bound)
+
+
+class Part:
+    """One function of the longer state [y, modes]: the derivative, an event, a change of modes.
+
+    Without machine code, the nodes are computed by NumPy, and the derivative away from all switches
+    by the user's function.
+    """
+
+    direction = -1.0  # of an event, which falls through zero
+
+    def __init__(self, of, nodes, chosen, name, own: Any = None):
+        self.of, self.nodes, self.chosen, self.own, self.__name__ = of, nodes, chosen, own, name
+
+    def __call__(self, t, z, *args):
+        of, z = self.of, np.asarray(z, float)
+        if self.own is not None:
+            y, modes = z[: of.n].copy(), z[of.n :]
+            apart = of.values([s.difference for s in self.chosen], t, z)
+            if np.all(modes * apart > 0.0):
+                own = in_python(lambda t, y: self.own(t, y, *args), DERIVATIVE, t, y)
+                return [*own, *[0.0] * len(modes)]
+        found = of.values(self.nodes, t, z).tolist()
+        return found if len(found) > 1 else found[0]
+
+    def bound(self, mode, n, args):
+        """The Bound of the compiled nodes; None if the trace does not hold any more."""
+        of = self.of
+        given = of.given(None, args)
+        if given is None:
+            return None
+        traced, notes = of.function.traced, of.function.notes
+        place = "switched", mode, tuple([node.key for node in self.nodes])
+        with GROWING:
+            if place not in notes:
+                raising = traced.trace.raising if self.own is not None else of.graph.false
+                trace = traced.trace._replace(outputs=self.nodes, raising=raising)
+                notes[place] = Traced(trace, mode, n).compiled(of.function.seconds)
+        keepalive = [self, args]
+
+        def as_written(t, z):
+            return keepalive[0](t, z, *keepalive[1])
+
+        return with_code(notes[place], as_written, keepalive, given, mode, n, traced.at)
+
+
+def parts(of, chosen, widths, t0, y0):
+    """The modes at the start; the derivative, the events and the changes of modes, as Parts.
+
+    `chosen` are indices of the switches; for `widths` see `switches.hybrid`.
+    """
+    n, some = of.n, [of.all[k] for k in chosen]
+    with GROWING:
+        whole = hybrid(of.graph, of.outputs, some, *widths)
+    state = [of.graph.make("y", (), i) for i in range(n + len(some))]
+    modes = _first_modes(of, some, t0, y0)
+    fun = Part(of, whole.outputs, some, getattr(of.fun, "__name__", "fun"), of.fun)
+    events, jumps = [], []
+    for k, behind in enumerate(whole.modes):
+        for event, mode in zip(whole.leaving[2 * k : 2 * k + 2], behind, strict=True):
+            events.append(Part(of, [event], some, f"switch {k}"))
+            jumped = [*state[: n + k], mode, *state[n + k + 1 :]]
+            jumps.append(Part(of, jumped, some, f"mode {k}"))
+    return modes, fun, events, jumps
+
+
+def _first_modes(of, some, t0, y0):
+    found = of.values([x for s in some for x in (s.difference, *s.rates)], t0, y0).reshape(-1, 3)
+    return [
+        np.sign(d) if d else 0.0 if up < 0.0 < down else 1.0 if up > 0.0 or not up < 0 else -1.0
+        for d, up, down in found
+    ]
+
+
+def jumping(of, t, y):
+    """The indices of the switches at whose surface, seen from one state, the function jumps."""
+    given, found = of.given(), []
+    for k, switch in enumerate(of.all):
+        at = y
+        for _ in range(NEWTON):  # to the surface
+            d, *slope = of.values([switch.difference, *switch.slope[:-1]], t, at, given)
+            at = at - d * np.array(slope) / max(np.dot(slope, slope), 1e-300)
+        up, down = (of.values(list(side), t, at, given) for side in switch.sides)
+        if not np.allclose(up, down, rtol=JUMP, atol=JUMP * np.abs([up, down]).max()):
+            found.append(k)
+    return found
