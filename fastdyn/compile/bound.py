@@ -40,6 +40,14 @@ class Bound(NamedTuple):
         """
         return len(self.block) - int(self.block[FAULT])
 
+    @property
+    def given(self):
+        """The present values of the parameters, by group."""
+        kept = self.keepalive
+        if len(kept) == 4 and kept[2] is self.function:  # as `rebind` leaves it
+            return kept[3]
+        return [value for _, value in self.values]
+
     def word(self, j):
         """The index of the block's first word for argument j."""
         return FIRST + sum([n_words(k) for k, _ in self.values[: self.at[j]]])

@@ -17,6 +17,7 @@ from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, refused_among, refused_by
 from fastdyn.problem.schedules import SHORTHANDS, listed
 from fastdyn.problem.second_order_and_pairs import check_second_order
+from fastdyn.run.functions.switching import switching_of_members
 
 from . import reductions, times
 
@@ -97,7 +98,8 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
     def probe():
         _probe(members, lambda i: lambda t, y: fun(t, y, *members.args(i)), mode, t0, n)
 
-    members.bind(problem.fun, mode, n, members.near(problem, n), probe)
+    bound, _ = members.bind(problem.fun, mode, n, members.near(problem, n), probe)
+    problem, members.segments = switching_of_members(problem, members, bound)
     vector, reason = None, "`simd` is False"
     if simd is not False:
         try:

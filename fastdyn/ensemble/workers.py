@@ -33,6 +33,7 @@ from fastdyn.specialise.scalar import (
     serve_kernel,
     shared_kernel,
     start_kernel,
+    watch_kernel,
 )
 from fastdyn.specialise.series import series_kernel
 
@@ -58,17 +59,21 @@ class Worker:
         self.found, self._chunk = [], 100
         width, n_events = vector.width if vector else 1, len(p.events or ())
         state, work = begin(p)
+        segments, rows_of_segments = members.segments or (
+            p.segments,
+            np.array([0, len(p.segments)]),
+        )
         places = self._bind(p, members, folds)
         scheduled = of_members(schedule_table(p, self._between), members)
         at_events = n_events > 0 and vector is not None and vector.watches
         at_folds = len(folds) > 0 and vector is not None and vector.accumulates
         self.record = self._record(p, vector, results, at_events, at_folds, folds)
         task = arguments.Task(
-            self._addresses(p, vector), results.queue, self.record, state,
+            self._addresses(p, vector, members.segments), results.queue, self.record, state,
             OUTPUT_RECORD(
                 0, results.extrema, 0, 0, 0, 0, 0, 0, jumps_at_once(p), p.method.series, 1, p.t0
             ),
-            members.words, members.y0, scheduled,
+            members.words, members.y0, scheduled, rows_of_segments,
         )  # fmt: skip
         rows = N_FIELDS + n_events * at_events + len(folds) * at_folds
         lanes = self._lanes = self._new_lanes(p, members, vector, work, rows)
@@ -83,7 +88,7 @@ class Worker:
         room = arguments.Room(
             np.empty(0 if p.t_eval is None else len(p.t_eval)),
             np.empty((1, p.method.n_dense + 1, n)), np.empty((1, 2)),
-            np.empty(0) if p.t_eval is None else p.t_eval.astype(float), p.segments,
+            np.empty(0) if p.t_eval is None else p.t_eval.astype(float), segments,
             np.empty(e_room, np.int64), np.empty(e_room), np.empty((e_room, n)),
         )  # fmt: skip
         self._room, self._n = max(ROOM, (width + 1) * e_room) if e_room else 0, n
@@ -108,7 +113,7 @@ class Worker:
         self._between = self._mass.consistent(self.bounds[1:])
         return places
 
-    def _addresses(self, p, vector):
+    def _addresses(self, p, vector, segments):
         name, n, advance = p.method.name, len(p.y0), vector
         if vector is None and p.method.series:
             advance = series_kernel(p, self.bounds[0], order_of_many(p.rtol, p.atol))
@@ -118,8 +123,9 @@ class Worker:
                 advance = inlined_kernel(name, function, n)
             advance = advance or shared_kernel(name)
         scalar = advance if p.method.series else shared_kernel(name)
+        watch = watch_kernel() if segments else watch_of(p)
         kernels = (
-            advance, start_kernel(name), watch_of(p), dense_rows_kernel(name), already_kernel(),
+            advance, start_kernel(name), watch, dense_rows_kernel(name), already_kernel(),
             events_kernel(), scalar,
         )  # fmt: skip
         self._kernels = kernels  # kept alive: the kernel gets their addresses

@@ -1,6 +1,7 @@
 """Initial states and parameters of many solves, one row each."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -92,6 +93,7 @@ class Members:
 
     def __init__(self, y0, args):
         self.times: dict = {}  # times of schedules that differ, see ensemble/times.py
+        self.segments: Any = None  # (segments of all, first rows), if `fun` switches with the time
         states = _states(y0)
         self.complex = states.dtype.kind == "c"
         states = states.view(float) if self.complex else states

@@ -98,25 +98,54 @@ def fixed_step(options, t0, tf, name):
 
 
 def segments_of_span(breakpoints, t0, tf):
-    """Start, end, and output time of the end, of each segment; no rows if `breakpoints` is None.
-
-    Segments end a few roundings of the time before the breakpoint and begin as far behind, so that
-    a derivative with a jump is evaluated on the right side.
-    """
+    """Start, end, and output time of the end, of each segment; no rows if `breakpoints` is None."""
     if breakpoints is None:
         return NO_SEGMENTS
     times = np.asarray(breakpoints, dtype=float)
     if times.ndim != 1 or np.isnan(times).any():
         raise ValueError("`breakpoints` must be a 1-D array of times that are not NaN.")
-    first, last = min(t0, tf), max(t0, tf)
-    times = np.unique(times[(times >= first) & (times <= last)])
-    off = 4 * EPS * np.abs([*times, t0, tf if math.isfinite(tf) else t0]).max()
-    begins, ends = np.any(times <= first + 4 * off), np.any(times >= last - 4 * off)
-    times = times[(times > first + 4 * off) & (times < last - 4 * off)]
-    times = times[np.r_[np.ones(len(times[:1]), bool), np.diff(times) > 4 * off]]
-    if tf < t0:
-        times, off, begins, ends = times[::-1], -off, ends, begins
+    return segments_of_members(None, times, t0, tf)[0]
+
+
+def segments_of_members(member, times, t0, tf, count=1):
+    """Segments of the spans of `count` members, and the first row of each, and the number of rows.
+
+    Segments end a few roundings of the time before the breakpoint and begin as far behind, so that
+    a derivative with a jump is evaluated on the right side.
+
+    Parameters
+    ----------
+    member : ndarray of int or None
+        The member to which each time belongs; None for a single one.
+    times : ndarray
+        Breakpoints in any order.
+    """
+    way = 1.0 if tf >= t0 else -1.0
+    u = way * times  # rises along the span
+    inside = (u >= way * t0) & (u <= way * tf)
+    u = u[inside]
+    if member is None:
+        u.sort()
+        member = np.zeros(len(u), int)
+    else:
+        order = np.lexsort((u, member[inside]))
+        u, member = u[order], member[inside][order]
+    largest = max(abs(t0), abs(tf) if math.isfinite(tf) else 0.0)
+    if len(u) and not math.isfinite(tf):
+        largest = max(largest, float(np.abs(u[np.isfinite(u)]).max(initial=0.0)))
+    off = 4 * EPS * largest
+    early, late = u <= way * t0 + 4 * off, u >= way * tf - 4 * off
+    begins, ends = np.zeros((2, count))
+    begins[member[early]] = ends[member[late]] = way * off
+    keep = ~(early | late)
+    keep[1:] &= (u[1:] - u[:-1] > 4 * off) | (member[1:] != member[:-1]) | early[:-1]
+    times, member = way * u[keep], member[keep]
     tf = last_time(tf)
-    starts = np.r_[t0 + begins * off, times + off]
-    stops = np.r_[times - off, tf - ends * off if ends else tf]
-    return np.column_stack([starts, stops, np.r_[times, tf]])
+    rows = np.zeros(count + 1, int)
+    rows[1:] = (np.bincount(member, minlength=count) + 1).cumsum()
+    at = np.arange(len(times)) + member
+    found = np.empty((len(times) + count, 3))
+    found[rows[:-1], 0], found[rows[1:] - 1, 1] = t0 + begins, tf - ends
+    found[rows[1:] - 1, 2] = tf
+    found[at + 1, 0], found[at, 1], found[at, 2] = times + way * off, times - way * off, times
+    return found, rows

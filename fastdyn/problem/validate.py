@@ -58,6 +58,7 @@ class Problem(NamedTuple):
     domain: Any = None
     inside: Any = None  # the sign of `domain`, 1.0 inside
     nonnegative: Any = None  # n bools
+    ends_at_switches: bool = True  # whether steps may end where `fun` switches with the time
 
 
 def time_span(t_span):

@@ -125,10 +125,11 @@ def fill(image, problem, n_extra):
 OF_SPAN, T_LAST = struct.Struct("9d"), STATE.itemsize + OUTPUT.fields["t_last"][1]
 
 
-def fill_span(image, t0, tf, h, h_max):
+def fill_span(image, t0, tf, h, h_max, segments=()):
     """Fill the fields of the image that depend on the span; in a quarter of the time of `fill`."""
     direction = 1.0 if tf >= t0 else -1.0
-    OF_SPAN.pack_into(image, 0, t0, t0, tf, tf, t0, direction, h, h_max, h)
+    begin, end = map(float, segments[0, :2]) if len(segments) else (t0, tf)
+    OF_SPAN.pack_into(image, 0, begin, begin, end, end, t0, direction, h, h_max, h)
     struct.pack_into("d", image, T_LAST, t0)
 
 

@@ -16,7 +16,7 @@ from fastdyn.kernels.state.record import RAISED
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.rare import raise_failure
-from fastdyn.specialise.scalar import interpolant_kernel
+from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
 from fastdyn.trace.islands.island import Island, islands_of, raise_interrupts
 
@@ -32,6 +32,7 @@ from .begin import (
 )
 from .functions.bound import raise_kept
 from .functions.python_between import PythonBetween
+from .functions.switching import switching_of
 from .matrices.layouts import matrices_of
 from .matrices.mass import mass_of
 from .memory import MEMORY, Y0, lay, plan
@@ -89,6 +90,7 @@ class LaidOut(PythonBetween):
         called = *(b.callback for b in self.bounds), self._matrices.solver, *islands_of(self.bounds)
         self._callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
+        self.switching = switching_of(problem, bound)
         if problem.method.name == LSODA:  # in SciPy, all times of LSODA are Python floats
             for callback in self._callbacks:
                 callback.later = float
@@ -115,6 +117,8 @@ class LaidOut(PythonBetween):
 
     def take(self, problem):
         """Take another problem of the same plan, with the same functions."""
+        if self.switching is not None:
+            problem = self.switching.taken(problem, self._own.given)
         self.problem: Any = problem
         p = problem
         if self._asked != p.compile or self.tier.open or p.method.series:
@@ -151,11 +155,16 @@ class LaidOut(PythonBetween):
     def _lay_times(self):
         """Give the kernel the times of the output and the segments of the span."""
         segments = self.problem.segments
-        self._words[self.plan.at["begin.watch"]] = watch_of(self.problem).address
+        watch = watch_of(self.problem) if self.switching is None else watch_kernel()
+        self._words[self.plan.at["begin.watch"]] = watch.address
         if self._t_eval is not None:
             self._lay("output.t_eval", self._t_eval)
         if len(segments):
-            self._lay("output.segments", segments)
+            self.lay_segments(segments)
+
+    def lay_segments(self, segments):
+        """Give the kernel the segments of the span."""
+        self._lay("output.segments", segments)
 
     def make_room(self):
         """Make the first piece of the output as long as the last solve's output, within limits."""

@@ -86,7 +86,10 @@ class ReadyRun:
         if problem.mode.sensitivities:  # which follow the state, and begin as they are
             self._n = problem.fun.n
         self._image, self._t_eval = run.first_memory()
+        p = run.problem
         self.span: Any = None
+        self._span = p.t0, p.tf, problem.h, problem.h_max
+        self._switched: Any = None  # the key of the switching times that the image has
         self.sizes: Any = None  # of the values of sensitivities, whose tolerances the image has
         self._times = b""
         self.lay()
@@ -96,6 +99,7 @@ class ReadyRun:
         run, problem, room = self.run, self.problem, self.room
         run.problem, run.memory = problem, None
         run.make_room()  # as long as the last output
+        switching, self._switched = run.switching, None
         for bound in run.bounds:  # nothing of the user's is kept between solves
             bound.keepalive[:] = None, (), bound.function
         plan, tier, compared = run.plan, run.tier, run.compared
@@ -107,7 +111,8 @@ class ReadyRun:
         n_left, left, seen = known_traces.N_LEFT[0], compared.left, compared.sides
         sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
         is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
-        (read, block), alone, read_all = self._readers[0], len(bounds) == 1, self._read_all
+        (read, block), alone = self._readers[0], len(bounds) == 1
+        read_all = self._read_all
         shares = problem.events is None and not problem.dense_output and plan.size <= FEW_WORDS
         own = new_memory(size) if shares else None
         if own is not None:
@@ -133,6 +138,8 @@ class ReadyRun:
             held = read(fun, args, block) if alone else read_all(fun, args, events)
             if held is None:
                 return None
+            if switching is not None:
+                self._switch(held if alone else held[0])
             memory = own
             if memory is None:
                 memory = new_memory(size)
@@ -160,7 +167,7 @@ class ReadyRun:
 
         self.go = go
 
-    def _read_all(self, fun, args, events):
+    def _read_all(self, fun, args, events) -> Any:
         """The values of all functions, which live until the kernel ends; None as of a reader."""
         held = []
         for (read, block), function in zip(self._readers, (fun, *events), strict=True):
@@ -168,6 +175,17 @@ class ReadyRun:
             if held[-1] is None:
                 return None
         return held
+
+    def _switch(self, given):
+        """Let the steps end at the switching times for the given values of the equations."""
+        t0, tf, h, h_max = self._span
+        switching = self.run.switching
+        key = switching.key(given, t0, tf)
+        if key != self._switched:
+            segments, h_max = switching.segments(given, t0, tf, h_max, self.problem.segments)
+            self.run.lay_segments(segments)
+            fill_span(self._image, t0, tf, h, h_max, segments)
+            self._switched = key
 
     def go_on(self, problem, memory, status):
         """Continue the solve of a problem after the first chunk, as any Run; return the status."""
@@ -198,7 +216,8 @@ class ReadyRun:
         elif h_max < 10 * math.ulp(max(abs(t0), abs(tf))):  # the run might never end
             return False
         fill_span(self._image, t0, tf, h, h_max)
-        self.span, self._times = t_span, b""
+        self.span, self._times, self._span = t_span, b"", (float(t0), float(tf), h, h_max)
+        self._switched = None
         return True
 
     def take_times(self, t_eval):
@@ -228,10 +247,10 @@ class ReadyRun:
 
     def taken(self):
         """The span, the step sizes and the times of output that the next solve has."""
-        (s,), times = self.run.plan.view(self._image, "solve.state"), self._t_eval
+        (t0, tf, h, h_max), times = self._span, self._t_eval
         return {
-            "t0": float(s["t"]), "tf": float(s["t_end"]), "h": float(s["h"]),
-            "h_max": float(s["h_max"]), "t_eval": None if times is None else times.copy(),
+            "t0": t0, "tf": tf, "h": h, "h_max": h_max,
+            "t_eval": None if times is None else times.copy(),
         }  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import given_state, probe_equations
 from fastdyn.run.functions.bound import raise_kept
 from fastdyn.run.functions.compared import compare_at
+from fastdyn.run.functions.switching import switching_of
 from fastdyn.run.loop import Progress, Run, next_chunk, reached
 from fastdyn.run.outcome import LEFT
 from fastdyn.run.result import Counted, OdeResult, counted
@@ -64,7 +65,8 @@ class Ends:
 
 
 def solve_many(problem, members):
-    """The Ends of all members; None if a function stays in Python."""
+    """The Ends of all members; None if a function stays in Python, or switches at times of its own
+    for each member."""
     p = problem._replace(y0=members.state(0).copy(), args=members.first)
     n = members.n
     functions = [(p.fun, p.mode, len(given_state(p)))]
@@ -72,6 +74,9 @@ def solve_many(problem, members):
     found = [members.bind(*one, members.near(p, one[2])) for one in functions]
     bounds = [bound for bound, _ in found]
     if any(bound.function is None for bound in bounds):
+        return None
+    switching = switching_of(p, bounds[0])
+    if switching is not None and switching.varying(members, bounds[0]):
         return None
     verify(bounds[0], lambda: probe_equations(p), n)
     run, ends = Run(p, bounds[0], bounds[1:]), Ends(p, members.count, n)

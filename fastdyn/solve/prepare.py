@@ -183,7 +183,7 @@ class Prepared:
                 break
             except GaveUp as reason:
                 leave_to_python(reason.bound, reason)
-        if ends is None:  # a function stays in Python
+        if ends is None:
             ends = Ends(p, members.count, members.n)
             for i in range(members.count):
                 ends.put(i, self(members.state(i), members.args(i)))

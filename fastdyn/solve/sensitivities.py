@@ -46,7 +46,9 @@ def _watched(problem, n):
     whole = OdeResult(result_of(p, run.solve(p.y0), run))
     sol, t_eval = whole.sol, problem.t_eval
     if sol is not None:
-        at = jump_of(run.bounds[0], whole.t, lambda t: sol(t)[:n])
+        t = whole.t  # at the ends of a step of a pulse, the pulse is over
+        inside = np.sort(np.r_[t, 0.5 * (t[1:] + t[:-1])])[:: 1 if p.tf > p.t0 else -1]
+        at = jump_of(run.bounds[0], inside, lambda t: sol(t)[:n])
         if at is not None:
             raise ValueError(JUMPS.format(at))
     if t_eval is not None:

@@ -213,7 +213,7 @@ def _resumed(cls, arguments, options, state, work, kept):
 
 def _run_of_steps(problem):
     """A Run whose code is compared after steps 1, 2, 4, 8, ..."""
-    run = run_of(problem)
+    run = run_of(problem._replace(ends_at_switches=False))
     run.compared = Compared(run, of="steps")
     return run
 

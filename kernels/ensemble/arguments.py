@@ -36,6 +36,8 @@ class Task(NamedTuple):
         Initial states.
     schedules : array, (M or 1, n_schedules)
         The schedules with which a trajectory begins.
+    rows : array, (M + 1,) or (2,)
+        The first row of each trajectory's segments, and the number of all rows.
     """
 
     addresses: Any
@@ -46,6 +48,7 @@ class Task(NamedTuple):
     values: Any
     y0: Any
     schedules: Any
+    rows: Any
 
 
 class Lanes(NamedTuple):
@@ -77,7 +80,10 @@ class Single(NamedTuple):
 
 
 class Room(NamedTuple):
-    """The arrays that `watch` fills for a trajectory; see `output.arguments`."""
+    """The arrays that `watch` fills for a trajectory; see `output.arguments`.
+
+    `segments` has the segments of all trajectories, or those that they share.
+    """
 
     t: Any
     d: Any

@@ -47,7 +47,7 @@ from .arguments import (
 )
 from .collect import accumulate, keep_events, stop_at_event
 from .lane_transfer import extrema_to_lane, from_lane, next_stop, set_parameters, to_lane
-from .watched import act_at_start, watch_lane
+from .watched import act_at_start, segments_of, watch_lane
 
 
 @intrinsic
@@ -119,7 +119,7 @@ def _fill(task, lanes, single, room, results, found, folds, lane):
         members[lane] = member
         for i in range(len(folds)):
             results.folded[member, i] = folds[i].start
-        status = _begin(task, lanes, single, results.best, lane)
+        status = _begin(task, lanes, single, room, results.best, lane)
         if status == RUNNING and w.vector and len(lanes.schedules[lane]) > 0:
             status = act_at_start(task, lanes, single, room, results, found, lane)
         if status != RUNNING:
@@ -194,11 +194,15 @@ def _attend(task, lanes, single, room, results, found, folds, lane, budget):
 
 
 @njit(**INTERNAL)
-def _begin(task, lanes, single, best, lane):
+def _begin(task, lanes, single, room, best, lane):
     """Prepare the state and the rows of one trajectory; return RUNNING or the failure."""
     w, work, states, events = task.worker[0], single.work, lanes.states, lanes.events[lane]
     member = lanes.members[lane]
     states[lane], lanes.records[lane] = task.state[0], task.record[0]
+    segments, s = segments_of(task, room, member), states[lane]
+    if len(segments) > 0:
+        s.t = s.t_old = segments[0, 0]
+        s.t_end = s.t_stop = segments[0, 1]
     for i in range(len(lanes.schedules[lane])):
         own = task.schedules[member if len(task.schedules) > 1 else 0]
         lanes.schedules[lane, i] = own[i]

@@ -17,18 +17,24 @@ def already(state, work, block, n_steps):
 
 
 @njit(**INTERNAL)
+def segments_of(task, room, member):
+    """The segments of the span of a trajectory."""
+    i = member if len(task.rows) > 2 else 0
+    return room.segments[task.rows[i] : task.rows[i + 1]]
+
+
+@njit(**INTERNAL)
 def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
     """Run `watch` for one trajectory with the stepping kernel at an address; return its status."""
     w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
+    segments = segments_of(task, room, lanes.members[lane])
     own = kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order
     return invoke(
         at[WATCH],
         (
             Kernels(*own, w.inside, w.keeps, w.past, w.n_past),
             Solve(lanes.states[one], single.work, single.block),
-            Output(
-                lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, room.segments
-            ),
+            Output(lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, segments),
             Events(lanes.events[lane], lanes.schedules[lane], room.e_index, room.e_t, room.e_y),
             single.scratch,
             n_steps,

@@ -11,6 +11,7 @@ from fastdyn import code_store
 from fastdyn.trace.graph.clock import EVERY, look
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
+from fastdyn.trace.graph.switching_times import switches
 from fastdyn.trace.islands.island import calls_libraries
 
 from ..callables.compiled import Function
@@ -62,6 +63,11 @@ class Traced:
     def _live(self):
         """The nodes of the pointer form."""
         return live([*self.stored, self.trace.raising])
+
+    @functools.cached_property
+    def switches(self):
+        """The Switches of the function; None if it does not switch with the time alone."""
+        return switches(self.trace.graph, self.stored)
 
     def key(self):
         """A digest of everything that the code depends on."""

@@ -10,9 +10,11 @@ from llvmlite import ir
 from fastdyn.trace.batches.pieces import Irregular
 from fastdyn.trace.batches.plan import Plan
 from fastdyn.trace.batches.singles.dependencies import Needed
+from fastdyn.trace.batches.singles.timed import timed_nodes
 from fastdyn.trace.batches.sparsity import Dense, Sparsity
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, Untraceable, refused_as
+from fastdyn.trace.graph.switching_times import switches
 
 from .. import function_convention
 from .code import Traced
@@ -55,6 +57,12 @@ class TracedInBatches(Traced):
             return Sparsity(self.plan, self.n, self.nodes[:-1]).of_results()
         except Dense:
             return None
+
+    @functools.cached_property
+    def switches(self):
+        """As of `Traced`."""
+        results = timed_nodes(self.table, self.plan, self.nodes[:-1])
+        return switches(self.trace.graph, results)
 
     def key(self):
         """A digest of everything that the code depends on."""

@@ -1,0 +1,359 @@
+"""Divides spans at the times where expressions of the time switch: see `switching_times`."""
+
+from typing import Any
+
+import numpy as np
+
+from .evaluate import evaluate
+from .straight_lines import COMPARISONS
+from .values import OF_TABLES, contents
+
+CONSTANT, AFFINE, MONOTONE, ANY = range(4)  # kinds of an expression between the divisions
+RISING = frozenset((
+    "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sinh", "tanh", "asin", "acos", "atan",
+    "asinh", "atanh", "acosh", "cbrt", "erf", "erfc",
+))  # fmt: skip
+MOST = 2**21  # divisions of a span, or of all spans
+SAMPLES, MOST_SAMPLES, IN_ALL = 16, 1024, 2**14  # in an interval, the most there, in all intervals
+HALVINGS = 54
+FAR = 2.0**500  # stands for infinite times
+EPS = float(np.finfo(float).eps)
+NEAR = 1e-4  # distance of the points that show a jump or kink, as a share of the interval
+NOISE = 1e-6  # smallest jump, and smallest kink, as a share of the range of the values
+# A table is as good as its chords where they differ by less than this share of its range; knots
+# with larger bends are switching times, and of smaller ones as many as the bends add up to.
+CHORD = 1e-3
+SHARP = 0.1  # smallest jump or bend of which a user is told, as a share of the range
+
+
+class TooMany(Exception):
+    """There are more than MOST divisions; a span of this `length` has fewer, perhaps."""
+
+    def __init__(self, length):
+        super().__init__()
+        self.length = length
+
+
+class _Values:
+    """The parameters at points of members, by slot."""
+
+    def __init__(self, common, varying, member):
+        self._common, self._varying, self._member = common, varying, member
+
+    def __getitem__(self, slot):
+        varying = self._varying.get(slot)
+        return self._common[slot] if varying is None else varying[self._member]
+
+    def __array__(self, dtype=None, copy=None):
+        return np.asarray(self._common, dtype)
+
+
+class Divisions:
+    """One search for switching times; the divisions are sorted by member and time."""
+
+    def __init__(self, switches, values, varying, first, last, count):
+        self.of, self.first, self.last, self.count = switches, first, last, count
+        self._values = values, varying
+        self.off = 16 * EPS * max(abs(t) for t in (first, last, 0.0) if abs(t) < FAR)
+        self.member, self.t = np.empty(0, int), np.empty(0)
+        self.weight = np.empty(0)  # of knots of smooth tables, in the sense of CHORD
+        self.at_ends: list = []
+        self._intervals: Any = None
+
+    def value(self, node, member, t):
+        """An expression at times of members."""
+        given = _Values(*self._values, member)
+        return evaluate(self.of.graph, [node], t, (), given)[0][0]
+
+    def found(self):
+        """Members, times, and whether they are sharp."""
+        kinds: dict = {}
+        with np.errstate(all="ignore"):
+            for node in self.of.nodes:
+                kinds[node.key] = self._kind(node, [kinds.get(a.key, CONSTANT) for a in node.args])
+            return self._that_matter()
+
+    # -- divisions
+
+    @property
+    def intervals(self):
+        """Member, begin and end of each interval between two divisions."""
+        if self._intervals is None:
+            every = np.arange(self.count)
+            member = np.r_[every, self.member, every]
+            t = np.r_[np.full(self.count, self.first), self.t, np.full(self.count, self.last)]
+            order = np.lexsort((t, member))
+            member, t = member[order], t[order]
+            same = member[1:] == member[:-1]
+            self._intervals = member[1:][same], t[:-1][same], t[1:][same]
+        return self._intervals
+
+    def _divide(self, member, t, weight=None):
+        """Add divisions; times that are equal to rounding become one."""
+        weight = np.zeros(len(t)) if weight is None else weight
+        near = (t - self.first <= self.off) | (self.last - t <= self.off)
+        if near.any():
+            at = np.clip(t[near], self.first, self.last)
+            self.at_ends += zip(member[near].tolist(), at.tolist(), strict=True)
+        new = [each[~near] for each in (member, t, weight)]
+        if not len(new[0]):
+            return
+        old = self.member, self.t, self.weight
+        member, t, weight = (np.r_[a, b] for a, b in zip(old, new, strict=True))
+        order = np.lexsort((t, member))
+        member, t, weight = member[order], t[order], weight[order]
+        begins = np.r_[True, (np.diff(t) > self.off) | (np.diff(member) != 0)]
+        at = np.flatnonzero(begins)
+        self.member, self.t, self.weight = member[at], t[at], np.maximum.reduceat(weight, at)
+        self._intervals = None
+        if len(self.t) > MOST:
+            raise TooMany(0.5 * (self.last - self.first))
+
+    def _cross(self, of, kind, levels=None):
+        """(member, time, index of the level) where ``of(member, t)`` crosses levels.
+
+        `levels` are rising numbers; None stands for all whole numbers.
+        """
+        member, begin, end = self.intervals
+        if kind == CONSTANT:
+            return np.empty(0, int), np.empty(0), np.empty(0, int)
+        length = end - begin
+        if kind == AFFINE:
+            short = np.minimum(length, 1e15 * np.maximum(1.0, np.abs(begin)))
+            near = np.where(short < length, np.maximum(1.0, np.abs(begin)), 0.25 * length)
+            x, dx = begin + near, 2.0 * near
+            one, other = of(member, x), of(member, x + dx)
+            slope = (other - one) / dx
+            ends = one - slope * near, one + slope * (end - x)
+            slack = 8 * EPS * np.maximum(np.abs(one), np.abs(other))
+            low, high = np.minimum(*ends) - slack, np.maximum(*ends) + slack
+            low[slope == 0.0] = np.nan
+            j, k, level = self._between(low, high, levels, begin)
+            t = x[j] + (level - one[j]) / slope[j]
+            return member[j], np.clip(t, begin[j], end[j]), k
+        n = 1
+        if kind == ANY:
+            n = int(np.clip(IN_ALL // len(begin), SAMPLES, MOST_SAMPLES))
+        inside = np.linspace(1e-12, 1.0 - 1e-12, n + 1)
+        t = begin[:, None] + length[:, None] * inside
+        v = of(np.repeat(member, n + 1), t.ravel()).reshape(t.shape)
+        a, b, va, vb = (x.ravel() for x in (t[:, :-1], t[:, 1:], v[:, :-1], v[:, 1:]))
+        at_ends = self._at_ends(of, levels)
+        member = np.repeat(member, n)
+        j, k, level = self._between(np.minimum(va, vb), np.maximum(va, vb), levels, a)
+        a, b, member, before = a[j], b[j], member[j], va[j] < level
+        for _ in range(HALVINGS if len(j) else 0):
+            middle = 0.5 * (a + b)
+            same = (of(member, middle) < level) == before
+            a, b = np.where(same, middle, a), np.where(same, b, middle)
+        return tuple(map(np.concatenate, zip((member, b, k), *at_ends, strict=True)))
+
+    def _at_ends(self, of, levels):
+        """(member, time, index of the level) of values at the ends of spans that are levels."""
+        every = np.arange(self.count)
+        for t in (self.first, self.last):
+            v = of(every, np.full(self.count, t))
+            k = np.round(v) if levels is None else np.searchsorted(levels, v).astype(float)
+            known = np.isfinite(v)
+            hit = known & (v == (k if levels is None else np.append(levels, np.nan)[k.astype(int)]))
+            yield every[hit], np.full(int(hit.sum()), t), k[hit]
+
+    def _between(self, low, high, levels, begin):
+        """(interval, index of the level, level) of all levels in intervals of values."""
+        good = np.isfinite(low) & np.isfinite(high)
+        low, high = np.where(good, low, 1.0), np.where(good, high, 0.0)
+        if levels is None:
+            first, behind = np.ceil(low), np.floor(high) + 1.0
+        else:
+            first = np.searchsorted(levels, low, "left").astype(float)
+            behind = np.searchsorted(levels, high, "right").astype(float)
+        counts = np.maximum(behind - first, 0.0)
+        total = counts.sum()
+        if total > MOST:
+            raise TooMany(self._length(counts, begin))
+        counts = counts.astype(int)
+        j = np.repeat(np.arange(len(counts)), counts)
+        k = np.arange(len(j)) - np.repeat(np.cumsum(counts) - counts, counts)
+        k = k + np.repeat(np.where(counts > 0, first, 0.0), counts)
+        return j, k, k if levels is None else levels[k.astype(int)]
+
+    def _length(self, counts, begin):
+        """The length of a span with about MOST / 2 of the crossings in intervals."""
+        whole = np.cumsum(counts)
+        j = int(np.searchsorted(whole, MOST / 2))
+        share = (MOST / 2 - (whole[j - 1] if j else 0.0)) / counts[j]
+        end = begin[j + 1] if j + 1 < len(begin) else self.last
+        return float(begin[j] + share * (end - begin[j]) - self.first)
+
+    # -- operations
+
+    def _of(self, *nodes, by=None):
+        """The function of members and times that an expression is, or two expressions `by`."""
+
+        def of(member, t):
+            found = [self.value(node, member, t) for node in nodes]
+            return found[0] if by is None else by(*found)
+
+        return of
+
+    def _kind(self, node, kinds):
+        """Divide the span where an operation switches; return the kind between the divisions."""
+        op, args = node.op, node.args
+        if op == "t":
+            return AFFINE
+        if op in COMPARISONS:
+            self._zeros(self._of(*args, by=np.subtract), _sum(*kinds))
+            return CONSTANT
+        if op in ("and", "or", "not"):
+            return CONSTANT
+        if op == "select":
+            return max(kinds[1:])
+        if op == "neg":
+            return kinds[0]
+        if op in ("add", "sub"):
+            return _sum(*kinds)
+        if op == "mul" and args[0] is args[1]:
+            return self._even(node, kinds[0])
+        if op == "mul":
+            return max(kinds) if CONSTANT in kinds else ANY
+        if op == "div":
+            return self._quotient(node, kinds)
+        if op == "abs":
+            self._zeros(self._of(args[0]), kinds[0])
+            return kinds[0]
+        if op == "sqrt":
+            return _of_monotone(kinds[0])
+        if op == "round":
+            shift = 0.5 if node.data == "rint" else 0.0
+            self._integers(self._of(args[0], by=lambda v: v + shift), kinds[0])
+            return CONSTANT
+        if op in OF_TABLES:
+            return self._table(node, kinds[0])
+        return self._call(node, kinds) if op == "call" else ANY
+
+    def _zeros(self, of, kind):
+        self._divide(*self._cross(of, kind, np.zeros(1))[:2])
+
+    def _integers(self, of, kind):
+        self._divide(*self._cross(of, kind)[:2])
+
+    def _even(self, node, kind):
+        """A square, or a power, or another function that turns where its operand is zero."""
+        self._zeros(self._of(node.args[0]), kind)
+        return _of_monotone(kind)
+
+    def _quotient(self, node, kinds):
+        if kinds[1] == CONSTANT:
+            return kinds[0]
+        self._zeros(self._of(node.args[1]), kinds[1])
+        return _of_monotone(kinds[1]) if kinds[0] == CONSTANT else ANY
+
+    def _table(self, node, kind):
+        data = contents(node, self.of.graph.tables, self._values[0])
+        if node.op == "table":
+            self._integers(self._of(node.args[0]), kind)
+            return CONSTANT
+        knots, *rows = data if node.op != "search" else data[:1]
+        knots = np.asarray(knots, float)
+        member, t, k = self._cross(self._of(node.args[0]), kind, knots)
+        degree = {"search": 0, "interpolate": 1}.get(node.op, len(rows) - 1)
+        weight = None
+        if degree > 1:
+            heights = self._of_table(node, knots)
+            weight = _weights(_bends(knots, heights))[k.astype(int)]
+        self._divide(member, t, weight)
+        if degree == 0:
+            return CONSTANT
+        return kind if degree == 1 else ANY
+
+    def _of_table(self, node, knots):
+        return np.asarray(self.of.graph.compute(node, [knots], self._values[0]), float)
+
+    def _call(self, node, kinds):
+        name, args = node.data, node.args
+        if name == "fmod":
+            kind = kinds[0] if kinds[1] == CONSTANT else ANY
+            self._integers(self._of(*args, by=np.divide), kind)
+            return kind
+        if name in ("sin", "cos", "tan"):
+            shift = 0.0 if name == "cos" else 0.5
+            self._integers(self._of(args[0], by=lambda v: v / np.pi + shift), kinds[0])
+            return _of_monotone(kinds[0])
+        if name == "cosh" or (name == "pow" and kinds[1] == CONSTANT):
+            return self._even(node, kinds[0])
+        if name == "atan2":
+            self._zeros(self._of(args[0]), kinds[0])
+        return _of_monotone(kinds[0]) if name in RISING else ANY
+
+    # -- what matters
+
+    def _that_matter(self):
+        """The divisions at which a number that meets the state jumps or bends."""
+        n = len(self.t)
+        keep, sharp = np.zeros(n, bool), np.zeros(n, bool)
+        if n:
+            jump, bend = self._changes()
+            weight = np.maximum(_weights(bend), self.weight)
+            sharp = (jump > SHARP) | (bend > SHARP)
+            added = np.floor(np.cumsum(weight))
+            keep = (jump > NOISE) | (np.diff(added, prepend=0.0) > 0.0)
+        member, t = self.member[keep], self.t[keep]
+        if self.at_ends:
+            more, times = map(np.array, zip(*sorted(set(self.at_ends)), strict=True))
+            member, t = np.r_[member, more], np.r_[t, times]
+            sharp = np.r_[sharp[keep], np.zeros(len(more), bool)]
+            order = np.lexsort((t, member))
+            return member[order], t[order], sharp[order]
+        return member, t, sharp[keep]
+
+    def _changes(self):
+        """The largest jump and bend at each division, as shares of the ranges of values."""
+        member, begin, end = self.intervals
+        behind = np.flatnonzero(np.r_[False, member[1:] == member[:-1]])  # intervals after each
+        length = np.where(end - begin > 1e-3 * FAR, 1.0, end - begin)
+        left, right = length[behind - 1], length[behind]
+        points = [self.t - k * NEAR * left for k in (3, 2, 1)]
+        points += [self.t + k * NEAR * right for k in (1, 2, 3)]
+        owners = np.tile(self.member, 6)
+        jump, bend = np.zeros(len(self.t)), np.zeros(len(self.t))
+        starts = np.flatnonzero(np.r_[True, np.diff(self.member) != 0])
+        sizes = np.diff(np.r_[starts, len(self.t)])
+        shorter = np.minimum(left, right)
+        for node in self.of.seen:
+            f = self.value(node, owners, np.concatenate(points)).reshape(6, -1)
+            low = np.fmin.reduceat(np.fmin.reduce(f, axis=0), starts)
+            high = np.fmax.reduceat(np.fmax.reduce(f, axis=0), starts)
+            size = np.repeat(high - low, sizes)
+            before, after = 3.0 * (f[2] - f[1]) + f[0], 3.0 * (f[3] - f[4]) + f[5]
+            step = np.abs(after - before) / size
+            slope = (5.0 * f[2] - 8.0 * f[1] + 3.0 * f[0]) / (2.0 * NEAR * left)
+            slope_after = (-5.0 * f[3] + 8.0 * f[4] - 3.0 * f[5]) / (2.0 * NEAR * right)
+            kink = np.abs(slope_after - slope) * shorter / size
+            one_sided = np.isnan(f[2]) != np.isnan(f[3])
+            jump = np.maximum(jump, np.where(one_sided, 1.0, np.nan_to_num(step, posinf=1.0)))
+            bend = np.maximum(bend, np.nan_to_num(kink, posinf=0.0))
+        return jump, bend
+
+
+def _sum(a, b):
+    """The kind of a sum or a difference."""
+    return max(a, b) if CONSTANT in (a, b) or a == b == AFFINE else ANY
+
+
+def _of_monotone(kind):
+    """The kind of a monotone function of an expression."""
+    return kind if kind in (CONSTANT, ANY) else MONOTONE
+
+
+def _weights(bend):
+    """The share of a switching time that each bend counts: see CHORD."""
+    return np.sqrt(np.where(bend > NOISE, bend, 0.0) / (8.0 * CHORD))
+
+
+def _bends(knots, heights):
+    """The change of the slope of the chords at each knot, as a share of the range."""
+    length = np.diff(knots)
+    slope = np.diff(heights) / length
+    size = np.ptp(heights) or 1.0
+    inner = np.abs(np.diff(slope)) * np.minimum(length[:-1], length[1:]) / size
+    return np.r_[0.0, inner, 0.0]

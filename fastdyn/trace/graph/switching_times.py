@@ -1,0 +1,121 @@
+"""Switching times: where expressions of the time and of parameters alone jump or have a kink.
+
+The operations are taken in order.  Each one that may switch (a comparison, rounding, a table, a
+remainder) divides the span at the times of its switches; between these times it is constant or
+smooth.  Where its operand is affine between the divisions made so far, which holds for comparisons,
+floors and remainders of the time however they are nested, the times are exact to rounding.  Where
+the operand is monotone (an exponential or a sine between its extrema), they are found by halving.
+Any other operand, a sum of sines say, is sampled: switches back and forth between two samples are
+not found.  Of all divisions, those are switching times at which a number that meets the state jumps
+or bends.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .divisions import FAR, Divisions, TooMany
+from .expressions import live
+from .straight_lines import COMPARISONS, straight_lines
+from .values import OF_TABLES, ranges_of
+
+OF_STATE = frozenset(("y", "item", "arg", "island", "in c", "entry"))
+SWITCHES = COMPARISONS | OF_TABLES | {"round", "abs"}
+
+
+class Times(NamedTuple):
+    """Switching times in rising order for each member; `end` is the time up to which they are all.
+
+    `sharp` tells which are large jumps and bends: see SHARP of `divisions`.
+    """
+
+    member: np.ndarray
+    t: np.ndarray
+    sharp: np.ndarray
+    end: float
+
+
+class Switches:
+    """The operations of a graph that switch with the time, and the numbers that meet the state.
+
+    Attributes
+    ----------
+    slots : list of int
+        The slots of the parameters on which the times depend.
+    """
+
+    def __init__(self, graph, timed, seen, switching):
+        self.graph, self.timed, self.seen = graph, timed, seen
+        self.nodes = [node for node in live(switching) if node.key in timed]
+        found = set()
+        for node in live(seen):
+            if node.op == "par":
+                found.add(node.data)
+            for table in ranges_of(node, graph.tables):
+                found.update(table)
+        self.slots = sorted(found)
+        self._lines = straight_lines(graph, timed, switching)
+
+    def times(self, values, t0, tf, count=1, varying=None) -> Times:
+        """The switching times between t0 and tf, which may be infinite.
+
+        Parameters
+        ----------
+        values : ndarray
+            The parameters by slot.
+        count : int
+            The number of members.
+        varying : dict of int to ndarray, optional
+            By slot, the parameters that vary between members.
+        """
+        first, last, end = max(min(t0, tf), -FAR), min(max(t0, tf), FAR), tf
+        if self._lines is not None:
+            return Times(*self._lines.times(values, varying or {}, first, last, count), tf)
+        while True:
+            try:
+                found = Divisions(self, values, varying or {}, first, last, count).found()
+                return Times(*found, end)
+            except TooMany as reason:
+                if count > 1:
+                    return self._of_halves(values, t0, tf, count, varying)
+                length = min(reason.length, 0.5 * (last - first))
+                if tf < t0:
+                    end = first = last - length
+                else:
+                    end = last = first + length
+
+    def _of_halves(self, values, t0, tf, count, varying):
+        """The Times of many members, from those of two halves of them."""
+        half = count // 2
+        parts = [
+            {slot: v[part] for slot, v in varying.items()}
+            for part in (slice(half), slice(half, None))
+        ]
+        one = self.times(values, t0, tf, half, parts[0])
+        other = self.times(values, t0, tf, count - half, parts[1])
+        end = one.end if abs(one.end - t0) < abs(other.end - t0) else other.end
+        return Times(
+            np.r_[one.member, other.member + half], np.r_[one.t, other.t],
+            np.r_[one.sharp, other.sharp], end,
+        )  # fmt: skip
+
+
+def switches(graph, outputs):
+    """The Switches of outputs; None if nothing in them switches with the time alone."""
+    timed, mixed, seen = set(), set(), {node.key: node for node in outputs}
+    nodes = live(outputs)
+    for node in nodes:
+        if node.op in OF_STATE or any(a.key in mixed for a in node.args):
+            mixed.add(node.key)
+            seen |= {a.key: a for a in node.args}
+        elif node.op == "t" or any(a.key in timed for a in node.args):
+            timed.add(node.key)
+    seen = [node for node in seen.values() if node.key in timed]
+    switching = [node for node in live(seen) if node.key in timed and _may_switch(node)]
+    return Switches(graph, timed, seen, switching) if switching else None
+
+
+def _may_switch(node):
+    if node.op in COMPARISONS:
+        return node.args[0] is not node.args[1]  # else a test for NaN
+    return node.op in SWITCHES or (node.op == "call" and node.data in ("fmod", "atan2"))
