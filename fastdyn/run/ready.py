@@ -97,9 +97,8 @@ class ReadyRun:
     def lay(self):
         """Make `go` for the present layout of the memory and the present stepping kernel."""
         run, problem, room = self.run, self.problem, self.room
-        run.problem, run.memory = problem, None
+        run.problem, run.memory, self._switched = problem, None, None
         run.make_room()  # as long as the last output
-        switching, self._switched = run.switching, None
         for bound in run.bounds:  # nothing of the user's is kept between solves
             bound.keepalive[:] = None, (), bound.function
         plan, tier, compared = run.plan, run.tier, run.compared
@@ -111,8 +110,8 @@ class ReadyRun:
         n_left, left, seen = known_traces.N_LEFT[0], compared.left, compared.sides
         sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
         is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
-        (read, block), alone = self._readers[0], len(bounds) == 1
-        read_all = self._read_all
+        (read, block), read_all = self._readers[0], self._read_all
+        alone = len(bounds) == 1 and run.switching is None
         shares = problem.events is None and not problem.dense_output and plan.size <= FEW_WORDS
         own = new_memory(size) if shares else None
         if own is not None:
@@ -138,8 +137,6 @@ class ReadyRun:
             held = read(fun, args, block) if alone else read_all(fun, args, events)
             if held is None:
                 return None
-            if switching is not None:
-                self._switch(held if alone else held[0])
             memory = own
             if memory is None:
                 memory = new_memory(size)
@@ -168,12 +165,17 @@ class ReadyRun:
         self.go = go
 
     def _read_all(self, fun, args, events) -> Any:
-        """The values of all functions, which live until the kernel ends; None as of a reader."""
+        """The values of all functions, which live until the kernel ends; None as of a reader.
+
+        The switching times become those of the values.
+        """
         held = []
         for (read, block), function in zip(self._readers, (fun, *events), strict=True):
             held.append(read(function, args, block))
             if held[-1] is None:
                 return None
+        if self.run.switching is not None:
+            self._switch(held[0])
         return held
 
     def _switch(self, given):

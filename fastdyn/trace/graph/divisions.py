@@ -62,6 +62,8 @@ class Divisions:
 
     def value(self, node, member, t):
         """An expression at times of members."""
+        if not len(t):
+            return np.empty(0)
         given = _Values(*self._values, member)
         return evaluate(self.of.graph, [node], t, (), given)[0][0]
 
@@ -129,8 +131,10 @@ class Divisions:
             low, high = np.minimum(*ends) - slack, np.maximum(*ends) + slack
             low[slope == 0.0] = np.nan
             j, k, level = self._between(low, high, levels, begin)
-            t = x[j] + (level - one[j]) / slope[j]
-            return member[j], np.clip(t, begin[j], end[j]), k
+            member, t = member[j], x[j] + (level - one[j]) / slope[j]
+            t += 1e-3 * (x[j] + near[j] - t)  # once more from nearby, for the last digits
+            t += (level - of(member, t)) / slope[j]
+            return member, np.clip(t, begin[j], end[j]), k
         n = 1
         if kind == ANY:
             n = int(np.clip(IN_ALL // len(begin), SAMPLES, MOST_SAMPLES))
