@@ -101,8 +101,7 @@ class ReadyRun:
         run.make_room()  # as long as the last output
         for bound in run.bounds:  # nothing of the user's is kept between solves
             bound.keepalive[:] = None, (), bound.function
-        plan, tier, compared = run.plan, run.tier, run.compared
-        words, launch = run.words()
+        plan, tier, compared, (words, launch) = run.plan, run.tier, run.compared, run.words()
         self.first = max(1, min(run.n_first(), MANY - 1))  # longer solves are examined
         words[plan.at["n_steps"]], advance = self.first, plan.at["kernels.advance"]
         words[advance], launch[Y0] = tier.address, address_of(room)
