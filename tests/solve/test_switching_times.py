@@ -8,7 +8,7 @@ from scipy import signal
 from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 
 from fastdyn import prepare, solve_ensemble, solve_ivp
-from fastdyn.trace.graph import divisions
+from fastdyn.trace.switching import divisions
 
 KNOTS = np.arange(11.0)
 RECORD = np.where(KNOTS == 5.0, 1.0, 0.0)

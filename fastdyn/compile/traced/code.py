@@ -11,8 +11,8 @@ from fastdyn import code_store
 from fastdyn.trace.graph.clock import EVERY, look
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
-from fastdyn.trace.graph.switching_times import switches
 from fastdyn.trace.islands.island import calls_libraries
+from fastdyn.trace.switching.switches import switches
 
 from ..callables.compiled import Function
 from ..parameters import FLOAT, INT, n_words

@@ -14,7 +14,7 @@ from fastdyn.trace.batches.singles.timed import timed_nodes
 from fastdyn.trace.batches.sparsity import Dense, Sparsity
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, Untraceable, refused_as
-from fastdyn.trace.graph.switching_times import switches
+from fastdyn.trace.switching.switches import switches
 
 from .. import function_convention
 from .code import Traced

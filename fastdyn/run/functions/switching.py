@@ -1,4 +1,4 @@
-"""What a solve does at the switching times of its equations: see `trace.graph.switching_times`.
+"""What a solve does at the switching times of its equations: see `trace.switching`.
 
 Steps of fastdyn's own methods end there, as at breakpoints.
 """

@@ -8,7 +8,7 @@ import numpy as np
 from ...graph.expressions import live
 from ...graph.operations import COMPUTE
 from ...graph.refusal import Refusal
-from ...graph.switching_times import OF_STATE
+from ...switching.switches import OF_STATE
 
 MOST = 1024  # elements; the search takes some 0.1 ms for each
 TIMED, MIXED = "timed", "mixed"

@@ -6,7 +6,7 @@ slope, computed from the present parameters in a few microseconds.
 
 import numpy as np
 
-from .expressions import live
+from ..graph.expressions import live
 
 COMPARISONS = frozenset(("lt", "le", "eq"))
 

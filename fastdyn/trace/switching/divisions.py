@@ -1,12 +1,12 @@
-"""Divides spans at the times where expressions of the time switch: see `switching_times`."""
+"""Divides spans at the times where expressions of the time switch: see `switches`."""
 
 from typing import Any
 
 import numpy as np
 
-from .evaluate import evaluate
+from ..graph.evaluate import evaluate
+from ..graph.values import OF_TABLES, contents
 from .straight_lines import COMPARISONS
-from .values import OF_TABLES, contents
 
 CONSTANT, AFFINE, MONOTONE, ANY = range(4)  # kinds of an expression between the divisions
 RISING = frozenset((

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..graph.expressions import live
+from ..graph.values import OF_TABLES, ranges_of
 from .divisions import FAR, Divisions, TooMany
-from .expressions import live
 from .straight_lines import COMPARISONS, straight_lines
-from .values import OF_TABLES, ranges_of
 
 OF_STATE = frozenset(("y", "item", "arg", "island", "in c", "entry"))
 SWITCHES = COMPARISONS | OF_TABLES | {"round", "abs"}

@@ -1,0 +1,1 @@
+"""Switching times: where a function of the time and of parameters changes, from its graph."""
