@@ -1,4 +1,4 @@
-"""A solve along switches: the longer state [y, modes], and events that change the modes."""
+"""A solve along switches: the longer state [y, modes, excess], and events that change the modes."""
 
 from typing import Any
 
@@ -22,15 +22,16 @@ def longer(asked, of, chosen):
     given = {name for name, value in a.options.items() if value is not None}
     if not given <= TAKEN or a.vectorized or a.sensitivity is not None or a.error_estimate:
         return None
-    rtol, atol = (
-        np.atleast_1d(np.asarray(value_of(a.options, name), float)) for name in TOLERANCES
-    )
-    widths = WIDTH * atol[atol > 0.0].min(initial=np.abs(a.y0).max()), WIDTH * rtol.min()
+    rtol, atol = (np.ravel(value_of(a.options, name)).astype(float) for name in TOLERANCES)
+    size, atol = np.abs(a.y0).max(), atol[atol > 0.0]
+    least = atol.min() if atol.size else rtol.min() * (size or 1.0)
+    widths = WIDTH * least, WIDTH * rtol.min()
     modes, fun, events, jumps = parts(of, chosen, widths, a.t0, a.y0)
     own = [_own(event, n) for event in event_list(a.events) or ()]
-    options = extended_options(dict(a.options), None, n, len(modes))
+    options = extended_options(dict(a.options), None, n, 2 * len(modes))
+    options["atol"][n + len(modes) :] = least + rtol.min() * size
     options["on_event"] = [None] * len(own) + jumps
-    state = np.r_[a.y0, modes]
+    state = np.r_[a.y0, modes, np.zeros(len(modes))]
     return a._replace(
         fun=fun, y0=state, given_y0=state, events=[*own, *events], options=options, looked_up=False
     )

@@ -65,7 +65,7 @@ def _along_switches(asked, found):
         name, whole = "Radau", _to_the_end(of_modes)
     if whole.status == -1:
         return None
-    result, own = parted(whole, n), len(of_modes.events) - 2 * (len(of_modes.y0) - n)
+    result, own = parted(whole, n), len(of_modes.events) - (len(of_modes.y0) - n)
     for field in ("discrete", "discrete_events"):
         del result[field]
     if asked.t_eval is None:  # the time of a change of modes is there twice, with one state

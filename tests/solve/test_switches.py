@@ -103,6 +103,19 @@ def test_the_solution_moves_along_the_switch(name):
     assert run.y.shape == (len(y0), len(run.t)) and run.t_events is run.y_events is run.sol is None
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10])
+def test_a_short_slip_is_not_stepped_over(tolerance):
+    """At rest the derivative is 0, and a step of any length would do but for its `excess`."""
+
+    def driven(t, y):
+        return [y[1], -4 * y[0] - 1.5 * sign(y[1]) * (1 + 0.1 * y[0] ** 2) + 2 * math.cos(2.3 * t)]
+
+    t = [0.0, 15.0, 18.75, 22.5, 26.25, 30.0]
+    run = solve_ivp(driven, (0, 30), [1.0, 0.0], "auto", t_eval=t, rtol=tolerance, atol=tolerance)
+    exact = [1.0, 0.182180, -0.236819, 0.186810, -0.029716, -0.116112]  # by steps across the switch
+    assert "Filippov" in run.reason and np.abs(run.y[0] - exact).max() < 1e-5
+
+
 def test_the_clock_decides_nothing(monkeypatch):
     expected = solve_ivp(control, (0, 20), [1.0, 0.0], "auto")
     for seconds in (0.0, 1e3):

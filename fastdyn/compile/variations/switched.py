@@ -90,7 +90,7 @@ def switched(bound):
 
 
 class Part:
-    """One function of the longer state [y, modes]: the derivative, an event, a change of modes.
+    """One function of the longer state [y, modes, excess]: the derivative, an event, a new state.
 
     Without machine code, the nodes are computed by NumPy, and the derivative away from all switches
     by the user's function.
@@ -104,11 +104,11 @@ class Part:
     def __call__(self, t, z, *args):
         of, z = self.of, np.asarray(z, float)
         if self.own is not None:
-            y, modes = z[: of.n].copy(), z[of.n :]
+            y, modes = z[: of.n].copy(), z[of.n : of.n + len(self.chosen)]
             apart = of.values([s.difference for s in self.chosen], t, z)
             if np.all(modes * apart > 0.0):
                 own = in_python(lambda t, y: self.own(t, y, *args), DERIVATIVE, t, y)
-                return [*own, *[0.0] * len(modes)]
+                return [*own, *[0.0] * (2 * len(modes))]
         found = of.values(self.nodes, t, z).tolist()
         return found if len(found) > 1 else found[0]
 
@@ -141,7 +141,7 @@ def parts(of, chosen, widths, t0, y0):
     n, some = of.n, [of.all[k] for k in chosen]
     with GROWING:
         whole = hybrid(of.graph, of.outputs, some, *widths)
-    state = [of.graph.make("y", (), i) for i in range(n + len(some))]
+    state = [of.graph.make("y", (), i) for i in range(n + 2 * len(some))]
     modes = _first_modes(of, some, t0, y0)
     fun = Part(of, whole.outputs, some, getattr(of.fun, "__name__", "fun"), of.fun)
     events, jumps = [], []

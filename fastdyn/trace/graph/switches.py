@@ -107,9 +107,11 @@ def forced(graph, nodes, truths, replaced=None):
 class Hybrid(NamedTuple):
     """The nodes of a function whose state is followed by a mode of each switch: 1, -1, or 0 on it.
 
-    `outputs` are the derivatives of state and modes.  `leaving` has, for each switch, an event
-    function that falls through zero where the solution reaches the switch, and one where the
-    solution leaves the switch; `modes` the modes behind these events.
+    Behind the modes, a number for each switch grows where a step goes on along the switch although
+    the solution has left it, by the distance to it: so the error of a step shows what happens
+    within the step, where no event looks.  `outputs` are the derivatives of all.  `leaving` has,
+    for each switch, an event function that falls through zero where the solution reaches the
+    switch, and one where the solution leaves the switch; `modes` the modes behind these events.
     """
 
     outputs: list
@@ -141,7 +143,7 @@ def hybrid(graph, outputs, chosen, width, share_of_size):
         return result
 
     derivatives = [last_sound(lambda order, i=i: i, orders) for i in range(n)]
-    leaving, modes = [], []
+    leaving, modes, excess = [], [], []
     for k, each in enumerate(found):
         own = [*orders[k + 1 :], *orders[: k + 1]]  # rates of the last switch are the safest
         up, down = (
@@ -151,12 +153,16 @@ def hybrid(graph, outputs, chosen, width, share_of_size):
         least = g.select(g.compare(g.neg(up), down, "lt"), g.neg(up), down)
         least = g.add(least, g.mul(g.const(AT_REST), g.sub(down, up)))
         reached = g.mul(each.mode, each.switch.difference)
+        beyond = g.select(
+            g.compare(zero, up, "lt"), up, g.select(g.compare(down, zero, "lt"), down, zero)
+        )
+        excess.append(g.select(each.on, beyond, zero))
         leaving += [g.select(each.on, one, reached), g.select(each.on, least, one)]
         modes.append((
             g.select(_pointing(g, up, down), zero, g.neg(each.mode)),
             g.select(g.compare(g.neg(up), down, "lt"), one, g.const(-1.0)),
         ))  # fmt: skip
-    return Hybrid([*derivatives, *[zero] * len(chosen)], leaving, modes)
+    return Hybrid([*derivatives, *[zero] * len(chosen), *excess], leaving, modes)
 
 
 def _pointing(g, up, down):
