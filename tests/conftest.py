@@ -136,3 +136,27 @@ def wrong_choices(monkeypatch):
 
     monkeypatch.setattr(Graph, "select", wrong)
     monkeypatch.setattr("fastdyn.compile.traced.make.compare_around", lambda *_: None)
+
+
+@pytest.fixture
+def wrong_products(monkeypatch):
+    """Code whose products with 3 are products with 3.003."""
+    from fastdyn.trace.graph.expressions import Graph
+
+    mul = Graph.mul
+
+    def wrong(g, a, b):
+        a, b = [g.const(3.003) if x.op == "const" and x.data == 3.0 else x for x in (a, b)]
+        return mul(g, a, b)
+
+    monkeypatch.setattr(Graph, "mul", wrong)
+
+
+@pytest.fixture
+def no_wrong_code():
+    """The comparisons of a test find no wrong code."""
+    from fastdyn.compile.traced.known_traces import N_WRONG
+
+    before = N_WRONG[0]
+    yield
+    assert N_WRONG[0] == before, "machine code was wrong, was found and was set aside"

@@ -99,6 +99,8 @@ def _compare_with_python(bound, near):
 def _code(fun, args, mode, n, near, probe, varying):
     """(Function, (type, value) of each parameter, indices of the arguments among them)."""
     found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
+    if found is None and (reason := known_traces.left_to_python(fun, args, mode)):
+        raise FoundLater(reason)
     if found is None and known_traces.acts(fun, args, mode, n, varying):
         raise Uncompilable("it does more than give a value")
     if found is None and not mode.by_numba:

@@ -89,12 +89,13 @@ class Different(GaveUp):
 
     def __init__(self, bound, t, y, expected, of_code):
         super().__init__(bound, t)
+        of_code = "an exception" if of_code is None else of_code
         values = self.sentence.format(short(of_code), short(expected))
         self.args = (f"at t = {t:.10g}, y = {short(y)} {values}",)
 
 
 def compare_around(bound, near, trace=None):
-    """The reason why a Bound's machine code differs from its function; None if they agree.
+    """Compare a Bound's machine code with its function around the start.
 
     The code of a trace must agree at ENOUGH points, and raise where the function raises.  Numba's
     code may raise where the function does not: a solve notices such an exception later.
@@ -105,6 +106,13 @@ def compare_around(bound, near, trace=None):
     near : traced.make.Near
     trace : trace.paths.Trace, optional
         The trace of the function, with the parameter values in its graph.
+
+    Returns
+    -------
+    None, Different or str
+        None if code and function agree, Different if the code is wrong.  A sentence tells why the
+        code cannot be used although it is not wrong: it gives up, or the function gives no numbers,
+        or another value at each call.
     """
     compared, failed = 0, "it gives no finite number near the start"
     time: Any = float  # SciPy's first call passes a float
@@ -112,22 +120,19 @@ def compare_around(bound, near, trace=None):
         look()
         t, time = time(t), np.float64
         real, mine = python_value(bound, t, y), machine_value(bound, t, y)
-        if isinstance(real, Exception):
-            failed = f"{type(real).__name__}: {real}"
-            if mine is not None:
-                return f"it raises {type(real).__name__} where its compiled form does not"
-            continue
-        if mine is None:
+        if mine is None and _is_value(real):
             if trace is None:
                 continue
             return "its compiled form raises where it does not"
-        if real.shape != mine.shape:
-            return f"it returns {real.size} numbers, not {mine.size}"
-        if differ(real, mine, of_solution=False) and not (
-            are_close(real, mine) and _by_rounding(bound, real, mine, t, y)
-        ):
-            return "its compiled form gives other numbers"
-        compared += bool(np.isfinite(real).any())
+        if not agree(bound, real, mine, t, y, of_solution=False):
+            again = python_value(bound, t, y)
+            if _is_value(again) and not np.array_equal(again, real, equal_nan=True):
+                return "it gives another value at each call"
+            return Different(bound, t, y, real, mine)
+        if _is_value(real):
+            compared += bool(np.isfinite(real).any())
+        else:
+            failed = f"{type(real).__name__}: {real}"
     return None if compared >= ENOUGH or trace is None else failed
 
 
@@ -147,7 +152,7 @@ def compare_along(bound, times, states, time: Any = np.float64):
     largest = max((float(size.max()) for size in sizes if size.size), default=0.0)
     for t, y, real, mine in found:
         if not agree(bound, real, mine, t, y, largest):
-            raise Different(bound, t, y, real, "an exception" if mine is None else mine)
+            raise Different(bound, t, y, real, mine)
 
 
 def _is_value(found):
@@ -193,13 +198,18 @@ def called(bound, function, size, t, y):
     return out, failed, sides
 
 
-def agree(bound, real, mine, t, y, largest=0.0):
-    """Whether two results agree, up to roundings that large cancelling terms amplify."""
+def agree(bound, real, mine, t, y, largest=0.0, of_solution=True):
+    """Whether two results agree, up to roundings that large cancelling terms amplify.
+
+    `largest` and `of_solution` are as in `same_numbers.differ`.
+    """
     if not _is_value(real) or mine is None:
         return not _is_value(real) and mine is None
     if real.shape != mine.shape:
         return False
-    return not differ(real, mine, largest) or _by_rounding(bound, real, mine, t, y)
+    if not differ(real, mine, largest, of_solution):
+        return True
+    return (of_solution or are_close(real, mine)) and _by_rounding(bound, real, mine, t, y)
 
 
 def _by_rounding(bound, real, mine, t, y):

@@ -25,6 +25,7 @@ NONE_YET = (0.0, *[0] * 9)  # counts and flags of implicit methods
 NONE_OF_LSODA = (0.0,) * 8 + (0,) * 7
 NOTHING_CUT = (0.0,)
 NO_ACTION = (0, 0)
+NONE_SHORT = (0.0,)
 
 
 def first_state(problem, n_extra=0):
@@ -34,7 +35,7 @@ def first_state(problem, n_extra=0):
     t0, end = map(float, p.segments[0, :2]) if len(p.segments) else (p.t0, last_time(p.tf))
     return (
         t0, t0, end, end, t0, direction, p.h, p.h_max, p.h, 0.0, 0, 0, n_extra, *NONE_YET,
-        p.h_least, *p.band, *NONE_OF_LSODA, *NOTHING_CUT, *NO_ACTION,
+        p.h_least, *p.band, *NONE_OF_LSODA, *NOTHING_CUT, *NO_ACTION, *NONE_SHORT,
     )  # fmt: skip
 
 

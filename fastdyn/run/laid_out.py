@@ -10,8 +10,9 @@ from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.compile import budget
 from fastdyn.compile.python_callback import interruptible
+from fastdyn.compile.traced.known_traces import has_stores
 from fastdyn.kernels.calls.block import FAILED
-from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
+from fastdyn.kernels.output.arguments import FRESH, STATE, STRIDE, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.lsoda import NAME as LSODA
@@ -38,6 +39,7 @@ from .matrices.mass import mass_of
 from .memory import MEMORY, Y0, lay, plan
 
 MOST_PIECES = 16  # most pieces of output at the start of a solve, if the last solve needed them
+NO_SNAPSHOTS = np.empty((0, 0))
 
 
 def new_memory(size):
@@ -67,6 +69,8 @@ class LaidOut(PythonBetween):
         The memory of the last solve, also after a failure; each solve has its own memory.
     grown : Output or None
         The output of the last solve, if Python needed the output before the end.
+    snapshots : ndarray or None
+        The table of the snapshots that the present solve takes; see `kernels/output/snapshots.py`.
     """
 
     def __init__(self, problem, bound, others=(), n_extra=0):
@@ -82,6 +86,7 @@ class LaidOut(PythonBetween):
         self._inside = others[last - 1] if problem.inside is not None else None
         self.memory: Any = None
         self.grown: Any = None
+        self.snapshots: Any = None
         self._asked = self._tolerances = self._limits = None
         plan = self._plan(problem)
         self._image = np.zeros(plan.head, np.int64)
@@ -143,6 +148,7 @@ class LaidOut(PythonBetween):
     def let_go(self):
         """Drop everything that belongs to the last solve."""
         self.make_room()
+        self.take_snapshots(0)
         self.problem = self.memory = self._t_eval = None
         self._used.clear()
         self._used["solve.block"] = self._own.block
@@ -177,6 +183,16 @@ class LaidOut(PythonBetween):
         self._lay_times()
         self.grown = None
 
+    def take_snapshots(self, places):
+        """Let the kernel take snapshots from now on, with room for an even number of `places`."""
+        if places:
+            self.snapshots = np.zeros((1 + places, STATE + max(self.plan.n, 1)))
+            self.snapshots[0, STRIDE] = 1.0
+            self._lay("output.snapshots", self.snapshots)
+        elif self.snapshots is not None:
+            self.snapshots = None
+            self._lay("output.snapshots", NO_SNAPSHOTS)
+
     def lay_output(self):
         """Give the kernel the present pieces of the output."""
         for name, array in self.output.arrays().items():
@@ -193,9 +209,13 @@ class LaidOut(PythonBetween):
             self.grown = output.Output(self.plan, self.memory)
         return self.grown
 
-    def begin(self, y0, n_steps=0):
-        """Begin at `y0`, n contiguous floats, and take at most `n_steps` steps; the status."""
+    def begin(self, y0, n_steps=0, snapshots=0):
+        """Begin at `y0`, n contiguous floats, and take at most `n_steps` steps; the status.
+
+        `snapshots` is the number of places for snapshots.
+        """
         self.make_room()
+        self.take_snapshots(snapshots)
         plan, words = self.plan, self._words
         self.memory = own = new_memory(plan.size)
         launch = self._launch
@@ -250,6 +270,14 @@ class LaidOut(PythonBetween):
         self.check(Call(interpolant_kernel(), *kernels, *solve, d)())
         (s,) = solve[0]
         return d, float(s["t_old"]), float(s["t"])
+
+    def another(self):
+        """A Run that takes the same steps, and stores the end only; None if steps have effects."""
+        p, functions = self.problem, [b.function for b in self.bounds]
+        if self._callbacks or p.callback is not None or any(f and has_stores(f) for f in functions):
+            return None
+        p = p._replace(t_eval=np.array([p.tf]), dense_output=False)
+        return type(self)(p, self._own, self._others)
 
     def new_launch(self):
         """A Launch with a new memory, for a kernel that begins solves by itself."""

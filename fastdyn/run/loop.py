@@ -155,7 +155,7 @@ class Run(LaidOut):
         try:
             if begun is None:
                 first, began = self.n_first(), perf_counter()
-                status = self.begin(y0, first)
+                status = self.begin(y0, first, self.compared.places())
                 spent = perf_counter() - began
             else:
                 status, first, spent = begun
@@ -211,6 +211,8 @@ class Run(LaidOut):
         if n_steps:
             tier.record_time(spent)
             chunk = next_chunk(n_steps, spent)
+        if self.snapshots is None and self.compared.deciding:  # in a long run they cost nothing
+            self.take_snapshots(self.compared.most_places)
         file: Any = checkpoint_of(p, self.bounds)
         if file is not None and (saved := file.load()) is not None:
             status = from_arrays(saved, self)

@@ -99,6 +99,7 @@ class ReadyRun:
         run, problem, room = self.run, self.problem, self.room
         run.problem, run.memory, self._switched = problem, None, None
         run.make_room()  # as long as the last output
+        run.take_snapshots(0)
         for bound in run.bounds:  # nothing of the user's is kept between solves
             bound.keepalive[:] = None, (), bound.function
         plan, tier, compared, (words, launch) = run.plan, run.tier, run.compared, run.words()
@@ -106,7 +107,7 @@ class ReadyRun:
         words[plan.at["n_steps"]], advance = self.first, plan.at["kernels.advance"]
         words[advance], launch[Y0] = tier.address, address_of(room)
         kernel, at, size, bounds = plan.launch, run.launch_at, plan.size, run.bounds
-        n_left, left, seen = known_traces.N_LEFT[0], compared.left, compared.sides
+        n_left, left, seen = -1, compared.left, compared.sides  # -1: this solve may have left one
         sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
         is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
         (read, block), read_all = self._readers[0], self._read_all
@@ -140,6 +141,8 @@ class ReadyRun:
             if memory is None:
                 memory = new_memory(size)
                 launch[MEMORY] = address_of(memory)
+            if left[0] <= 1:  # a comparison is due
+                run.take_snapshots(compared.most_places)
             if is_open:
                 until_look -= 1
             if until_look:
@@ -153,7 +156,7 @@ class ReadyRun:
             if status == BAD_STATE:
                 return None
             end = ENDS.get(status)
-            if end is None or left[0] <= 1:  # a comparison is due
+            if end is None or left[0] <= 1:
                 return self._finish(self, memory, status, fun, args, events)
             for its_block, i in sides:
                 if its_block[SIDES] & ~seen[i]:

@@ -34,7 +34,10 @@ def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
         (
             Kernels(*own, w.inside, w.keeps, w.past, w.n_past),
             Solve(lanes.states[one], single.work, single.block),
-            Output(lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, segments),
+            Output(
+                lanes.records[one], room.t, y_eval, room.d, room.spans, room.t_eval, segments,
+                room.spans[:0],
+            ),
             Events(lanes.events[lane], lanes.schedules[lane], room.e_index, room.e_t, room.e_y),
             single.scratch,
             n_steps,

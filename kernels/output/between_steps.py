@@ -44,6 +44,7 @@ from .jumps import jump
 from .projection import project_row, project_state
 from .schedules import act_on_schedule, arrive
 from .segments import end_of_span, ends_segment, next_segment, time_reached
+from .snapshots import take_snapshot, until_next
 
 
 @njit(**INTERNAL)
@@ -107,8 +108,8 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
         s.t_stop = end_of_span(s, output.segments)
         if not each and o.i_eval < len(output.t_eval):
             s.t_stop = output.t_eval[o.i_eval]
-        before = s.n_accepted
-        budget = 1 if each else n_steps
+        before, snapshots = s.n_accepted, output.snapshots
+        budget = until_next(s, snapshots, 1 if each else n_steps)
         status = invoke(kernels.advance, (solve.state, solve.work, solve.block, budget))
         n_steps -= s.n_accepted - before
         if status >= STEP_TOO_SMALL or s.n_accepted == before:
@@ -138,6 +139,8 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
                 return RAISED
             if kept == ENDS and status == RUNNING:
                 return BORDER
+        if status <= FINISHED:
+            take_snapshot(s, solve.work[Y], snapshots, s.n_accepted - before)
         if status != RUNNING:
             return status
         o.sampled = 1

@@ -29,15 +29,16 @@ def kernel(step, control, exponent, fsal_stage, rhs, form):
     -------
     function
         ``loop(state, work, block, n_steps)`` takes at most `n_steps` accepted steps, no further
-        than the step that reaches `t_stop`, and returns RUNNING, FINISHED, STEP_TOO_SMALL or
-        RAISED.  For the arrays see `state/record.py` and `calls/user_function.py`.
+        than the step that reaches `t_stop` or is shorter than `h_short`, and returns RUNNING,
+        FINISHED, STEP_TOO_SMALL or RAISED.  For the arrays see `state/record.py` and
+        `calls/user_function.py`.
     """
 
     @njit(**INTERNAL)
     def loop(state, work, block, n_steps):
         s = state[0]
         direction, t_end, t_stop, h_max = s.direction, s.t_end, s.t_stop, s.h_max
-        t, t_old, h, error = s.t, s.t_old, s.h, s.error
+        t, t_old, h, error, h_short = s.t, s.t_old, s.h, s.error, s.h_short
         rtol, atol = fetch(form, work, RTOL), fetch(form, work, ATOL)
         y, k_last = fetch(form, work, Y), fetch(form, work, K + fsal_stage)
         status, taken, refused = RUNNING, 0, 0
@@ -74,9 +75,10 @@ def kernel(step, control, exponent, fsal_stage, rhs, form):
                 h = wanted
             t_old, t, k_last = t, t_new, k[fsal_stage]
             taken += 1
+            ends = direction * (t - t_stop) >= 0.0 or abs(t - t_old) < h_short
             if t == t_end:
                 status = FINISHED
-            if status == FINISHED or taken == n_steps or direction * (t - t_stop) >= 0.0:
+            if status == FINISHED or taken == n_steps or ends:
                 keep(work, Y, (y, y_old))
                 keep(work, K, k)
                 break

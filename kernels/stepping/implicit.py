@@ -42,7 +42,7 @@ def kernel(begin, step, rhs, form):
             s.n_accepted += 1
             if s.direction * (s.t - s.t_end) >= 0.0:
                 return FINISHED
-            if s.direction * (s.t - s.t_stop) >= 0.0:
+            if s.direction * (s.t - s.t_stop) >= 0.0 or abs(s.t - s.t_old) < s.h_short:
                 break
         return RUNNING
 

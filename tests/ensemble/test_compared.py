@@ -88,7 +88,7 @@ def test_when_ensembles_are_compared(monkeypatch):
     seen = []
     monkeypatch.setattr(compared, "compare_along", lambda bound, t, y: seen.append(len(t)))
     for when, expected in (
-        ("auto", [16, 4, 0, 4, 0, 0, 0, 4]), ("always", [16] + [4] * 7), ("never", [0] * 8),
+        ("auto", [32, 4, 0, 4, 0, 0, 0, 4]), ("always", [32] + [4] * 7), ("never", [0] * 8),
     ):  # fmt: skip
         monkeypatch.setattr(of_runs, "WHEN", when)
         fun = eval(f"lambda t, y: [-{len(when)}.25 * y[0]]")

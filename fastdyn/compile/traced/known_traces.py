@@ -46,7 +46,8 @@ class Traces:
 NOTHING = Traces()
 TABLE = memory.Table()  # by `place_of`
 _left = memory.Table()  # reasons of functions left to Python, by code and mode
-N_LEFT = array("q", [0])  # how often a function was left to Python; C reads it, too
+N_LEFT = array("q", [0])  # how often a function was left to Python
+N_WRONG = array("q", [0])  # how often because its code gave other values; tests watch the number
 
 
 def known_trace(fun, args, mode, n, varying=(), batches=False):
@@ -106,6 +107,7 @@ def writes_to_state(fun, args, mode, n):
 def leave_to_python(fun, args, mode, reason, wrong):
     """Make a function run in Python from now on, because its code failed or is `wrong`."""
     N_LEFT[0] += 1
+    N_WRONG[0] += wrong
     _left.put((codes(fun, args), mode), (reason, wrong))
 
 

@@ -19,7 +19,7 @@ from fastdyn.trace.reads.reads import flat
 from .. import background, memory
 from ..bound import with_code
 from ..callables.diagnostics import located
-from ..compare import compare_around, machine_value, python_value
+from ..compare import Different, compare_around, machine_value, python_value
 from . import elimination
 from .code import Traced
 from .known_traces import (
@@ -31,6 +31,7 @@ from .known_traces import (
     code_of,
     is_wrong,
     known_trace,
+    leave_to_python,
     place_of,
 )
 
@@ -77,7 +78,7 @@ def traced_function(fun, args, mode, n, near, varying=(), makes=True):
     to_make = near if makes else None
     if near is not None and near.batches and n >= LONG and mode.long_arrays and not varying:
         found = _traced_function(fun, args, mode, n, to_make, varying, True)
-        if found is not None:
+        if found is not None or is_wrong(fun, args, mode):
             return found
     found = _traced_function(fun, args, mode, n, to_make, varying)
     if found is None and near is not None and near.stores and acts(fun, args, mode, n, varying):
@@ -178,7 +179,10 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
         if after is None or not np.array_equal(_numbers(traced, after), values, equal_nan=True):
             raise Untraceable("it changes what it uses", effect=True)
         if different:
-            raise Untraceable(different)
+            wrong = isinstance(different, Different)
+            if wrong:
+                leave_to_python(fun, args, mode, str(different), wrong)
+            raise Untraceable(str(different), final=wrong)
         calls = calls_libraries(found.graph)
         dense = traced.in_batches and mode.complex_numbers  # libraries may multiply faster
         if (calls or dense) and _is_slower(bound, near, 0.0 if calls else OF_CALL):

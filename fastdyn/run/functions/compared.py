@@ -2,6 +2,7 @@
 
 import os
 from array import array
+from typing import Any
 
 import numpy as np
 
@@ -9,17 +10,21 @@ from fastdyn.compile.compare import compare_along, sides_at
 from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
 from fastdyn.compile.traced.known_traces import codes
 from fastdyn.kernels.calls.block import SIDES
-from fastdyn.kernels.state.record import Y
+from fastdyn.kernels.output.arguments import PLACE, SIZE, STATE, TIME
+from fastdyn.kernels.state.record import RUNNING, Y_OLD, Y
 from fastdyn.problem.lsoda import NAME as LSODA
 
 from ..output import occurrences_in, points_in
 
-MOST_NUMBERS = 2**18  # numbers in all states of a comparison
+MOST_NUMBERS = 2**18  # numbers in all states of a comparison, and in all snapshots of a solve
+PLACES = 32  # most places for snapshots
 OFF = 0.1  # displacement of a derivative, as a share of its size
-AT_FIRST, LATER = 16, 4  # states of a comparison, after the first solve and after later solves
+AT_FIRST, LATER = 32, 4  # states of a comparison, after the first solve and after later solves
 NEVER = 2**62  # solves
 MOST_SEARCHES = 16  # failed searches for a state on a new side; then the side is left out
-LOOKED_AT = 512  # states of a solve that are searched for sides that decisions took
+LOOKED_AT = 512  # states of the output that are searched for sides that decisions took
+# Steps that are taken again for this search, so many at a time; some 5 ms of a small system.
+REPEATED, REPEATED_NUMBERS, TOGETHER = 20_000, 2**21, 64
 WHEN = os.environ.get("FASTDYN_COMPARE", "auto")
 
 
@@ -66,6 +71,11 @@ class Compared:
         notes = functions[0].function.notes if functions else {}
         past = notes.setdefault(("compared", place), Schedule(when, len(self.deciding)))
         self._past, self.left, self.sides = past, past.left, past.sides
+        self.most_places = max(2, min(PLACES, MOST_NUMBERS // max(run.plan.n, 1) // 2 * 2))
+
+    def places(self):
+        """The places for snapshots in the next solve; 0 if the solve will not be compared."""
+        return self.most_places if self.left[0] <= 1 else 0
 
     def after(self, run):
         """Compare after a solve if a comparison is due; raise Different on a difference."""
@@ -153,20 +163,61 @@ def _parts(bound, states):
 def _showing(run, bound, missing, t, y):
     """Search a solve for states on the sides `missing` that none of (t, y) shows.
 
-    Returns (times, states), and the word of the sides that none of LOOKED_AT states shows.
+    Returns (times, states), and the word of the sides that neither LOOKED_AT states of the output
+    nor the steps show.
     """
     n, found = bound.n, ([], [])
     for at, state in zip(t, y, strict=True):
         missing &= ~sides_at(bound, at, state[:n])
-    for at, state in zip(*_given(run, bound, LOOKED_AT), strict=True) if missing else ():
-        new = missing & sides_at(bound, at, state[:n])
-        if new:
-            missing &= ~new
-            found[0].append(at)
-            found[1].append(state)
-        if not missing:
-            break
+    for states in (_of_output, _of_steps) if missing else ():
+        for at, state in states(run, bound, missing):
+            new = missing & sides_at(bound, at, state[:n])
+            if new:
+                missing &= ~new
+                found[0].append(at)
+                found[1].append(state)
+            if not missing:
+                return found, missing
     return found, missing
+
+
+def _of_output(run, bound, missing):
+    """(time, state) of LOOKED_AT states of the output of a solve, or of its events."""
+    if bound.mode.acts_at_events:
+        return zip(*_given(run, bound, LOOKED_AT), strict=True)
+    t, y = run.grown.points() if run.grown else points_in(run.plan, run.memory)
+    chosen = apart(len(t), min(LOOKED_AT, MOST_NUMBERS // max(run.plan.n, 1)))
+    return zip(t[chosen].tolist(), y[chosen], strict=True)
+
+
+def _of_steps(run, bound, missing):
+    """(time, state) of the start and the end of the steps in which decisions take new sides.
+
+    The steps of the solve are taken again, REPEATED at most; there are none if Python code runs.
+    """
+    again, block = run.another(), bound.block
+    if again is None:
+        return
+    kept, left = int(block[SIDES]), int(min(REPEATED, REPEATED_NUMBERS // max(run.plan.n, 1)))
+    try:
+        block[SIDES] = 0
+        status = again.begin(run.problem.y0)
+        while status == RUNNING and left > 0:
+            before, block[SIDES] = again.memory.copy(), 0
+            status = again.step(TOGETHER)
+            left -= TOGETHER
+            if not missing & int(block[SIDES]):
+                continue
+            again.memory[:], status = before, RUNNING
+            for _ in range(TOGETHER):
+                block[SIDES] = 0
+                status = again.step() if status == RUNNING else status
+                if missing & int(block[SIDES]):
+                    state, work = again.view("solve.state")[0], again.view("solve.work")
+                    yield float(state["t_old"]), work[Y_OLD].copy()
+                    yield float(state["t"]), work[Y].copy()
+    finally:
+        block[SIDES] = kept
 
 
 def _given(run, bound, count):
@@ -181,14 +232,48 @@ def _given(run, bound, count):
 
 
 def states_of(run, count):
-    """Times and states of the last solve, at most `count`, including the last."""
-    count = max(1, min(count, MOST_NUMBERS // max(run.plan.n, 1)))
-    t, y = run.grown.points() if run.grown else points_in(run.plan, run.memory)
-    apart = (len(t) - 1) / max(count - 2, 1)
-    chosen = sorted({int(i * apart) for i in range(count - 1)}) if len(t) else []
-    times = [float(run.view("solve.state")["t"][0]), *t[chosen].tolist()]
+    """Times and states of the last solve, at most `count`, the last among them.
+
+    The states are those of the shortest steps, and of steps at equal distances: of the snapshots of
+    a solve, or else of its output.
+    """
+    count = max(2, min(count, MOST_NUMBERS // max(run.plan.n, 1))) - 1
+    state: Any = run.view("solve.state")[0]
+    if run.snapshots is None:
+        t, y = run.grown.points() if run.grown else points_in(run.plan, run.memory)
+        chosen = apart(len(t), count)
+    else:
+        table = taken(run)
+        table = table[table[:, TIME] != state["t"]]
+        t, y = table[:, TIME], table[:, STATE : STATE + run.plan.n]
+        shortest = shortest_first(table[:, SIZE])[: -(-count // 2)].tolist()
+        others = sorted({*range(len(t))} - {*shortest})
+        chosen = sorted([*shortest, *[others[i] for i in apart(len(others), count // 2)]])
+    times = [float(state["t"]), *t[chosen].tolist()]
     states = [run.view("solve.work")[Y].copy(), *y[chosen]]
     if not np.isfinite(states).all():
         good = [i for i, each in enumerate(states) if np.isfinite(each).all()]
         times, states = [times[i] for i in good], [states[i] for i in good]
     return times, states
+
+
+def shortest_first(sizes):
+    """The indices of steps: steps shorter than their neighbours first, then the other steps.
+
+    Both by size.  Without this order, the steps at the start, each longer than the step before,
+    would leave out the step in a pulse.
+    """
+    before, after = np.r_[np.inf, sizes[:-1]], np.r_[sizes[1:], np.inf]
+    return np.lexsort((sizes, (sizes > before) | (sizes > after)))
+
+
+def taken(run):
+    """The snapshots that a solve has taken: see `kernels/output/snapshots.py`."""
+    table = run.snapshots
+    table = table[1 : 1 + int(table[0, PLACE])]
+    return table[np.isfinite(table[:, SIZE])]
+
+
+def apart(n, count):
+    """At most `count` indices below n, at equal distances, the first and the last among them."""
+    return sorted({int(i * (n - 1) / max(count - 1, 1)) for i in range(count)}) if n else []

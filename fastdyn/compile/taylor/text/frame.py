@@ -8,7 +8,9 @@ from ...function_convention import call_as_text, raised_word_as_text
 from .instructions import ZERO, hexadecimal
 
 AT = {name: STATE.fields[name][1] // 8 for name in STATE.names}
-FIELDS = ("t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first")
+FIELDS = (
+    "t", "t_old", "t_end", "t_stop", "t_start", "direction", "h", "h_max", "h_first", "h_short",
+)  # fmt: skip
 WORDS = {"state": (0, "ptr"), "work": (2, "ptr"), "block": (5, "ptr"), "n_steps": (7, "i64")}
 RETRY = 0.125  # factor of a step's length if the function raises at the step's end
 HALF = 0.5  # factor of a step's length if the argument of a root may touch zero
@@ -74,6 +76,8 @@ def step_taken(driver, t, pace):
     count = counted(text, driver.count["n_accepted"])
     past = text.mul(field["direction"], text.sub(pace.t, field["t_stop"]))
     past = text.compare("oge", past, ZERO)
+    short = text.compare("olt", pace.h, field["h_short"])
+    past = text.new(f"or i1 {past}, {short}")
     enough = text.new(f"icmp sge i64 {count}, %n_steps")
     stop = text.new(f"or i1 {text.new(f'or i1 {past}, {enough}')}, {pace.ends}")
     status = text.new(f"select i1 {pace.ends}, i64 {FINISHED}, i64 {RUNNING}")
