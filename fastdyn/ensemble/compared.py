@@ -23,8 +23,8 @@ APART = 100.0  # allowed difference of a single solve, in tolerances, as roundin
 def compare_trajectories(ensemble, results):
     """Raise Different if functions, or a single solve, differ from the trajectories of an ensemble.
 
-    Ensembles 1, 2, 4, 8, ... of a function are compared: the first ensemble at 16 states and with a
-    single solve, later ensembles at 4 states.
+    Ensembles 1, 2, 4, 8, ... of a function are compared, at states of the results and at the ends
+    of steps of single solves.  The results of the first ensemble are compared with a single solve.
     """
     p, members = ensemble.problem, ensemble.members
     if compared.WHEN == "never" or not members.count:
@@ -39,6 +39,9 @@ def compare_trajectories(ensemble, results):
             if bound is None or bound.function is None or not mode.compared:
                 continue
             compare_along(bound, times, states)
+            if j == 0 and (run := _alone(ensemble, results, i)) is not None:
+                run.begin(run.problem.y0, run.problem.max_steps, run.compared.most_places)
+                compared.compare(run, -(-count // FEW), {})
             if j == 0 and count == compared.AT_FIRST:
                 if p.method.n_matrices:
                     compare_jacobian(bound, times, states)
@@ -74,20 +77,26 @@ def _states(problem, results, i, count):
     return times, states
 
 
+def _alone(ensemble, results, i):
+    """A Run of few steps of a trajectory, which stores the end only; None if it runs in Python."""
+    p, members = ensemble.problem, ensemble.members
+    most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
+    p = of_member(p, members, i)._replace(y0=start, args=members.args(i), compile="shared")
+    p = p._replace(t_eval=np.array([p.tf]), max_steps=int(min(p.max_steps, most)))
+    run = run_of(p)
+    return None if any(each.callback for each in run.bounds) else run
+
+
 def _compare_alone(ensemble, results, i, bound):
     """Raise Different if a trajectory alone ends elsewhere than in the lanes of a vector.
 
     The allowed difference includes the difference to which a rounding of the start grows.
     """
-    p, members = ensemble.problem, ensemble.members
-    most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
-    p = of_member(p, members, i)._replace(y0=start, args=members.args(i), compile="shared")
-    constant = not p.method.error_order  # the last step may pass the end, which is interpolated
-    if constant:
-        p = p._replace(t_eval=np.array([p.tf]))
-    run, ends = run_of(p._replace(max_steps=min(p.max_steps, most))), []
-    if any(each.callback for each in run.bounds) or results.status[i] != FINISHED:
+    run, ends = _alone(ensemble, results, i), []
+    if run is None or results.status[i] != FINISHED:
         return
+    p, start = run.problem, run.problem.y0
+    constant = not p.method.error_order  # the last step may pass the end, which is interpolated
     for sign in (0.0, 1.0, -1.0):
         if run.solve(start * (1.0 + sign * EPS)) != FINISHED:
             return
@@ -100,4 +109,4 @@ def _compare_alone(ensemble, results, i, bound):
     largest = np.max(atol, where=counts, initial=0.0)
     allowed = APART * (np.max(p.rtol) * size + largest) + ROUNDINGS * spread + 1e-9 * size
     if not (np.abs(mine - alone) <= allowed)[counts].all():
-        raise Different(bound, float(results.t_end[i]), members.state(i), alone, mine)
+        raise Different(bound, float(results.t_end[i]), start, alone, mine)

@@ -12,7 +12,7 @@ from fastdyn.kernels.state.record import BORDER, EVENT, FINISHED, INTERRUPTED, R
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import given_state, probe_equations
 from fastdyn.run.functions.bound import raise_kept
-from fastdyn.run.functions.compared import compare_at
+from fastdyn.run.functions.compared import LATER, compare
 from fastdyn.run.functions.switching import switching_of
 from fastdyn.run.loop import Progress, Run, next_chunk, reached
 from fastdyn.run.outcome import LEFT
@@ -22,6 +22,7 @@ from fastdyn.specialise.scalar import many_kernel
 
 FIRST_STEPS = 64
 UNLIMITED = 2**62  # steps
+MOST_AGAIN = 1000  # steps of a solve that is taken again
 STATUS = {
     FINISHED: 0,
     EVENT: 1,
@@ -96,18 +97,18 @@ def solve_many(problem, members):
 
 
 def _compare(run, members, found, ends):
-    """Raise Different if code and function differ at the ends of some solves."""
+    """Raise Different if code and function differ along some solves, which are taken again."""
     count = run.compared.due()
-    for i in np.unique(np.linspace(0, members.count - 1, count).astype(int)).tolist():
-        stored = np.flatnonzero(np.isfinite(ends.y[i]).all(axis=1))
-        if not len(stored):
-            continue
+    if not count:
+        return
+    again, chosen = run.another(), np.linspace(0, members.count - 1, max(2, count // LATER))
+    for i in np.unique(chosen.astype(int)).tolist():
         for bound, where in found:
             bound.keepalive[1] = members.args(i)
             for word, column in where:
                 bound.block[word] = members.words[i, column]
-        times, k = run.problem.t_eval, stored[-1]
-        compare_at(run.bounds, float(ends.t[i] if times is None else times[k]), ends.y[i, k])
+        again.begin(members.state(i).copy(), MOST_AGAIN, run.compared.most_places)
+        compare(again, LATER, {})
 
 
 def _call(run, members, places, ends):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import fastdyn
 from fastdyn.compile.traced.code import Traced
@@ -43,6 +44,25 @@ def test_wrong_code_is_found_where_trajectories_go(method, simd, wrong_choices):
     assert np.allclose(found.y_end[:, 0], right, rtol=1e-5)
     again = fastdyn.solve_ensemble(*given, simd=simd, rtol=1e-8, atol=1e-12)
     assert np.array_equal(again.y_end, found.y_end)  # the code is not used again, in vectors, too
+
+
+@pytest.mark.parametrize("how", [("RK45", False), ("Vern7", "auto"), ("Rodas5P", "auto"), "many"])
+def test_code_that_is_wrong_in_a_pulse_only_is_found(how, wrong_products, monkeypatch):
+    monkeypatch.setattr("fastdyn.compile.traced.make.compare_around", lambda *_: None)
+    c = 1.0 + len(how[0]) / 64 + len(how) / 256  # each has code of its own
+    fun = eval(f"lambda t, y, at: [-{c} * y[0] + 3 * np.exp(-(((t - at) / 0.1) ** 2))]")
+    at, options = np.linspace(1, 2, 20), {"rtol": 1e-8, "atol": 1e-10}
+    with pytest.warns(fastdyn.CompileWarning, match=r"compiled form gives .* and Python"):
+        if how == "many":
+            solver = fastdyn.prepare(fun, (0, 9), [1.0], args=(5.0,), **options)
+            found = solver.many(STARTS, (at,)).y[:, 0]
+        else:
+            method, simd = how
+            given = fun, (0, 9), STARTS, (at,), method
+            found = fastdyn.solve_ensemble(*given, simd=simd, **options).y_end[:, 0]
+    for i in (0, 19):
+        right = solve_ivp(fun, (0, 9), STARTS[i], args=(at[i],), rtol=1e-10, atol=1e-13)
+        assert abs(found[i] - right.y[0, -1]) < 1e-4 * abs(right.y[0, -1])
 
 
 @pytest.mark.parametrize("method", ["RK45", "Rodas5P"])
