@@ -82,6 +82,9 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         )  # fmt: skip
         said = functools.partial(warn_once, fun, said or str(reason))
         return _in_python(as_written, keepalive, mode, n, said)
+    except Exception as error:  # of the function, called by `probe`
+        known_traces.forget_refusals(fun, args, mode, error)
+        raise
 
 
 def _compare_with_python(bound, near):
@@ -120,6 +123,7 @@ def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
     """The Bound of a function that runs in Python, for good or until its code is made."""
     callback = Callback(as_written, mode, n, announce)
     callback.account = account
+    callback.raises = lambda error: known_traces.forget_refusals(*keepalive[:2], mode, error)
     return with_callback(callback, as_written, keepalive, mode)
 
 

@@ -44,9 +44,12 @@ class Callback:
     ----------
     account : budget.Account or None
         The account of a function that waits for its code.
+    raises : callable or None
+        Called with an exception that `fun` raises.
     """
 
     account: Any = None
+    raises: Any = None
 
     def __init__(self, fun, mode, n, announce=None, n_out=None):
         self.exception, self.inside, self.pending, self.writes = None, False, None, True
@@ -111,6 +114,8 @@ class Callback:
             self.exception = error
             mark(block)
             self._array(out, self._n_out)[:] = np.nan
+            if self.raises is not None:
+                self.raises(error)
         return 0
 
 

@@ -99,6 +99,18 @@ def may_have_effect(fun, args, mode, n):
     return not known or traces.effect or traces.writes
 
 
+def forget_refusals(fun, args, mode, error):
+    """Let a function be traced again that was refused for an exception which Python raised, too.
+
+    The next solve sees what the user has mended.  Messages are not compared: they name stand-ins.
+    """
+    own, said = (*codes(fun, args), mode), f"{type(error).__name__}: "
+    for place, entry in list(TABLE.entries.items()):
+        traces = entry.value
+        if place[: len(own)] == own and (traces.whole or "").startswith(said):
+            traces.refusals, traces.reason, traces.whole = 0, None, None
+
+
 def writes_to_state(fun, args, mode, n):
     """Whether a function was refused because it writes to its state."""
     return _traces_at(fun, args, mode, n).of_state
