@@ -78,8 +78,13 @@ def _states(problem, results, i, count):
 
 
 def _alone(ensemble, results, i):
-    """A Run of few steps of a trajectory, which stores the end only; None if it runs in Python."""
+    """A Run of few steps of a trajectory, which stores the end only.
+
+    None if the trajectory took no step, or if a function runs in Python.
+    """
     p, members = ensemble.problem, ensemble.members
+    if not results.counts[i, 0]:
+        return None
     most, start = max(FEWEST, int(results.counts[:, :2].sum()) // SHARE), members.state(i)
     p = of_member(p, members, i)._replace(y0=start, args=members.args(i), compile="shared")
     p = p._replace(t_eval=np.array([p.tf]), max_steps=int(min(p.max_steps, most)))

@@ -127,7 +127,10 @@ def compare(run, count, fresh) -> dict[int, int]:
         missing = fresh.get(id(bound.block), 0)
         if missing and half is None:
             more, hidden[id(bound.block)] = _showing(run, bound, missing, t, y)
-        compare_along(bound, [*t, *more[0]], [*given, *more[1]], time)
+        times, states = [*t, *more[0]], [*given, *more[1]]
+        together = max(1, MOST_NUMBERS // max(run.plan.n, 1))  # values in memory at one time
+        for i in range(0, len(times), together):
+            compare_along(bound, times[i : i + together], states[i : i + together], time)
         if derivatives and p.method.n_matrices and bound.function.traced is not None:
             compare_jacobian(bound, t, [each[: bound.n] for each in given])
     return hidden
