@@ -143,7 +143,7 @@ def compare_along(bound, times, states, time: Any = np.float64):
     """
     found = []
     for t, y in zip(times, states, strict=True):
-        t, y = time(t), np.array(y[: bound.n])
+        t, y = time(t), y[: bound.n]
         found.append((t, y, python_value(bound, t, y), machine_value(bound, t, y)))
     pairs = [(real, mine) for *_, real, mine in found if _is_value(real) and mine is not None]
     if not found or (len(pairs) == len(found) and all_close(*zip(*pairs, strict=True))):

@@ -70,7 +70,7 @@ class LaidOut(PythonBetween):
     grown : Output or None
         The output of the last solve, if Python needed the output before the end.
     snapshots : ndarray or None
-        The table of the snapshots that the present solve takes; see `kernels/output/snapshots.py`.
+        The table of the snapshots of the present solve; see `kernels/stepping/snapshots.py`.
     """
 
     def __init__(self, problem, bound, others=(), n_extra=0):
@@ -148,7 +148,6 @@ class LaidOut(PythonBetween):
     def let_go(self):
         """Drop everything that belongs to the last solve."""
         self.make_room()
-        self.take_snapshots(0)
         self.problem = self.memory = self._t_eval = None
         self._used.clear()
         self._used["solve.block"] = self._own.block
@@ -173,7 +172,11 @@ class LaidOut(PythonBetween):
         self._lay("output.segments", segments)
 
     def make_room(self):
-        """Make the first piece of the output as long as the last solve's output, within limits."""
+        """Prepare for the next solve; its first piece of output is as long as the last output.
+
+        The length has limits.  No snapshots are taken.
+        """
+        self.take_snapshots(0)
         if self.grown is None:
             return
         wanted = min(2 ** int(self.grown.n_points()).bit_length(), MOST_PIECES * output.PIECE)

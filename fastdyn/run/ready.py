@@ -99,7 +99,6 @@ class ReadyRun:
         run, problem, room = self.run, self.problem, self.room
         run.problem, run.memory, self._switched = problem, None, None
         run.make_room()  # as long as the last output
-        run.take_snapshots(0)
         for bound in run.bounds:  # nothing of the user's is kept between solves
             bound.keepalive[:] = None, (), bound.function
         plan, tier, compared, (words, launch) = run.plan, run.tier, run.compared, run.words()
@@ -143,8 +142,7 @@ class ReadyRun:
                 launch[MEMORY] = address_of(memory)
             if left[0] <= 1:  # a comparison is due
                 run.take_snapshots(compared.most_places)
-            if is_open:
-                until_look -= 1
+            until_look -= is_open
             if until_look:
                 status = kernel(at)
             else:  # one of LOOK_EVERY solves speaks for all

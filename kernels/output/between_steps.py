@@ -26,6 +26,7 @@ from ..state.record import (
     Y,
 )
 from ..state.rows import copy_row
+from ..stepping.snapshots import take_snapshot, until_next
 from .arguments import MOST_ROOTS
 from .borders import (
     CHANGED,
@@ -44,7 +45,6 @@ from .jumps import jump
 from .projection import project_row, project_state
 from .schedules import act_on_schedule, arrive
 from .segments import end_of_span, ends_segment, next_segment, time_reached
-from .snapshots import take_snapshot, until_next
 
 
 @njit(**INTERNAL)

@@ -85,6 +85,7 @@ class Compared:
         elif self.deciding:
             if any(b[SIDES] & ~seen for b, seen in zip(self.deciding, self.sides, strict=True)):
                 self._now(run, AT_FIRST)
+        run.take_snapshots(0)
 
     def due(self):
         """The number of states to compare after one more solve; 0 without a comparison."""
@@ -116,6 +117,7 @@ def compare(run, count, fresh) -> dict[int, int]:
     if not any(b.mode.compared or b.mode.sensitivities for b in bounds):
         return hidden
     solution, derivatives = states_of(run, count), count == AT_FIRST
+    run.take_snapshots(0)  # long states fill much memory
     time = float if p.method.name == LSODA else np.float64
     for bound in bounds:
         if bound.mode.sensitivities and derivatives:
@@ -253,7 +255,7 @@ def states_of(run, count):
         others = sorted({*range(len(t))} - {*shortest})
         chosen = sorted([*shortest, *[others[i] for i in apart(len(others), count // 2)]])
     times = [float(state["t"]), *t[chosen].tolist()]
-    states = [run.view("solve.work")[Y].copy(), *y[chosen]]
+    states = [run.view("solve.work")[Y], *y[chosen]]
     if not np.isfinite(states).all():
         good = [i for i, each in enumerate(states) if np.isfinite(each).all()]
         times, states = [times[i] for i in good], [states[i] for i in good]
@@ -271,7 +273,7 @@ def shortest_first(sizes):
 
 
 def taken(run):
-    """The snapshots that a solve has taken: see `kernels/output/snapshots.py`."""
+    """The snapshots that a solve has taken: see `kernels/stepping/snapshots.py`."""
     table = run.snapshots
     table = table[1 : 1 + int(table[0, PLACE])]
     return table[np.isfinite(table[:, SIZE])]
