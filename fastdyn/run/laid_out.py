@@ -12,8 +12,9 @@ from fastdyn.compile import budget
 from fastdyn.compile.python_callback import interruptible
 from fastdyn.compile.traced.known_traces import has_stores
 from fastdyn.kernels.calls.block import FAILED
-from fastdyn.kernels.output.arguments import FRESH, STATE, STRIDE, Kernels, Launch
+from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
+from fastdyn.kernels.state.snapshot_table import STATE, STRIDE
 from fastdyn.problem.domains.options import keeps
 from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.rare import raise_failure

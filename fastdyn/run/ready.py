@@ -109,8 +109,7 @@ class ReadyRun:
         n_left, left, seen = -1, compared.left, compared.sides  # -1: this solve may have left one
         sides = [(memoryview(block), i) for i, block in enumerate(compared.deciding)]
         is_open, take_state = tier.open, state_writer(room, self._n, self._sizes)
-        (read, block), read_all = self._readers[0], self._read_all
-        alone = len(bounds) == 1 and run.switching is None
+        (read, block), alone = self._readers[0], len(bounds) == 1 and run.switching is None
         shares = problem.events is None and not problem.dense_output and plan.size <= FEW_WORDS
         own = new_memory(size) if shares else None
         if own is not None:
@@ -133,7 +132,7 @@ class ReadyRun:
                 n_left = known_traces.N_LEFT[0]
             if not take_state(y0):
                 return None
-            held = read(fun, args, block) if alone else read_all(fun, args, events)
+            held = read(fun, args, block) if alone else self._read_all(fun, args, events)
             if held is None:
                 return None
             memory = own

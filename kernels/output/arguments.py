@@ -61,8 +61,7 @@ class Output(NamedTuple):
     the time under which the output stores this end.  `segments` has no rows for a span without
     breakpoints and without schedules.
 
-    `snapshots` has a row for each snapshot behind row 0, see `snapshots.py`: the size of the step,
-    the time at its end, the state.  Without rows, no snapshots are taken.
+    `snapshots` is the table of `state/snapshot_table.py`; without rows, no snapshots are taken.
     """
 
     record: Any
@@ -74,11 +73,6 @@ class Output(NamedTuple):
     segments: Any
     snapshots: Any
 
-
-# Numbers in row 0 of `snapshots`: the present row, the steps in an interval, and the steps left in
-# the present interval.  Columns of the other rows, from STATE on the state.
-PLACE, STRIDE, LEFT = range(3)
-SIZE, TIME, STATE = range(3)
 
 MOST_TERMS = 34  # most coefficients of the series of an event
 MOST_ROOTS = 256  # most roots of the series of one event in a step

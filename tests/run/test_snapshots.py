@@ -7,7 +7,7 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.kernels.output.arguments import SIZE, STATE, TIME
+from fastdyn.kernels.state.snapshot_table import SIZE, STATE, TIME
 from fastdyn.run.functions import compared
 from fastdyn.specialise.series import NoSeries
 from fastdyn.trace.batches.table import Table

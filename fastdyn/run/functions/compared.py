@@ -10,8 +10,8 @@ from fastdyn.compile.compare import compare_along, sides_at
 from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
 from fastdyn.compile.traced.known_traces import codes
 from fastdyn.kernels.calls.block import SIDES
-from fastdyn.kernels.output.arguments import PLACE, SIZE, STATE, TIME
 from fastdyn.kernels.state.record import RUNNING, Y_OLD, Y
+from fastdyn.kernels.state.snapshot_table import PLACE, SIZE, STATE, TIME
 from fastdyn.problem.lsoda import NAME as LSODA
 
 from ..output import occurrences_in, points_in
