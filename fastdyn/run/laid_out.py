@@ -71,7 +71,7 @@ class LaidOut(PythonBetween):
     grown : Output or None
         The output of the last solve, if Python needed the output before the end.
     snapshots : ndarray or None
-        The table of the snapshots of the present solve; see `kernels/stepping/snapshots.py`.
+        The table of the snapshots of the present solve; see `kernels/state/snapshots.py`.
     """
 
     def __init__(self, problem, bound, others=(), n_extra=0):

@@ -26,7 +26,7 @@ from ..state.record import (
     Y,
 )
 from ..state.rows import copy_row
-from ..stepping.snapshots import take_snapshot, until_next
+from ..state.snapshots import take_snapshot, until_next
 from .arguments import MOST_ROOTS
 from .borders import (
     CHANGED,

@@ -61,7 +61,7 @@ STATE = np.dtype(
         # For the function of `on_event` that was called last:
         ("acted", "i8"),  # the index of the event: event functions first, then schedules
         ("component", "i8"),  # the component of the returned state that is refused
-        # For snapshots, see stepping/snapshots.py:
+        # For snapshots, see state/snapshots.py:
         ("h_short", "f8"),  # the kernel returns after a step that is shorter
     ]
 )

@@ -1,4 +1,4 @@
-"""The table of snapshots, shape (1 + places, 2 + n); see `stepping/snapshots.py`."""
+"""The table of snapshots, shape (1 + places, 2 + n); see `state/snapshots.py`."""
 
 # Numbers in row 0: the present row, the steps in an interval, and the steps left in the present
 # interval.

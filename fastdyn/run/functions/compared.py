@@ -273,7 +273,7 @@ def shortest_first(sizes):
 
 
 def taken(run):
-    """The snapshots that a solve has taken: see `kernels/stepping/snapshots.py`."""
+    """The snapshots that a solve has taken: see `kernels/state/snapshots.py`."""
     table = run.snapshots
     table = table[1 : 1 + int(table[0, PLACE])]
     return table[np.isfinite(table[:, SIZE])]

@@ -13,7 +13,7 @@ shorter than the step before.
 import numpy as np
 
 from ..jit_options import INTERNAL, njit
-from ..state.snapshot_table import LEFT, PLACE, SIZE, STATE, STRIDE, TIME
+from .snapshot_table import LEFT, PLACE, SIZE, STATE, STRIDE, TIME
 
 SHORTER = 0.8
 
