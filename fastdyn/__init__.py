@@ -16,6 +16,7 @@ from fastdyn.kernels.algebra.linear import SingularMatrixError
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem.schedules import at, every
 from fastdyn.run.dense_output import OdeSolution
+from fastdyn.run.functions.switching import SwitchingWarning
 from fastdyn.run.result import OdeResult
 from fastdyn.run.stiffness import StiffnessWarning
 from fastdyn.solve.ivp import solve_ivp
@@ -56,8 +57,9 @@ _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
 
 __all__ = [
     "METHODS", "CompileWarning", "OdeResult", "OdeSolution", "Phase", "SingularMatrixError",
-    "Stepper", "StiffnessWarning", "__version__", "analysis", "at", "constrained", "energy_drift",
-    "every", "prepare", "solve_dae", "solve_ensemble", "solve_ivp", "solve_phases", "systems",
+    "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__", "analysis", "at",
+    "constrained", "energy_drift", "every", "prepare", "solve_dae", "solve_ensemble", "solve_ivp",
+    "solve_phases", "systems",
 ]  # fmt: skip
 
 

@@ -42,6 +42,7 @@ def compare_trajectories(ensemble, results):
             if j == 0 and (run := _alone(ensemble, results, i)) is not None:
                 run.begin(run.problem.y0, run.problem.max_steps, run.compared.most_places)
                 compared.compare(run, -(-count // FEW), {})
+                run.tell_jumps()
             if j == 0 and count == compared.AT_FIRST:
                 if p.method.n_matrices:
                     compare_jacobian(bound, times, states)

@@ -68,11 +68,11 @@ class Worker:
         at_events = n_events > 0 and vector is not None and vector.watches
         at_folds = len(folds) > 0 and vector is not None and vector.accumulates
         self.record = self._record(p, vector, results, at_events, at_folds, folds)
+        jumps = jumps_at_once(p)
+        first_record = 0, results.extrema, *[0] * 6, jumps, p.method.series, 1, p.t0, 0, 0
         task = arguments.Task(
             self._addresses(p, vector, members.segments), results.queue, self.record, state,
-            OUTPUT_RECORD(
-                0, results.extrema, 0, 0, 0, 0, 0, 0, jumps_at_once(p), p.method.series, 1, p.t0
-            ),
+            OUTPUT_RECORD(*first_record),
             members.words, members.y0, scheduled, rows_of_segments,
         )  # fmt: skip
         rows = N_FIELDS + n_events * at_events + len(folds) * at_folds

@@ -12,6 +12,7 @@ import numpy as np
 
 from fastdyn.compile.mode import Mode
 from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.method import ON_PAIRS
 
 from . import jacobian, lsoda, mass, schedules, step_options
 from .domains import options as domains
@@ -58,7 +59,7 @@ class Problem(NamedTuple):
     domain: Any = None
     inside: Any = None  # the sign of `domain`, 1.0 inside
     nonnegative: Any = None  # n bools
-    ends_at_switches: bool = True  # whether steps may end where `fun` switches with the time
+    ends_at_switches: bool = True  # whether steps end where `fun` switches with the time
 
 
 def time_span(t_span):
@@ -165,6 +166,13 @@ def output_times(t_eval, t0, tf):
     return t_eval
 
 
+def _ends_at_switches(asked, method):
+    """Whether steps end at switching times: not where they are SciPy's, MATLAB's or constant."""
+    name = method.name.removesuffix(ON_PAIRS)
+    own = name not in SHARED_METHODS or asked.method == "auto"
+    return bool(own and method.error_order and not method.like_matlab)
+
+
 def problem(asked, method, mode):
     """The Problem of Arguments, with a real `y0`, for a compiled method and a mode of `fun`."""
     options, t0, tf, y0 = asked.options, asked.t0, asked.tf, asked.y0
@@ -211,6 +219,7 @@ def problem(asked, method, mode):
         mode=mode,
         rtol=rtol, atol=atol, h_max=h_max, h=h,
         segments=schedules.segments(options, scheduled, t0, tf, not method.error_order),
-        project=project, schedules=scheduled, **of_matrices, **by_themselves,
+        project=project, schedules=scheduled, ends_at_switches=_ends_at_switches(asked, method),
+        **of_matrices, **by_themselves,
     )  # fmt: skip
     return domains.kept_inside(found, options) if domains.asked(options) else found

@@ -118,7 +118,7 @@ def fill(image, problem, n_extra):
     OUTPUT_WORDS.pack_into(
         image, STATE_WORDS.size,
         every_step, p.dense_output, every_step, every_step, 0, 0, 0, 0, jumps_at_once(p),
-        p.method.series, 1, p.t0,
+        p.method.series, 1, p.t0, 0, 0,
     )  # fmt: skip
 
 

@@ -160,17 +160,21 @@ class LaidOut(PythonBetween):
 
     def _lay_times(self):
         """Give the kernel the times of the output and the segments of the span."""
-        segments = self.problem.segments
-        watch = watch_of(self.problem) if self.switching is None else watch_kernel()
-        self._words[self.plan.at["begin.watch"]] = watch.address
         if self._t_eval is not None:
             self._lay("output.t_eval", self._t_eval)
-        if len(segments):
-            self.lay_segments(segments)
+        self.lay_segments(self.problem.segments)
 
     def lay_segments(self, segments):
-        """Give the kernel the segments of the span."""
-        self._lay("output.segments", segments)
+        """Give the kernel the segments of the span, or the changes that steps may jump over."""
+        switching, watch = self.switching, watch_of(self.problem)
+        if len(segments):
+            self._lay("output.segments", segments)
+            watch = watch_kernel()
+        if switching is not None:
+            self._lay("output.changes", switching.changes)
+            self._lay("output.looks", switching.looks)
+            watch = watch_kernel() if len(switching.changes) else watch
+        self._words[self.plan.at["begin.watch"]] = watch.address
 
     def make_room(self):
         """Prepare for the next solve; its first piece of output is as long as the last output.

@@ -171,9 +171,15 @@ class Run(LaidOut):
         if status != FINISHED:
             self._told(status)
         self.compared.after(self)
+        self.tell_jumps()
         if self._stores:
             self._call_at_the_end()
         return status
+
+    def tell_jumps(self):
+        """Warn if a step jumped over changes of the equations."""
+        if self.switching is not None:
+            self.switching.tell(self._own, self.view("output.record"))
 
     def _told(self, status):
         """Raise the exception of a user's function; as a Raised, if another method may follow."""

@@ -169,7 +169,7 @@ def _place(problem, functions):
         or len(p.segments)
     ):
         return None
-    place: list = [shape_of(p, False), p.differences]
+    place: list = [shape_of(p, False), p.differences, p.ends_at_switches]
     if p.on_event:
         place += [jump is None for jump in p.on_event]
     for function in functions:

@@ -1,5 +1,7 @@
 """A solve by one method: Arguments become a Problem, which runs; SciPy solves what is left."""
 
+from typing import Any
+
 from fastdyn.compile.callables.diagnostics import WritesToState
 from fastdyn.problem import validate
 from fastdyn.problem.complex_states import on_pairs
@@ -19,9 +21,12 @@ def solved(asked, name):
 
     `discrete` and `error_estimate` are not for this function.
     """
+    kind: Any = name
+    if asked.method == "auto" and name in validate.SHARED_METHODS:
+        kind = "auto", name  # whose steps end at switching times
     if not (asked.looked_up and name is asked.method):
         found = repeated.solved(
-            asked.fun, (asked.t0, asked.tf), asked.y0, name, asked.t_eval, asked.dense_output,
+            asked.fun, (asked.t0, asked.tf), asked.y0, kind, asked.t_eval, asked.dense_output,
             asked.events, asked.vectorized, asked.args,
             {**asked.options, "sensitivity": asked.sensitivity},
         )  # fmt: skip
@@ -44,7 +49,7 @@ def solved(asked, name):
             raise
         begun_again(problem, reason)
         return by_scipy(asked, name)
-    repeated.note(asked, name, problem)
+    repeated.note(asked, kind, problem)
     return result
 
 

@@ -77,7 +77,7 @@ def solve_many(problem, members):
     if any(bound.function is None for bound in bounds):
         return None
     switching = switching_of(p, bounds[0])
-    if switching is not None and switching.varying(members, bounds[0]):
+    if switching is not None and switching.ends and switching.varying(members, bounds[0]):
         return None
     verify(bounds[0], lambda: probe_equations(p), n)
     run, ends = Run(p, bounds[0], bounds[1:]), Ends(p, members.count, n)

@@ -187,7 +187,14 @@ class Prepared:
             ends = Ends(p, members.count, members.n)
             for i in range(members.count):
                 ends.put(i, self(members.state(i), members.args(i)))
+        elif self._may_jump():
+            self(members.state(0), members.args(0))  # one of them warns
         return ends.result()
+
+    def _may_jump(self):
+        """Whether a solve may warn of a change that its steps jump over."""
+        found = [ready.run.switching for ready in self._solver.idle[:1]]
+        return any(switching is not None and not switching.ends for switching in found)
 
 
 class _Solver(Solver):

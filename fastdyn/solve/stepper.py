@@ -159,6 +159,7 @@ class Stepper(OdeSolver):
                 status = run.step()
                 run.check(status)
                 run.compared.after(run)
+                run.tell_jumps()
                 taken = counters(run.memory)[0] > counters(before)[0]
                 if status != RUNNING or taken:  # else the step was taken back, at a border
                     break

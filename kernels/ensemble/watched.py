@@ -27,7 +27,7 @@ def segments_of(task, room, member):
 def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
     """Run `watch` for one trajectory with the stepping kernel at an address; return its status."""
     w, one, at = task.worker[0], slice(lane, lane + 1), task.addresses
-    segments = segments_of(task, room, lanes.members[lane])
+    segments, none = segments_of(task, room, lanes.members[lane]), room.t[:0]
     own = kernel, at[DENSE_ROWS], w.fsal_stage, w.project, at[START], w.order
     return invoke(
         at[WATCH],
@@ -43,6 +43,8 @@ def watch_lane(task, lanes, single, room, y_eval, kernel, lane, n_steps):
                 room.t_eval,
                 segments,
                 room.spans[:0],
+                none,
+                none,
             ),
             Events(lanes.events[lane], lanes.schedules[lane], room.e_index, room.e_t, room.e_y),
             single.scratch,

@@ -52,9 +52,14 @@ def facts_in(name, file):
     return [m.facts._replace(file=file) for m in (code, code.on_pairs) if m is not None]
 
 
+def _read(fields):
+    """The Facts from their fields in JSON."""
+    return Facts(**fields | {"looks": tuple(fields.get("looks", ()))})
+
+
 def register(name, file, kept=()):
     """Add a method to the tables of methods; `kept` are the fields of its Facts, if known."""
-    for facts in [Facts(**fields) for fields in kept] or facts_in(name, file):
+    for facts in [_read(fields) for fields in kept] or facts_in(name, file):
         if facts.name == name:
             _real[name] = facts
         else:
@@ -65,5 +70,5 @@ _kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
 for _name, _file in FILES.items():
     register(_name, _file, _kept.get(_name, ()))
 for _name, _file in APART.items():
-    for _facts in [Facts(**f) for f in _kept.get(_name, ())] or facts_in(_name, _file):
+    for _facts in [_read(fields) for fields in _kept.get(_name, ())] or facts_in(_name, _file):
         BY_NAME.maps[1][_name] = _facts

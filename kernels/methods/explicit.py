@@ -50,6 +50,7 @@ def read_off(name, table, **orders):
         "n_rows": s + 1 + len(extra),
         "fsal_stage": s,
         "n_dense": 3 + len(table.d),
+        "looks": tuple(sorted({float(c) for c in (*table.stages[0].exact, 1) if c > 0})),
         "dense_rows": write_dense_rows(name, table) if table.d else cubic,
         "tableau": tableau,
     }

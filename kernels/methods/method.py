@@ -59,6 +59,9 @@ class Facts(NamedTuple):
         name: SLOPE, JACOBIAN or NOTHING of `output.arguments`.
     stable_to : float
         The stability limit of an adaptive explicit method: see `stability_limit`.
+    looks : tuple of float
+        The times of a step at which the method evaluates the derivative, in rising order, as shares
+        of the step; empty if they do not matter.
     loop : str
         The name of another method, if this method uses the loop of the other method.
     file : str
@@ -90,6 +93,7 @@ class Facts(NamedTuple):
     n_past: int = 0
     before_events: int = SLOPE
     stable_to: float = 0.0
+    looks: tuple = ()
     loop: str = ""
     file: str = ""
 

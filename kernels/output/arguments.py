@@ -19,6 +19,8 @@ OUTPUT = np.dtype(
         ("ends", "i8"),  # whether a time of t_eval at the end of a step takes the state of that end
         ("sampled", "i8"),  # whether the present state is stored, and schedules may act on it
         ("t_last", "f8"),  # last time stored
+        ("i_change", "i8"),  # next entry of `changes`
+        ("jumped", "i8"),  # number of the first change that a step jumped over, from 1; 0: none yet
     ]
 )
 
@@ -59,7 +61,9 @@ class Output(NamedTuple):
     of the polynomials (room, 2), of which one place is always free; the times `t_eval`; and
     `segments`, (n_segments, 3): the start and the end of each part of a span with breakpoints, and
     the time under which the output stores this end.  `segments` has no rows for a span without
-    breakpoints and without schedules.
+    breakpoints and without schedules.  `changes` has the times at which the equations change, if
+    steps do not end there; `looks` has the times of a step at which the method evaluates the
+    equations, in rising order, as shares of the step.
 
     `snapshots` is the table of `state/snapshot_table.py`; without rows, no snapshots are taken.
     """
@@ -72,6 +76,8 @@ class Output(NamedTuple):
     t_eval: Any
     segments: Any
     snapshots: Any
+    changes: Any
+    looks: Any
 
 
 MOST_TERMS = 34  # most coefficients of the series of an event

@@ -44,7 +44,7 @@ from .events import ENDLESS, FAILED, find_events
 from .jumps import jump
 from .projection import project_row, project_state
 from .schedules import act_on_schedule, arrive
-from .segments import end_of_span, ends_segment, next_segment, time_reached
+from .segments import end_of_span, ends_segment, jumps_over, next_segment, time_reached
 
 
 @njit(**INTERNAL)
@@ -77,7 +77,7 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
     events : events.Events or None
         With room for all events of one step; None for a solve without events.
     acts : int or None
-        None for a solve without schedules, jumps, projection, domain and breakpoints.
+        None for a solve without schedules, jumps, projection, domain, breakpoints and `changes`.
     scratch : array, (2, n)
 
     Returns
@@ -90,7 +90,7 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
     if events is not None:
         each = each or len(events.table) > 0
     if acts is not None:
-        each = each or kernels.project != 0 or kernels.keeps != 0
+        each = each or kernels.project != 0 or kernels.keeps != 0 or len(output.changes) > 0
     kept = 0
     while True:
         if acts is not None:
@@ -133,6 +133,7 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
                 by_series = len(events.table) > 0 and events.table[0].find != 0
                 if not project_state(kernels, solve, scratch[0], by_series):
                     return RAISED
+            jumped = len(output.changes) > 0 and jumps_over(s, o, output)
         status = _sample(kernels, solve, output, events, acts, scratch, status)
         if acts is not None:
             if kept == CHANGED and status <= FINISHED and not settle(kernels, solve, scratch):
@@ -141,6 +142,10 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
                 return BORDER
         if status <= FINISHED:
             take_snapshot(s, solve.work[Y], snapshots, s.n_accepted - before)
+        if acts is not None:
+            if jumped and status <= FINISHED:  # so that the caller sees it, also at the end
+                o.sampled = int(status == RUNNING)
+                return RUNNING
         if status != RUNNING:
             return status
         o.sampled = 1

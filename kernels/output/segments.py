@@ -76,3 +76,26 @@ def next_segment(kernels, solve, output, events, scratch):
     if not _leave_zero(events.table, s.t, solve.work[Y], scratch):
         return RAISED
     return status
+
+
+@njit(**INTERNAL)
+def jumps_over(s, o, output):
+    """Look whether the last step jumped over two changes; True for the first such step of a solve.
+
+    That is, the method evaluated the equations at no time between the two.  A single change is seen
+    at the next evaluation.
+    """
+    changes, before, i, h = output.changes, o.jumped, o.i_change, s.t - s.t_old
+    while i + 1 < len(changes) and s.direction * (changes[i + 1] - s.t) <= 0.0:
+        looked = s.direction * (changes[i] - s.t_old) < 0.0
+        for share in output.looks:
+            t = s.t_old + share * h
+            between = (
+                s.direction * (t - changes[i]) > 0.0 and s.direction * (changes[i + 1] - t) > 0.0
+            )
+            looked = looked or between
+        if not looked and o.jumped == 0:
+            o.jumped = i + 1
+        i += 1
+    o.i_change = i
+    return o.jumped != before

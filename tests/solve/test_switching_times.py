@@ -1,13 +1,17 @@
 """Claims about switching times: steps of fastdyn's methods end where `fun` changes in time."""
 
+import itertools
 import math
+import types
+import warnings
 
 import numpy as np
 import pytest
+import scipy.integrate
 from scipy import signal
 from scipy.interpolate import CubicSpline, PchipInterpolator, interp1d
 
-from fastdyn import prepare, solve_ensemble, solve_ivp
+from fastdyn import Stepper, SwitchingWarning, prepare, solve_ensemble, solve_ivp
 from fastdyn.trace.switching import divisions
 
 KNOTS = np.arange(11.0)
@@ -235,3 +239,123 @@ def test_a_sensitivity_to_the_time_of_a_pulse_is_refused():
     assert found[0, -1] == pytest.approx((ends[1] - ends[0]) / 2e-5, rel=1e-6)
     with pytest.raises(ValueError, match="jumps at t = 5"):
         solve_ivp(pulse, (0, 10), [0.0], "Vern9", args=(0.5, 5.0), sensitivity="a")
+
+
+# -- methods whose steps are SciPy's, MATLAB's or constant, and Steppers
+
+NOT_OWN = ["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
+
+
+LINES = itertools.count(1000)
+
+
+def fresh(fun):
+    """A copy of a function of which nobody was told yet: on a line of its own."""
+    return types.FunctionType(fun.__code__.replace(co_firstlineno=next(LINES)), globals(), "fun")
+
+
+def pulsed():
+    return fresh(lambda t, y: [1.0 - 2 * y[0] if 5 < t < 6 else -y[0]])
+
+
+def narrow(t, y, a):
+    return [(1.0 if a < t < a + 0.3 else 0.0) - y[0]]
+
+
+def told(call):
+    """The result of a call, and the messages of its SwitchingWarnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = call()
+    assert all(issubclass(each.category, SwitchingWarning) for each in caught)
+    return result, [str(each.message) for each in caught]
+
+
+@pytest.mark.parametrize("method", NOT_OWN)
+@pytest.mark.parametrize("t_eval", [None, [10.0]])
+def test_a_jump_over_a_pulse_is_told_once_and_steps_stay(method, t_eval):
+    fun = pulsed()
+    run, said = told(lambda: solve_ivp(fun, (0, 10), [0.0], method, t_eval=t_eval))
+    assert run.y[0, -1] == 0.0 and len(said) == 1
+    assert "changes at t = 5 and t = 6, and no step of " + method in said[0]
+    assert "max_step=1" in said[0] and "breakpoints" in said[0]
+    scipys = scipy.integrate.solve_ivp(fun, (0, 10), [0.0], method, t_eval=t_eval)
+    assert run.nfev == scipys.nfev and np.array_equal(run.t, scipys.t)
+    assert told(lambda: solve_ivp(fun, (0, 10), [0.0], method, t_eval=t_eval))[1] == []
+    fun = pulsed()
+    for options in ({"max_step": 0.1}, {"breakpoints": [5.0, 6.0]}):
+        assert told(lambda o=options: solve_ivp(fun, (0, 10), [0.0], method, **o))[1] == []
+
+
+@pytest.mark.parametrize("span", [(0.0, 10.0), (10.0, 0.0)])
+def test_only_a_step_without_a_look_is_told(span):
+    """Stages within the pulse, and a single change, are seen."""
+
+    fun = fresh(lambda t, y, on, off: [1.0 if on < t < off else 0.0])
+    given = {"max_step": 1.0, "first_step": 1.0, "rtol": 1e9, "atol": 1e9}
+
+    def solved(*args):
+        return told(lambda: solve_ivp(fun, span, [0.0], "RK45", args=args, **given))[1]
+
+    looks = np.array([0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1])
+    inside = 5.0 + looks if span[1] > 0 else 6.0 - looks
+    for a, b in itertools.pairwise(np.sort(inside).tolist()):
+        assert solved(a - 0.01, a + 0.01) == [] == solved(a - 0.01, b + 0.01)
+    assert solved(5.5, 20.0) == [] == solved(-5.0, 5.5)
+    assert solved(5.4, 5.6)[0].startswith("`fun` changes at t = 5.")
+
+
+def test_one_of_many_periodic_pulses_is_told():
+    """SciPy's implicit methods lose some of them at any tolerance, the more so at the end."""
+
+    for method in ("Radau", "BDF", "LSODA"):
+        fun = fresh(lambda t, y: [(1.0 if t % 10.0 < 0.1 else 0.0) - 5 * y[0]])
+        _, said = told(lambda m=method, f=fun: solve_ivp(f, (1, 100), [0.0], m, rtol=1e-9))
+        assert len(said) == 1, method
+
+
+def test_repeated_and_prepared_solves_and_ensembles_tell():
+    fun = fresh(narrow)
+
+    def one(a):
+        return told(lambda: solve_ivp(fun, (0, 10), [0.0], args=(a,), t_eval=[10.0]))[1]
+
+    for _ in range(12):  # the first step looks at 1e-4 and before
+        assert one(-1.0) == []
+    assert len(one(5.0)) == 1 and one(5.0) == []
+    solver = prepare(fresh(narrow), (0, 10), [0.0], args=(-1.0,))
+    assert told(solver)[1] == [] and len(told(lambda: solver(args=(5.0,)))[1]) == 1
+    solver = prepare(fresh(narrow), (0, 10), [0.0], args=(-1.0,))
+    assert len(told(lambda: solver.many(args=(np.array([5.0, 6.0]),)))[1]) == 1
+    for simd in (True, False):
+        starts = np.array([5.0, 6.0])
+        asked = fresh(narrow), (0, 10), [0.0], (starts,)
+        assert len(told(lambda a=asked, s=simd: solve_ensemble(*a, simd=s))[1]) == 1
+
+
+@pytest.mark.parametrize("method", ["RK45", "Tsit5", "Vern9"])
+def test_a_stepper_takes_the_steps_without_switching_times_and_tells(method):
+    stepper = Stepper(pulsed(), 0.0, [0.0], 10.0, method=method)
+
+    def to_the_end():
+        while stepper.status == "running":
+            stepper.step()
+
+    _, said = told(to_the_end)
+    lost = method == "RK45" or stepper.y[0] == 0.0
+    assert len(said) == lost and stepper.status == "finished" and stepper.t == 10.0
+
+
+def test_auto_ends_the_steps_of_radau():
+    """Stiff after a while, with a pulse while the solution rests; Radau's own steps lose it."""
+
+    def stiff(t, y):
+        u = 1.0 if 5e3 < t < 5e3 + 1 else 0.0
+        return [-1e4 * (y[0] - math.cos(1e-3 * t)) + 1e4 * u, y[0] - y[1]]
+
+    right = solve_ivp(stiff, (0, 5003), [1.0, 1.0], "Radau", breakpoints=[5e3, 5e3 + 1], rtol=1e-8)
+    run = solve_ivp(stiff, (0, 5003), [1.0, 1.0], "auto", rtol=1e-4)
+    assert run.method == "Radau" and np.isin([5e3, 5e3 + 1], run.t).all()
+    assert np.abs(run.y[:, -1] - right.y[:, -1]).max() < 1e-3
+    lost = told(lambda: solve_ivp(stiff, (0, 5003), [1.0, 1.0], "Radau", rtol=1e-4))
+    assert len(lost[1]) == 1 and not np.isin(5e3, lost[0].t)

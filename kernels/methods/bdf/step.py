@@ -242,4 +242,5 @@ BDF = implicit(
     "BDF", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=1,
     n_rows=N_ROWS, n_matrices=2, dense_rows=dense_rows, dense_order=5,
     on_pairs=True, takes_mass=True, projects=False, cost=8, past=D, n_past=MAX_ORDER + 3,
+    looks=(1.0,),
 )  # fmt: skip

@@ -208,5 +208,5 @@ def step(rhs, state, work, block, h_min):
 LSODA = implicit(
     "LSODA", step, SLOPE, start=first_step.lsoda, before_events=NOTHING, order=12, error_order=1,
     n_rows=N_ROWS, n_matrices=2, dense_rows=dense_rows, dense_order=12, projects=False, cost=4,
-    past=Z, n_past=CHANGE - Z,
+    past=Z, n_past=CHANGE - Z, looks=(1.0,),
 )  # fmt: skip

@@ -30,6 +30,7 @@ from .stages import (
     N_ROWS,
     ROOT,
     SLOPE,
+    C,
     J,
     P,
     Q,
@@ -186,8 +187,9 @@ def dense_rows(rhs, t, h, work, block, d):
     return 0
 
 
+ABSCISSAE = tuple(map(float, C))
 RADAU = implicit(
     "Radau", step, SLOPE, begin, before_events=JACOBIAN, order=5, error_order=3,
     n_rows=N_ROWS, n_matrices=4, complex_matrices=True, dense_rows=dense_rows, dense_order=3,
-    on_pairs=True, takes_mass=True, cost=20,
+    on_pairs=True, takes_mass=True, cost=20, looks=ABSCISSAE,
 )  # fmt: skip
