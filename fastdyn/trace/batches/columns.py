@@ -6,42 +6,48 @@ from typing import Any
 import numpy as np
 
 from ..symbols.complex_pair import Pair, is_complex, parts
-from ..symbols.conditions import Condition
-from ..symbols.masks import Masked
+from ..symbols.conditions import Condition, kind_of_number
+from ..symbols.masks import Masked, chosen
 from ..symbols.operators import by_function
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Batched, kind_of, refuse
 from ..symbols.symbolic_indices import plain_key
 from .table import ID, PAIR, PARTS, common_kind, numbers, paired
 
+DTYPES = {kind: np.dtype(of) for kind, of in zip("bifc", (bool, int, float, complex), strict=True)}
+
 
 class Columns(Batched):
     """An array whose elements are node numbers; a complex element is a pair of node numbers.
 
     If an array equals a whole batch in order, the array stores the batch, and makes the node
-    numbers on demand.  A complex array stores two batches.  Views share their node numbers as
-    views of NumPy's arrays share memory.  `kind` is "b" for truth values, "f" for real numbers and
-    "c" for complex numbers.
+    numbers on demand.  A complex array stores two batches.  The node numbers lie in memory as the
+    elements of NumPy's array do, and views share them as views of NumPy's arrays share memory.
+    `kind` is "b" for truth values, "i" for whole numbers, "f" for real numbers and "c" for complex
+    numbers.
     """
 
-    __slots__ = ("_batch", "_ids", "_written", "kind", "shape", "table")
+    __slots__ = ("_batch", "_ids", "_shape", "_written", "kind", "table")
     _called = "long array"
 
     def __init__(self, table, ids, batch: Any = None, written=None, kind="f"):
         self.table, self._ids, self._batch = table, ids, batch
         self._written = written or [False]  # one list, shared by all views
         if ids is not None:
-            self.shape, self.kind = ids.shape, kind
+            self._shape, self.kind = ids.shape, kind
         elif isinstance(batch, tuple):
-            self.shape, self.kind = batch[0].shape, "c"
+            self._shape, self.kind = batch[0].shape, "c"
         else:
-            self.shape, self.kind = batch.shape, "b" if batch.truth else "f"
+            self._shape, self.kind = batch.shape, "b" if batch.truth else kind
 
     g = property(lambda self: self.table.g)
+    shape: Any = property(
+        lambda self: self._shape, lambda *_: refuse("it changes the shape of an array")
+    )
     ndim = property(lambda self: len(self.shape))
     size = property(lambda self: int(np.prod(self.shape, dtype=np.int64)))
     truth = property(lambda self: self.kind == "b")
-    dtype = property(lambda self: np.dtype({"b": bool, "f": float, "c": complex}[self.kind]))
+    dtype = property(lambda self: DTYPES[self.kind])
     itemsize = property(lambda self: self.dtype.itemsize)
     nbytes = property(lambda self: self.itemsize * self.size)
     real = property(lambda self: self._part(0), lambda self, new: self._store_part(0, new))
@@ -63,6 +69,29 @@ class Columns(Batched):
 
     def written(self):
         return self._written[0]
+
+    def forbid_stores(self):
+        """Refuse stores in this array and its views: another array has the same memory."""
+        self._written[0] = None
+
+    def in_order(self):
+        """Whether the elements lie in C order."""
+        return self._ids is None or self._ids.flags.c_contiguous
+
+    def relabelled(self, dtype):
+        """The array itself, as real numbers of another type: NumPy's for whole numbers."""
+        if dtype == self.dtype:
+            return self
+        if dtype not in (int, float) or self.kind not in "if":
+            refuse(f"an array of {dtype}")
+        self.kind = np.dtype(dtype).kind
+        return self
+
+    def laid_out(self, like):
+        """A copy that lies in memory as the array `like`."""
+        ids = np.empty_like(like.view(np.ndarray), self.ids.dtype)
+        ids[...] = self.ids
+        return Columns(self.table, ids, self.whole(), kind=self.kind)
 
     def view_of(self, ids):
         """A view with these node numbers; a symbol if `ids` is one number."""
@@ -111,15 +140,13 @@ class Columns(Batched):
     def __setitem__(self, key: Any, value: Any):
         ids = self.ids
         if isinstance(key, Batched) and key.truth:
-            if isinstance(value, Masked):
-                if value.mask is not key and not np.array_equal(value.mask.ids, key.ids):
-                    refuse("two different masks of the state in one assignment")
-                value = value.whole
-            chosen: Any = key
-            key, value = ..., np.where(chosen, value, self.copy())
-        elif isinstance(value, Masked):
-            refuse("a selection by a mask of the state")
+            if key.shape != self.shape:
+                refuse("a mask of the state of another shape than the array")
+            mask: Any = key
+            key, value = ..., np.where(mask, chosen(mask, value), self.copy())
         given = ids_of(self.table, value, self.kind)
+        if self._written[0] is None:
+            refuse("it changes an array", effect=True)
         self._written[0] = True
         ids[plain_key(key)] = given
 
@@ -149,9 +176,9 @@ class Columns(Batched):
     # -- conversions that keep the elements
 
     def copy(self, order="C"):
-        if self.whole() is not None:
-            return Columns(self.table, None, self._batch)
-        return Columns(self.table, self.ids.copy(), kind=self.kind)
+        if self.whole() is not None and (order == "C" or (order != "F" and self.in_order())):
+            return Columns(self.table, None, self._batch, kind=self.kind)
+        return Columns(self.table, self.ids.copy(order), kind=self.kind)
 
     def reshape(self, *shape, order: Any = "C"):
         return self.view_of(self.ids.reshape(*shape, order=order))
@@ -159,16 +186,18 @@ class Columns(Batched):
     def transpose(self, *axes):
         return self.view_of(self.ids.transpose(*axes))
 
-    def astype(self, dtype, *_, **__):
-        kind = kind_of(dtype)
+    def astype(self, dtype, order: Any = "K", casting="unsafe", subok=True, copy=True):
+        kind: Any = kind_of(dtype)
         if kind == self.kind:
-            return self.copy()
-        if kind == "b" and self.kind == "f":
-            return self != 0
-        if kind == "c" or (kind in "fiu" and self.truth):
-            kind = "c" if kind == "c" else "f"
-            return Columns(self.table, ids_of(self.table, self, kind), kind=kind)
-        return refuse(f"a conversion to {dtype}")
+            same = not copy and np.array(self.ids, order=order, copy=None) is self.ids
+            return self if same else self.copy(order)
+        if casting != "unsafe" or kind not in "bifc":
+            refuse(f"a conversion to {dtype} in this way")
+        if kind == "b" and self.kind != "c":
+            found: Any = self != 0
+        else:
+            found = Columns(self.table, of_kind(self.table, self.ids, self.kind, kind), kind=kind)
+        return found if order == "K" else found.copy(order)
 
     def view(self, dtype=None):
         """A complex array as alternating real and imaginary parts, or the reverse; a view."""
@@ -204,10 +233,12 @@ def ids_of(table, value, kind=None) -> Any:
 
 def of_kind(table, ids, before, kind):
     """Convert node numbers of numbers of the kind `before` to another kind of numbers."""
-    if kind == before:
+    if (before, kind) in ((kind, kind), ("i", "f")):
         return ids
     if before == "c":
         refuse("complex numbers are stored in an array of real ones")
+    if (before, kind) == ("f", "i"):
+        refuse("a number is stored in an array of whole numbers, which cuts its fraction off")
     if kind == "c":
         return paired(of_kind(table, ids, before, "f"), table.one(table.g.const(0.0)))
     if not np.size(ids):
@@ -223,10 +254,9 @@ def ids_and_kind(table, value: Any) -> Any:
     if is_complex(value):
         return paired(*(ids_of(table, part) for part in parts(value))), "c"
     if isinstance(value, Symbol | Condition):
-        return np.array(table.one(value.node), ID), "f" if isinstance(value, Symbol) else "b"
+        return np.array(table.one(value.node), ID), kind_of_number(value)
     if isinstance(value, bool | np.bool_ | int | float | np.integer | np.floating):
-        kind = "b" if isinstance(value, bool | np.bool_) else "f"
-        return np.array(table.one(table.g.const(value)), ID), kind
+        return np.array(table.one(table.g.const(value)), ID), kind_of_number(value)
     if isinstance(value, list | tuple):
         found = [ids_and_kind(table, v) for v in value]
         if len({np.shape(ids) for ids, _ in found}) > 1:

@@ -11,7 +11,8 @@ from ..numpy.of_numbers import of_numbers
 from ..scipy.distances import DISTANCES
 from ..symbols.arrays import stored
 from ..symbols.complex_pair import any_complex
-from ..symbols.masks import Masked
+from ..symbols.layout import as_numpy_does, promoted
+from ..symbols.masks import WHY, Masked
 from ..symbols.symbolic import BATCHES, NOW, Batched, refuse
 from .filters import FILTERS
 from .formulas import as_columns, elementwise
@@ -21,8 +22,8 @@ from .products import matmul
 from .structure import JOINING, STRUCTURE, joined, structured
 
 FOR_ALL_ARRAYS = {  # functions whose stand-ins in `numpy.functions` also handle long arrays
-    np.where, np.clip, np.select, np.isclose, np.nan_to_num, np.sinc, np.interp, np.round,
-    np.around, np.piecewise, np.gradient, np.linalg.norm, np.dot, np.inner, np.vdot, np.outer,
+    np.clip, np.select, np.isclose, np.nan_to_num, np.sinc, np.interp, np.round,
+    np.around, np.gradient, np.linalg.norm, np.dot, np.inner, np.vdot, np.outer,
     np.shape, np.ndim, np.size, np.real, np.imag, np.angle, np.iscomplexobj, np.isrealobj,
     np.isscalar,
 }  # fmt: skip
@@ -36,21 +37,22 @@ def call_ufunc(ufunc, method, args, kwargs):
         kwargs.pop("dtype", None)
     kwargs.pop("casting", None)
     if any(isinstance(a, Masked) for a in args):
-        refuse("a selection by a mask of the state, beside a long array")
+        refuse(WHY)
     if method == "__call__":
         if kwargs:
             refuse(f"np.{ufunc.__name__} with {next(iter(kwargs))}")
         if ufunc is np.matmul:
-            result = matmul(table, *args)
+            result = as_numpy_does(ufunc, args, {}, matmul(table, *args))
         else:
-            result = elementwise(table, of_numbers(ufunc), args)
+            result = promoted(ufunc, args, elementwise(table, of_numbers(ufunc), args))
         if where is not True:
             kept = 0.0 if out is None else out[0]
             result = elementwise(table, functions.select, (where, result, kept))
     elif method == "reduce":
         if where is not True:
             refuse(f"np.{ufunc.__name__}.reduce of chosen elements")
-        result = reduced(table, ufunc, *args, **kwargs)
+        found = reduced(table, ufunc, *args, **kwargs)
+        result = as_numpy_does(ufunc.reduce, args, kwargs, found)
     elif method == "outer":
         both: Any = [np.asarray(x) if not isinstance(x, Batched) else x for x in args]
         a, b = both
@@ -67,18 +69,22 @@ def call_function(function, args, kwargs):
         kwargs = {k: v for k, v in kwargs.items() if k != "dtype"}
     transform = fourier(function)
     if transform is not None:
-        return transform(*args, **kwargs)
+        return as_numpy_does(function, args, kwargs, transform(*args, **kwargs))
     if of_complexes and not _takes_complexes(function):
         return apart(function, args, kwargs)
-    own = OWN.get(function)
-    if own is not None:
-        return own(table, *args, **kwargs)
     if function in STRUCTURE:
         return structured(table, function, args, kwargs)
     if function in JOINING:
         return joined(table, function, *args, **kwargs)
+    if function is np.where:
+        return promoted(function, args, functions.where(*args, **kwargs))
+    if function is np.piecewise:
+        return functions.piecewise(*args, **kwargs)
+    if function in OWN:
+        return as_numpy_does(function, args, kwargs, OWN[function](table, *args, **kwargs))
     if function in FOR_ALL_ARRAYS:
-        return functions.STAND_INS[function](*args, **kwargs)
+        found = functions.STAND_INS[function](*args, **kwargs)
+        return as_numpy_does(function, args, kwargs, found)
     if isinstance(function, np.ufunc):
         return function(*[_listed(table, a) for a in args], **kwargs)
     if function.__name__ in WITH_EFFECTS:
@@ -101,13 +107,12 @@ def call_scipy(function, args, kwargs):
     name = getattr(function, "__name__", "")
     transform = fourier(function)
     if transform is not None:
-        return transform(*args, **kwargs)
+        return as_numpy_does(function, args, kwargs, transform(*args, **kwargs))
     if any(map(any_complex, args)):
         refuse(f"{name} of long complex arrays")
-    if name in DISTANCES:
-        return DISTANCES[name](*args, **kwargs)
-    if name in FILTERS:
-        return FILTERS[name](*args, **kwargs)
+    stand_in = DISTANCES.get(name) or FILTERS.get(name)
+    if stand_in is not None:
+        return as_numpy_does(function, args, kwargs, stand_in(*args, **kwargs))
     if name == "norm":
         return functions.STAND_INS[np.linalg.norm](*args, **kwargs)
     return refuse(f"{name} of a long array that depends on the state")

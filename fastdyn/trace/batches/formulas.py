@@ -9,7 +9,8 @@ import numpy as np
 
 from ..graph.expressions import live
 from ..symbols.complex_pair import Pair, is_complex, parts
-from ..symbols.conditions import Condition
+from ..symbols.conditions import Condition, kind_of_number
+from ..symbols.layout import laid_out, like_a_ufunc
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Symbolic, refuse
 from .columns import Columns, ids_and_kind, ids_of, joint
@@ -51,7 +52,11 @@ def elementwise(table, function, values) -> Any:
         refuse("a function of numbers that decides, on a long array")
     g.raising = g.both(before[0], _anywhere(table, raising, operands, shape), "or")
     g.sizes = g.both(before[1], _anywhere(table, sizes, operands, shape), "or")
-    return _instances(table, result, operands, shape)
+    like = like_a_ufunc(list(arrays.values()))
+    found = _instances(table, result, operands, shape)
+    if isinstance(found, tuple):
+        return tuple(laid_out(each, like) for each in found)
+    return laid_out(found, like)
 
 
 def _anywhere(table, node, operands, shape):
@@ -96,8 +101,8 @@ def _instances(table, given: Any, operands, shape) -> Any:
         batch = table.batches[operand] if isinstance(operand, int) else None
         if batch is None:
             ids = np.broadcast_to(ids.reshape(shape) if ids.ndim else ids, shape)
-            return Columns(table, ids.copy(), kind="b" if isinstance(result, Condition) else "f")
-    return Columns(table, None, batch)
+            return Columns(table, ids.copy(), kind=kind_of_number(result))
+    return Columns(table, None, batch, kind=kind_of_number(result))
 
 
 def filled(table, shape, value):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numpy import functions
 from ..symbols.arrays import stored
-from ..symbols.complex_pair import any_complex
+from ..symbols.layout import laid_out
 from ..symbols.symbolic import Batched, refuse
 from .columns import Columns
 from .filters import convolved
@@ -59,20 +59,12 @@ def _trapezoid(table, y, x=None, dx=1.0, axis=-1):
     return np.sum(steps * (y[1:] + y[:-1]) / 2.0)
 
 
-def _array(table, a, dtype=None, *, copy=True, ndmin=0, **_):
-    whole = not isinstance(a, Columns)
-    result = as_columns(table, a)
-    result = result if dtype is None else result.astype(dtype)
-    if ndmin > result.ndim:
-        refuse("np.array with more axes")
-    return result.copy() if copy and not whole else result
-
-
 def _like(value):
-    def function(table, a, dtype=None, *_, shape=None, **__):
-        shape = np.shape(a) if shape is None else shape
-        dtype = (complex if any_complex(a) else float) if dtype is None else dtype
-        return filled(table, shape, value).astype(dtype)
+    def function(table, a, dtype=None, order: Any = "K", subok=True, shape: Any = None):
+        a = as_columns(table, a)
+        like = np.empty_like(a.ids, np.int8, order, subok, shape)
+        found = filled(table, like.shape, value).astype(a.dtype if dtype is None else dtype)
+        return laid_out(found, like)
 
     return function
 
@@ -115,8 +107,8 @@ def _share_memory(table, a, b, **_):
 
 
 def _mesh(table, *axes, indexing="xy", **more):
-    if more.get("sparse"):
-        refuse("np.meshgrid with sparse axes")
+    if any(value != (option == "copy") for option, value in more.items()):
+        refuse("np.meshgrid of views, or with sparse axes")
     arrays = [as_columns(table, x) for x in axes]
     mesh: Any = np.meshgrid
     found = mesh(*[a.ids for a in arrays], indexing=indexing)
@@ -146,14 +138,12 @@ def _running(table, a, axis=None, dtype=None, out=None):
 
 
 TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # "trapz" before NumPy 2
-AS_ARRAYS = np.asarray, np.asanyarray, np.ascontiguousarray
 OWN: dict[Any, Any] = {
     np.linspace: _spaced, np.full: _full, np.meshgrid: _mesh,
     np.einsum: einsum, np.cumsum: _running, np.pad: padded, np.diff: _difference,
-    np.array: _array,
-    **dict.fromkeys(AS_ARRAYS, functools.partial(_array, copy=False)), TRAPEZOID: _trapezoid,
-    np.zeros_like: _like(0.0), np.empty_like: _like(0.0), np.ones_like: _like(1.0),
-    np.full_like: lambda table, a, value, **kw: _like(value)(table, a, **kw),
+    TRAPEZOID: _trapezoid,
+    np.zeros_like: _like(0), np.empty_like: _like(0), np.ones_like: _like(1),
+    np.full_like: lambda table, a, value, *args, **kw: _like(value)(table, a, *args, **kw),
     np.sum: _by("sum"), np.max: _by("top"), np.min: _by("low"), np.amax: _by("top"),
     np.amin: _by("low"), np.mean: _mean, np.var: _variance,
     np.std: lambda table, *args, **kw: np.sqrt(_variance(table, *args, **kw)),
@@ -168,7 +158,7 @@ OWN: dict[Any, Any] = {
 OF_COMPLEXES = {  # functions whose stand-ins also handle complex numbers
     np.sum, np.mean, np.cumsum, np.diff, np.gradient, TRAPEZOID, np.dot, np.inner,
     np.outer, np.vdot, np.convolve, np.einsum, np.linalg.norm, np.trace, np.pad, np.append,
-    np.array, *AS_ARRAYS, np.full, np.full_like,
+    np.full, np.full_like,
     np.zeros_like, np.empty_like, np.ones_like, np.square, np.real, np.imag, np.angle,
     np.iscomplexobj, np.isrealobj, np.isscalar, np.shape, np.ndim, np.size, np.may_share_memory,
 }  # fmt: skip

@@ -15,14 +15,22 @@ STRUCTURE = {
     np.roll, np.reshape, np.ravel, np.transpose, np.swapaxes, np.moveaxis, np.take, np.flip,
     np.flipud, np.fliplr, np.repeat, np.tile, np.broadcast_to, np.squeeze, np.expand_dims,
     np.split, np.array_split, np.hsplit, np.vsplit, np.rot90, np.atleast_1d, np.atleast_2d,
-    np.diagonal, np.rollaxis, np.copy, np.delete, np.resize, np.diag,
+    np.diagonal, np.rollaxis, np.copy, np.delete, np.resize, np.diag, np.atleast_3d, np.dsplit,
+    np.ascontiguousarray, np.asfortranarray, np.asarray, np.asanyarray, np.array, np.require,
 }  # fmt: skip
+TYPED = {np.ascontiguousarray, np.asfortranarray, np.asarray, np.asanyarray, np.array, np.require}
 
 
 def structured(table, function, args, kwargs):
     """Apply a function of STRUCTURE to an array; the result is a view where NumPy's is a view."""
     first, *others = args
     array = as_columns(table, first)
+    if isinstance(first, np.ndarray) and array is not first:
+        array.forbid_stores()
+    if function in TYPED:
+        dtype = others.pop(0) if others else kwargs.get("dtype")
+        kwargs = {name: value for name, value in kwargs.items() if name != "dtype"}
+        array = array if dtype is None else array.astype(dtype, copy=False)
     if any(is_symbolic(a) for a in (*others, *kwargs.values())):
         refuse(f"np.{function.__name__} by numbers that depend on the state")
     if function is np.diag and array.ndim == 1:
@@ -30,14 +38,17 @@ def structured(table, function, args, kwargs):
     found = function(array.ids, *others, **kwargs)
     if isinstance(found, list | tuple):
         return type(found)(array.view_of(ids) for ids in found)
-    fresh = function in (np.roll, np.repeat, np.tile, np.copy, np.delete, np.take, np.resize)
-    if fresh or not np.may_share_memory(found, array.ids):
-        return Columns(table, np.asarray(found), kind=array.kind)
-    return array.view_of(found)
+    if found is array.ids:
+        return array
+    if np.may_share_memory(found, array.ids):
+        return array.view_of(found)
+    return Columns(table, np.asarray(found), kind=array.kind)
 
 
 def joined(table, function, arrays, *args, **kwargs):
     """Apply a function of JOINING to arrays of numbers, or to arrays of truth values."""
+    if kwargs.get("out") is not None:
+        refuse(f"np.{function.__name__} with an array for its result")
     found = [ids_and_kind(table, a) for a in arrays]
     ids, kind = joined_ids(table, function, found, *args, **kwargs)
     return Columns(table, ids, kind=kind)

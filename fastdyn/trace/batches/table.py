@@ -17,7 +17,8 @@ from ..numpy.tables import Table as LongArray
 from ..numpy.tables import as_table
 from ..reads.table_reads import MAX_WHOLE, held
 from ..symbols.complex_pair import is_complex, parts
-from ..symbols.conditions import Condition
+from ..symbols.conditions import Condition, kind_of_number
+from ..symbols.layout import laid_out
 from ..symbols.real import Symbol, symbol
 from ..symbols.symbolic import Lazy, is_symbolic, refuse
 
@@ -138,24 +139,24 @@ class Table:
             return paired(self.constants(array.real), self.constants(array.imag)), "c"
         ids = self.constants(array)
         if array.dtype != bool:
-            return ids, "f"
+            return ids, "f" if array.dtype.kind == "f" else "i"
         zero = self.one(self.g.const(0.0))
         same = self.make("eq", None, ids.shape, (ids.reshape(-1), np.array(zero, ID)), True)
-        return numbers(self.make("not", None, ids.shape, (same.number,), True)), "b"
+        truths = numbers(self.make("not", None, ids.shape, (same.number,), True))
+        return laid_out(truths, array), "b"
 
     def _of_objects(self, array):
         values = list(array.view(np.ndarray).flat)
-        truth = {isinstance(v, Condition | bool | np.bool_) for v in values}
         if any(map(is_complex, values)):
             both = zip(*map(parts, values), strict=True)
             real, imag = (self._of_numbers(list(part)).reshape(array.shape) for part in both)
-            return paired(real, imag), "c"
-        kind = common_kind({"b" if each else "f" for each in truth})
-        if kind == "f":
-            ids = [self.one(symbol(self.g, v).node) for v in values]
-        else:
+            return laid_out(paired(real, imag), array), "c"
+        kind = common_kind(set(map(kind_of_number, values)) or {"f"})
+        if kind == "b":
             ids = [self.one(truth_of(self.g, v)) for v in values]
-        return np.array(ids, ID).reshape(array.shape), kind
+        else:
+            ids = [self.one(symbol(self.g, v).node) for v in values]
+        return laid_out(np.array(ids, ID).reshape(array.shape), array), kind
 
     def _of_numbers(self, values):
         """The node numbers of a complex array's real or imaginary parts."""
@@ -183,7 +184,10 @@ class Table:
         return np.array(slots, ID) + ID(self.of_slots(whole).first - group.first)
 
     def constants(self, array):
-        """The node numbers of an array of constants; truth values become 1.0 and 0.0."""
+        """The node numbers of an array of constants, laid out as the array.
+
+        Truth values become 1.0 and 0.0.
+        """
         array = np.asarray(array)
         if array.dtype.kind in "iu" and array.size and np.abs(array).max() > MAX_WHOLE:
             refuse("a whole number beyond 2**53")
@@ -196,12 +200,12 @@ class Table:
             and (array == first).all()
             and np.signbit(array).all() == np.signbit(array).any()
         ):
-            return np.full(array.shape, self.one(self.g.const(first)), ID)
+            return np.full_like(array.view(np.ndarray), self.one(self.g.const(first)), ID)
         if array.size <= FEW:
             ones = [self.one(self.g.const(v)) for v in array.flat]
-            return np.array(ones, ID).reshape(array.shape)
+            return laid_out(np.array(ones, ID).reshape(array.shape), array)
         batch = self.of_slots(held(self.g.reads, np.ascontiguousarray(array)))
-        return numbers(batch).reshape(array.shape)
+        return laid_out(numbers(batch).reshape(array.shape), array)
 
 
 def numbers(batch):
@@ -211,7 +215,7 @@ def numbers(batch):
 
 def paired(real, imag):
     """Combine the node numbers of real and imaginary parts to pairs."""
-    ids = np.empty(np.shape(real), PAIR)
+    ids = np.empty_like(real, PAIR)
     ids["real"], ids["imag"] = real, imag
     return ids
 
@@ -220,7 +224,7 @@ def common_kind(kinds):
     """The kind of an array that is made of numbers of several kinds."""
     if "b" in kinds and len(kinds) > 1:
         refuse("truth values and numbers in one array")
-    return "c" if "c" in kinds else "b" if "b" in kinds else "f"
+    return next(kind for kind in "cfib" if kind in kinds)
 
 
 def _untouched(array):

@@ -7,6 +7,7 @@ import numpy as np
 from ..graph.refusal import LATEST, OutOfTime, Refusal
 from ..graph.user_lines import line_of_call
 from ..symbols.arrays import Array
+from ..symbols.layout import arrays_in
 from ..symbols.real import Symbol, symbol
 from ..symbols.symbolic import BATCHES, graph_of, refuse
 from .forms import Given, Result
@@ -97,9 +98,15 @@ def _first(g, function, given, name):
         args, named = given.of(numbers)
         try:
             with np.errstate(all="ignore"):
-                return function(*args, **named)
+                result = function(*args, **named)
         except Exception as raised:
             error = error or raised
+            continue
+        of_args = list(arrays_in([args, named]))
+        for array in arrays_in(result):
+            if any(np.may_share_memory(array, each) for each in of_args):
+                refuse(f"a view that {name} gives")
+        return result
     return refuse(f"{name} raises {type(error).__name__} at the start", final=True)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ..graph.kinds import FLOAT, INT, NUMPY
 from ..symbols.arrays import Array
 from ..symbols.complex_pair import Pair, is_complex, parts
+from ..symbols.layout import laid_out
 from ..symbols.lazy import complete
 from ..symbols.real import Symbol
 from ..symbols.symbolic import BATCHES, Batched, Symbolic, is_symbolic, refuse
@@ -59,11 +60,9 @@ class Given:
             refuse("a condition that depends on the state is given to a library")
         if isinstance(value, Batched):
             array: Any = value
-            shape = array.shape
             if array.dtype.kind == "c":
-                return self._complex_array(array.real, array.imag, shape)
-            at, end = self._take(value, array.size)
-            return lambda v: v[at:end].reshape(shape), ("array", shape)
+                return self._complex_array(array.real, array.imag, array.ids)
+            return self._real_array(value, array.ids, array.dtype)
         if isinstance(value, np.ndarray):
             return self._array(value)
         if type(value) in (list, tuple):
@@ -96,22 +95,35 @@ class Given:
         if not is_symbolic(flat):
             return self._array(np.array(flat).reshape(shape))
         if not any(map(is_complex, flat)):
-            at, end = self._take(flat, size)
-            return lambda v: v[at:end].reshape(shape), ("array", shape)
+            return self._real_array(flat, value, np.dtype(float))
         pairs = list(map(parts, flat))
-        return self._complex_array([a for a, _ in pairs], [b for _, b in pairs], shape)
+        return self._complex_array([a for a, _ in pairs], [b for _, b in pairs], value)
 
-    def _complex_array(self, real, imag, shape):
-        self.fixed, size = False, math.prod(shape)
+    def _real_array(self, numbers, like, dtype):
+        """An array of numbers that lies in memory as `like`."""
+        at, end = self._take(numbers, like.size)
+        shape, key = like.shape, ("array", like.shape, dtype.str, order_of(like))
+        if dtype == float and like.flags.c_contiguous:
+            return lambda v: v[at:end].reshape(shape), key
+        self.fixed = False
+        return lambda v: laid_out(v[at:end].reshape(shape).astype(dtype), like), key
+
+    def _complex_array(self, real, imag, like):
+        self.fixed, size, shape = False, like.size, like.shape
         at, middle = self._take(real, size)
         self._take(imag, size)  # the imaginary parts follow all real parts
 
         def of_complexes(v):
             found = np.empty(size, complex)
             found.real, found.imag = v[at:middle], v[middle : middle + size]
-            return found.reshape(shape)
+            return laid_out(found.reshape(shape), like)
 
-        return of_complexes, ("complex array", shape)
+        return of_complexes, ("complex array", shape, order_of(like))
+
+
+def order_of(array):
+    """The order of an array in memory, for a key; None for C order."""
+    return None if array.flags.c_contiguous else np.empty_like(array.view(np.ndarray), bool).strides
 
 
 class Result:
@@ -182,13 +194,14 @@ class Result:
         def of(found):
             part = found[at:end].copy()
             if not of_complexes:
-                return part.reshape(shape)
+                return laid_out(part.reshape(shape), value)
             if isinstance(found, Batched):
                 both: Any = part
-                return BATCHES["joint"](both[:size].reshape(shape), both[size:].reshape(shape))
+                whole = BATCHES["joint"](both[:size].reshape(shape), both[size:].reshape(shape))
+                return laid_out(whole, value)
             pairs = np.empty(size, dtype=object)
             pairs[:] = [Pair(a, b) for a, b in zip(part[:size], part[size:], strict=True)]
-            return pairs.view(Array).reshape(shape)
+            return laid_out(pairs.view(Array).reshape(shape), value)
 
         return store, of
 

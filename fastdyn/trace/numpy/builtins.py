@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from ..graph.kinds import FLOAT, INT
-from ..symbols.arrays import elementwise
+from ..symbols.arrays import Array, elementwise
 from ..symbols.complex_functions import made
 from ..symbols.complex_pair import Pair, total
 from ..symbols.conditions import Condition, both, either, select
 from ..symbols.instances import of_type
+from ..symbols.masks import Masked
 from ..symbols.real import NAMES, Symbol, by_name, symbol
-from ..symbols.symbolic import Symbolic, graph_of, is_symbolic, refuse
+from ..symbols.symbolic import Batched, Symbolic, graph_of, is_symbolic, refuse
+from .constants import Constants
 from .of_numbers import BY_FORMULA, hypotenuse
 from .plain_arrays import number
 from .super_of_copies import super_of_copies
@@ -79,7 +81,8 @@ class Type(metaclass=_PlainType):
     def __new__(cls, value, *more):
         if isinstance(value, Symbolic):
             refuse("it asks for the type of what depends on the state")
-        return type(value, *more)
+        ours = isinstance(value, Batched | Masked | Array | Constants)
+        return np.ndarray if ours else type(value, *more)
 
 
 def _extreme(plain, sign):

@@ -11,7 +11,9 @@ from ..islands.special import by_address
 from ..symbols.arrays import Array, elementwise, reduced, stored
 from ..symbols.complex_pair import total
 from ..symbols.conditions import select
+from ..symbols.layout import as_numpy_does
 from ..symbols.lazy import complete
+from ..symbols.masks import WHY, Masked
 from ..symbols.real import Symbol
 from ..symbols.symbolic import (
     BATCHES,
@@ -31,6 +33,7 @@ WITH_EFFECTS = set(
     "save savez savez_compressed savetxt array2string array_str array_repr copyto put place "
     "putmask fill_diagonal put_along_axis".split()
 )
+LAID_OUT = {np.where, np.piecewise}  # their stand-ins lay out what they give
 OF_TABLES = {
     np.interp, np.searchsorted, np.digitize, np.shape, np.ndim, np.size, np.array, np.asarray,
     np.asanyarray, np.ascontiguousarray,
@@ -42,6 +45,8 @@ def call_ufunc(ufunc, method, args, kwargs):
     if in_batches(args):
         return BATCHES["ufunc"](ufunc, method, args, kwargs)
     args = complete(tuple(args))
+    if any(isinstance(a, Masked) for a in args):
+        refuse(WHY)
     out = kwargs.pop("out", None)
     where = complete(kwargs.pop("where", True))
     if kwargs.get("dtype") in (float, object, None, type(np.dtype(float)), type(np.dtype(object))):
@@ -146,6 +151,8 @@ def call_function(function, args, kwargs):
     if function is np.fromiter:
         args = list(args[0]), *args[1:]
     args = tuple(list(a) if isinstance(a, types.GeneratorType) else a for a in args)
+    if any(isinstance(a, Masked) for a in args):
+        return function(*args, **kwargs) if isinstance(function, np.ufunc) else refuse(WHY)
     if in_batches((*args, *kwargs.values())) or (
         NOW.table is not None and function in MAKERS and is_symbolic([*args, *kwargs.values()])
     ):
@@ -162,8 +169,16 @@ def call_function(function, args, kwargs):
 
 def _possibly_apart(function):
     """The stand-in of a NumPy function; if the stand-in refuses, the function becomes an island."""
-    written_out = STAND_INS.get(function) or functools.partial(_as_numpy_does, function)
-    if isinstance(function, np.ufunc) or function.__name__ in WITH_EFFECTS:
+    stand_in = STAND_INS.get(function)
+    if stand_in is None or function in LAID_OUT:
+        written_out = stand_in or functools.partial(_as_numpy_does, function)
+    else:
+
+        def written_out(*args, **kwargs):
+            return as_numpy_does(function, args, kwargs, stand_in(*args, **kwargs))
+
+    of_its_own = isinstance(function, np.ufunc) or function is np.piecewise
+    if of_its_own or function.__name__ in WITH_EFFECTS:
         return written_out
     return or_apart(function, written_out)
 

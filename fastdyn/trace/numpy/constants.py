@@ -27,7 +27,7 @@ class Constants(np.ndarray):
     @classmethod
     def made(cls, content):
         """A copy of an array; read-only if long."""
-        array = content.copy().view(cls)
+        array = content.copy("K").view(cls)
         array.flags.writeable = content.size <= MAX_ARRAY
         return array
 

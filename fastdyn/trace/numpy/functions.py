@@ -3,6 +3,7 @@
 import functools
 import itertools
 import operator
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ..symbols.complex_pair import any_complex, product, total
 from ..symbols.conditions import select
 from ..symbols.division import to_decimals
 from ..symbols.lazy import complete
+from ..symbols.masks import Masked
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Lazy, Symbolic, in_batches, is_symbolic, refuse
 from .fourier import transform
@@ -49,14 +51,32 @@ def choose_first(conditions, choices, default=0.0):
 def piecewise(x, conditions, functions, *args, **kwargs):
     if not isinstance(conditions, list | tuple):
         conditions = [conditions]
-    if isinstance(x, np.ndarray) and x.ndim and not isinstance(conditions[0], np.ndarray):
-        conditions = [Array.of(conditions)]
+    if isinstance(x, np.ndarray) and x.ndim:
+        return _piecewise(x, conditions, functions, args, kwargs)
     functions = list(functions)
     default = functions.pop() if len(functions) == len(conditions) + 1 else 0.0
     values = [f(x, *args, **kwargs) if callable(f) else f for f in (default, *functions)]
     result = values[0]
     for condition, value in zip(conditions, values[1:], strict=True):
         result = elementwise(select, condition, value, result)
+    return result
+
+
+def _piecewise(x, conditions, functions, args, kwargs):
+    """np.piecewise of an array: each function gets the elements that its condition selects."""
+    if not isinstance(conditions[0], np.ndarray | list):
+        conditions = [conditions]
+    masks = [array_of(each) for each in conditions]
+    if len(functions) == len(masks) + 1:
+        masks.append(np.logical_not(functools.reduce(np.logical_or, masks)))
+    result = np.zeros_like(x)
+    for mask, value in zip(masks, functions, strict=True):
+        if callable(value):
+            chosen = x[mask]
+            if isinstance(chosen, Masked) or len(chosen):
+                result[mask] = value(chosen, *args, **kwargs)
+        else:
+            result[mask] = value
     return result
 
 
@@ -85,14 +105,14 @@ def einsum(subscripts, *operands, **_):
     return result.view(Array) if result.ndim else result[()]
 
 
-def array(a, dtype=None, *, copy=True, ndmin=0, **_):
+def array(a, dtype=None, *, copy: Any = True, ndmin=0, order="K", **_):
     if isinstance(a, Lazy):
         a = as_table(a) if not ndmin and dtype is None else complete(a)
     if isinstance(a, Table) and not ndmin and dtype is None:
         return a.copy() if copy else a
     if isinstance(a, Symbol) and not ndmin:
         return Array.scalar(a)
-    result = Array.of(np.array(a, dtype=object, ndmin=ndmin, copy=bool(copy) or None))
+    result = Array.of(np.array(a, object, ndmin=ndmin, copy=bool(copy) or None, order=order))
     if any(isinstance(v, np.ndarray) and v.ndim == 0 for v in result.flat):
         result = elementwise(lambda v: v.item() if isinstance(v, np.ndarray) else v, result)
     if any(v is None or isinstance(v, str | dict) for v in result.flat):
@@ -103,7 +123,7 @@ def array(a, dtype=None, *, copy=True, ndmin=0, **_):
 def as_it_is(a, dtype=None, **_):
     """np.asarray."""
     if isinstance(a, Array):
-        return a if dtype is None else a.astype(dtype)
+        return a if dtype is None else a.astype(dtype, copy=False)
     return array(a, dtype, copy=False)
 
 

@@ -26,7 +26,7 @@ def raised(value) -> Any:
     if isinstance(value, np.ndarray) and not isinstance(value, Array):
         if NOW.table is not None and str(value.dtype) in ("float64", "complex128") and value.ndim:
             return BATCHES["raised"](NOW.table, value)
-        if value.dtype == object or (value.dtype.kind in "fc" and value.size <= 4096):
+        if value.dtype == object or (value.dtype in (float, complex) and value.size <= 4096):
             return Array.of(value) if value.ndim else value
         return value.view(Constants) if value.dtype.kind in "fib" and value.ndim else value
     if type(value) in (list, tuple):

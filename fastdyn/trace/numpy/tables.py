@@ -7,17 +7,20 @@ import numpy as np
 from ..graph.kinds import FLOAT, NUMPY
 from ..reads.reads import MAX_ARRAY
 from ..symbols.arrays import Array
+from ..symbols.layout import laid_out
 from ..symbols.lazy import Unasked, complete
 from ..symbols.real import Symbol
-from ..symbols.symbolic import NOW, Lazy, is_symbolic
-from ..symbols.symbolic_indices import by_elements, chosen, name_of_slots, part_of, spread
+from ..symbols.symbolic import BATCHES, NOW, Lazy, is_symbolic
+from ..symbols.symbolic_indices import (
+    by_elements, chosen, name_of_slots, part_of, spread, step_along,
+)  # fmt: skip
 
 
 class Asked(list):
     """The elements of a Table that a run has used; `before` keeps their original content."""
 
     def __init__(self, memory):
-        self.memory, self.places, self.before = memory.reshape(-1), [], []
+        self.memory, self.places, self.before = memory.flat, [], []
 
     def __iter__(self):
         return (self.memory[i] for i in self.places)
@@ -78,11 +81,12 @@ class Table(Lazy, Array):
     _unasked: Any = None
 
     @classmethod
-    def made(cls, elements, shape):
-        memory, one = np.empty(shape, dtype=object), np.empty((), dtype=object)
+    def made(cls, elements, like):
+        """The Table of an array that lies in memory as the array `like`."""
+        memory, one = np.empty_like(like, object, subok=False), np.empty((), dtype=object)
         one[()] = Unasked(elements.graph)
         memory[...] = one
-        at = np.arange(memory.size).reshape(shape)
+        at = laid_out(np.arange(memory.size).reshape(memory.shape), memory)
         table = cls._over(memory, at, elements, Asked(memory))
         table._unasked = one
         return table
@@ -103,10 +107,13 @@ class Table(Lazy, Array):
         self._elements.count = 0
         return self
 
-    def copy(self: Any, order="C") -> Any:
+    def copy(self: Any, order: Any = "C") -> Any:
         if self._at is None or self._asked.places or self.size != self._elements.content.size:
-            return self.filled().copy()
-        return Table.made(self._elements, self.shape)
+            return self.filled().copy(order)
+        if (self._at.reshape(-1) != np.arange(self.size)).any():  # a view in another order
+            array = self.filled() if NOW.table is None else BATCHES["raised"](NOW.table, self)
+            return array.copy(order)
+        return Table.made(self._elements, np.empty_like(self._at, order=order))
 
     __copy__ = copy
 
@@ -135,7 +142,7 @@ class Table(Lazy, Array):
         """
         if self._at is None or self._at.ndim != 1 or not self.size or not self._asked.untouched():
             return None
-        step = self._at.strides[0] // self._at.itemsize
+        step = step_along(self._at, 0)
         if step <= 0:
             return None
         first = int(self._at[0])
@@ -191,7 +198,7 @@ def as_table(value):
     if found is None or found[2] not in (NUMPY, FLOAT):
         return value.filled()
     slots, content, _, constants = found
-    return Table.made(Elements(value.graph, slots, content, constants), content.shape)
+    return Table.made(Elements(value.graph, slots, content, constants), content)
 
 
 BY_FUNCTION = {"dot", "sum", "mean", "max", "min", "clip", "repeat", "take"}
@@ -210,7 +217,7 @@ def _of_places(name):
     """A method that returns a view where NumPy's method does."""
 
     def method(self, *args, **kwargs):
-        if self._at is not None and self._at.flags.c_contiguous:
+        if self._at is not None:
             memory = getattr(self.view(np.ndarray), name)(*args, **kwargs)
             at = getattr(self._at, name)(*args, **kwargs)
             if np.may_share_memory(memory, self):

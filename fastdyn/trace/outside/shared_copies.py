@@ -1,5 +1,7 @@
 """Copies of long arrays and lists, shared by all runs that do not write to them."""
 
+import numpy as np
+
 from ..numpy.constants import Constants
 from ..numpy.tables import Elements, Table
 from ..reads.table_reads import Nature, held
@@ -45,7 +47,7 @@ def long_array(g, value, row):
     def make():
         slots, content = g.reads.parameters(row, value), value.copy(order="C")
         noting = _noting(g.reads, row, content)
-        return lambda: Table.made(Elements(g, slots, content, noting), value.shape)
+        return lambda: Table.made(Elements(g, slots, content, noting), value)
 
     return _shared(g, value, make)
 
@@ -55,12 +57,12 @@ def constant_array(g, value, row):
     _check(value.size)
 
     def make():
-        content = value.copy(order="C")
+        content = value.copy(order="K")
         g.reads.expect(row, "content", content)
         if value.dtype != float:
             return lambda: Constants.made(content)
-        slots = held(g.reads, content)
-        return lambda: Table.made(Elements(g, slots, content, None), value.shape)
+        slots, content = held(g.reads, content), np.ascontiguousarray(content)
+        return lambda: Table.made(Elements(g, slots, content, None), value)
 
     return _shared(g, value, make)
 

@@ -44,6 +44,11 @@ def _has_keys(value, expected):
     return all(map(operator.is_, found, keys)) or _unseen(tuple(found)) == _unseen(tuple(keys))
 
 
+def laid(value):
+    """(shape, strides) of an array, by which a later array must lie in memory; None for a row."""
+    return value.shape, value.strides if value.ndim > 1 else None
+
+
 # Checks that one expression says; `compile.traced.reader` writes the expressions out.
 WRITTEN = {
     "same": "{value} is {expected}",
@@ -60,14 +65,17 @@ CHECKS: dict[str, Any] = {
     for name, text in WRITTEN.items()
 } | {
     "equal": _equal,
-    "array": lambda value, shape: (
-        type(value) is np.ndarray and value.shape == shape and value.dtype == float
+    "array": lambda value, expected: (
+        type(value) is np.ndarray
+        and value.shape == expected[0]
+        and value.dtype == float
+        and (expected[1] is None or value.strides == expected[1])
     ),
-    "complex array": lambda value, shape: (
-        type(value) is np.ndarray and value.shape == shape and value.dtype == complex
+    "complex array": lambda value, expected: (
+        type(value) is np.ndarray and value.dtype == complex and laid(value) == expected
     ),
-    "real values": lambda value, shape: (
-        CHECKS["complex array"](value, shape) and not value.imag.any()
+    "real values": lambda value, expected: (
+        CHECKS["complex array"](value, expected) and not value.imag.any()
     ),
     "size": lambda cls, expected: len(vars(cls)) == expected,
     "absent": lambda value, _: value is MISSING,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..graph.evaluate import evaluate
-from .checks import CHECKS
+from .checks import CHECKS, laid
 from .steps import STEPS
 
 STABLE = -1  # the row of objects inside libraries, which do not change
@@ -103,7 +103,7 @@ class Reads:
             if self.root_of(row) in self.varying:
                 self.graph.varying.update(range(first, len(self.graph.values)))
             if array and value.dtype == float:
-                self.expect(row, "array", value.shape)
+                self.expect(row, "array", laid(value))
             elif array:
                 self.expect(row, "numbers", (value.dtype, value.shape))
             else:

@@ -114,6 +114,7 @@ def _equal_arrays(value, expected):
         type(value) is np.ndarray
         and value.dtype == expected.dtype
         and value.shape == expected.shape
+        and (value.ndim < 2 or value.flags.c_contiguous == expected.flags.c_contiguous)
         and _bits_are_equal(value, expected)
     )
 

@@ -6,12 +6,15 @@ from typing import Any
 import numpy as np
 
 from .complex_pair import Pair, is_complex, parts
-from .conditions import Condition, both, cast, either, select
+from .conditions import Condition, both, cast, either, kind_of_number, select
 from .lazy import complete
-from .masks import Masked
+from .layout import laid_out, like_a_ufunc
+from .masks import WHY, Masked, chosen
 from .operators import by_function
 from .real import Symbol, as_python
-from .symbolic import BATCHES, NOW, AnswersNumPy, Batched, in_batches, is_symbolic, refuse
+from .symbolic import (
+    BATCHES, NOW, AnswersNumPy, Batched, in_batches, is_symbolic, kind_of, refuse,
+)  # fmt: skip
 from .symbolic_indices import by_elements, check_bounds, index_of, table_of, without_dots
 
 MAX_CHOICES = 64  # most elements that a symbolic index selects from by comparisons
@@ -56,10 +59,14 @@ class Array(AnswersNumPy, np.ndarray):
     def dump(self, file):
         refuse("it writes to a file", effect=True)
 
-    def astype(self, dtype=None, *_, **__):
+    def astype(self, dtype=None, order: Any = "K", casting="unsafe", subok=True, copy=True):
         if dtype is object:
-            return self.copy()
-        return elementwise(lambda v: cast(v, dtype), self)
+            return self.copy(order)
+        kinds = set(map(kind_of_number, self.flat))
+        if not copy and order == "K" and kind_of(dtype) == max(kinds, key="bifc".find, default=""):
+            return self
+        found = elementwise(lambda v: cast(v, dtype), self)
+        return found if order == "K" else found.copy(order)
 
     def __getitem__(self, key) -> Any:
         key = complete(key)
@@ -71,10 +78,9 @@ class Array(AnswersNumPy, np.ndarray):
         key, value = complete(key), complete(value)
         if isinstance(value, np.ndarray) and value.ndim == 0:
             value = value.item()
-        if isinstance(value, Masked) and value.mask is not key:
-            if not np.array_equal(_nodes(value.mask), _nodes(key)):
-                refuse("two different masks of the state in one assignment")
         if not is_symbolic(key):
+            if isinstance(value, Masked):
+                refuse(WHY)
             return super().__setitem__(_plain_key(key), value)
         if isinstance(key, Symbol) and self.ndim == 1:
             look_up(list(self), key)  # raises IndexError for an index out of bounds
@@ -84,11 +90,7 @@ class Array(AnswersNumPy, np.ndarray):
             return None
         if not (isinstance(key, np.ndarray) and key.shape == self.shape):
             refuse("a store at an index that depends on the state")
-        new = (
-            value.whole
-            if isinstance(value, Masked)
-            else np.broadcast_to(Array.of(value), self.shape)
-        )
+        new = np.broadcast_to(Array.of(chosen(key, value)), self.shape)
         for i in np.ndindex(self.shape):
             super().__setitem__(i, select(key[i], new[i], super().__getitem__(i)))
 
@@ -150,12 +152,13 @@ def stored(result, out) -> Any:
         return result
     if out.dtype != object and not isinstance(out, Batched) and is_symbolic(result):
         refuse("a result that depends on the state is stored in an array from outside")
+    if np.ndim(result) and np.shape(result) != out.shape:
+        refuse("a result is stored in an array of another shape")
+    of_numbers = result if isinstance(result, Batched) else np.empty(0)
+    if isinstance(out, Batched) and not np.can_cast(of_numbers.dtype, out.dtype, "same_kind"):
+        refuse(f"numbers are stored in an array of {out.dtype}")
     out[...] = result
     return out
-
-
-def _nodes(mask):
-    return np.array([getattr(v, "node", v) for v in np.asarray(mask, object).flat], object)
 
 
 def _plain_key(key):
@@ -169,6 +172,8 @@ def _plain_key(key):
 
 def elementwise(function, *values) -> Any:
     """Apply a function of numbers to the elements of broadcast arrays."""
+    if any(isinstance(v, Masked) for v in values):
+        refuse(WHY)
     if in_batches(values):
         return BATCHES["elementwise"](NOW.table, function, values)
     arrays = [
@@ -179,7 +184,7 @@ def elementwise(function, *values) -> Any:
     flat = result.reshape(-1)
     for i, row in enumerate(zip(*(m.reshape(-1) for m in many), strict=True)):
         flat[i] = function(*row)
-    return result.view(Array) if result.ndim else result[()]
+    return laid_out(result.view(Array), like_a_ufunc(arrays)) if result.ndim else result[()]
 
 
 def reduced(function, array, axis=None, keepdims=False) -> Any:

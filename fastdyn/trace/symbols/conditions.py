@@ -172,6 +172,17 @@ def either(a, b):
     return True if a else b
 
 
+def kind_of_number(value):
+    """NumPy's kind letter of a number: "b", "i", "f" or "c"."""
+    if isinstance(value, Symbol):
+        return "i" if value.kind == INT else "f"
+    if isinstance(value, Condition | bool | np.bool_):
+        return "b"
+    if is_complex(value):
+        return "c"
+    return "i" if isinstance(value, int | np.integer) else "f"
+
+
 def cast(value, dtype):
     """Convert a number, symbolic or not, to a whole number, a truth value or a float."""
     if isinstance(value, Symbol | Condition):

@@ -1,33 +1,74 @@
 """Selections by a mask that depends on the state."""
 
-from .symbolic import refuse
+from typing import Any
+
+import numpy as np
+
+from .symbolic import Batched, refuse
+
+WHY = "a selection by a mask of the state"
 
 
-class Masked:
-    """``a[mask]`` with a mask of Conditions, only for statements ``out[mask] = f(a[mask])``."""
+class Masked(np.lib.mixins.NDArrayOperatorsMixin):
+    """``a[mask]`` with a mask that has the shape of `a`: a copy, whose length no trace knows.
 
-    def __init__(self, whole, mask):
-        self.whole, self.mask = whole, mask
+    Elementwise functions combine a selection with numbers and with selections by an equal mask; the
+    statement ``b[mask] = selection`` stores the selection.  The selection refuses all else, also
+    what Python and NumPy would answer with an exception for the user's handlers.
 
-    def __array_ufunc__(self, ufunc, method, *args, **kwargs):
-        if method != "__call__" or kwargs:
-            refuse("a selection by a mask of the state")
-        return Masked(ufunc(*[_whole(a) for a in args]), self.mask)
+    Attributes
+    ----------
+    whole : array
+        The numbers at all places, selected or not.
+    mask : array
+    """
+
+    __class__: Any = property(lambda self: np.ndarray)  # for isinstance(_, np.ndarray)
+    __hash__: Any = None
+
+    def __init__(self, array, mask):
+        if mask.shape != array.shape:
+            refuse("a mask of the state of another shape than the array")
+        self.whole, self.mask = array.copy(), mask.copy()
+
+    def __array_ufunc__(self, ufunc, method, *args, out=None, **kwargs):
+        if method != "__call__" or kwargs or ufunc.signature is not None or ufunc.nout != 1:
+            refuse(WHY)
+        result = ufunc(*[chosen(self.mask, each) for each in args])
+        if out is None:
+            return Masked(result, self.mask)
+        if out[0] is not self or result.dtype != self.whole.dtype:
+            refuse(WHY)
+        self.whole = result
+        return self
+
+    def _refused(self, *_, **__) -> Any:
+        refuse(WHY)
+
+    __array__ = __array_function__ = __len__ = __iter__ = __getitem__ = __setitem__ = _refused
+    __contains__ = __bool__ = __float__ = __int__ = __index__ = __complex__ = __round__ = _refused
+    __reduce__ = __reduce_ex__ = __copy__ = __deepcopy__ = __repr__ = __format__ = _refused
 
     def __getattr__(self, name):
-        refuse("a selection by a mask of the state")
+        refuse(WHY)
 
 
-def _operation(name):
-    def method(self, *others):
-        return Masked(getattr(self.whole, name)(*map(_whole, others)), self.mask)
+def chosen(mask, value):
+    """What stands for `value` in an operation on the elements that a mask selects.
 
-    return method
+    The value is a selection by an equal mask, whose numbers at all places are returned, or a number.
+    """
+    if isinstance(value, Masked):
+        if _nodes(value.mask) != _nodes(mask):
+            refuse("selections by two different masks of the state")
+        return value.whole
+    if np.ndim(value):
+        refuse("an array beside a selection by a mask of the state")
+    return value
 
 
-for _name in "add radd sub rsub mul rmul truediv rtruediv pow rpow neg abs".split():
-    setattr(Masked, f"__{_name}__", _operation(f"__{_name}__"))
-
-
-def _whole(value):
-    return value.whole if isinstance(value, Masked) else value
+def _nodes(mask):
+    """The truth values of a mask, to be compared."""
+    if isinstance(mask, Batched):
+        return mask.shape, mask.ids.tobytes()
+    return mask.shape, [getattr(v, "node", v) for v in mask.flat]

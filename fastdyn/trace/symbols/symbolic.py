@@ -92,7 +92,7 @@ class Batched(np.lib.mixins.NDArrayOperatorsMixin):
     __hash__: Any = None
     __class__: Any = property(lambda self: np.ndarray)  # for isinstance(_, np.ndarray)
     T: Any = property(lambda self: self.transpose())
-    flat: Any = property(lambda self: iter(self.ravel()))
+    flat: Any = property(lambda self: Flat(self), lambda *_: refuse("it writes to `flat`"))
     _called: str  # in messages
     copy: Callable
     ravel: Callable
@@ -143,6 +143,21 @@ class Batched(np.lib.mixins.NDArrayOperatorsMixin):
         if name.startswith("__") or not hasattr(np.ndarray, name):
             raise AttributeError(f"'numpy.ndarray' object has no attribute '{name}'")
         refuse(f"`{name}` of a {self._called} that depends on the state")
+
+
+class Flat:
+    """The elements of a long array, to be iterated over."""
+
+    def __init__(self, array):
+        self._array = array
+
+    def __iter__(self):
+        return iter(self._array.ravel())
+
+    def _refused(self, *_) -> Any:
+        refuse("`flat` of an array that depends on the state")
+
+    __getitem__ = __setitem__ = __len__ = __array__ = __getattr__ = _refused
 
 
 SHORT = 16  # arrays up to this length are traced element by element

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..graph.kinds import INT
 from ..reads.table_reads import LONG, held
+from .conditions import Condition
 from .real import Symbol
 from .symbolic import Batched, Symbolic, is_symbolic, refuse
 
@@ -96,8 +97,10 @@ def chosen(at, key, name_of, kind) -> Any:
     """
     moving = [i for i, k in enumerate(key) if isinstance(k, Symbol)]
     g = key[moving[0]].g
-    steps, counts = [at.strides[i] // at.itemsize for i in moving], [at.shape[i] for i in moving]
-    if min(steps) <= 0 or 0 in at.shape:
+    if 0 in at.shape:
+        return None
+    steps, counts = [step_along(at, i) for i in moving], [at.shape[i] for i in moving]
+    if min(steps) <= 0:
         return None
     for i, n in zip(moving, counts, strict=True):
         check_bounds(key[i], n)
@@ -113,6 +116,12 @@ def chosen(at, key, name_of, kind) -> Any:
         first = int(firsts[i])
         result[i] = entry(g, name_of(range(first, first + step * count, step)), index, kind)
     return result if result.ndim else result[()]
+
+
+def step_along(at, axis):
+    """The step between places, evenly spaced along an axis of `at`; 1 for a single place."""
+    line = np.moveaxis(at, axis, 0).reshape(at.shape[axis], -1)[:2, 0]
+    return int(line[-1] - line[0]) if len(line) > 1 else 1
 
 
 def _place(g, nodes, steps, counts):
@@ -180,8 +189,10 @@ def plain_key(key: Any) -> Any:
     if is_symbolic(key) and not isinstance(key, Symbolic):
         with contextlib.suppress(TypeError):
             key = np.array(key.tolist())
-    if isinstance(key, Batched):
+    if isinstance(key, Batched) or getattr(key, "dtype", None) == object:
         refuse("an array is indexed by an array that depends on the state")
+    if isinstance(key, Condition):
+        return bool(key)
     if isinstance(key, Symbolic):
         number: Any = key
         return operator.index(number)
