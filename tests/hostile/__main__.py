@@ -4,9 +4,11 @@ import argparse
 import collections
 import pathlib
 import sys
+from functools import partial
 
 from .compare import verdict
 from .compose import draw_case
+from .selections import draw_selection
 from .solvers import TooMany
 from .solving import outcome
 from .workers import judged
@@ -40,19 +42,19 @@ def main():
     parser.add_argument("--source", type=pathlib.Path, help="a case of this file, in this process")
     parser.add_argument("--keep", type=pathlib.Path, help="a folder for the sources that differ")
     parser.add_argument("--family", default="", help="a file of tests/hostile/idioms, without .txt")
+    parser.add_argument("--selections", action="store_true", help="cases of `selections`")
     parser.add_argument("--scipy", action="store_true", help="what SciPy makes of them, only")
     given = parser.parse_args()
+    drawn = draw_selection if given.selections else partial(draw_case, family=given.family)
     if given.only:
         seed, index = map(int, given.only.split(":"))
-        case = draw_case(seed, index, family=given.family)
+        case = drawn(seed, index)
         print(case.name, case.source, *verdict(case.source), sep="\n")
         return 0
     if given.source:
         print(*verdict(given.source.read_text()), sep="\n")
         return 0
-    cases = [
-        draw_case(given.seed, given.first + j, family=given.family) for j in range(given.count)
-    ]
+    cases = [drawn(given.seed, given.first + j) for j in range(given.count)]
     if given.scipy:
         return check_idioms(cases)
     counts: collections.Counter = collections.Counter()

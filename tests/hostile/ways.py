@@ -92,6 +92,11 @@ def times(s):
     s.once(t_eval=np.linspace(*s.how["span"], 9)[1:-1], max_step=0.3, first_step=1e-3)
 
 
+def pulse(s):
+    """With short steps, and no output while a pulse lasts: see `selections`."""
+    s.once(t_eval=s.how["span"], max_step=0.002)
+
+
 def matrix(s):
     """With a Jacobian of one's own, which reads what the function reads, where a method has one."""
     fun, n = s.module.fun, len(s.how["y0"])
@@ -132,5 +137,5 @@ WAYS = {
     "event": event, "callback": stepping, "stepper": stepping, "dense": dense, "fun": inside,
     "on_event": on_event, "ensemble": ensemble, "pieces": pieces, "twins": twins,
     "backward": backward, "complex": complex_start, "terminal": terminal, "times": times,
-    "matrix": matrix,
+    "matrix": matrix, "pulse": pulse,
 }  # fmt: skip

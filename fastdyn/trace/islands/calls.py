@@ -9,7 +9,7 @@ from ..graph.user_lines import line_of_call
 from ..symbols.arrays import Array
 from ..symbols.layout import arrays_in
 from ..symbols.real import Symbol, symbol
-from ..symbols.symbolic import BATCHES, graph_of, refuse
+from ..symbols.symbolic import BATCHES, Batched, Lazy, graph_of, refuse
 from .forms import Given, Result
 from .island import Island
 
@@ -58,7 +58,19 @@ def apart(function, args, kwargs, name=None, what=None) -> Any:
         g, given, data
     )  # fmt: skip
     g.raises_if(g.negation(g.compare(found[-1].node, g.const(0.0), "eq")), lambda: None)
-    return result.of(found)
+    made = result.of(found)
+    if result.is_view:
+        _forbid_stores([args, kwargs, made], name)
+    return made
+
+
+def _forbid_stores(value, name):
+    """Refuse stores in arrays that share memory where the arrays of symbols do not."""
+    for array in arrays_in(value):
+        if isinstance(array, Batched):
+            array.forbid_stores()  # pyright: ignore
+        elif array.dtype == object and not isinstance(array, Lazy):
+            refuse(f"a view that {name} gives")
 
 
 def _nodes(g, given):
@@ -81,7 +93,8 @@ def _island(g, function, given, name, what):
     if known is None:
         if len(g.islands) >= MAX_ISLANDS:
             refuse("it calls a library in too many ways", final=True)
-        result = Result(_first(g, function, given, name))
+        first, is_view = _first(g, function, given, name)
+        result = Result(first, is_view)
         if result.size > MAX_NUMBERS:
             refuse(f"{name} gives {result.size} numbers", final=True)
         known = g.kept[key] = Island(function, given, result, name, line_of_call()), result
@@ -89,7 +102,10 @@ def _island(g, function, given, name, what):
 
 
 def _first(g, function, given, name):
-    """Call the library with the inputs at the start, or else with random inputs in [0.5, 1.5)."""
+    """Call the library with the inputs at the start, or else with random inputs in [0.5, 1.5).
+
+    Returns the result, and whether the result shares memory with an input.
+    """
     rng = np.random.default_rng(0)
     error: Any = None
     for numbers in (_at_the_start(g, given), rng.uniform(0.5, 1.5, given.size)):
@@ -103,10 +119,8 @@ def _first(g, function, given, name):
             error = error or raised
             continue
         of_args = list(arrays_in([args, named]))
-        for array in arrays_in(result):
-            if any(np.may_share_memory(array, each) for each in of_args):
-                refuse(f"a view that {name} gives")
-        return result
+        pairs = ((array, each) for array in arrays_in(result) for each in of_args)
+        return result, any(np.may_share_memory(*pair) for pair in pairs)
     return refuse(f"{name} raises {type(error).__name__} at the start", final=True)
 
 

@@ -129,12 +129,14 @@ def order_of(array):
 class Result:
     """The form of a library's result: `size` numbers, and constants that no call may change.
 
+    `is_view` tells whether the result shares memory with an argument.
+
     ``store(value, numbers)`` copies the numbers of a result, or raises Changed.  ``of(found)``
     builds the result from an array of symbols.
     """
 
-    def __init__(self, value):
-        self.size = 0
+    def __init__(self, value, is_view=False):
+        self.size, self.is_view = 0, is_view
         self.store, self.of = self._part(value)
 
     def _part(self, value) -> tuple[Any, Any]:

@@ -49,6 +49,8 @@ class Constants(np.ndarray):
     def __setitem__(self, key, value):
         if not self.flags.writeable:
             refuse("it changes an array", final=True)
+        if is_symbolic(key):
+            refuse("a store at an index that depends on the state")
         if self.dtype.kind in "iu" and isinstance(value, Symbol) and value.kind != INT:
             warnings.warn(CUT, UserWarning, stacklevel=2)
         super().__setitem__(key, value)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..symbols.arrays import Array, elementwise, reduced, stored
 from ..symbols.complex_pair import any_complex, product, total
-from ..symbols.conditions import select
+from ..symbols.conditions import kind_of_number, select
 from ..symbols.division import to_decimals
 from ..symbols.lazy import complete
 from ..symbols.masks import Masked
@@ -182,6 +182,8 @@ def filled(value):
     """A function such as np.zeros_like, which fills the shape of an array with a value."""
 
     def function(a, dtype=None, *_, shape=None, **__):
+        kinds = set(map(kind_of_number, Array.of(a).flat)) if dtype is None else ()
+        dtype = bool if kinds == {"b"} else dtype
         result = Array.of(np.full(np.shape(a) if shape is None else shape, value))
         return result if dtype is None else result.astype(dtype)
 

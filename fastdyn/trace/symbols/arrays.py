@@ -76,11 +76,16 @@ class Array(AnswersNumPy, np.ndarray):
 
     def __setitem__(self, key, value):
         key, value = complete(key), complete(value)
+        is_mask = is_symbolic(key) and _is_mask(key)
+        if is_mask:
+            value = chosen(key, value)
+        elif isinstance(value, Masked):
+            refuse(WHY)
         if isinstance(value, np.ndarray) and value.ndim == 0:
             value = value.item()
+        if _are_whole(self.flat) and not {"f", "c"}.isdisjoint(_kinds(value)):
+            refuse("a number is stored in an array of whole numbers, or of truth values")
         if not is_symbolic(key):
-            if isinstance(value, Masked):
-                refuse(WHY)
             return super().__setitem__(_plain_key(key), value)
         if isinstance(key, Symbol) and self.ndim == 1:
             look_up(list(self), key)  # raises IndexError for an index out of bounds
@@ -88,9 +93,9 @@ class Array(AnswersNumPy, np.ndarray):
                 here = (key == i) | (key == i - len(self))
                 super().__setitem__(i, select(here, value, super().__getitem__(i)))
             return None
-        if not (isinstance(key, np.ndarray) and key.shape == self.shape):
+        if not is_mask or key.shape != self.shape:
             refuse("a store at an index that depends on the state")
-        new = np.broadcast_to(Array.of(chosen(key, value)), self.shape)
+        new = np.broadcast_to(Array.of(value), self.shape)
         for i in np.ndindex(self.shape):
             super().__setitem__(i, select(key[i], new[i], super().__getitem__(i)))
 
@@ -136,6 +141,32 @@ class Array(AnswersNumPy, np.ndarray):
 
 for _name in "max min dot clip searchsorted conj conjugate".split():
     setattr(Array, _name, by_function(_name))
+
+
+def _is_mask(key):
+    if not isinstance(key, np.ndarray):
+        return False
+    return key.dtype == bool or (key.ndim > 0 and _kinds(key) == {"b"})
+
+
+def _are_whole(values):
+    """Whether values are the elements of an array of whole numbers, or of truth values.
+
+    An array of Python's whole numbers alone may be one of floats.
+    """
+    known = False
+    for v in values:
+        if kind_of_number(v) in "fc":
+            return False
+        known = known or isinstance(v, Symbol | Condition | bool | np.bool_)
+    return known
+
+
+def _kinds(value):
+    """The kinds of the numbers in a value."""
+    if isinstance(value, Batched):
+        return {value.dtype.kind}
+    return set(map(kind_of_number, np.asarray(value, object).flat))
 
 
 def _only_read(part):
@@ -207,9 +238,7 @@ def reduced(function, array, axis=None, keepdims=False) -> Any:
 
 def _at(array, key):
     """``array[key]`` for a key with symbols: a table lookup, a choice, or a Masked."""
-    if isinstance(key, np.ndarray) and any(isinstance(c, Condition) for c in key.flat):
-        if key.shape != array.shape:
-            refuse("a mask of the state of another shape than the array")
+    if _is_mask(key):
         return Masked(array, key)
     found = by_elements(array, key)
     if found is not None:
