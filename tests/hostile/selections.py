@@ -382,8 +382,8 @@ o = m.T.ravel('A')
 o = m.T.reshape(64)
 o = np.concatenate(m)
 """
-TYPES = "int", "int", "float", "bool", "np.float32", "'f4'", "np.int8", "np.int64", "'d'", "np.uint8"
-CAUGHT = "TypeError", "ValueError", "IndexError", "Exception", "(TypeError, ValueError)", "BaseException"
+TYPES = "int", "int", "float", "bool", "np.float32", "'f4'", "np.int8", "np.int64", "'d'"
+CAUGHT = "TypeError", "ValueError", "IndexError", "Exception", "BaseException"
 
 
 def draw_selection(seed, index):

@@ -32,7 +32,7 @@ class Columns(Batched):
 
     def __init__(self, table, ids, batch: Any = None, written=None, kind="f"):
         self.table, self._ids, self._batch = table, ids, batch
-        self._written = written or [False]  # one list, shared by all views
+        self._written: Any = written or [False]  # one list, shared by all views
         if ids is not None:
             self._shape, self.kind = ids.shape, kind
         elif isinstance(batch, tuple):
@@ -175,7 +175,7 @@ class Columns(Batched):
 
     # -- conversions that keep the elements
 
-    def copy(self, order="C"):
+    def copy(self, order: Any = "C"):
         if self.whole() is not None and (order == "C" or (order != "F" and self.in_order())):
             return Columns(self.table, None, self._batch, kind=self.kind)
         return Columns(self.table, self.ids.copy(order), kind=self.kind)

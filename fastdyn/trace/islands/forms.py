@@ -1,6 +1,5 @@
 """The forms of an island's arguments and results: types, shapes and constants, without numbers."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -85,7 +84,7 @@ class Given:
         return lambda v: kind([read(v) for read in reads]), (kind, keys)
 
     def _array(self, value):
-        shape, size = value.shape, value.size
+        shape = value.shape
         if value.dtype != object:
             plain = np.array(value)
             return lambda _: plain, ("plain", shape, plain.dtype.str, plain.tobytes())
@@ -103,7 +102,7 @@ class Given:
         """An array of numbers that lies in memory as `like`."""
         at, end = self._take(numbers, like.size)
         shape, key = like.shape, ("array", like.shape, dtype.str, order_of(like))
-        if dtype == float and like.flags.c_contiguous:
+        if dtype.kind == "f" and like.flags.c_contiguous:
             return lambda v: v[at:end].reshape(shape), key
         self.fixed = False
         return lambda v: laid_out(v[at:end].reshape(shape).astype(dtype), like), key

@@ -105,7 +105,7 @@ def einsum(subscripts, *operands, **_):
     return result.view(Array) if result.ndim else result[()]
 
 
-def array(a, dtype=None, *, copy: Any = True, ndmin=0, order="K", **_):
+def array(a, dtype=None, *, copy: Any = True, ndmin=0, order: Any = "K", **_):
     if isinstance(a, Lazy):
         a = as_table(a) if not ndmin and dtype is None else complete(a)
     if isinstance(a, Table) and not ndmin and dtype is None:

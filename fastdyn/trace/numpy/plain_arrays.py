@@ -8,6 +8,8 @@ from ..symbols.arrays import Array
 from ..symbols.symbolic import BATCHES, NOW, Batched, graph_of, in_batches, is_symbolic
 from .constants import Constants
 
+EXACT = "float64", "complex128"  # types whose numbers symbols can be
+
 
 def lowered(value) -> Any:
     """Convert an object array without symbols to a plain array, also in lists and tuples."""
@@ -24,9 +26,9 @@ def raised(value) -> Any:
     if isinstance(value, Batched):
         return value
     if isinstance(value, np.ndarray) and not isinstance(value, Array):
-        if NOW.table is not None and str(value.dtype) in ("float64", "complex128") and value.ndim:
+        if NOW.table is not None and str(value.dtype) in EXACT and value.ndim:
             return BATCHES["raised"](NOW.table, value)
-        if value.dtype == object or (value.dtype in (float, complex) and value.size <= 4096):
+        if value.dtype == object or (str(value.dtype) in EXACT and value.size <= 4096):
             return Array.of(value) if value.ndim else value
         return value.view(Constants) if value.dtype.kind in "fib" and value.ndim else value
     if type(value) in (list, tuple):

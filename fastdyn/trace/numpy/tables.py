@@ -12,7 +12,12 @@ from ..symbols.lazy import Unasked, complete
 from ..symbols.real import Symbol
 from ..symbols.symbolic import BATCHES, NOW, Lazy, is_symbolic
 from ..symbols.symbolic_indices import (
-    by_elements, chosen, name_of_slots, part_of, spread, step_along,
+    by_elements,
+    chosen,
+    name_of_slots,
+    part_of,
+    spread,
+    step_along,
 )  # fmt: skip
 
 

@@ -7,13 +7,20 @@ import numpy as np
 
 from .complex_pair import Pair, is_complex, parts
 from .conditions import Condition, both, cast, either, kind_of_number, select
-from .lazy import complete
 from .layout import laid_out, like_a_ufunc
+from .lazy import complete
 from .masks import WHY, Masked, chosen
 from .operators import by_function
 from .real import Symbol, as_python
 from .symbolic import (
-    BATCHES, NOW, AnswersNumPy, Batched, in_batches, is_symbolic, kind_of, refuse,
+    BATCHES,
+    NOW,
+    AnswersNumPy,
+    Batched,
+    in_batches,
+    is_symbolic,
+    kind_of,
+    refuse,
 )  # fmt: skip
 from .symbolic_indices import by_elements, check_bounds, index_of, table_of, without_dots
 
@@ -59,11 +66,11 @@ class Array(AnswersNumPy, np.ndarray):
     def dump(self, file):
         refuse("it writes to a file", effect=True)
 
-    def astype(self, dtype=None, order: Any = "K", casting="unsafe", subok=True, copy=True):
+    def astype(self, dtype=None, order: Any = "K", casting="unsafe", subok=True, copy: Any = True):
         if dtype is object:
             return self.copy(order)
-        kinds = set(map(kind_of_number, self.flat))
-        if not copy and order == "K" and kind_of(dtype) == max(kinds, key="bifc".find, default=""):
+        kind = max(_kinds(self), key="bifc".find, default="")
+        if not copy and order == "K" and kind == kind_of(dtype):
             return self
         found = elementwise(lambda v: cast(v, dtype), self)
         return found if order == "K" else found.copy(order)
@@ -99,6 +106,9 @@ class Array(AnswersNumPy, np.ndarray):
         for i in np.ndindex(self.shape):
             super().__setitem__(i, select(key[i], new[i], super().__getitem__(i)))
 
+    flat: Any = property(
+        lambda self: self.view(np.ndarray).flat, lambda *_: refuse("it writes to `flat`")
+    )
     any: Any = _of_truths(either, False)
     all: Any = _of_truths(both, True)
 

@@ -56,7 +56,7 @@ class Masked(np.lib.mixins.NDArrayOperatorsMixin):
 def chosen(mask, value):
     """What stands for `value` in an operation on the elements that a mask selects.
 
-    The value is a selection by an equal mask, whose numbers at all places are returned, or a number.
+    The value is a number, or a selection by an equal mask: then its numbers at all places.
     """
     if isinstance(value, Masked):
         if _nodes(value.mask) != _nodes(mask):

@@ -189,7 +189,7 @@ def plain_key(key: Any) -> Any:
     if is_symbolic(key) and not isinstance(key, Symbolic):
         with contextlib.suppress(TypeError):
             key = np.array(key.tolist())
-    if isinstance(key, Batched) or getattr(key, "dtype", None) == object:
+    if isinstance(key, Batched) or (isinstance(key, np.ndarray) and key.dtype.kind == "O"):
         refuse("an array is indexed by an array that depends on the state")
     if isinstance(key, Condition):
         return bool(key)
