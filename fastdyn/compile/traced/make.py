@@ -122,6 +122,8 @@ def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
     traces.effect, traces.writes = traces.effect or error.effect, traces.writes or error.writes
     if not str(error).startswith(UNDEFINED):  # the name may be defined later
         traces.refusals = MAX_REFUSALS if error.final else traces.refusals + 1
+    if error.typed:  # numbers are not traced one by one
+        TABLE.put(place_of(fun, args, mode, n, varying), traces)
     traces.reason = _reason(error, fun, args, mode, n)
     traces.of_state = traces.of_state or STATE in str(error)
     traces.whole = located(str(error), line_of_refusal(error.__context__ or error))

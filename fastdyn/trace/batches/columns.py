@@ -83,7 +83,7 @@ class Columns(Batched):
         if dtype == self.dtype:
             return self
         if dtype not in (int, float) or self.kind not in "if":
-            refuse(f"an array of {dtype}")
+            refuse(f"an array of {dtype}", typed=True)
         self.kind = np.dtype(dtype).kind
         return self
 
@@ -238,7 +238,8 @@ def of_kind(table, ids, before, kind):
     if before == "c":
         refuse("complex numbers are stored in an array of real ones")
     if (before, kind) == ("f", "i"):
-        refuse("a number is stored in an array of whole numbers, which cuts its fraction off")
+        why = "a number is stored in an array of whole numbers, which cuts its fraction off"
+        refuse(why, typed=True)
     if kind == "c":
         return paired(of_kind(table, ids, before, "f"), table.one(table.g.const(0.0)))
     if not np.size(ids):

@@ -19,12 +19,16 @@ class Untraceable(Exception):
         Whether the function writes to an array or to its state, which machine code can do.
     alive : bool
         Whether the function asks which objects are alive; the trace then may leave no object alive.
+    typed : bool
+        Whether a long array has a type of numbers that a trace number by number does not know.
     """
 
-    def __init__(self, why, *, final=False, effect=False, said=True, writes=False, alive=False):
+    def __init__(
+        self, why, *, final=False, effect=False, said=True, writes=False, alive=False, typed=False
+    ):
         super().__init__(why)
-        self.final, self.effect, self.said = final or effect or alive, effect, said
-        self.writes, self.alive = writes, alive
+        self.final, self.effect, self.said = final or effect or alive or typed, effect, said
+        self.writes, self.alive, self.typed = writes, alive, typed
 
 
 class NotYet(Untraceable):
@@ -50,9 +54,9 @@ class Refusal(BaseException):
     Refusal is a BaseException, so that ``except Exception`` in the user's code does not catch one.
     """
 
-    def __init__(self, why, *, final=False, effect=False, said=True, alive=False):
+    def __init__(self, why, **flags):
         super().__init__(why)
-        self.flags = {"final": final, "effect": effect, "said": said, "alive": alive}
+        self.flags = {"effect": False, **flags}
         LATEST.refusal = LATEST.refusal or self
 
     def untraceable(self):

@@ -75,6 +75,8 @@ def call_ufunc(ufunc, method, args, kwargs):
         result = _at_places(of_numbers(ufunc), *args)
     else:
         refuse(f"{ufunc.__name__}.{method} of what depends on the state")
+    if method in ("reduce", "accumulate"):
+        result = as_numpy_does(getattr(ufunc, method), args, kwargs, result)
     return stored(result, out)
 
 
@@ -177,10 +179,18 @@ def _possibly_apart(function):
         def written_out(*args, **kwargs):
             return as_numpy_does(function, args, kwargs, stand_in(*args, **kwargs))
 
-    of_its_own = isinstance(function, np.ufunc) or function is np.piecewise
-    if of_its_own or function.__name__ in WITH_EFFECTS:
+    if function.__name__ in WITH_EFFECTS:
+        return functools.partial(_or_refused, function, written_out)
+    if isinstance(function, np.ufunc) or function is np.piecewise:
         return written_out
     return or_apart(function, written_out)
+
+
+def _or_refused(function, written_out, *args, **kwargs):
+    try:
+        return written_out(*args, **kwargs)
+    except TypeError:  # C code raises TypeError on symbols
+        refuse(f"np.{function.__name__} of what depends on the state")
 
 
 def _as_numpy_does(function, *args, **kwargs):

@@ -9,8 +9,9 @@ from ..reads.reads import MAX_ARRAY
 from ..symbols.arrays import Array
 from ..symbols.layout import laid_out
 from ..symbols.lazy import Unasked, complete
+from ..symbols.masks import Masked
 from ..symbols.real import Symbol
-from ..symbols.symbolic import BATCHES, NOW, Lazy, is_symbolic
+from ..symbols.symbolic import BATCHES, NOW, Batched, Lazy, is_symbolic
 from ..symbols.symbolic_indices import (
     by_elements,
     chosen,
@@ -171,6 +172,8 @@ class Table(Lazy, Array):
         return Table._over(self.view(np.ndarray)[key], at, self._elements, self._asked)
 
     def _by_symbol(self, key):
+        if isinstance(key, Batched) and key.truth:
+            return Masked(self, key)
         found = by_elements(self, key)
         if found is not None:
             return found.view(Array)

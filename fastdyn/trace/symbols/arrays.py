@@ -197,7 +197,7 @@ def stored(result, out) -> Any:
         refuse("a result is stored in an array of another shape")
     of_numbers = result if isinstance(result, Batched) else np.empty(0)
     if isinstance(out, Batched) and not np.can_cast(of_numbers.dtype, out.dtype, "same_kind"):
-        refuse(f"numbers are stored in an array of {out.dtype}")
+        refuse(f"numbers are stored in an array of {out.dtype}", typed=True)
     out[...] = result
     return out
 

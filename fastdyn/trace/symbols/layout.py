@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..graph.kinds import FLOAT, INT, NUMPY
 from .complex_pair import any_complex
 from .conditions import Condition
 from .real import Symbol
@@ -105,9 +106,10 @@ def arrays_in(value):
 
 def _ones(value) -> Any:
     """A value with ones in place of numbers that depend on the state."""
+    if isinstance(value, Symbol):
+        return {INT: 1, FLOAT: 1.0, NUMPY: np.float64(1.0)}[value.kind]
     if isinstance(value, Symbolic):
-        number = np.float64(1.0) if isinstance(value, Symbol) else 1.0 + 0.0j
-        return np.True_ if isinstance(value, Condition) else number
+        return np.True_ if isinstance(value, Condition) else np.complex128(1.0)
     if isinstance(value, Batched):
         return np.ones_like(value.ids, value.dtype)
     if isinstance(value, np.ndarray) and value.dtype == object:
