@@ -7,11 +7,12 @@ import numpy as np
 
 from ..graph.kinds import INT, NUMPY
 from ..symbols.complex_functions import of_complex, power
-from ..symbols.complex_pair import is_complex
+from ..symbols.complex_pair import is_complex, total
 from ..symbols.conditions import Condition, both, either, negated, select
-from ..symbols.hypotenuse import hypotenuse
 from ..symbols.real import Symbol, by_name, symbol
 from ..symbols.symbolic import Symbolic, graph_of, refuse
+
+LARGE, SMALL = 1e300, 1e-280  # the square root of a sum of squares in this range is accurate
 
 
 def _not(a):
@@ -65,6 +66,19 @@ def _copysign(a, b):
 
 def _signbit(a):
     return (a < 0) | ((a == 0) & (1.0 / a.as_numpy() < 0))
+
+
+def hypotenuse(a, *others):
+    """The square root of a sum of squares, valid if no square overflows or underflows."""
+    squares = total([v * v for v in (a, *others)])
+    g, node = squares.g, squares.node
+    g.stays_below(g.compare(node, g.const(LARGE), "gt"))
+    nonzero = g.false
+    for v in (a, *others):
+        zero = g.compare(symbol(g, v).node, g.const(0.0), "eq")
+        nonzero = g.both(nonzero, g.negation(zero), "or")
+    g.stays_below(g.both(g.compare(node, g.const(SMALL), "lt"), nonzero))
+    return squares.call("sqrt")
 
 
 BY_OPERATOR = {
