@@ -4,6 +4,7 @@ import pytest
 
 from .compare import verdict
 from .compose import draw_case
+from .selections import draw_selection
 from .templates import all_idioms
 from .workers import judged
 
@@ -62,3 +63,11 @@ def test_a_draw_is_the_same_each_time_and_each_idiom_has_its_turn():
     names = [draw_case(3, index).name.split(" + ")[0] for index in range(n)]
     assert len(set(names)) == n > 400
     assert draw_case(3, 5) == draw_case(3, 5) != draw_case(3, 5 + n)
+
+
+@pytest.mark.few(5)
+@pytest.mark.parametrize("index", range(COUNT))
+def test_a_selection_of_a_long_array_is_numpys(index):
+    case = draw_selection(SEED, index)
+    found, details = verdict(case.source)
+    assert found in KNOWN, f"{case.number}: {found}: {details}\n{case.source}"

@@ -33,7 +33,7 @@ WITH_EFFECTS = set(
     "save savez savez_compressed savetxt array2string array_str array_repr copyto put place "
     "putmask fill_diagonal put_along_axis".split()
 )
-LAID_OUT = {np.where, np.piecewise}  # their stand-ins lay out what they give
+LAID_OUT = {np.where, np.piecewise, np.real, np.imag}  # their stand-ins lay out what they give
 OF_TABLES = {
     np.interp, np.searchsorted, np.digitize, np.shape, np.ndim, np.size, np.array, np.asarray,
     np.asanyarray, np.ascontiguousarray,
