@@ -11,8 +11,8 @@ from fastdyn.compile.taylor.coefficients import looped
 from fastdyn.compile.taylor.coefficients.bundles import Bundles
 from fastdyn.compile.taylor.large import LargeDriver
 from fastdyn.compile.taylor.recurrences.operations import Power
+from fastdyn.compile.taylor.recurrences.plan import Plan
 from fastdyn.compile.traced.code import Traced
-from fastdyn.compile.traced.series import plan_of_rows
 from fastdyn.trace.paths.runs import trace
 from tests.support.smooth import drawn, write_in_rows
 
@@ -53,9 +53,14 @@ def last(fun, y0, method="Taylor", tol=1e-12, t_end=0.5, args=()):
     return found.y[:, -1], found.n_accepted
 
 
+def plan_of(traced):
+    graph = traced.trace.graph
+    return Plan(graph, traced.stored, graph.false)
+
+
 def text_of(fun, n):
     found = trace(fun, (), n, (n,), (), "all", 0, False)
-    plan = Bundles(plan_of_rows(Traced(found, DERIVATIVE, n)), 8)
+    plan = Bundles(plan_of(Traced(found, DERIVATIVE, n)), 8)
     return LargeDriver(plan, 17, 8, False, False, "fma", 6)("kernel", set())
 
 
@@ -119,7 +124,7 @@ def test_differences_of_either_sign_share_a_recurrence():
         return forces
 
     found = trace(fun, (), 4, (4,), (), "all", 0, False)
-    steps = plan_of_rows(Traced(found, DERIVATIVE, 4)).steps
+    steps = plan_of(Traced(found, DERIVATIVE, 4)).steps
     assert sum(isinstance(step, Power) for step in steps) == 6  # of 12 terms
 
 

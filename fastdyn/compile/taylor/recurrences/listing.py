@@ -25,9 +25,19 @@ class Rate(NamedTuple):
 
 def nodes(step):
     """The operands and invariants of a step."""
-    found = []
-    _replaced(step, found.append)
+    found: list = []
+    for name, value in zip(step._fields, step, strict=True):
+        if name not in NO_OPERANDS:
+            _flatten(value, found)
     return found
+
+
+def _flatten(value, found):
+    if type(value) in (list, tuple):
+        for x in value:
+            _flatten(x, found)
+    elif value is not None:
+        found.append(value)
 
 
 def items(step, invariant):

@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 
+from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import refused_as
 
 from . import deceptive
@@ -12,6 +13,9 @@ from .operations import Choice, Integral, Power, Quotient, Root, Sum
 from .rewrite import NotSmooth, Rewriter
 
 SUMS = frozenset(("add", "sub", "mul"))
+# Above, f(x) and f(-x) share a recurrence: in a network of oscillators, sin(a - b) and sin(b - a).
+# That halves the plan, and may change the last bits, which plans with fewer calls keep.
+FEW_CALLS = 60
 
 
 class Plan:
@@ -52,7 +56,8 @@ class Plan:
 
     @refused_as(NotSmooth)
     def __init__(self, graph, outputs, raising):
-        self.graph, self.rewrite = graph, Rewriter(graph)
+        n_calls = sum(node.op == "call" for node in live(outputs))
+        self.graph, self.rewrite = graph, Rewriter(graph, n_calls > FEW_CALLS)
         graph.most = math.inf  # the size of this function has been accepted
         self.one, self.scaled = graph.const(1.0), Scaled(self.rewrite)
         self.uses: Counter = Counter()
@@ -77,6 +82,11 @@ class Plan:
             else not isinstance(s, Choice)
             for s in self.steps
         )  # fmt: skip
+
+    @property
+    def n_terms(self):
+        """The number of terms of sums: of a matrix times the state, the number of its elements."""
+        return sum(len(step.terms) for step in self.steps if isinstance(step, Sum))
 
     def is_smooth(self):
         """True if no condition, of varying numbers or of invariants, selects between formulas."""

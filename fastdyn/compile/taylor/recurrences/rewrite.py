@@ -32,10 +32,11 @@ class Rewriter:
     The result has the operation "power" (`data`: the exponent) and the operations "const", "par",
     "t", "y", "add", "sub", "neg", "mul", "div", "sqrt", "select", conditions, and "call" of
     functions with `slopes`.  Invariants, which depend on neither state nor time, are not changed.
+    With `pairs`, f(x) and f(-x) share a recurrence if f is even or odd.
     """
 
-    def __init__(self, graph):
-        self.graph = graph
+    def __init__(self, graph, pairs=False):
+        self.graph, self._pairs = graph, pairs
         self._invariant, self._done = {}, {}
 
     def is_invariant(self, node):
@@ -169,6 +170,9 @@ class Rewriter:
             return self.power(args[0], 1.0 / 3.0)
         if name not in SLOPES and name not in BY_RULE and name != "atan2":
             raise NotSmooth(f"`{name}`")
+        if self._pairs and args[0].op == "neg" and name in EVEN | ODD:
+            found = g.make("call", args[0].args, name)
+            return g.neg(found) if name in ODD else found
         return g.make("call", args, name)
 
     def _logarithm(self, base):
@@ -200,6 +204,8 @@ def _root(g, x):
 BY_RULE = frozenset((
     "exp", "log", "log1p", "sin", "cos", "tan", "sinh", "cosh", "atan", "asinh", "erf", "erfc",
 ))  # fmt: skip
+EVEN = frozenset(("cos", "cosh"))
+ODD = frozenset(("sin", "tan", "sinh", "tanh", "atan", "asin", "asinh", "atanh", "erf"))
 SLOPES = {  # shorter derivatives of c = f(a), from the nodes of a, c and 1
     "expm1": lambda g, a, c, one: g.add(c, one),
     "tanh": lambda g, a, c, one: g.sub(one, g.mul(c, c)),

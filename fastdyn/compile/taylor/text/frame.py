@@ -102,6 +102,6 @@ def raised_word(text):
 
 def listing(text, symbol, declared, others=()):
     """LLVM's text of the kernel, after other functions, without the declarations in `declared`."""
-    body = text.function(f"i64 @{symbol}(ptr %words)")
+    body = text.kernel(symbol)
     heads = [line for name, line in text.declarations.items() if name not in declared]
     return "\n".join([*heads, *others, body])
