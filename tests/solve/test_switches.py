@@ -91,6 +91,17 @@ def nothing_was_asked():
     memory.forget()
 
 
+@pytest.mark.parametrize("name", ["at 0.5", "at 2", "thermostat", "relay", "leaves"])
+def test_at_the_default_tolerance(name):
+    """Tsit5 misses the switch by up to 100 tolerances."""
+    fun, t_end, y0, end = ENDS[name]
+    run = solve_ivp(fun, (0, t_end), y0, "auto")
+    assert run.method != "Tsit5" and run.nfev < 5000
+    assert np.abs(run.y[:, -1] - end).max() < 1e-4
+    again = solve_ivp(fun, (0, t_end), y0, "auto")
+    assert again.y.tobytes() == run.y.tobytes() and again.reason == run.reason
+
+
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", ENDS)
 def test_the_solution_moves_along_the_switch(name):
@@ -101,6 +112,67 @@ def test_the_solution_moves_along_the_switch(name):
     assert np.abs(run.y[:, -1] - end).max() < 1e-5
     assert run.method == "Taylor" or "Filippov's average" in run.reason
     assert run.y.shape == (len(y0), len(run.t)) and run.t_events is run.y_events is run.sol is None
+
+
+def filled(t, y):
+    """A level that is held, and falls for some time at t = 8."""
+    a, b, w = 0.950356, 0.751486, 2.162461
+    flow = 0.3 * b * (1 + math.sin(w * t)) if y[0] < 1 else 0.0957659 * math.sin(w * t) - 0.05
+    return [flow - 0.1 * a * y[1] * (y[0] > 0), 0.2 * (y[0] - y[1])]
+
+
+def swung(t, y):
+    return [-sign(y[0]) + 1.5 * np.sin(t)]
+
+
+def slipping(t, y):
+    a, b, c, w, m = 3.881387, 1.313454, 1.130115, 1.439001, 0.593131
+    return [y[1], -a * y[0] - b * sign(y[1]) * (1 + m * abs(y[1])) + c * math.cos(w * t)]
+
+
+@pytest.mark.parametrize(("fun", "y0"), [(filled, [0.1, 0]), (swung, [1.0]), (slipping, [1.0, 0])])
+def test_what_happens_within_a_step_is_not_lost(fun, y0):
+    """The solution leaves the switch and returns, where the ends of a step do not show it."""
+    t = np.linspace(0, 12, 13)
+    options = [(1e-3, 1e-6), (1e-5, 1e-8), (1e-6, 1e-7), (1e-6, 1e-8), (1e-8, 1e-8), (1e-10, 1e-10)]
+    runs = [
+        solve_ivp(fun, (0, 12), y0, "auto", t_eval=t, rtol=rtol, atol=atol)
+        for rtol, atol in options
+    ]
+    for (rtol, _), run in zip(options, runs, strict=True):
+        assert "Filippov" in run.reason
+        assert np.abs(run.y - runs[-1].y).max() < max(1e-7, min(100 * rtol, 1e-3))
+
+
+@pytest.mark.hunt
+def test_random_switches():
+    """Friction, a relay, two relays: two tolerances, one solution."""
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        a, b, c, w, m = rng.uniform([0.5, 0.3, 0.2, 0.5, 0.0], [4.0, 1.5, 2.0, 3.0, 0.6])
+
+        def rubbing(t, y, a=a, b=b, c=c, w=w, m=m):
+            return [y[1], -a * y[0] - b * sign(y[1]) * (1 + m * abs(y[1])) + c * math.cos(w * t)]
+
+        def relayed(t, y, a=a, b=b, c=c, w=w, m=m):
+            return [
+                -b * sign(y[0] - m * math.sin(w * t / 2)) + c * math.sin(w * t) - 0.1 * a * y[0]
+            ]
+
+        def pair(t, y, a=a, b=b, c=c, w=w, m=m):
+            return [
+                -b * sign(y[0]) + m * y[1] + 0.5 * c * math.sin(w * t),
+                -sign(y[1] - 0.3 * y[0]) * a + c * math.cos(w * t),
+            ]
+
+        for fun, y0 in ((rubbing, [1.0, 0.0]), (relayed, [1.0]), (pair, [1.0, -1.0])):
+            t = np.linspace(0, 12, 7)
+            rough, fine = (
+                solve_ivp(fun, (0, 12), y0, "auto", t_eval=t, rtol=rtol, atol=rtol)
+                for rtol in (1e-5, 1e-9)
+            )
+            assert rough.status == fine.status == 0 and rough.nfev < 100_000
+            assert np.abs(rough.y - fine.y).max() < 1e-3, (seed, fun)
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10])

@@ -9,8 +9,10 @@ import numpy as np
 
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Refusal, Untraceable
 from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
+from fastdyn.trace.graph.values import OF_TABLES
 from fastdyn.trace.islands.island import calls_libraries
 from fastdyn.trace.reads.reads import flat
 
@@ -23,6 +25,8 @@ from ..traced.known_traces import known_trace
 from ..traced.make import made
 
 ROUNDING = 1e-12  # share of the two sides of a comparison that counts as no distance
+OTHERS = OF_TABLES | {"round", "search", "island"}
+EVENTS, ADDED = 3, 3  # of a switch: events, and numbers behind the state
 NEWTON, JUMP = 3, 1e-8  # Newton's steps to a switch; the smallest jump, relative
 STEPS = 10.0  # distance from a switch, in steps, up to which a solution slides along the switch
 
@@ -79,6 +83,17 @@ class Switched:
         ]  # fmt: skip
 
 
+def has_switches(function):
+    """Whether conditions on the state select among the formulas of a Function without tables."""
+    found = function.notes.get("has switches")
+    if found is None:
+        traced = function.traced
+        nodes = decisions(traced.trace.graph, traced.stored, ())
+        others = any(each.op in OTHERS for each in live(traced.stored))
+        found = function.notes["has switches"] = bool(nodes) and not others
+    return found
+
+
 def switched(bound):
     """The Switched of a Bound whose function was traced; None for other functions."""
     function = bound.function
@@ -90,7 +105,7 @@ def switched(bound):
 
 
 class Part:
-    """One function of the longer state [y, modes, excess]: the derivative, an event, a new state.
+    """One function of the longer state, see `Hybrid`: the derivative, an event, a new state.
 
     Without machine code, the nodes are computed by NumPy, and the derivative away from all switches
     by the user's function.
@@ -108,7 +123,7 @@ class Part:
             apart = of.values([s.difference for s in self.chosen], t, z)
             if np.all(modes * apart > 0.0):
                 own = in_python(lambda t, y: self.own(t, y, *args), DERIVATIVE, t, y)
-                return [*own, *[0.0] * (2 * len(modes))]
+                return [*own, *[0.0] * (ADDED * len(modes))]
         found = of.values(self.nodes, t, z).tolist()
         return found if len(found) > 1 else found[0]
 
@@ -141,14 +156,17 @@ def parts(of, chosen, widths, t0, y0):
     n, some = of.n, [of.all[k] for k in chosen]
     with GROWING:
         whole = hybrid(of.graph, of.outputs, some, *widths)
-    state = [of.graph.make("y", (), i) for i in range(n + 2 * len(some))]
+    state = [of.graph.make("y", (), i) for i in range(n + ADDED * len(some))]
     modes = _first_modes(of, some, t0, y0)
     fun = Part(of, whole.outputs, some, getattr(of.fun, "__name__", "fun"), of.fun)
     events, jumps = [], []
+    zero = of.graph.const(0.0)
     for k, behind in enumerate(whole.modes):
-        for event, mode in zip(whole.leaving[2 * k : 2 * k + 2], behind, strict=True):
+        here = whole.leaving[EVENTS * k : EVENTS * (k + 1)]
+        for event, mode in zip(here, behind, strict=True):
             events.append(Part(of, [event], some, f"switch {k}"))
-            jumped = [*state[: n + k], mode, *state[n + k + 1 :]]
+            jumped = list(state)
+            jumped[n + k], jumped[n + len(some) + k] = mode, zero
             jumps.append(Part(of, jumped, some, f"mode {k}"))
     return modes, fun, events, jumps
 

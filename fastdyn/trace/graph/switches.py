@@ -107,11 +107,15 @@ def forced(graph, nodes, truths, replaced=None):
 class Hybrid(NamedTuple):
     """The nodes of a function whose state is followed by a mode of each switch: 1, -1, or 0 on it.
 
-    Behind the modes, a number for each switch grows where a step goes on along the switch although
-    the solution has left it, by the distance to it: so the error of a step shows what happens
-    within the step, where no event looks.  `outputs` are the derivatives of all.  `leaving` has,
-    for each switch, an event function that falls through zero where the solution reaches the
-    switch, and one where the solution leaves the switch; `modes` the modes behind these events.
+    Two numbers for each switch follow behind the modes.  The integral of the share of f+ has an
+    error like the state, so that steps along a switch are no longer than the share is smooth; at
+    rest, the state allows any length.  The `excess` is the distance to which the solution would
+    have left the switch, where a step still goes on from one such time to another.
+
+    `outputs` are the derivatives of all: state, modes, excesses, integrals.  `leaving` has, for
+    each switch, three event functions that fall through zero: where the solution reaches the
+    switch, where it leaves the switch, and where the excess is above its limit.  `modes` has, for
+    each switch, the mode behind each of these events.
     """
 
     outputs: list
@@ -119,14 +123,14 @@ class Hybrid(NamedTuple):
     modes: list
 
 
-def hybrid(graph, outputs, chosen, width, share_of_size):
+def hybrid(graph, outputs, chosen, width, share_of_size, most):
     """The Hybrid of a function with some of its switches.
 
     Up to a distance of `width` behind a switch, plus a share of the size of the numbers that are
     compared, the mode decides which side holds: so a step across a switch is smooth, and its end
     shows the switch to the events.  Farther behind, the function jumps as it is written: a step
     that touches the other side and returns, which no event shows, has a large error and is
-    rejected.
+    rejected.  `most` is the limit of an excess.
     """
     g, n = graph, len(outputs)
     zero, one = g.const(0.0), g.const(1.0)
@@ -143,7 +147,7 @@ def hybrid(graph, outputs, chosen, width, share_of_size):
         return result
 
     derivatives = [last_sound(lambda order, i=i: i, orders) for i in range(n)]
-    leaving, modes, excess = [], [], []
+    leaving, modes, excess, shares = [], [], [], []
     for k, each in enumerate(found):
         own = [*orders[k + 1 :], *orders[: k + 1]]  # rates of the last switch are the safest
         up, down = (
@@ -153,16 +157,19 @@ def hybrid(graph, outputs, chosen, width, share_of_size):
         least = g.select(g.compare(g.neg(up), down, "lt"), g.neg(up), down)
         least = g.add(least, g.mul(g.const(AT_REST), g.sub(down, up)))
         reached = g.mul(each.mode, each.switch.difference)
-        beyond = g.select(
-            g.compare(zero, up, "lt"), up, g.select(g.compare(down, zero, "lt"), down, zero)
-        )
-        excess.append(g.select(each.on, beyond, zero))
-        leaving += [g.select(each.on, one, reached), g.select(each.on, least, one)]
+        left = g.select(g.compare(down, zero, "lt"), g.neg(down), zero)
+        left = g.select(g.compare(zero, up, "lt"), up, left)
+        excess.append(g.select(each.on, left, zero))
+        shares.append(g.select(each.on, _share(g, up, down), zero))
+        too_much = g.sub(g.const(most), g.make("y", (), n + len(found) + k))
+        leaving += [g.select(each.on, a, b) for a, b in ((one, reached), (least, one))] + [too_much]
         modes.append((
             g.select(_pointing(g, up, down), zero, g.neg(each.mode)),
             g.select(g.compare(g.neg(up), down, "lt"), one, g.const(-1.0)),
+            g.select(g.compare(zero, up, "lt"), one,
+                     g.select(g.compare(down, zero, "lt"), g.const(-1.0), each.mode)),
         ))  # fmt: skip
-    return Hybrid([*derivatives, *[zero] * len(chosen), *excess], leaving, modes)
+    return Hybrid([*derivatives, *[zero] * len(chosen), *excess, *shares], leaving, modes)
 
 
 def _pointing(g, up, down):
@@ -206,7 +213,7 @@ def _blended(g, n, outputs, followed):
     ]
     (up, sound_up), (down, sound_down), (free, sound_free) = sides
     rates = [rate(g, last.switch, side[:n]) for side in (up, down)]
-    share = _limited(g, g.div(rates[1], g.sub(rates[1], rates[0])))
+    share = _share(g, *rates)
     nodes = [
         c if a is b else g.select(last.on, g.add(b, g.mul(share, g.sub(a, b))), c)
         for a, b, c in zip(up, down, free, strict=True)
@@ -216,8 +223,9 @@ def _blended(g, n, outputs, followed):
     return [*nodes, *rates], sound
 
 
-def _limited(g, share):
+def _share(g, up, down):
     """The share of f+ in the average; beyond its end, the share does not grow for ever."""
+    share = g.div(down, g.sub(down, up))
     least, most = g.const(-BEYOND), g.const(1.0 + BEYOND)
     share = g.select(g.compare(share, least, "lt"), least, share)
     return g.select(g.compare(most, share, "lt"), most, share)
