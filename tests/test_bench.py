@@ -5,12 +5,14 @@ import pytest
 
 import fastdyn
 from bench import rivals
+from bench.groups import switches
 from bench.groups.stiff import relative_to
 from bench.problems import WORK, compiled, error, reference
 from bench.problems.hybrids import HYBRIDS
 from bench.problems.reaction_diffusion import brusselator_square
 from bench.problems.stiff import STIFF, brusselator
 from bench.problems.stiff_physics import PHYSICS
+from bench.problems.switches import STATES, TIMES
 from bench.report.equal_error import at_error
 from bench.report.panels import front
 
@@ -103,3 +105,13 @@ def test_hybrid_systems_by_all(given):
     for name, prepare in rivals.hybrid(given).items():
         if "SciPy DOP853" not in name:  # a second in a loop
             assert far(prepare(1e-8)()) < 2e-5, name
+
+
+@pytest.mark.few(6)
+@pytest.mark.parametrize("given", [*TIMES, *STATES], ids=lambda given: given.name)
+def test_no_switch_is_lost_without_a_word(given):
+    """By "auto" the end is right; fastdyn's own methods, and RK45 and Radau, tell where not."""
+    end = switches.end_of(given)
+    assert switches.verdict(given, "auto", end) == switches.RIGHT
+    for method in ("Taylor", "Tsit5", "Vern9", "Rodas5P", "RK45", "Radau"):
+        assert switches.verdict(given, method, end) != switches.WRONG, method

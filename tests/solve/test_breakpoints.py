@@ -36,6 +36,7 @@ def driven(t, y):
     return [y[1], (x if x < 0.5 else 1.0 - x) - y[0] + math.sin(y[0])]
 
 
+@pytest.mark.filterwarnings("ignore::fastdyn.SwitchingWarning")  # of RK45 without breakpoints
 @pytest.mark.parametrize("method", ADAPTIVE)
 @pytest.mark.parametrize("span", [(0.0, 9.75), (9.75, 0.0)])
 def test_steps_end_at_breakpoints_and_a_jump_costs_nothing(method, span):

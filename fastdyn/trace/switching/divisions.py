@@ -1,5 +1,6 @@
 """Divides spans at the times where expressions of the time switch: see `switches`."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,13 @@ SAMPLES, MOST_SAMPLES, IN_ALL = 16, 1024, 2**14  # in an interval, the most ther
 HALVINGS = 54
 FAR = 2.0**500  # stands for infinite times
 EPS = float(np.finfo(float).eps)
+ROUNDINGS = 16 * EPS  # distance of times that count as equal, as a share of the largest time
 NEAR = 1e-4  # distance of the points that show a jump or kink, as a share of the interval
 NOISE = 1e-6  # smallest jump, and smallest kink, as a share of the range of the values
 # A table is as good as its chords where they differ by less than this share of its range; knots
 # with larger bends are switching times, and of smaller ones as many as the bends add up to.
 CHORD = 1e-3
-SHARP = 0.1  # smallest jump or bend of which a user is told, as a share of the range
+SHARP = 0.1  # CHORD, and smallest jump, of the changes of which a user is told
 
 
 class TooMany(Exception):
@@ -34,7 +36,7 @@ class TooMany(Exception):
         self.length = length
 
 
-class _Values:
+class Parameters:
     """The parameters at points of members, by slot."""
 
     def __init__(self, common, varying, member):
@@ -54,7 +56,7 @@ class Divisions:
     def __init__(self, switches, values, varying, first, last, count):
         self.of, self.first, self.last, self.count = switches, first, last, count
         self._values = values, varying
-        self.off = 16 * EPS * max(abs(t) for t in (first, last, 0.0) if abs(t) < FAR)
+        self.off = ROUNDINGS * max(abs(t) for t in (first, last, 0.0) if abs(t) < FAR)
         self.member, self.t = np.empty(0, int), np.empty(0)
         self.weight = np.empty(0)  # of knots of smooth tables, in the sense of CHORD
         self.at_ends: list = []
@@ -64,7 +66,7 @@ class Divisions:
         """An expression at times of members."""
         if not len(t):
             return np.empty(0)
-        given = _Values(*self._values, member)
+        given = Parameters(*self._values, member)
         return evaluate(self.of.graph, [node], t, (), given)[0][0]
 
     def found(self):
@@ -298,9 +300,8 @@ class Divisions:
         if n:
             jump, bend = self._changes()
             weight = np.maximum(_weights(bend), self.weight)
-            sharp = (jump > SHARP) | (bend > SHARP)
-            added = np.floor(np.cumsum(weight))
-            keep = (jump > NOISE) | (np.diff(added, prepend=0.0) > 0.0)
+            sharp = (jump > SHARP) | _added_up(weight * math.sqrt(CHORD / SHARP))
+            keep = (jump > NOISE) | sharp | _added_up(weight)
         member, t = self.member[keep], self.t[keep]
         if self.at_ends:
             more, times = map(np.array, zip(*sorted(set(self.at_ends)), strict=True))
@@ -352,6 +353,11 @@ def _of_monotone(kind):
 def _weights(bend):
     """The share of a switching time that each bend counts: see CHORD."""
     return np.sqrt(np.where(bend > NOISE, bend, 0.0) / (8.0 * CHORD))
+
+
+def _added_up(weight):
+    """Where the sum of weights reaches the next whole number."""
+    return np.diff(np.floor(np.cumsum(weight)), prepend=0.0) > 0.0
 
 
 def _bends(knots, heights):

@@ -14,12 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..graph.evaluate import evaluate
 from ..graph.expressions import live
 from ..graph.values import OF_TABLES, ranges_of
-from .divisions import FAR, Divisions, TooMany
+from .divisions import FAR, NOISE, ROUNDINGS, Divisions, Parameters, TooMany
 from .straight_lines import COMPARISONS, straight_lines
 
 OF_STATE = frozenset(("y", "item", "arg", "island", "in c", "entry"))
+NEAR = 1e-9  # distance of the points that show a jump at an end, as a share of the span
 SWITCHES = COMPARISONS | OF_TABLES | {"round", "abs"}
 
 
@@ -68,12 +70,38 @@ class Switches:
         varying : dict of int to ndarray, optional
             By slot, the parameters that vary between members.
         """
+        found = self._all_times(values, t0, tf, count, varying or {})
+        ends = [t for t in (t0, tf) if abs(t) < FAR]
+        off = ROUNDINGS * max(map(abs, ends))
+        at_end = np.min([np.abs(found.t - t) for t in ends], axis=0) <= off
+        if not at_end.any():
+            return found
+        keep, (member, t) = ~at_end, (each[at_end] for each in found[:2])
+        keep[at_end] = self._jumps_at_ends(values, varying or {}, member, t, t0, tf)
+        return Times(*(each[keep] for each in found[:3]), found.end)
+
+    def _jumps_at_ends(self, values, varying, member, t, t0, tf):
+        """Whether a number jumps between an end of the span, near the times t, and the span."""
+        end = np.where(np.abs(t - t0) <= np.abs(t - tf), t0, tf)
+        inwards = np.where(end == min(t0, tf), 1.0, -1.0) * NEAR * min(abs(tf - t0), 1.0)
+        given, jumps = Parameters(values, varying, member), np.zeros(len(t), bool)
+        for node in self.seen:
+            there, near, far = (
+                evaluate(self.graph, [node], end + k * inwards, (), given)[0][0] for k in range(3)
+            )
+            limit = 2.0 * near - far
+            size = np.maximum(np.abs(there), np.abs(limit))
+            jumps |= ~(np.abs(there - limit) <= NOISE * size)  # also where one is not a number
+        return jumps
+
+    def _all_times(self, values, t0, tf, count, varying):
+        """The Times, with all at the ends of the span."""
         first, last, end = max(min(t0, tf), -FAR), min(max(t0, tf), FAR), tf
         if self._lines is not None:
-            return Times(*self._lines.times(values, varying or {}, first, last, count), tf)
+            return Times(*self._lines.times(values, varying, first, last, count), tf)
         while True:
             try:
-                found = Divisions(self, values, varying or {}, first, last, count).found()
+                found = Divisions(self, values, varying, first, last, count).found()
                 return Times(*found, end)
             except TooMany as reason:
                 if count > 1:
@@ -91,8 +119,8 @@ class Switches:
             {slot: v[part] for slot, v in varying.items()}
             for part in (slice(half), slice(half, None))
         ]
-        one = self.times(values, t0, tf, half, parts[0])
-        other = self.times(values, t0, tf, count - half, parts[1])
+        one = self._all_times(values, t0, tf, half, parts[0])
+        other = self._all_times(values, t0, tf, count - half, parts[1])
         end = one.end if abs(one.end - t0) < abs(other.end - t0) else other.end
         return Times(
             np.r_[one.member, other.member + half], np.r_[one.t, other.t],
