@@ -78,7 +78,7 @@ class Switches:
             return found
         keep, (member, t) = ~at_end, (each[at_end] for each in found[:2])
         keep[at_end] = self._jumps_at_ends(values, varying or {}, member, t, t0, tf)
-        return Times(*(each[keep] for each in found[:3]), found.end)
+        return Times(found.member[keep], found.t[keep], found.sharp[keep], found.end)
 
     def _jumps_at_ends(self, values, varying, member, t, t0, tf):
         """Whether a number jumps between an end of the span, near the times t, and the span."""
