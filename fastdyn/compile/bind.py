@@ -59,7 +59,7 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
 
     try:
         if numpy_errors.are_heard():
-            refused = "NumPy's errors are exceptions here (np.errstate, np.seterr)"
+            refused = numpy_errors.REASON
         if refused:
             raise Uncompilable(refused)
         if reason := known_traces.left_to_python(fun, args, mode):

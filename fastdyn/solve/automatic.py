@@ -14,7 +14,7 @@ from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer
 from fastdyn.run.loop import Raised
 from fastdyn.run.stiffness import Sliding, Stiff, given_up
-from fastdyn.specialise.series import NoSeries
+from fastdyn.specialise.series import NoSeries, large_refused
 
 from .discrete import parted
 from .error_estimate import solved_by
@@ -131,7 +131,8 @@ def _explicit(asked):
         reason = "A series does not end at the border of a domain."
         return _named(solved_by(asked, name), name, reason)
     try:
-        result = solved_by(asked, "Taylor")
+        with large_refused():
+            result = solved_by(asked, "Taylor")
     except NoSeries as refusal:
         reason = f"{refusal} rtol is {rtol:.1e}."
         return _named(solved_by(asked, name), name, reason)

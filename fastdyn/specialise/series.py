@@ -1,12 +1,29 @@
 """The stepping kernel of the Taylor method, compiled for each function."""
 
+import contextlib
+import contextvars
+
+from fastdyn.compile.callables import numpy_errors
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.compile.taylor.steps.accuracy import is_fine, order_for
+from fastdyn.compile.traced.code import MANY_OPERATIONS
 from fastdyn.compile.traced.known_traces import why
+
+_refuses_large = contextvars.ContextVar("refuses large functions", default=False)
 
 
 class NoSeries(ValueError):
     """Taylor does not apply to a function, or to an event."""
+
+
+@contextlib.contextmanager
+def large_refused():
+    """Within this context, a function of many operations has no series, although it could have."""
+    token = _refuses_large.set(True)
+    try:
+        yield
+    finally:
+        _refuses_large.reset(token)
 
 
 def series_kernel(problem, bound, order=None):
@@ -14,12 +31,19 @@ def series_kernel(problem, bound, order=None):
     p, function = problem, bound.function
     if function is None or function.series is None:
         reason = why(p.fun, p.args, p.mode, len(p.y0))
+        if numpy_errors.are_heard():
+            reason = numpy_errors.REASON
         if reason is None:
             p.fun(p.t0, p.y0.copy(), *p.args)  # an exception of `fun` says more than NoSeries
             reason = "it could not be traced"
         raise NoSeries(
             f"Taylor needs the formulas of `fun`: {reason}. "
             "Take Vern9, which needs its values only."
+        )
+    if _refuses_large.get() and function.traced.n_operations > MANY_OPERATIONS:
+        raise NoSeries(
+            f"The code of Taylor for the {function.traced.n_operations} operations of `fun` takes "
+            f"seconds, and pays beyond {MANY_OPERATIONS} in long runs only."
         )
     try:
         return function.series(order or order_for(p.rtol, p.atol, p.y0), is_fine(p.rtol))

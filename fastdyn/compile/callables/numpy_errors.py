@@ -7,6 +7,7 @@ from numpy._core import umath
 
 # NumPy's error state, which not all versions have; each new setting is a new object.
 state: Any = getattr(umath, "_extobj_contextvar", None)
+REASON = "NumPy's errors are exceptions here (np.errstate, np.seterr)"
 USUAL = None if state is None else state.get()
 
 

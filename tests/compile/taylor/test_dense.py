@@ -11,7 +11,8 @@ from fastdyn.compile.taylor.recurrences.operations import Integral
 from fastdyn.compile.taylor.recurrences.plan import FEW_CALLS, Plan
 from fastdyn.compile.taylor.text import lines
 from fastdyn.compile.traced import series
-from fastdyn.compile.traced.code import Traced
+from fastdyn.compile.traced.code import MANY_OPERATIONS, Traced
+from fastdyn.specialise.series import NoSeries
 from fastdyn.trace.paths.runs import trace
 from tests.support.smooth import write_in_rows
 
@@ -97,3 +98,26 @@ def test_long_sums_become_loops():
     matrix = np.random.default_rng(1).normal(size=(63, 63))
     text = series.text(traced(lambda t, y: matrix @ y, 63), "kernel", 17, False)
     assert max(blocks(text)) < 1000
+
+
+def test_auto_leaves_a_large_plan_to_a_pair(capfd):
+    """By its size alone; Taylor asked for by name says what it does while nothing is seen."""
+    n = 46  # 46^2 sines and differences, and a sum of as many products
+    fun = Network(n)
+    assert traced(fun, n).n_operations > MANY_OPERATIONS > traced(Network(40), 40).n_operations
+    options = {"rtol": 1e-7, "atol": 1e-7, "t_eval": [0.5]}
+    found = fastdyn.solve_ivp(fun, (0.0, 0.5), fun.y0, "auto", **options)
+    assert found.method == "Vern7" and "operations" in found.reason
+    assert "series" not in capfd.readouterr().err
+    with capfd.disabled():
+        few = fastdyn.solve_ivp(Network(20), (0.0, 0.5), Network(20).y0, "auto", **options)
+    assert few.method == "Taylor"
+    series.text(traced(fun, n), "kernel", 17, False)
+    assert f"{traced(fun, n).n_operations} operations" in capfd.readouterr().err
+    again = fastdyn.solve_ivp(fun, (0.0, 0.5), fun.y0, "Taylor", **options)
+    np.testing.assert_allclose(again.y, found.y, atol=1e-6)
+
+
+def test_errors_that_raise_are_named_as_the_reason():
+    with np.errstate(all="raise"), pytest.raises(NoSeries, match=re.escape("np.seterr")):
+        fastdyn.solve_ivp(lambda t, y: [y[1], -y[0]], (0.0, 1.0), [1.0, 0.0], "Taylor")
