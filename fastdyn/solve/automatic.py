@@ -120,7 +120,7 @@ def _explicit(asked):
     if rtol > LOOSE:
         exact = _tightened(asked) if _switches(asked) else None
         if exact is not None:
-            with contextlib.suppress(NoSeries):
+            with contextlib.suppress(NoSeries), large_refused():
                 result = solved_by(exact, "Taylor")
                 if result.status >= 0:
                     return _named(result, "Taylor", SWITCHES)

@@ -22,8 +22,8 @@ def solved(asked, name):
     `discrete` and `error_estimate` are not for this function.
     """
     kind: Any = name
-    if asked.method == "auto" and name in validate.SHARED_METHODS:
-        kind = "auto", name  # whose steps end at switching times
+    if asked.method == "auto":  # steps end at switching times, and large functions have no series
+        kind = "auto", name
     if not (asked.looked_up and name is asked.method):
         found = repeated.solved(
             asked.fun, (asked.t0, asked.tf), asked.y0, kind, asked.t_eval, asked.dense_output,

@@ -17,10 +17,9 @@ from fastdyn.trace.switching.switches import switches
 from ..callables.compiled import Function
 from ..parameters import FLOAT, INT, n_words
 
-# Beyond, "auto" takes a pair instead of Taylor.  Processor time of a first call by Taylor, on a core
-# of a busy AMD EPYC: 20 oscillators, each coupled to each, 0.8 s (1600 operations); 1000 masses on
-# springs 1.0 s (6000); 40 oscillators 1.6 s (6400); 20 bodies 1.8 s (7140); 60 oscillators 2.3 s
-# (14 400).
+# Beyond, "auto" takes a pair instead of Taylor.  Processor time of a first call by Taylor on a busy
+# core: 20 oscillators, each coupled to each, 0.8 s (1600 operations); 1000 masses on springs 1.0 s
+# (6000); 40 oscillators 1.6 s (6400); 20 bodies 1.8 s (7140); 60 oscillators 2.3 s (14 400).
 MANY_OPERATIONS = 8000
 OPERANDS = frozenset(("const", "par", "t", "y"))
 

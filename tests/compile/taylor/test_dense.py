@@ -114,8 +114,20 @@ def test_auto_leaves_a_large_plan_to_a_pair(capfd):
     assert few.method == "Taylor"
     series.text(traced(fun, n), "kernel", 17, False)
     assert f"{traced(fun, n).n_operations} operations" in capfd.readouterr().err
-    again = fastdyn.solve_ivp(fun, (0.0, 0.5), fun.y0, "Taylor", **options)
-    np.testing.assert_allclose(again.y, found.y, atol=1e-6)
+
+
+def test_what_was_solved_before_does_not_decide():
+    network = Network(46)
+
+    def fun(t, y):
+        return network(t, y)
+
+    options = {"rtol": 1e-7, "atol": 1e-7, "t_eval": [0.5]}
+    first = [fastdyn.solve_ivp(fun, (0.0, 0.5), network.y0, "Taylor", **options) for _ in range(2)]
+    for _ in range(3):
+        found = fastdyn.solve_ivp(fun, (0.0, 0.5), network.y0, "auto", **options)
+        assert found.method == "Vern7"
+    np.testing.assert_allclose(first[1].y, found.y, atol=1e-6)
 
 
 def test_errors_that_raise_are_named_as_the_reason():
