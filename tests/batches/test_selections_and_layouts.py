@@ -88,6 +88,7 @@ o = y+p; q = o > 2.; q += 1; r = q*.1
 o = y+p; q = (o > 2.).astype(int); q += .5; r = q*.1
 o = y+p; q = np.greater(o, 2., out=np.zeros(64, int)); r = q*.1
 o = y+p; q = np.asarray_chkfinite(o); q[3] = 5.; r = o
+m = (y+p).reshape(8, 8); v = np.einsum('ii->i', m); v[:] = .5; r = m.ravel()
 V = np.reshape(B, -1); V[0] = t; r = y+V
 G = np.asarray(c); G[0] = t; r = y+G
 """.strip().splitlines()

@@ -92,6 +92,8 @@ def einsum(subscripts, *operands, **_):
     pairs = zip(groups, arrays, strict=True)
     size = {c: s for group, a in pairs for c, s in zip(group, a.shape, strict=True)}
     inner = [c for c in size if c not in right]
+    if len(groups) == 1 and not inner:
+        refuse("a view that np.einsum gives")
     result = np.empty([size[c] for c in right], dtype=object)
     for i in np.ndindex(result.shape):
         at, terms = dict(zip(right, i, strict=True)), []
