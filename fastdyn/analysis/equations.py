@@ -149,6 +149,17 @@ class Derivatives(NamedTuple):
         matrix[self.code.rows, self.code.columns] = out[: len(self.code.rows)]
         return matrix
 
+    def underflow(self, t, y):
+        """Whether a number in f(t, y) is too small for a float, and is 0 or nearly so."""
+        traced = self.bound.function.traced
+        outputs, values = traced.stored[: self.n], flat([value for _, value in self.bound.values])
+        given = traced.trace.graph, outputs, np.array([float(t)]), y[:, None], values
+        try:
+            evaluate(*given, under="raise")
+        except FloatingPointError:
+            return True
+        return False
+
     def summands(self, t, y):
         """The largest number that is added or subtracted inside each rate, shape (n,)."""
         traced = self.bound.function.traced

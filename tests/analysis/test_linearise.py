@@ -210,3 +210,42 @@ def test_smooth_places_are_told_from_kinks(rate):
 def test_a_centre_is_named_as_that_of_the_linear_part():
     found = linearise(lambda t, y: [y[1], -y[0] - y[1] ** 3], [0, 0])
     assert found.kind == "centre" and str(found).startswith("centre of the linear part at")
+
+
+@pytest.mark.parametrize(
+    "fun",
+    [
+        lambda t, y: [np.exp(-(y[0] ** 2)), -y[1]],
+        lambda t, y: [2 * math.exp(-(y[0] ** 2)), y[0] / 1e9 * y[1] - y[1]],
+    ],
+)
+def test_no_equilibrium_lies_where_a_function_underflows(fun):
+    found = equilibria(fun, [(-100, 100), (-1, 1)], n_starts=40)
+    assert len(found) == 0
+    assert "further states `fun` is next to zero, or a number in it is too small" in found.message
+
+
+@pytest.mark.parametrize(
+    ("fun", "box"),
+    [
+        (lambda t, y: [-2 * y[0] * y[1], 2 * y[0] * y[1] - y[1]], [(0, 1)] * 2),  # an epidemic
+        (lambda t, y: y * (1 - y[0] ** 2 - y[1] ** 2), [(0.2, 2)] * 2),  # a circle
+        (lambda t, y: -np.maximum(y - 0.2, 0.0), [(-1, 0.1)]),
+    ],
+)
+def test_equilibria_that_fill_a_curve_or_a_region_are_told(fun, box):
+    found = equilibria(fun, box, n_starts=20)
+    assert len(found) > 5 and "have further equilibria beside them" in found.message
+
+
+@pytest.mark.parametrize(
+    ("fun", "n"),
+    [
+        (lambda t, y: y**2, 1),
+        (lambda t, y: -(y**3), 1),
+        (lambda t, y: -y + 2 * y**3 * (1 + np.exp(-1e5 * y**2)), 3),  # the term underflows
+    ],
+)
+def test_equilibria_that_stand_alone_are_told_as_before(fun, n):
+    found = equilibria(fun, [(-1, 1)])
+    assert len(found) == n and found.message.endswith("from 200 starts.")

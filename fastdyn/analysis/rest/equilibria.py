@@ -8,11 +8,14 @@ from scipy.optimize import root
 from scipy.stats import qmc
 
 from ..equations import Equations, box_of, count, equations_of, state_of
-from .linear import Linearisation, linearised
+from .linear import Linearisation, at_rest, linearised
 
 SAME = 1e-6  # equilibria closer than this share of the box count as one equilibrium
 EDGE = 1e-9  # an equilibrium may lie outside of the box by this share of the box
 POLISH = 4  # steps of Newton's method after the search
+BESIDE = 1e-3  # share of the box at which further equilibria are sought beside a singular one
+SINGULAR = 1e-9  # singular values of a singular Jacobian, relative to the largest
+ROUNDING = 1e-13  # of f, relative to its terms
 
 
 @dataclasses.dataclass(frozen=True)
@@ -122,12 +125,27 @@ def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
             here = linearised(equations, derivatives, t, state)
             if here.equilibrium:
                 found.append(here)
+    fills = {id(each) for each in found if _goes_on(equations, derivatives, each, size)}
+    n_states, n_filling = len(found), len(fills)
+    found = [e for e in found if id(e) not in fills or _is_zero(derivatives, e)]
+    n_lost = n_states - len(found)
+    n_filling -= n_lost
     found.sort(key=lambda each: tuple(np.round(each.y / size, 6)))
     where = "in the box " if region is not None else ""
     number = {0: "No equilibrium was", 1: "One equilibrium was"}.get(
         len(found), f"{len(found)} equilibria were"
     )
     message = f"{number} found {where}from {len(starts)} starts."
+    if n_lost:
+        message += (
+            f" At {n_lost} further states `fun` is next to zero, or a number in it is too small "
+            "for a float: these are no equilibria."
+        )
+    if n_filling:
+        message += (
+            f" {n_filling} of them have further equilibria beside them: equilibria fill a curve or "
+            "a region, of which the search finds single states."
+        )
     broken = sum(bool(np.isnan(each.matrix).any()) for each in found)
     if broken:
         message += (
@@ -164,12 +182,48 @@ def _zero(equations, derivatives, t, start):
             state = root(
                 lambda y: equations.rates(t, y), start, jac=lambda y: derivatives.at(t, y)
             ).x
-            for _ in range(POLISH):
-                rates, matrix = equations.rates(t, state), derivatives.at(t, state)
-                state = state - np.linalg.lstsq(matrix, rates, rcond=1e-12)[0]
+            state = _polished(equations, derivatives, t, state)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None  # the iteration left the domain of `fun`
     return state + 0.0 if np.isfinite(state).all() else None
+
+
+def _polished(equations, derivatives, t, state):
+    """A state after some steps of Newton's method."""
+    for _ in range(POLISH):
+        rates, matrix = equations.rates(t, state), derivatives.at(t, state)
+        state = state - np.linalg.lstsq(matrix, rates, rcond=1e-12)[0]
+    return state
+
+
+def _goes_on(equations, derivatives, here, size):
+    """Whether further equilibria lie beside an equilibrium, in a direction in which f' is zero."""
+    if not np.isfinite(here.matrix).all():
+        return False
+    _, values, vectors = np.linalg.svd(here.matrix)
+    for v in vectors[values <= SINGULAR * values.max()]:
+        for step in (BESIDE, -BESIDE):
+            with np.errstate(all="ignore"):
+                try:
+                    start = here.y + step * size * v
+                    state = _polished(equations, derivatives, here.t, start)
+                    rates, matrix = equations.rates(here.t, state), derivatives.at(here.t, state)
+                except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+                    continue
+            moved = np.abs((state - here.y) / size).max() > BESIDE / 2 * np.abs(v).max()
+            if moved and np.isfinite(state).all() and at_rest(rates, matrix, state):
+                return True
+    return False
+
+
+def _is_zero(derivatives, here):
+    """Whether f is zero up to rounding in the directions in which f' does not change f."""
+    if derivatives.underflow(here.t, here.y):
+        return False
+    vectors, values, _ = np.linalg.svd(here.matrix)
+    null = vectors[:, values <= SINGULAR * values.max()]
+    terms = np.maximum(derivatives.summands(here.t, here.y), np.abs(here.rates))
+    return bool((np.abs(here.rates @ null) <= ROUNDING * (terms @ np.abs(null))).all())
 
 
 def _inside(state, region, size):

@@ -1,11 +1,13 @@
 """The values of a graph at many points at once, computed by NumPy."""
 
+from typing import Any
+
 import numpy as np
 
 from .expressions import live
 
 
-def evaluate(graph, outputs, t, y, values, watch=()):
+def evaluate(graph, outputs, t, y, values, watch=(), under: Any = "ignore"):
     """Evaluate the outputs, and the nodes of `watch`, at k points.
 
     Parameters
@@ -14,6 +16,8 @@ def evaluate(graph, outputs, t, y, values, watch=()):
     y : ndarray, shape (n, k)
     values : sequence of float
         The parameters, by slot.
+    under : str
+        What NumPy does if a number is too small for a float: "ignore" or "raise".
 
     Returns
     -------
@@ -21,7 +25,7 @@ def evaluate(graph, outputs, t, y, values, watch=()):
     watched : ndarray, shape (n_watched, k)
     """
     found = {}
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore", under=under):
         for node in live([*outputs, *watch]):
             if node.op == "const":
                 value = node.data
