@@ -35,7 +35,7 @@ class Kernels(NamedTuple):
     continues a solve after a jump, with the `order` of the error estimate.
 
     `inside` is the block of the function that is positive in the domain of the equations, or 0;
-    `keeps` has CLIPS and CHECKS, checks of the end of each step; `past` and `n_past` are the first
+    `keeps` has CLIPS, CHECKS and WITHIN, checks of each step; `past` and `n_past` are the first
     row and the number of rows of a method that looks back at more than one step, else 0.
     """
 
@@ -51,7 +51,9 @@ class Kernels(NamedTuple):
     n_past: Any
 
 
-CLIPS, CHECKS = 1, 2  # in `keeps`: `project` sets negative components to 0; the domain is checked
+# In `keeps`: `project` sets negative components to 0; the domain is checked at the end of a step;
+# the domain is checked within a step.
+CLIPS, CHECKS, WITHIN = 1, 2, 4
 
 
 class Output(NamedTuple):

@@ -29,6 +29,7 @@ from ..state.rows import copy_row
 from ..state.snapshots import take_snapshot, until_next
 from .arguments import MOST_ROOTS
 from .borders import (
+    BEYOND,
     CHANGED,
     ENDS,
     RAISES,
@@ -122,13 +123,15 @@ def _watch(kernels, solve, output, events, acts, scratch, n_steps):
             return status
         if acts is not None:
             if kernels.keeps != 0:
-                kept = keep_inside(kernels, solve, scratch)
+                kept = keep_inside(kernels, solve, output.d[o.n_dense], scratch)
                 if kept == TAKEN_BACK:
                     continue
                 if kept == TOO_SHORT:
                     return at_border(kernels, solve, scratch, STEP_TOO_SMALL)
                 if kept == RAISES:
                     return RAISED
+                if kept == BEYOND:
+                    return BORDER
             elif kernels.project != 0:
                 by_series = len(events.table) > 0 and events.table[0].find != 0
                 if not project_state(kernels, solve, scratch[0], by_series):

@@ -2,6 +2,7 @@
 
 A stage beyond the border has no derivative (NaN), which rejects the step in every adaptive method.
 This file checks the end of each step: an implicit method may accept an end without a derivative.
+The interpolant is checked, too: at equal distances, and near its least values between these points.
 
 Components that must not be negative follow L. F. Shampine, S. Thompson, J. A. Kierzenka and G. D.
 Byrne, "Non-negative solutions of ODEs", Appl. Math. Comput. 170 (2005): a step to a value below
@@ -30,18 +31,27 @@ from ..state.record import (
 )
 from ..state.rows import copy_row, slot
 from ..vector.scalar_or_vector import spacing
-from .arguments import CHECKS, CLIPS
+from .arguments import CHECKS, CLIPS, WITHIN
+from .dense_output import interpolate, polynomial
 from .projection import derive
 
-KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES, ENDS = range(6)  # results of `keep_inside`
+# Results of `keep_inside`.
+KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES, ENDS, BEYOND = range(7)
 STUCK, NEAR = 50, 1e-3  # see `_clings`
+PARTS = 8  # of a step, at whose ends the domain is looked at
+GOLDEN = 0.6180339887498949  # of golden sections
+SECTIONS = 30  # the least value is sought to 1e-7 of a step
+OUTSIDE, RAISED_WITHIN = -1.0, -2.0  # stand for values that are not positive, and for none
 SHORTEST = 10.0  # steps, in units of the spacing of times
 LOOKS = 9  # distances from the end of a run, each four times longer, at which the border is sought
 
 
 @njit(**INTERNAL)
-def keep_inside(kernels, solve, scratch):
-    """Check the end of a step; return KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES or ENDS."""
+def keep_inside(kernels, solve, d, scratch):
+    """Check a step; return KEPT, CHANGED, TAKEN_BACK, TOO_SHORT, RAISES, ENDS or BEYOND.
+
+    The memory d of a polynomial is overwritten.
+    """
     s, work = solve.state[0], solve.work
     y, found = work[Y], KEPT
     if kernels.keeps & CLIPS:
@@ -61,6 +71,13 @@ def keep_inside(kernels, solve, scratch):
             return _take_back(kernels, solve)
         if s.n_rejected > s.n_accepted + STUCK and _clings(kernels, solve, scratch):
             return ENDS
+    if kernels.keeps & WITHIN:
+        least = leaves_within(kernels, solve, d, scratch)
+        if least == RAISED_WITHIN:
+            return RAISES
+        if not least > 0.0:
+            found = _take_back(kernels, solve)
+            return BEYOND if found == TOO_SHORT else found
     return found
 
 
@@ -195,3 +212,59 @@ def at_border(kernels, solve, scratch, status):
             return BORDER
         h *= 4.0
     return status
+
+
+@njit(**INTERNAL)
+def leaves_within(kernels, solve, d, scratch):
+    """OUTSIDE if the last step leaves the domain, RAISED_WITHIN if the function raised, else 1.
+
+    The interpolant of the step is written to d.
+    """
+    interpolate(kernels, solve, d)
+    before = left = _inside(kernels, solve, d, scratch, 0.0)
+    right = _inside(kernels, solve, d, scratch, 1.0 / PARTS)
+    for i in range(PARTS):
+        if not left > 0.0:
+            return left
+        if not right > 0.0:
+            return right
+        after = _inside(kernels, solve, d, scratch, min(i + 2, PARTS) / PARTS)
+        # A function that goes on with the slopes beside this part reaches zero in it, or nearly so.
+        if left + right < 2.0 * max(abs(left - before), abs(after - right)):
+            least = _least(kernels, solve, d, scratch, i / PARTS, (i + 1) / PARTS)
+            if not least > 0.0:
+                return least
+        before, left, right = left, right, after
+    return 1.0
+
+
+@njit(**INTERNAL)
+def _inside(kernels, solve, d, scratch, x):
+    """The function at x in [0, 1] of the last step; OUTSIDE for NaN and 0, too."""
+    s = solve.state[0]
+    polynomial(d, x, scratch[1])
+    if not evaluate(kernels.inside, s.t_old + x * (s.t - s.t_old), scratch[1], scratch[0]):
+        return RAISED_WITHIN
+    return scratch[0, 0] if scratch[0, 0] > 0.0 else OUTSIDE
+
+
+@njit(**INTERNAL)
+def _least(kernels, solve, d, scratch, a, b):
+    """The least value of the function in [a, b], or the first value that is not positive."""
+    left, right = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+    at_left = _inside(kernels, solve, d, scratch, left)
+    at_right = _inside(kernels, solve, d, scratch, right)
+    for _ in range(SECTIONS):
+        if at_left < at_right:
+            if not at_left > 0.0:
+                return at_left
+            b, right, at_right = right, left, at_left
+            left = b - GOLDEN * (b - a)
+            at_left = _inside(kernels, solve, d, scratch, left)
+        else:
+            if not at_right > 0.0:
+                return at_right
+            a, left, at_left = left, right, at_right
+            right = a + GOLDEN * (b - a)
+            at_right = _inside(kernels, solve, d, scratch, right)
+    return min(at_left, at_right)

@@ -217,3 +217,23 @@ def test_refused(options, said):
     given = {"y0": [1.0, 1.0], **options}
     with pytest.raises((ValueError, TypeError, KeyError), match=said):
         solve_ivp(lambda t, y: -y, (0, 1), **given)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-5])
+@pytest.mark.parametrize("method", ["RK45", "Vern9", "Radau"])
+def test_a_wall_within_a_step_is_seen(method, width):
+    def domain(t, y):
+        return abs(y[0] - 7.123) - width
+
+    found = solve_ivp(lambda t, y: [1.0], (0, 20), [0.0], method, domain=domain)
+    assert found.status == LEFT
+    assert found.t[-1] == pytest.approx(7.123 - width, abs=1e-8)
+
+
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Vern9", "Radau", "BDF", "Rodas5P"])
+def test_a_border_that_is_touched_within_a_step_is_seen(method):
+    given = lambda t, y: [y[1], -y[0]], (0, 20), [1.0, 0.0], method
+    found = solve_ivp(*given, domain=lambda t, y: y[0] + 1.0 - 1e-4, rtol=1e-4)
+    assert found.status == LEFT and found.t[-1] == pytest.approx(math.pi, abs=0.05)
+    apart = solve_ivp(*given, domain=lambda t, y: y[0] + 1.1, rtol=1e-4)
+    assert apart.status == 0 and np.array_equal(apart.y, solve_ivp(*given, rtol=1e-4).y)

@@ -31,14 +31,14 @@ def inside_only(fun, domain, n):
     return inside_only
 
 
-def sign(domain):
-    """The function for the kernels, 1.0 inside and -1.0 outside."""
+def inside_of(domain):
+    """The function for the kernels, positive inside; 1.0 stands for True."""
 
     @functools.wraps(domain)
-    def sign(t, y, *args):
-        return 1.0 if domain(t, y, *args) > 0 else -1.0
+    def inside(t, y, *args):
+        return domain(t, y, *args) * 1.0
 
-    return sign
+    return inside
 
 
 def _clip(y, listed):

@@ -13,17 +13,18 @@ import numpy as np
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.kernels.methods import METHODS
-from fastdyn.kernels.output.arguments import CHECKS, CLIPS
+from fastdyn.kernels.output.arguments import CHECKS, CLIPS, WITHIN
+from fastdyn.problem.lsoda import NAME as LSODA
 
 from .functions import (
     clipped,
+    inside_of,
     inside_only,
     jacobian_inside,
     jacobian_of_kept,
     kept,
     of_clipped,
     of_states,
-    sign,
 )  # fmt: skip
 
 MOST_CUT = 100.0  # the sum of corrections, in units of `atol`, that a solve makes without a word
@@ -40,10 +41,12 @@ def _is_given(value):
 
 
 def keeps(problem):
-    """The flags CLIPS and CHECKS of the checks by the kernels at the end of each step."""
+    """The flags CLIPS, CHECKS and WITHIN of the checks of each step by the kernels."""
     p = problem
     checked = p.inside is not None and p.method.n_matrices > 0  # others have a stage at the end
-    return CLIPS * (p.nonnegative is not None) + CHECKS * checked
+    # LSODA would crawl: it begins anew with many short steps each time that a step is taken back.
+    looks = p.inside is not None and p.method.name != LSODA
+    return CLIPS * (p.nonnegative is not None) + CHECKS * checked + WITHIN * looks
 
 
 def kept_inside(problem, options):
@@ -76,7 +79,7 @@ def kept_inside(problem, options):
     if domain is not None:
         fun = inside_only(fun, domain, n)
         jac = jacobian_inside(jac, domain, p) if callable(jac) else jac
-        p = p._replace(domain=domain, inside=sign(domain))
+        p = p._replace(domain=domain, inside=inside_of(domain))
     if listed is not None:
         jac = None if jac is None else jacobian_of_kept(jac, fun, listed)
         fun = kept(fun, listed)
