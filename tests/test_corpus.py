@@ -28,6 +28,7 @@ def pytest_generate_tests(metafunc):
 
 
 @pytest.mark.few(8)
+@pytest.mark.usefixtures("no_wrong_code")
 def test_answer(name):
     """State and status at the end, and for explicit methods the evaluations."""
     case = CASES[name]

@@ -13,6 +13,7 @@ KNOWN = ("equal", "warned", "refused", "no reference")
 
 
 @pytest.mark.few(6)
+@pytest.mark.usefixtures("no_wrong_code")
 @pytest.mark.parametrize("index", range(COUNT))
 def test_a_hostile_function_is_what_python_says_it_is(index):
     case = draw_case(SEED, index, light=True)
