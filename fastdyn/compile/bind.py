@@ -123,7 +123,9 @@ def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
     """The Bound of a function that runs in Python, for good or until its code is made."""
     callback = Callback(as_written, mode, n, announce)
     callback.account = account
-    callback.raises = lambda error: known_traces.forget_refusals(*keepalive[:2], mode, error)
+    callback.raises = lambda error: known_traces.forget_refusals(
+        keepalive[0], keepalive[1], mode, error
+    )
     return with_callback(callback, as_written, keepalive, mode)
 
 
