@@ -6,6 +6,7 @@ The key of the code is a digest of the graph: kept code is valid for all functio
 import functools
 import hashlib
 import math
+import sys
 
 from fastdyn import code_store
 from fastdyn.trace.graph.clock import EVERY, look
@@ -132,7 +133,16 @@ class Traced:
         key, given = f"series {order} {fine} {self.key()}", (order, fine)
         if self.mode.one_number:
             text, given = text_of_event, (order,)
-        return code_store.assembled(key, lambda symbol: text(self, symbol, *given), True)
+        return code_store.assembled(
+            key, lambda symbol: self._told(text)(self, symbol, *given), True
+        )
+
+    def _told(self, text):
+        """A function that makes a text; before a long one, the user is told."""
+        if self.n_operations > MANY_OPERATIONS:
+            said = f"fastdyn: Taylor compiles a series of {self.n_operations} operations"
+            print(f"{said}, which takes seconds or more.", file=sys.stderr, flush=True)
+        return text
 
     def lane_series(self, order, kinds, width):
         """The Taylor kernel with a trajectory in each lane of a vector."""

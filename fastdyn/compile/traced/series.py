@@ -1,6 +1,5 @@
 """A trace as a Taylor kernel."""
 
-import sys
 from collections import defaultdict
 
 import numpy as np
@@ -19,7 +18,6 @@ from ..taylor.recurrences.deceptive import is_deceptive
 from ..taylor.recurrences.impossible_conditions import possible
 from ..taylor.recurrences.plan import Plan
 from ..taylor.recurrences.rewrite import NotSmooth
-from .code import MANY_OPERATIONS
 from .inputs import Source
 from .lanes import by_processor, functions
 
@@ -34,9 +32,6 @@ INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer(
 @refused_as(NotSmooth)
 def text(traced, symbol, order, fine):
     """The text of an LLVM module with the Taylor kernel."""
-    if traced.n_operations > MANY_OPERATIONS:
-        said = f"fastdyn: Taylor compiles a series of {traced.n_operations} operations"
-        print(f"{said}, which takes seconds or more.", file=sys.stderr, flush=True)
     graph = traced.trace.graph
     raising = possible(graph, traced.trace.failing)
     plan = Plan(graph, traced.stored, raising)
