@@ -134,10 +134,10 @@ class Traced:
         if self.mode.one_number:
             text, given = text_of_event, (order,)
         return code_store.assembled(
-            key, lambda symbol: self._told(text)(self, symbol, *given), True
+            key, lambda symbol: self.told(text)(self, symbol, *given), True
         )
 
-    def _told(self, text):
+    def told(self, text):
         """A function that makes a text; before a long one, the user is told."""
         if self.n_operations > MANY_OPERATIONS:
             said = f"fastdyn: Taylor compiles a series of {self.n_operations} operations"

@@ -112,7 +112,7 @@ def test_auto_leaves_a_large_plan_to_a_pair(capfd):
     with capfd.disabled():
         few = fastdyn.solve_ivp(Network(20), (0.0, 0.5), Network(20).y0, "auto", **options)
     assert few.method == "Taylor"
-    series.text(traced(fun, n), "kernel", 17, False)
+    traced(fun, n).told(series.text)
     assert f"{traced(fun, n).n_operations} operations" in capfd.readouterr().err
 
 
