@@ -133,9 +133,7 @@ class Traced:
         key, given = f"series {order} {fine} {self.key()}", (order, fine)
         if self.mode.one_number:
             text, given = text_of_event, (order,)
-        return code_store.assembled(
-            key, lambda symbol: self.told(text)(self, symbol, *given), True
-        )
+        return code_store.assembled(key, lambda symbol: self.told(text)(self, symbol, *given), True)
 
     def told(self, text):
         """A function that makes a text; before a long one, the user is told."""

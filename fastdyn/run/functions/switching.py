@@ -14,6 +14,7 @@ from fastdyn.compile.traced.known_traces import codes
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.problem.step_options import segments_of_members, segments_of_span
 from fastdyn.trace.reads.reads import flat
+from fastdyn.trace.switching.divisions import MOST_TOLD
 
 KEPT, TOLD = "switching times", "told of a lost change"  # keys of a Function's notes
 NO_TIMES = np.empty(0)
@@ -55,10 +56,10 @@ class Switching:
         self._switches, self._notes, self.ends = switches, bound.function.notes, ends
         self._name = method.name.removesuffix(ON_PAIRS)
         self.changes, self.looks = NO_TIMES, np.array(method.looks)
-        slots, begin, self._groups = set(switches.slots), 0, []  # on which the times depend
+        begin, self._groups = 0, []  # on which the times depend
         for i, group in enumerate(bound.function.traced.trace.reads.groups):
             end = begin + (1 if group.shape is None else math.prod(group.shape))
-            if not slots.isdisjoint(range(begin, end)):
+            if any(slots.start < end and slots.stop > begin for slots in switches.slots):
                 self._groups.append(i)
             begin = end
 
@@ -93,9 +94,13 @@ class Switching:
     def _times(self, given, t0, tf):
         """The Times in a span; the last ones are kept."""
         key = self.key(given, t0, tf)
-        kept = self._notes.get(KEPT)
+        kept = self._notes.get((KEPT, self.ends))
         if kept is None or kept[0] != key:
-            kept = self._notes[KEPT] = key, self._switches.times(flat(given), t0, tf)
+            most = None if self.ends else MOST_TOLD
+            kept = self._notes[KEPT, self.ends] = (
+                key,
+                self._switches.times(flat(given), t0, tf, most=most),
+            )
         return kept[1]
 
     def tell(self, bound, record):
@@ -126,7 +131,7 @@ class Switching:
         for j, column in members.varying.items():
             if bound.at[j] is not None:
                 found[groups[bound.at[j]].first] = np.asarray(column, float)
-        return {slot: found[slot] for slot in found if slot in self._switches.slots}
+        return {k: v for k, v in found.items() if any(k in slots for slots in self._switches.slots)}
 
     def segments_of_all(self, problem, members, bound):
         """The problem of an ensemble, its segments, and the first row of each member's.

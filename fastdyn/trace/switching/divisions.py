@@ -15,6 +15,8 @@ RISING = frozenset((
     "asinh", "atanh", "acosh", "cbrt", "erf", "erfc",
 ))  # fmt: skip
 MOST = 2**21  # divisions of a span, or of all spans
+# Divisions that are looked at behind steps: four tables of a million knots take 1 s, else 26.
+MOST_TOLD = 2**14
 SAMPLES, MOST_SAMPLES, IN_ALL = 16, 1024, 2**14  # in an interval, the most there, in all intervals
 HALVINGS = 54
 FAR = 2.0**500  # stands for infinite times
@@ -29,7 +31,7 @@ SHARP = 0.1  # CHORD, and smallest jump, of the changes of which a user is told
 
 
 class TooMany(Exception):
-    """There are more than MOST divisions; a span of this `length` has fewer, perhaps."""
+    """There are more divisions than asked for; a span of this `length` has fewer, perhaps."""
 
     def __init__(self, length):
         super().__init__()
@@ -51,11 +53,11 @@ class Parameters:
 
 
 class Divisions:
-    """One search for switching times; the divisions are sorted by member and time."""
+    """One search for at most `most` switching times, sorted by member and time."""
 
-    def __init__(self, switches, values, varying, first, last, count):
+    def __init__(self, switches, values, varying, first, last, count, most):
         self.of, self.first, self.last, self.count = switches, first, last, count
-        self._values = values, varying
+        self._values, self._most = (values, varying), most
         self.off = ROUNDINGS * max(abs(t) for t in (first, last, 0.0) if abs(t) < FAR)
         self.member, self.t = np.empty(0, int), np.empty(0)
         self.weight = np.empty(0)  # of knots of smooth tables, in the sense of CHORD
@@ -110,7 +112,7 @@ class Divisions:
         at = np.flatnonzero(begins)
         self.member, self.t, self.weight = member[at], t[at], np.maximum.reduceat(weight, at)
         self._intervals = None
-        if len(self.t) > MOST:
+        if len(self.t) > self._most:
             raise TooMany(0.5 * (self.last - self.first))
 
     def _cross(self, of, kind, levels=None):
@@ -175,7 +177,7 @@ class Divisions:
             behind = np.searchsorted(levels, high, "right").astype(float)
         counts = np.maximum(behind - first, 0.0)
         total = counts.sum()
-        if total > MOST:
+        if total > self._most:
             raise TooMany(self._length(counts, begin))
         counts = counts.astype(int)
         j = np.repeat(np.arange(len(counts)), counts)
@@ -184,10 +186,10 @@ class Divisions:
         return j, k, k if levels is None else levels[k.astype(int)]
 
     def _length(self, counts, begin):
-        """The length of a span with about MOST / 2 of the crossings in intervals."""
+        """The length of a span with about half of `most` of the crossings in intervals."""
         whole = np.cumsum(counts)
-        j = int(np.searchsorted(whole, MOST / 2))
-        share = (MOST / 2 - (whole[j - 1] if j else 0.0)) / counts[j]
+        j = int(np.searchsorted(whole, self._most / 2))
+        share = (self._most / 2 - (whole[j - 1] if j else 0.0)) / counts[j]
         end = begin[j + 1] if j + 1 < len(begin) else self.last
         return float(begin[j] + share * (end - begin[j]) - self.first)
 

@@ -17,6 +17,7 @@ import numpy as np
 from ..graph.evaluate import evaluate
 from ..graph.expressions import live
 from ..graph.values import OF_TABLES, ranges_of
+from . import divisions
 from .divisions import FAR, NOISE, ROUNDINGS, Divisions, Parameters, TooMany
 from .straight_lines import COMPARISONS, straight_lines
 
@@ -42,23 +43,22 @@ class Switches:
 
     Attributes
     ----------
-    slots : list of int
+    slots : list of range
         The slots of the parameters on which the times depend.
     """
 
     def __init__(self, graph, timed, seen, switching):
         self.graph, self.timed, self.seen = graph, timed, seen
         self.nodes = [node for node in live(switching) if node.key in timed]
-        found = set()
+        found: set = set()
         for node in live(seen):
             if node.op == "par":
-                found.add(node.data)
-            for table in ranges_of(node, graph.tables):
-                found.update(table)
-        self.slots = sorted(found)
+                found.add(range(node.data, node.data + 1))
+            found.update(ranges_of(node, graph.tables))
+        self.slots = sorted(found, key=lambda slots: slots.start)
         self._lines = straight_lines(graph, timed, switching)
 
-    def times(self, values, t0, tf, count=1, varying=None) -> Times:
+    def times(self, values, t0, tf, count=1, varying=None, most=None) -> Times:
         """The switching times between t0 and tf, which may be infinite.
 
         Parameters
@@ -69,8 +69,10 @@ class Switches:
             The number of members.
         varying : dict of int to ndarray, optional
             By slot, the parameters that vary between members.
+        most : int, optional
+            The largest number of times for one member; `divisions.MOST` if None.
         """
-        found = self._all_times(values, t0, tf, count, varying or {})
+        found = self._all_times(values, t0, tf, count, varying or {}, most or divisions.MOST)
         ends = [t for t in (t0, tf) if abs(t) < FAR]
         off = ROUNDINGS * max(map(abs, ends))
         at_end = np.min([np.abs(found.t - t) for t in ends], axis=0) <= off
@@ -94,33 +96,33 @@ class Switches:
             jumps |= ~(np.abs(there - limit) <= NOISE * size)  # also where one is not a number
         return jumps
 
-    def _all_times(self, values, t0, tf, count, varying):
+    def _all_times(self, values, t0, tf, count, varying, most):
         """The Times, with all at the ends of the span."""
         first, last, end = max(min(t0, tf), -FAR), min(max(t0, tf), FAR), tf
         if self._lines is not None:
             return Times(*self._lines.times(values, varying, first, last, count), tf)
         while True:
             try:
-                found = Divisions(self, values, varying, first, last, count).found()
+                found = Divisions(self, values, varying, first, last, count, most).found()
                 return Times(*found, end)
             except TooMany as reason:
                 if count > 1:
-                    return self._of_halves(values, t0, tf, count, varying)
+                    return self._of_halves(values, t0, tf, count, varying, most)
                 length = min(reason.length, 0.5 * (last - first))
                 if tf < t0:
                     end = first = last - length
                 else:
                     end = last = first + length
 
-    def _of_halves(self, values, t0, tf, count, varying):
+    def _of_halves(self, values, t0, tf, count, varying, most):
         """The Times of many members, from those of two halves of them."""
         half = count // 2
         parts = [
             {slot: v[part] for slot, v in varying.items()}
             for part in (slice(half), slice(half, None))
         ]
-        one = self._all_times(values, t0, tf, half, parts[0])
-        other = self._all_times(values, t0, tf, count - half, parts[1])
+        one = self._all_times(values, t0, tf, half, parts[0], most)
+        other = self._all_times(values, t0, tf, count - half, parts[1], most)
         end = one.end if abs(one.end - t0) < abs(other.end - t0) else other.end
         return Times(
             np.r_[one.member, other.member + half], np.r_[one.t, other.t],
