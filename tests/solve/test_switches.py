@@ -9,6 +9,7 @@ import fastdyn
 from fastdyn import solve_ivp
 from fastdyn.compile import memory
 from fastdyn.run import loop
+from fastdyn.solve import automatic
 
 sign = np.sign
 FINE = {"rtol": 1e-6, "atol": 1e-8}
@@ -266,3 +267,23 @@ def test_what_only_crosses_or_bends_is_left_alone():
     ):
         run = solve_ivp(fun, (0, 6000), [1.0, 0.0], "auto", rtol=1e-9, atol=1e-9)
         assert run.status == 0 and "Filippov" not in run.reason and run.n_accepted > 1000
+
+
+def test_many_conditions_are_left_to_the_pair(monkeypatch):
+    """A limiter on a grid at rest: Taylor would take 4000 steps of no length at the start."""
+    asked, solved_by = [], automatic.solved_by
+
+    def noting(arguments, name):
+        asked.append(name)
+        return solved_by(arguments, name)
+
+    monkeypatch.setattr(automatic, "solved_by", noting)
+
+    def advected(t, u):
+        a, b = u - np.roll(u, 1), np.roll(u, -1) - u
+        flux = u + 0.5 * np.where(a * b > 0, np.where(abs(a) < abs(b), a, b), 0.0)
+        return np.roll(flux, 1) - flux
+
+    u0 = np.where(np.arange(20) < 5, 1.0, 0.0)
+    run = solve_ivp(advected, (0, 1), u0, "auto")
+    assert run.status == 0 and asked == ["Tsit5"]
