@@ -87,7 +87,7 @@ class Switched:
 
 
 def has_switches(function):
-    """Whether few conditions on the state select among the formulas of a Function without tables."""
+    """Whether few conditions on the state select among formulas of a Function without tables."""
     found = function.notes.get("has switches")
     if found is None:
         traced = function.traced
