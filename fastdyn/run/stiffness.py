@@ -108,8 +108,7 @@ def switches_of(problem, run):
     t, of = float(state["t"]), switched(run.bounds[0])
     if of is None or not np.isfinite(y).all():
         return t, y, None, []
-    h = max(abs(t - float(state["t_old"])), float(state["h"]))
-    return t, y, of, of.slides(t, y, h)
+    return t, y, of, of.slides(t, y, _last_length(state))
 
 
 def notice(problem, run):
@@ -171,11 +170,16 @@ def _held_back(problem, run, undamped=False):
         return None
     state, work = run.view("solve.state")[0], run.view("solve.work")
     t, y = float(state["t"]), work[Y].copy()
-    h = max(abs(t - float(state["t_old"])), float(state["h"]))  # t_end may have cut the last step
+    h = _last_length(state)
     return _verdict(
         problem.method.name, n_steps, t, h, (work[Y_OLD], y),
         lambda y: _slope(bound, t, y), lambda value: _limit(problem, value, undamped),
     )  # fmt: skip
+
+
+def _last_length(state):
+    """The length of the last step of a run, or of the next one: t_end may have cut the last."""
+    return max(abs(float(state["t"]) - float(state["t_old"])), float(state["h"]))
 
 
 def _slope(bound, t, y):

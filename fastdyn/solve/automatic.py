@@ -19,10 +19,12 @@ from fastdyn.specialise.series import NoSeries, large_refused
 from .discrete import parted
 from .error_estimate import solved_by
 
+LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
 # At rtol = 1e-3, Tsit5 is within ten tolerances in 9 of 35 problems with switches, because no step
 # ends at a jump; Taylor at LOOSE in 34, with fewer evaluations.
-SWITCHES = "`fun` has conditions on the state, where the steps of Taylor end, here at rtol = 1e-05."
-LOOSE, TIGHT = 1e-5, 1e-9  # rtol above which Tsit5 is faster than Taylor, and Vern7 than Vern9
+SWITCHES = (
+    f"`fun` has conditions on the state, where the steps of Taylor end, here at rtol = {LOOSE:g}."
+)
 
 
 def solved(asked, slides=True):

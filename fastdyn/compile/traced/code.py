@@ -133,14 +133,18 @@ class Traced:
         key, given = f"series {order} {fine} {self.key()}", (order, fine)
         if self.mode.one_number:
             text, given = text_of_event, (order,)
-        return code_store.assembled(key, lambda symbol: self.told(text)(self, symbol, *given), True)
 
-    def told(self, text):
-        """A function that makes a text; before a long one, the user is told."""
+        def made(symbol):
+            self.tell_if_long()
+            return text(self, symbol, *given)
+
+        return code_store.assembled(key, made, True)
+
+    def tell_if_long(self):
+        """Tell the user, on stderr, that the series of a large function takes long to compile."""
         if self.n_operations > MANY_OPERATIONS:
             said = f"fastdyn: Taylor compiles a series of {self.n_operations} operations"
             print(f"{said}, which takes seconds or more.", file=sys.stderr, flush=True)
-        return text
 
     def lane_series(self, order, kinds, width):
         """The Taylor kernel with a trajectory in each lane of a vector."""

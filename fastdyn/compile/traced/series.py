@@ -16,15 +16,12 @@ from ..taylor.driver import Driver
 from ..taylor.large import LargeDriver
 from ..taylor.recurrences.deceptive import is_deceptive
 from ..taylor.recurrences.impossible_conditions import possible
-from ..taylor.recurrences.plan import Plan
+from ..taylor.recurrences.plan import Plan, sums_of_terms
 from ..taylor.recurrences.rewrite import NotSmooth
 from .inputs import Source
 from .lanes import by_processor, functions
 
 MAX_ONLINE, MAX_WITH_KINKS = 60, 600  # limits of `size_of`; above the first, lanes hold like nodes
-# Terms that count as one sum of products.  For a dense network of 20 neurons, 400 terms, a step
-# takes 3 us with like nodes in the lanes, else 7.
-TERMS = 4
 MANY = 250  # invariants, beyond which their code is not optimised: 1600 take 0.1 s, else 6 s
 INVARIANTS = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer()])
 
@@ -51,7 +48,7 @@ def text(traced, symbol, order, fine):
 
 def size_of(plan):
     """The size that decides whether the lanes of vectors are orders or like nodes."""
-    return max(plan.n_sums, len(plan.outputs), plan.n_terms // TERMS)
+    return max(plan.n_sums, len(plan.outputs), sums_of_terms(plan.steps))
 
 
 def plan_of_rows(traced, plan):

@@ -1,4 +1,4 @@
-"""What a solve does at the switching times of its equations: see `trace.switching`.
+"""Steps and warnings of a solve at the switching times of its equations: see `trace.switching`.
 
 Steps of fastdyn's own methods end there, as at breakpoints.  The steps of other methods do not: if
 one of them jumps over two changes, a warning tells it, once a function.
@@ -64,7 +64,7 @@ class Switching:
             begin = end
 
     def key(self, given, t0, tf):
-        """What the times depend on: the values and the span."""
+        """The values and the span, on which the switching times depend."""
         found = [given[i] for i in self._groups]
         return t0, tf, *[v.tobytes() if isinstance(v, np.ndarray) else v for v in found]
 

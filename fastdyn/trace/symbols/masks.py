@@ -54,7 +54,7 @@ class Masked(np.lib.mixins.NDArrayOperatorsMixin):
 
 
 def chosen(mask, value):
-    """What stands for `value` in an operation on the elements that a mask selects.
+    """The operand that stands for `value` in an operation on the elements that a mask selects.
 
     The value is a number, or a selection by an equal mask: then its numbers at all places.
     """

@@ -63,7 +63,7 @@ def test_a_long_block_is_cut(monkeypatch):
 
 
 def test_elements_of_a_matrix_are_copied_in_a_loop():
-    """Not one by one: 1600 elements take 6 s.  The values are read anew at each call."""
+    """Copied one by one, 1600 elements take 6 s.  The values are read anew at each call."""
     text = series.text(traced(Network(40), 40), "kernel", 17, False)
     assert text[text.index("define void") : text.index("\n}")].count("\n") < 400
     fun = Network(20)
@@ -94,7 +94,7 @@ def test_a_dense_matrix_has_like_nodes_in_the_lanes(monkeypatch):
 
 
 def test_long_sums_become_loops():
-    """Of 63 neurons; in straight-line code each of 9 orders had 500 products."""
+    """In straight-line code, each of 9 orders of 63 neurons had 500 products."""
     matrix = np.random.default_rng(1).normal(size=(63, 63))
     text = series.text(traced(lambda t, y: matrix @ y, 63), "kernel", 17, False)
     assert max(blocks(text)) < 1000
@@ -112,7 +112,7 @@ def test_auto_leaves_a_large_plan_to_a_pair(capfd):
     with capfd.disabled():
         few = fastdyn.solve_ivp(Network(20), (0.0, 0.5), Network(20).y0, "auto", **options)
     assert few.method == "Taylor"
-    traced(fun, n).told(series.text)
+    traced(fun, n).tell_if_long()
     assert f"{traced(fun, n).n_operations} operations" in capfd.readouterr().err
 
 

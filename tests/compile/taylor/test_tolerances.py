@@ -65,7 +65,7 @@ EPIDEMIC = UNLIKE[0]
 
 @pytest.fixture(scope="module")
 def true_states():
-    """Of a problem with components of unlike size."""
+    """The exact states of a problem with components of unlike size."""
     return functools.cache(exact)
 
 

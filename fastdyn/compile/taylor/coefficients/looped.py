@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..recurrences.listing import Gather, nodes, rebuilt, shape
+from ..recurrences.plan import sums_of_terms
 from .convolutions import convolutions, n_partial
 from .places import n_kept
 
 MANY = 40  # sums of products; straight-line code of more sums compiles slowly
-TERMS = 4  # terms that count as a sum: a matrix of 63 x 63 has 500 terms, which take 3 s in line
 FEWEST, FEWEST_OF_MANY = 32, 4  # fewest vectors in a loop: below MANY sums, above
 
 
@@ -39,7 +39,7 @@ def looped(plan, places, steps, name):
     """Group steps into Parts, in the order of their levels."""
     parts, level = [], plan.level
     n_sums = sum(len(convolutions(step, places.timed)) for step in plan.steps)
-    n_sums += sum(len(getattr(step, "terms", ())) for step in plan.steps) // TERMS
+    n_sums += sums_of_terms(plan.steps)
     fewest = FEWEST if n_sums <= MANY else FEWEST_OF_MANY
     for _, group in _by(steps, lambda step: level[step.node.key]):
         straight = []

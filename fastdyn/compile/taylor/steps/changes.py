@@ -4,6 +4,7 @@ import contextlib
 
 from ..text.instructions import MINUS, ONE, ZERO, Text, hexadecimal
 from .accuracy import SMALLEST
+from .step import powers_of, sum_of
 
 ROUNDS = 100  # most rounds of a search; a step then ends before the change
 BEYOND = 2.0**-50  # distance from a change to the step's end, as a share of step and time
@@ -204,12 +205,8 @@ class FirstChange(_Function):
         with y^3, at rtol = 1e-6 and 0.04 % of the step away from its change.  From half of x, the
         next step finds the change by a series whose remainder is smaller by 2^order.
         """
-        powers = {1: x}
-        for k in range(2, order + 1):
-            powers[k] = self.mul(powers[k // 2], powers[k - k // 2])
-        motion = ZERO
-        for k in range(1, order + 1):
-            motion = self.fma(self.intrinsic("fabs", self.coefficient(k)), powers[k], motion)
+        sizes = [self.intrinsic("fabs", self.coefficient(k)) for k in range(1, order + 1)]
+        motion = sum_of(self, sizes, powers_of(self, x, order), ZERO)
         allowed = self.mul(hexadecimal(REMAINDER * SMALLEST[order + 1]), motion)
         vague = self.compare("ogt", self._tail(x, order), allowed)
         vague = self.truths("and", vague, self.compare("oeq", "%share", ZERO))
