@@ -10,7 +10,6 @@ from ..graph.refusal import Abandoned, Refusal
 from ..symbols.complex_pair import Pair
 from ..symbols.conditions import Condition
 from .handlers import is_handled
-from .implied import FREE, Implied
 
 MAX_DECISIONS = 200
 
@@ -33,7 +32,6 @@ class Paths(Graph):
 
     def begin(self, script):
         self.script, self.known, self.taken, self.raising = script, {}, [], self.false
-        self.implied = Implied(self)
         self.texts, self.abandoned, self.conditions = False, None, False
         self.bounds = {}  # the bounds were checked on another path only
 
@@ -126,10 +124,6 @@ class Paths(Graph):
             i = len(self.taken)
             if i >= MAX_DECISIONS:
                 raise Refusal("it decides too often", final=True, said=False)
-            value = self.implied.truth(node, i >= FREE)
-            if value is None:
-                value = self.script[i] if i < len(self.script) else True
-                self.taken.append((node, value))
-                self.implied.note(node, value)
-            self.known[node.key] = value
+            self.known[node.key] = self.script[i] if i < len(self.script) else True
+            self.taken.append((node, self.known[node.key]))
         return self.known[node.key] != flip

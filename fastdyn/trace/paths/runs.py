@@ -130,7 +130,7 @@ def _leaves(g, run):
         errors += error
         leaves.append(Leaf(list(g.taken), results, g.raising))
         if len(leaves) + len(todo) > MAX_PATHS:
-            raise Untraceable("it decides in too many ways", final=True, said=False)
+            raise Untraceable("it decides in too many ways", final=True)
         for i in range(len(script), len(g.taken)):
             todo.append((*(value for _, value in g.taken[:i]), False))
     return leaves, errors

@@ -265,7 +265,7 @@ def _at(array, key):
 
 
 def look_up(rows, index):
-    """``rows[index]``; an index out of bounds becomes a separate path, which raises IndexError."""
+    """``rows[index]``; an index out of bounds raises IndexError."""
     index = index_of(index)
     if not isinstance(index, Symbol):
         return rows[index]

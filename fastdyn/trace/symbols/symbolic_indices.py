@@ -26,13 +26,15 @@ def index_of(key) -> Any:
 
 
 def check_bounds(index, n):
-    """Add paths that raise IndexError, on which an index is outside -n, ..., n - 1."""
+    """Raise IndexError where an index is outside -n, ..., n - 1."""
     g = index.g
-    g.implied.is_number(index.node)  # an index is never NaN: not below n means n or more
     below = g.compare(index.node, g.const(float(n)), "lt")
     above = g.compare(g.const(float(-n)), index.node, "le")
-    if not g.condition(below) or not g.condition(above):
-        raise IndexError("index out of range")
+    g.raises_if(g.negation(g.both(below, above)), _out_of_range)
+
+
+def _out_of_range():
+    raise IndexError("index out of range")
 
 
 def entry(g, name, node, kind):

