@@ -118,14 +118,14 @@ def takes_batches(problem):
     return not p.method.series
 
 
-def bind_equations(problem, refused=None, stores=False):
-    """The Bound of the equations of a problem; `stores` as of a Near."""
+def bind_equations(problem, refused=None):
+    """The Bound of the equations of a problem."""
     p = problem
     y0 = given_state(p)
     if isinstance(p.fun, Variational):
         return bind_variational(p.fun, p.args, Near(p.t0, p.tf, y0[: p.fun.n]), refused)
     if not isinstance(p.fun, Pair):
-        near = Near(p.t0, p.tf, y0, takes_batches(p), stores)
+        near = Near(p.t0, p.tf, y0, takes_batches(p))
         return bind(p.fun, p.args, p.mode, len(y0), near, refused=refused)
     q, v = np.split(y0, 2)
     pair = tuple(

@@ -10,7 +10,6 @@ from fastdyn.code_store import Call
 from fastdyn.code_store.call import address_of
 from fastdyn.compile import budget
 from fastdyn.compile.python_callback import interruptible
-from fastdyn.compile.traced.known_traces import has_stores
 from fastdyn.kernels.calls.block import FAILED
 from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
@@ -281,8 +280,8 @@ class LaidOut(PythonBetween):
 
     def another(self):
         """A Run that takes the same steps, and stores the end only; None if steps have effects."""
-        p, functions = self.problem, [b.function for b in self.bounds]
-        if self._callbacks or p.callback is not None or any(f and has_stores(f) for f in functions):
+        p = self.problem
+        if self._callbacks or p.callback is not None:
             return None
         p = p._replace(t_eval=np.array([p.tf]), dense_output=False)
         return type(self)(p, self._own, self._others)

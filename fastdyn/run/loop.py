@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.linalg import LinAlgError
 
-from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.traced.known_traces import has_stores
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.kernels.state.record import (
     FINISHED,
@@ -19,7 +17,6 @@ from fastdyn.kernels.state.record import (
     STEP_LIMIT,
     STEP_TOO_SMALL,
     STOPPED,
-    Y,
 )
 
 from .functions.compared import Compared
@@ -139,8 +136,6 @@ class Run(LaidOut):
     def __init__(self, *given):
         super().__init__(*given)
         self.compared = Compared(self)
-        function = self._own.function
-        self._stores = function is not None and has_stores(function)
 
     def n_first(self, problem=None):
         """The most steps of the first chunk."""
@@ -172,8 +167,6 @@ class Run(LaidOut):
             self._told(status)
         self.compared.after(self)
         self.tell_jumps()
-        if self._stores:
-            self._call_at_the_end()
         return status
 
     def tell_jumps(self):
@@ -193,7 +186,7 @@ class Run(LaidOut):
 
     def is_plain(self):
         """Whether the kernels call no Python code, and nothing watches or catches anything."""
-        bare = not self._callbacks and self._followed is None and not self._stores
+        bare = not self._callbacks and self._followed is None
         left_alone = not self.watched and self.problem.on_interrupt == "raise"
         return bare and left_alone and not self._own.pair and self.n_first() > 0
 
@@ -204,11 +197,6 @@ class Run(LaidOut):
     def first_memory(self):
         """The first content of a solve's memory, and its times of output or None."""
         return self._image, self._t_eval
-
-    def _call_at_the_end(self):
-        """Call the equations once more at the end, so that outside objects have the last values."""
-        (state,), bound = self.view("solve.state"), self._own
-        evaluate(bound.python, bound.mode, state["t"], self.view("solve.work")[Y].copy())
 
     def _go_on(self, status, n_steps, spent):
         """Take chunks up to the end, after a first chunk of `n_steps`; the status."""

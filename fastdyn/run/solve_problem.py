@@ -47,17 +47,13 @@ def verify(bound, probe, n):
         verified.add(n)
 
 
-def run_of(problem, to_the_end=False):
-    """A Run with the functions of a problem compiled, and evaluated once.
-
-    `to_the_end` tells whether the Run solves to the end at once: then no other code reads, during
-    the solve, the objects to which the equations write.
-    """
+def run_of(problem):
+    """A Run with the functions of a problem compiled, and evaluated once."""
     p = problem
     n = len(p.y0)
     if p.domain is not None or p.nonnegative is not None:
         check_start(p)
-    bound, others = bind_functions(p, to_the_end and _may_store(p))
+    bound, others = bind_functions(p)
     p = of_python_between(p, bound, others)
     verify(bound, lambda: probe_equations(p), n)
     for each in others:
@@ -78,10 +74,10 @@ def in_time(problem):
     """
     p = problem
     if p.compile != "auto" or p.method.series or p.checkpoint is not None or gives_up():
-        return run_of(p, True)
+        return run_of(p)
     load_kernels(p)  # first: no other thread compiles kernels meanwhile
     with budget.limited(least_in_python(p)):
-        return run_of(p, True)
+        return run_of(p)
 
 
 def least_in_python(problem):
@@ -98,22 +94,6 @@ def load_kernels(problem):
     plan(*shape_of(p, pair), len(p.y0))
     shared_kernel(p.method.name, pair)
     watch_of(p)
-
-
-def _may_store(problem):
-    """Whether compiled equations may write to outside objects, with one more call at the end.
-
-    Conditions: no other function of the solve uses the objects, and SciPy's method makes its last
-    call at the end of the solve.
-    """
-    p = problem
-    between = (
-        p.inside or p.events or p.callback or p.project or p.jac is not None or p.mass is not None
-    )
-    if between or p.checkpoint is not None or p.on_interrupt != "raise" or len(p.segments):
-        return False
-    inside = p.dense_output or p.t_eval is not None
-    return p.method.ends_at_the_end(inside)
 
 
 def _between_steps(problem):

@@ -120,13 +120,6 @@ class Facts(NamedTuple):
         """True if MATLAB's rules control the step, with the largest error as norm."""
         return self.start == "matlab"
 
-    def ends_at_the_end(self, inside):
-        """True if the last evaluation of a step is at the end of the step, as in SciPy.
-
-        `inside` tells whether the interpolant is needed, whose stages may be evaluated later.
-        """
-        return self.start == "hairer" and not (inside and self.n_rows > self.fsal_stage + 1)
-
     @property
     def tableau(self):
         """The coefficients as printed in the source."""

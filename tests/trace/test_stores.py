@@ -1,4 +1,4 @@
-"""Functions that write to things outside before they read them: compiled, and what they leave."""
+"""Functions that write to things outside run in Python: what they leave, and what is said."""
 
 import types
 
@@ -7,9 +7,10 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced import make as by_tracing
+from fastdyn.compile import memory
+from fastdyn.compile.callables import diagnostics
 
+pytestmark = pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 LATEST: dict = {}
 force = 0.0
 
@@ -73,7 +74,7 @@ def other_objects(p):
     return fun
 
 
-COMPILED = attributes, items, arrays, a_global, other_objects
+WRITTEN_FIRST = attributes, items, arrays, a_global, other_objects
 
 
 def counts(p):
@@ -135,7 +136,7 @@ def exchanged(p):
     return fun
 
 
-LEFT = (
+READ_FIRST = (
     counts, now_and_then, of_before, the_first_time, whether_it_is_there, part_of_an_array,
     exchanged,
 )  # fmt: skip
@@ -173,40 +174,35 @@ def agrees(make, method="RK45", **options):
         np.testing.assert_allclose(mine[1][name], value, 1e-6, 1e-9, err_msg=name)
 
 
-def is_compiled(make):
+@pytest.mark.parametrize("make", WRITTEN_FIRST + READ_FIRST)
+def test_what_is_left(make):
+    agrees(make)
+
+
+CHANGED = {
+    attributes: "an attribute", items: "a dict", arrays: "an array", a_global: "a global variable",
+    other_objects: "an attribute", counts: "an attribute",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("make", CHANGED)
+def test_what_is_said(make, monkeypatch):
+    """One warning, which names what is changed, and where."""
+    monkeypatch.setattr(diagnostics, "_warned", memory.Table())
     fun = make(Plant())
-    return by_tracing.traced_function(fun, (), DERIVATIVE, 2, NEAR) is not None
+    with pytest.warns(fastdyn.CompileWarning) as said:
+        for _ in range(2):
+            fastdyn.solve_ivp(fun, (0, 2.0), [1.0, 0.5])
+    (one,) = {str(each.message) for each in said}
+    assert f"it changes {CHANGED[make]}" in one and "test_stores.py, line" in one
 
 
-NEAR = by_tracing.Near(0.0, 2.0, np.array([1.0, 0.5]), stores=True)
-
-
-@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
-@pytest.mark.parametrize("make", COMPILED)
-def test_what_is_written_first_is_compiled(make):
-    assert is_compiled(make)
-    assert (
-        by_tracing.traced_function(make(Plant()), (), DERIVATIVE, 2, NEAR._replace(stores=False))
-        is None
-    )
-    agrees(make)
-
-
-@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
-@pytest.mark.parametrize("make", LEFT)
-def test_what_is_read_first_is_not(make):
-    assert not is_compiled(make)
-    agrees(make)
-
-
-@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("method", ["RK23", "DOP853", "Radau", "BDF", "LSODA"])
 @pytest.mark.parametrize("dense", [False, True])
 def test_what_is_left_is_what_the_last_call_leaves(method, dense):
     agrees(attributes, method, dense_output=dense)
 
 
-@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_an_event_sees_what_was_written():
     def solve(solver):
         plant = Plant()
@@ -216,7 +212,6 @@ def test_an_event_sees_what_was_written():
     np.testing.assert_allclose(mine.t_events[0], theirs.t_events[0], 1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 def test_a_stepper_writes_at_each_step():
     plant = Plant()
     stepper = fastdyn.Stepper(attributes(plant), 0.0, [1.0, 0.5], 2.0, "RK45")

@@ -94,8 +94,7 @@ class Traced:
         tables = sorted(name for name, table in g.tables.items() if isinstance(table, range))
         places = [(group.first, group.shape) for group in self.trace.reads.groups]
         text = repr((self.mode, self.n, lines, ends, tables, places, self.kinds))
-        stores = " with stores" if g.stores else ""
-        return f"traced {hashlib.sha256(text.encode()).hexdigest()}{stores}"
+        return f"traced {hashlib.sha256(text.encode()).hexdigest()}"
 
     # -- machine code, by modules that are imported only when code is to be made
 

@@ -143,11 +143,6 @@ def place_of(fun, args, mode, n, varying=(), batches=False):
     return (*codes(fun, args), mode, n, len(args), tuple(varying), batches)
 
 
-def has_stores(function):
-    """Whether the Python function of a compiled function writes to outside objects."""
-    return function.traced is not None and bool(function.traced.trace.graph.stores)
-
-
 def in_batches(function):
     """Whether a compiled function works on long arrays."""
     return function.traced is not None and function.traced.in_batches

@@ -12,8 +12,7 @@ from fastdyn import code_store
 from fastdyn.trace.graph.refusal import LATEST, NotYet, Refusal, Untraceable, refused_as
 from fastdyn.trace.islands.island import Address, calls_libraries
 from fastdyn.trace.paths.places import line_of_refusal, line_of_write
-from fastdyn.trace.paths.runs import STATE, Where, trace
-from fastdyn.trace.paths.stores import trace_with_stores
+from fastdyn.trace.paths.runs import STATE, trace
 from fastdyn.trace.reads.reads import flat
 
 from .. import background, memory
@@ -27,7 +26,6 @@ from .known_traces import (
     TABLE,
     Known,
     Traces,
-    acts,
     code_of,
     is_wrong,
     known_trace,
@@ -36,7 +34,6 @@ from .known_traces import (
 )
 
 LONG = 64  # least number of components of a state that is one long array
-STORES = "stores"  # stands for tracing by `trace_with_stores`
 OF_CALL = 1e-5  # seconds of the call from Python, which a measured time of code includes
 SLOWER = 1.2  # most time of code that calls libraries, over the time in Python
 LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
@@ -48,15 +45,13 @@ class Near(NamedTuple):
     """The region in which a function will be called, and around which its code is compared.
 
     `batches` tells whether the caller needs the pointer form only: then long arrays may be traced
-    in batches.  `stores` tells whether the caller calls the Python function at the end of a solve;
-    then the function may write to outside objects.
+    in batches.
     """
 
     t0: float
     tf: float
     y0: np.ndarray
     batches: bool = False
-    stores: bool = False
 
 
 elimination.stand_in()
@@ -80,13 +75,10 @@ def traced_function(fun, args, mode, n, near, varying=(), makes=True):
         found = _traced_function(fun, args, mode, n, to_make, varying, True)
         if found is not None or is_wrong(fun, args, mode):
             return found
-    found = _traced_function(fun, args, mode, n, to_make, varying)
-    if found is None and near is not None and near.stores and acts(fun, args, mode, n, varying):
-        found = _traced_function(fun, args, mode, n, to_make, varying, STORES)
-    return found
+    return _traced_function(fun, args, mode, n, to_make, varying)
 
 
-def _traced_function(fun, args, mode, n, near, varying, batches: Any = False):
+def _traced_function(fun, args, mode, n, near, varying, batches=False):
     found = known_trace(fun, args, mode, n, varying, batches)
     if found is not None:
         known, given = found
@@ -153,11 +145,9 @@ def made(function):
 @refused_as(Refusal.untraceable)
 def _traced(fun, args, mode, n, near, varying, lifted, batches):
     own, shape, zeros = mode.shapes(n)
-    stores, batches = batches == STORES, batches is True
-    follow = trace_with_stores if stores else trace
-    found = follow(
+    found = trace(
         fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches,
-        where=Where((near.t0, near.y0)),
+        start=(near.t0, near.y0),
     )  # fmt: skip
     traced, given = _of_mode(found, mode, n, batches), found.reads.values()
     if any(traced.at[j - 1] is None for j in varying):
@@ -175,7 +165,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
     place, values = _compared_place(traced, function, fun, given), _numbers(traced, given)
     unseen = _verified.get(place) if found.reads.lasting else None
     if unseen is None or values[unseen].any():
-        holds = not stores and found.reads.follow(fun, *args) is not None
+        holds = found.reads.follow(fun, *args) is not None
         different = compare_around(bound, near, traced.trace)
         after = found.reads.follow(fun, *args) if holds else given
         if after is None or not np.array_equal(_numbers(traced, after), values, equal_nan=True):

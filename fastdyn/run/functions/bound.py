@@ -38,11 +38,11 @@ def leave_writers_to_scipy(problem, bound, others):
             each.callback.writes = False
 
 
-def bind_functions(problem, stores=False):
+def bind_functions(problem):
     """Bind the equations of a problem, and the functions that are called between steps."""
     p = problem
     others = between_steps(p)
-    bound = bind_equations(p, stores=stores)
+    bound = bind_equations(p)
     near = Near(p.t0, p.tf, p.y0, not p.method.series)
     bounds = [_bind(p, fun, mode, near) for fun, mode in others]
     if p.callback is None and all(b.function is not None for b in (bound, *bounds)):

@@ -8,7 +8,6 @@ from ..symbols.arrays import Array
 from ..symbols.real import Symbol
 from ..symbols.symbolic import refuse
 from .shared_copies import SMALL, constant_array, long_array
-from .writes_before_reads import UNWRITTEN
 
 FEW = 16  # up to so many complex numbers may be real now and complex in a later call
 
@@ -16,12 +15,7 @@ FEW = 16  # up to so many complex numbers may be real now and complex in a later
 def array_copy(outside, value, row):
     """Copy an array; its numbers become parameters, or constants of the code."""
     reads = outside.reads
-    if outside.unwritten(value, "an array"):
-        reads.expect(row, "array", laid(value))
-        copy = np.empty_like(value, dtype=object)
-        for i in np.ndindex(value.shape):
-            copy[i] = UNWRITTEN
-    elif value.dtype == float and not outside.fixed(row):
+    if value.dtype == float and not outside.fixed(row):
         if value.size > SMALL:
             return outside.watch(value, long_array(outside.graph, value, row))
         g, copy = outside.graph, np.empty_like(value, dtype=object)

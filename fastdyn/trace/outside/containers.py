@@ -8,7 +8,6 @@ from ..reads.reads import MAX_ARRAY
 from ..symbols.symbolic import refuse
 from .copies import shadow_of
 from .shared_copies import long_list
-from .writes_before_reads import UNWRITTEN
 
 DICTS: dict = {  # types of dict: function that makes an empty dict of the type
     dict: lambda value: {},
@@ -30,8 +29,6 @@ def sequence(outside, value, kind, row):
     items = outside.items(value, row)
     if kind is tuple:
         return outside.keep(value, tuple(items))
-    for i in outside.unwritten(value, "a list"):
-        items[i] = UNWRITTEN
     return outside.keep(value, List(items), "a list", items)
 
 
@@ -63,7 +60,6 @@ def copy_of(outside, value, kind, row):
     copy.update(outside.parts(value, row, "item", value))
     if empty is None:
         return outside.keep(value, kind(copy))
-    copy.update(dict.fromkeys(outside.unwritten(value, "a dict"), UNWRITTEN))
     outside.watched.append(("a dict", copy, dict(copy)))
     return copy
 
@@ -88,7 +84,6 @@ def _of_a_user(outside, value, kind, row):
         reads.expect(whole, "keys", (dict, list(own)))
         vars(copy).update(outside.parts(value, row, "own", own))
         outside.watched.append(("an attribute of a dict", vars(copy), dict(vars(copy))))
-    dict.update(copy, dict.fromkeys(outside.unwritten(value, "a dict"), UNWRITTEN))
     outside.watched.append(("a dict", copy, dict(copy)))
     return copy
 

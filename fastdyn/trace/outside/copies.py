@@ -243,7 +243,6 @@ def instance_of(outside, thing, row):
     except TypeError:
         refuse(f"it uses an object of type {kind.__name__}", final=True)
     outside.keep(thing, new)
-    loaded.update(dict.fromkeys(outside.unwritten(thing, "an attribute"), outside.nothing))
     object.__getattribute__(new, "__dict__").update(loaded)
     outside.watched.append(("an attribute", new, loaded))
     outside.watched.append(("an attribute of a class", copied, dict(vars(copied))))

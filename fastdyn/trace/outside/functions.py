@@ -54,8 +54,6 @@ class Functions:
             new.__defaults__ = tuple(outside.parts(f, row, "default", places).values())
         if f.__kwdefaults__ is not None:
             new.__kwdefaults__ = outside.parts(f, row, "keyword default", f.__kwdefaults__)
-        for name in outside.unwritten(f.__globals__, "a global variable"):
-            scope[name] = seen[name] = outside.nothing
         outside.watched.append(("what makes a function", new, facts(new)))
         for name in _names(f.__code__):
             if name in f.__globals__ and name not in scope:
@@ -105,10 +103,6 @@ class Functions:
         package = name.partition(".")[0]
         known = STABLE if package in PURE and module.__name__.partition(".")[0] == package else None
         return self.outside.copy(module, known)
-
-    def scopes(self):
-        """For each module: (id of its globals, (copied globals, copied globals before the run))."""
-        return self._scopes.items()
 
     def _cell(self, old):
         if id(old) not in self._cells:

@@ -31,7 +31,6 @@ from .copies import instance_of, module_of, shadow_of
 from .functions import Functions
 from .kinds import has_functions, is_instance
 from .library_objects import Attributes, class_of_data, library_object
-from .writes_before_reads import UNWRITTEN
 
 ATOMS = (
     type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis), Fraction,
@@ -48,7 +47,6 @@ class Outside:
         self.graph, self.reads, self.lifted, self.functions = graph, reads, lifted, Functions(self)
         self._made, self._held, self._first, self.enumerations = {}, [], {}, {}
         self.watched: list = []
-        self.stores = getattr(graph, "stores", None)
 
     @contextlib.contextmanager
     def numbers_fixed(self, fixed=True):
@@ -69,16 +67,6 @@ class Outside:
         if what:
             self.watched.append((what, copy, before))
         return copy
-
-    nothing = UNWRITTEN
-
-    def unwritten(self, thing, kind):
-        """The names of an object's places that the function writes before it reads them."""
-        return self.stores.of(thing, kind) if self.stores else ()
-
-    def pairs(self):
-        """The (original, copy) pairs."""
-        return [(value, self._made[id(value)]) for value in self._held]
 
     def known(self, value):
         return self._made.get(id(value))

@@ -22,7 +22,6 @@ class Paths(Graph):
 
     reads: Any
     until: Any = None  # the code object of the function that calls the traced function
-    stores: Any = None  # the Stores that the function may write to
     start: Any = None  # time and state of the first call, if known
 
     def __init__(self):

@@ -24,20 +24,6 @@ STATE = "the state that it is given"
 IN_PLACE = {STATE, "an array"}  # objects that machine code can write to
 
 
-class Where(NamedTuple):
-    """Facts about the calls of a function.
-
-    `start` is the (time, state) of the first call, in real numbers.  `stores` is a Stores, the
-    places outside that the function may write to.
-    """
-
-    start: Any = None
-    stores: Any = None
-
-
-ANYWHERE = Where()
-
-
 class Leaf(NamedTuple):
     """The end of a path; `results` is None if the path raised or is left to Python."""
 
@@ -66,7 +52,7 @@ class Trace(NamedTuple):
 @refused_as(Refusal.untraceable)
 def trace(
     fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=False, batches=False,
-    where=ANYWHERE,
+    start=None,
 ):  # fmt: skip
     """Trace ``fun(t, y, *args)``.
 
@@ -90,14 +76,15 @@ def trace(
     batches : bool
         Whether long arrays are traced in batches.  The outputs are then node numbers of
         `graph.batches`, unless `shape` is None.
-    where : Where
+    start : tuple, optional
+        The (time, state) of the first call, in real numbers.
 
     Raises
     ------
     Untraceable
     """
     g = Paths()
-    g.start, g.stores = where
+    g.start = start
     if not batches and n * (1 + complex_state) >= g.most:  # refuse before any node is made
         raise Untraceable("its state is too long", final=True, said=False)
     g.reads = Reads(g, (fun, *args), varying)
@@ -177,8 +164,6 @@ def _run(g, script, outside, fun, args, states, shape):
     written += outside.writes()
     if LATEST.refusal:
         raise LATEST.refusal.untraceable()
-    if g.stores and STATE not in written and results is not None:
-        written = [] if g.stores.note(outside) else written or ["nothing, or does so now and then"]
     if written:
         effect = not IN_PLACE.issuperset(written)
         raise Untraceable(f"it changes {written[0]}", final=True, effect=effect, writes=not effect)
