@@ -7,16 +7,15 @@ from the same kernels, after one warning.
 """
 
 import functools
-import sys
 
 from fastdyn.code_store.numba_settings import DISABLED
 
 from . import budget
 from .bound import Bound, with_callback, with_code
+from .by_numba.function import compiled_function
 from .callables import numpy_errors
 from .callables.diagnostics import FoundLater, GaveUp, Uncompilable, warn_once
 from .callables.parts import Y, parts_of
-from .callables.untypable_values import refuse_at_sight
 from .compare import compare_around
 from .derivatives.jacobian_block import constant_block, constant_function
 from .mode import CONSTANT
@@ -110,11 +109,6 @@ def _code(fun, args, mode, n, near, probe, varying):
         raise Uncompilable("it cannot be traced, and Numba compiles derivatives and events only")
     if found is None:
         parts = parts_of(fun, args)
-        refuse_at_sight(parts)
-        if "numba" not in sys.modules:
-            budget.not_here()  # the import takes long
-        from .by_numba.make import compiled_function
-
         found = *compiled_function(parts, mode, probe), arguments_at(parts)
     return found
 

@@ -1,5 +1,6 @@
 """Tokens that identify a value, or a function with everything that it uses."""
 
+import dis
 import hashlib
 import sys
 import types as python
@@ -8,21 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import memory
-from .callables.captured import HEAP_TYPE, references, resolve
+from .callables.diagnostics import EMPTY, Uncompilable
 from .callables.jitted import is_jitted
 
-
-class Opaque:
-    """The token of a value that only this process can identify; the token keeps the value alive."""
-
-    def __init__(self, value):
-        self.value = value
-
-    def __eq__(self, other):
-        return isinstance(other, Opaque) and self.value is other.value
-
-    def __hash__(self):
-        return id(self.value)
+ATOMS = {bool, int, str, bytes, type(None), type(Ellipsis)}
+KERNELS = f"{__name__.partition('.')[0]}.kernels."
+LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operator", "scipy"}
+STORES = ("STORE_GLOBAL", "DELETE_GLOBAL", "STORE_DEREF", "DELETE_DEREF")
+LARGEST = 10**6  # bytes of an array in code; Numba puts only the address of a larger array there
+HEAP_TYPE = 1 << 9  # the flag of classes written in Python
 
 
 class Constant(NamedTuple):
@@ -41,48 +36,49 @@ class Constant(NamedTuple):
         return repr(self.token)
 
 
+class Unknown(Exception):
+    """A value that another process could not identify, by its type."""
+
+    def __init__(self, value):
+        kind = type(value).__name__
+        super().__init__(
+            f"of type {kind}, which compiled code cannot hold: pass its numbers as `args`"
+        )
+
+
 def frozen(value: Any, seen=()) -> Any:
-    """A hashable token; equal tokens mean equal constants.  Opaque if no other token exists."""
-    if isinstance(value, bool | int | str | bytes | type(None) | type(Ellipsis)):
-        return (type(value).__name__, value)
-    if isinstance(value, float):
-        return ("float", float(value).hex())
-    if isinstance(value, complex):
+    """A hashable token; equal tokens mean equal constants.  Raises Unknown if there is no token."""
+    kind: Any = type(value)
+    if kind in ATOMS:
+        return (kind.__name__, value)
+    if kind is float:
+        return ("float", value.hex())
+    if kind is complex:
         return ("complex", value.real.hex(), value.imag.hex())
-    if isinstance(value, np.generic):
-        return ("scalar", value.dtype.str, value.tobytes())
-    if isinstance(value, tuple | list):
-        fields = getattr(value, "_fields", None)  # of a named tuple
-        return (type(value).__qualname__, fields, *(frozen(v, seen) for v in value))
-    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+    if kind is tuple:
+        return ("tuple", *[frozen(v, seen) for v in value])
+    if kind is np.ndarray and not value.dtype.hasobject:
         digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
-        return ("array", value.dtype.str, value.shape, value.flags.c_contiguous, digest)
-    if isinstance(value, python.ModuleType):
+        return ("array", value.dtype.str, value.shape, digest)
+    if kind is python.ModuleType and value.__name__.split(".")[0] in LIBRARIES:
         return ("module", value.__name__)
+    if isinstance(value, np.generic) and not value.dtype.hasobject:
+        return ("scalar", value.dtype.str, value.tobytes())
     if is_jitted(value):
         options = tuple(sorted((k, repr(v)) for k, v in value.targetoptions.items()))
         typed = () if value._can_compile else tuple(map(str, value.nopython_signatures))  # pyright: ignore
-        return ("njit", options, typed, frozen(value.py_func, seen))
-    if isinstance(value, python.FunctionType):
+        return ("njit", options, typed, frozen_function(value.py_func, seen))
+    if kind is python.FunctionType:
         return frozen_function(value, seen)
-    if isinstance(value, python.MethodType) and not isinstance(value.__self__, type):
-        return ("method", frozen_function(value.__func__, seen, value.__self__))
-    kind: Any = type(value)
     if isinstance(value, type) or (callable(value) and not kind.__flags__ & HEAP_TYPE):
         name: Any = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
         for module in (getattr(value, "__module__", None), "numpy", "scipy.special"):
-            if name and module and is_named(value, module, name):
+            if name and module and _is_named(value, module, name):
                 return ("builtin", module, name)
-    return Opaque(value)
+    raise Unknown(value)
 
 
-KERNELS = f"{__name__.partition('.')[0]}.kernels."
-
-
-LIBRARIES = {"numpy", "math", "cmath", "builtins", "operator", "numba", "_operator", "scipy"}
-
-
-def is_named(value, module, name):
+def _is_named(value, module, name):
     """Whether the name in the module, which a value claims for itself, refers to this value."""
     if module.split(".")[0] not in LIBRARIES and not module.startswith(KERNELS):
         return False
@@ -94,23 +90,57 @@ def is_named(value, module, name):
 
 def of_library(function):
     """Whether Numba or a kernel implements a Python function."""
-    return is_named(function, function.__module__ or "", function.__qualname__)
+    return _is_named(function, function.__module__ or "", function.__qualname__)
 
 
-def frozen_function(function, seen=(), owner=None):
-    """The token of a function with the values that it uses; `owner` is the `self` of a method."""
+def frozen_function(function, seen=()):
+    """The token of a function with the values that it uses.
+
+    Raises Uncompilable, with the name of the value, if a value has no token; and for recursion,
+    whose depth compiled code would not limit, and for effects that compiled code would lose.
+    """
     if of_library(function):
         return ("library", function.__module__, function.__qualname__)
     if function in seen:
-        return ("recursion", seen.index(function))
-    seen = (*seen, function)
-    try:
-        outside = references(function, owner is not None)
-    except Exception:  # Numba gives the reason when it compiles
-        return Opaque(function)
-    values = tuple((r, frozen(resolve(r, function, owner)[0], seen)) for r in outside)
-    defaults = (function.__defaults__, *sorted((function.__kwdefaults__ or {}).items()))
-    return ("function", code_token(function.__code__), frozen(defaults), values)
+        raise Uncompilable("it calls itself, and compiled code would not stop at any depth")
+    seen, tokens = (*seen, function), []
+    defaults = [("a default", value) for value in function.__defaults__ or ()]
+    for name, value in (*outside(function), *defaults):
+        try:
+            tokens.append((name, frozen(value, seen)))
+        except Unknown as reason:
+            raise Uncompilable(f"it uses `{name}`, {reason}") from None
+    return ("function", code_token(function.__code__), *tokens)
+
+
+def outside(function):
+    """The (name, value) of each global, and of each closure variable, that a function reads."""
+    code, space = function.__code__, function.__globals__
+    found = [(name, space[name]) for name in names_of(code) if name in space]
+    cells = zip(code.co_freevars, function.__closure__ or (), strict=True)
+    found += [(name, cell.cell_contents) for name, cell in cells if cell != EMPTY]
+    for name, value in found:
+        if isinstance(value, np.ndarray) and value.nbytes > LARGEST:
+            size = f"an array of {value.nbytes} bytes, which are too many for code"
+            raise Uncompilable(f"it uses `{name}`, {size}: pass it as `args`")
+    return found
+
+
+@memory.cached
+def names_of(code):
+    """The names of the globals that a code object and the code in it read."""
+    found = set()
+    for step in dis.get_instructions(code):
+        if step.opname == "LOAD_GLOBAL":
+            found.add(step.argval)
+        elif step.opname in STORES and step.argval not in code.co_cellvars:
+            raise Uncompilable(f"it assigns to `{step.argval}`, a variable outside itself")
+        elif step.argval == "random":
+            raise Uncompilable("it draws random numbers, which follow NumPy's seed in Python only")
+    for constant in code.co_consts:
+        if isinstance(constant, python.CodeType):
+            found.update(names_of(constant))
+    return tuple(sorted(found))
 
 
 @memory.cached
@@ -121,37 +151,6 @@ def code_token(code):
     parts += [code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount]
     for constant in code.co_consts:
         nested = isinstance(constant, python.CodeType)
-        parts.append(code_token(constant) if nested else frozen_constant(constant))
+        some = sorted(map(repr, constant)) if isinstance(constant, frozenset) else repr(constant)
+        parts.append(code_token(constant) if nested else some)
     return hashlib.sha256(repr(parts).encode()).hexdigest()
-
-
-def frozen_constant(constant):
-    if isinstance(constant, frozenset):
-        return sorted(repr(frozen(c)) for c in constant)
-    return repr(frozen(constant))
-
-
-def contains_opaque(token):
-    """Whether a token has a part that is valid in this process only."""
-    return any(isinstance(part, Opaque) for part in _parts(token))
-
-
-def calls_itself(token):
-    """Whether a token contains a function that refers to itself."""
-    return any(
-        isinstance(part, tuple)
-        and len(part) == 2
-        and part[0] == "recursion"
-        and isinstance(part[1], int)
-        for part in _parts(token)
-    )
-
-
-def _parts(token):
-    """Yield a token and the tokens in it, at any depth."""
-    if isinstance(token, Constant):
-        token = token.token
-    yield token
-    if isinstance(token, tuple):
-        for each in token:
-            yield from _parts(each)

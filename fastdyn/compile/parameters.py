@@ -5,7 +5,6 @@ int64 with 2 dimensions", "the constant None".  The type of a number or array do
 value, so that a new value needs no new code.
 """
 
-import types as python
 from typing import Any
 
 import numpy as np
@@ -13,70 +12,56 @@ import numpy as np
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls.block import FIRST
 
-from .callables.jitted import is_jitted
-from .fingerprint import Constant, frozen
+from .callables.diagnostics import Uncompilable
+from .fingerprint import Constant, Unknown, frozen
 
-ARRAYS = ("array", "list")
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
+KINDS = {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}  # of NumPy's dtypes
 CODES = {FLOAT: "d", INT: "q"}  # of `struct`
 
 
-def is_function(value):
-    """Whether a value is a Python function or an `@njit` function."""
-    return isinstance(value, python.FunctionType) or is_jitted(value)
-
-
 def parameter_type(value):
-    """The type of a parameter.
+    """The type of a parameter of code that Numba makes.
 
     Returns
     -------
     tuple or Constant
-        FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), ("tuple", types), ("lanes", width) or
-        a Constant.  ("list", dtype, 1) is the type of a list, which is copied.
+        FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), or a Constant.  Traces also have
+        ("lanes", width).
+
+    Raises
+    ------
+    Uncompilable
+        If compiled code cannot hold the value.
     """
-    cls = value.__class__
-    if cls is float:
-        return FLOAT
-    if cls is int:
-        return INT if -(2**63) <= value < 2**63 else _constant(value)
-    if cls is bool or isinstance(value, np.bool_):
+    if isinstance(value, bool | np.bool_):
         return BOOL
-    if cls is np.ndarray:
-        return _array_type(value)
-    if isinstance(value, np.generic | float | int | complex):
-        code = np.asarray(value).dtype.kind
-        return {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}.get(code) or _constant(value)
-    if cls is tuple:
-        return ("tuple", tuple(map(parameter_type, value)))
-    if cls is list and value and not any(isinstance(v, list | tuple | str) for v in value):
-        found = _array_type(np.asarray(value))
-        return ("list", *found[1:]) if found[0] == "array" else _constant(value)
-    return _constant(value)
-
-
-def _constant(value):
-    return Constant(frozen(value), value)
-
-
-def _array_type(value):
-    if value.ndim == 0 and value.dtype.kind == "f":
-        return FLOAT
-    code = value.dtype.str[1:]
-    if value.ndim == 0 or code not in ARRAY_DTYPES or not value.dtype.isnative:
-        return _constant(value)
-    return ("array", code, value.ndim)
+    if isinstance(value, np.ndarray):
+        code = value.dtype.str[1:]
+        if (
+            type(value) is np.ndarray
+            and value.ndim
+            and code in ARRAY_DTYPES
+            and value.dtype.isnative
+        ):
+            return ("array", code, value.ndim)
+    elif type(value) in (int, float, complex) or isinstance(value, np.generic):
+        kind = KINDS.get(np.asarray(value).dtype.kind)
+        if kind:
+            return kind
+    try:
+        return Constant(frozen(value), value)
+    except Unknown as reason:
+        raise Uncompilable(f"an argument is {reason}") from None
 
 
 def n_words(parameter_type: Any) -> int:
     """The number of words that a value of this type takes in a block."""
     if isinstance(parameter_type, Constant):
         return 0
-    if parameter_type[0] in ARRAYS:
+    if parameter_type[0] == "array":
         return 1 + parameter_type[2]
-    if parameter_type[0] == "tuple":
-        return sum([n_words(k) for k in parameter_type[1]])
     if parameter_type[0] == "lanes":
         return parameter_type[1]
     return 2 if parameter_type == COMPLEX else 1
@@ -94,11 +79,7 @@ def pack(parameter_type, value, words, floats, at, keepalive):
     name = parameter_type[0]
     if name == "float":
         floats[at] = value
-    elif name == "tuple":
-        for k, v in zip(parameter_type[1], value, strict=True):
-            at = pack(k, v, words, floats, at, keepalive)
-        return at
-    elif name in ARRAYS:
+    elif name == "array":
         array = np.ascontiguousarray(value)
         keepalive.append(array)
         words[at] = address_of(array)

@@ -152,9 +152,8 @@ def _function_of(functions):
 
 
 def _one(functions):
-    keys = [f.key for f in functions]
     return Function(
-        None if None in keys else " and ".join(keys),
+        " and ".join([f.key for f in functions]),
         tuple([f.address for f in functions]),
         0,
         lambda: tuple([f.build() for f in functions]),

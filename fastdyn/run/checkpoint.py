@@ -18,7 +18,7 @@ import numpy as np
 
 from fastdyn import __version__
 from fastdyn.compile.callables.diagnostics import levels_inside
-from fastdyn.compile.fingerprint import contains_opaque, frozen
+from fastdyn.compile.fingerprint import Unknown, frozen
 
 SECONDS = 5.0  # between two writes, at least
 FULL = {getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT")}  # errors that may be temporary
@@ -31,13 +31,15 @@ def fingerprint(bounds):
     """
     parts = []
     for bound in bounds:
-        values = tuple(frozen(value) for _, value in bound.values)
-        if bound.function is None or bound.function.key is None or contains_opaque(values):
+        try:
+            if bound.function is None:
+                raise Unknown(bound.python)
+            parts.append((bound.function.key, tuple([frozen(value) for _, value in bound.values])))
+        except Unknown:
             raise ValueError(
                 "a run that can be resumed needs functions that compile and that refer to nothing "
                 "which only this process knows: it could not be told from another one."
-            )
-        parts.append((bound.function.key, values))
+            ) from None
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 

@@ -139,8 +139,8 @@ def inlined_kernel(name, function, n, build=True) -> Any:
     place = "inlined", name, n
     found = function.notes.get(place)
     if found is None or (build and not found):
-        key = function.key and f"specialised {name} {n} {function.key}"
-        found = (key and code_store.stored(key)) or (build and _inlining(key, name, function, n))
+        key = f"specialised {name} {n} {function.key}"
+        found = code_store.stored(key) or (build and _inlining(key, name, function, n))
         function.notes[place] = found or False
     return found or None
 

@@ -28,7 +28,7 @@ threads = [
 assert not failed, failed
 """
 NAMES = (
-    "fastdyn.compile.by_numba.make", "fastdyn.code_store.emit_object",
+    "fastdyn.compile.by_numba.pointer_form", "fastdyn.code_store.emit_object",
     "fastdyn.specialise.dispatchers", "fastdyn.code_store.deferred",
 )  # fmt: skip
 

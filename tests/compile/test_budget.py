@@ -17,7 +17,6 @@ import pytest
 
 import fastdyn
 from fastdyn.compile import background, budget
-from fastdyn.compile import bind as bind_module
 from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
@@ -230,7 +229,6 @@ def test_code_that_is_there_is_used_while_other_code_is_made(monkeypatch):
 
     monkeypatch.setattr(background, "Job", Endless)
     monkeypatch.setattr(budget, "SECONDS", 60.0)
-    monkeypatch.setattr(bind_module, "sys", types.SimpleNamespace(modules={}))  # without Numba
     scope = {"g": random.random()}
     exec("def fun(t, y): return [y[1], -g * y[0]]", scope)
 

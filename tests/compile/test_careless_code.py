@@ -8,10 +8,6 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.compile.bind import bind
-from fastdyn.compile.compare import machine_value
-from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.make import Near
 
 
 def same_as_scipy(fun, args=(), span=(0, 4), start=(1.0, 2.0)):
@@ -189,20 +185,13 @@ def fun(t, y):
 """
 
 
-@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 @pytest.mark.parametrize("power", POWERS)
 def test_whole_numbers_are_exact_on_each_path(power):
-    """The check of one path is none of another; powers in Numba's code are checked, too."""
+    """The check of one path is none of another; powers are left to Python, not to Numba."""
     scope: dict = {}
     exec(PATHS.format(power), scope)
-    fun = scope["fun"]
-    bound = bind(fun, (), DERIVATIVE, 2, Near(0.0, 2.0, np.array([0.5, 2.0])))
-    assert bound.function is not None
-    for t, start in (0.1, 0.5), (0.2, 4.5), (1.9, 6.6), (1.5, 30.0):
-        y = np.array([start, 2.0])
-        mine = machine_value(bound, t, y)
-        assert mine is None or np.allclose(mine, fun(t, y), rtol=1e-12)
-    same_as_scipy(fun, (), (0, 2), (5.2, 2.0))
+    with pytest.warns(fastdyn.CompileWarning, match="cannot be compiled and runs in Python"):
+        same_as_scipy(scope["fun"], (), (0, 2), (5.2, 2.0))
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -16,8 +16,8 @@ from fastdyn.compile import memory
 from support.hostile import (
     FUNCTIONS,
     complex_eigenvalues,
+    complex_later,
     factorial,
-    factorial_later,
     unassigned,
     whole_of_float,
     with_event_that_sets_a_flag,
@@ -155,9 +155,9 @@ def by_study(fun):
 @pytest.mark.parametrize("solve", [by_solver, by_ensemble, by_study])
 def test_a_run_that_gave_up_goes_on_in_python(solve):
     memory.forget()
-    expected = outcome(scipy.integrate.solve_ivp, factorial_later)[0]
+    expected = outcome(scipy.integrate.solve_ivp, complex_later)[0]
     with pytest.warns(fastdyn.CompileWarning, match="could not go on at t"):
-        assert math.isclose(solve(factorial_later()), expected, rel_tol=1e-9)
+        assert math.isclose(solve(complex_later()), expected, rel_tol=1e-9)
 
 
 def test_what_compiled_code_cannot_hold_is_named():

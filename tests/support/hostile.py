@@ -173,6 +173,19 @@ def complex_eigenvalues():
     return lambda t, y: [-y[0] + np.linalg.eigvals(matrix)[0].real]
 
 
+def complex_later():
+    """Numba's code gives up where the eigenvalues become complex."""
+
+    def fun(t, y):
+        x = 1.0 + abs(y[0])
+        while x > 1e-9:  # no trace
+            x /= 2
+        matrix = np.array([[0.0, 1.0], [0.5 - t, x * 1e-9]])
+        return [-y[0] * (1.0 + np.linalg.eigvals(matrix).real.max())]
+
+    return fun
+
+
 def sees_a_list():
     return lambda t, y: [-LIST[0] * y[0] * len(LIST)]
 
@@ -190,5 +203,5 @@ FUNCTIONS = [
     with_event_that_sets_an_item, counting_array, counting_view, counting_list, random_numbers,
     factorial, factorial_later, power_of_whole_numbers, shifted, negated, whole_of_float,
     floor_of_float, unassigned, assigned_by_a_loop, beyond_the_end, complex_eigenvalues,
-    sees_a_list, repeated_list,
+    complex_later, sees_a_list, repeated_list,
 ]  # fmt: skip

@@ -31,7 +31,7 @@ def test_numba_is_not_asked_about_effects(name, monkeypatch):
             print(end="")
         return -y
 
-    monkeypatch.delattr("fastdyn.compile.by_numba.make.compiled_function")
+    monkeypatch.delattr("fastdyn.compile.bind.compiled_function")
     agrees(fun)
 
 

@@ -13,8 +13,8 @@ class Function:
 
     Attributes
     ----------
-    key : str or None
-        Names the code on disk; None if only this process can identify the function.
+    key : str
+        Names the code on disk.
     address : int
         The address of the machine code ``function(t, y, n, block, out)``; 0 for a constant matrix.
     n_words : int
@@ -33,7 +33,7 @@ class Function:
         Facts that live as long as the function: kernels around it, its Jacobian, comparisons.
     """
 
-    key: str | None
+    key: str
     address: Any
     n_words: int
     build: Any

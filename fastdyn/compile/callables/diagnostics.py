@@ -70,25 +70,8 @@ PACKAGE = f"{__name__.partition('.')[0]}."
 
 # Numba's message -> its meaning for the user; \1 and \2 are the groups of the pattern.
 SENTENCES = (
-    (r"Untyped global name '([\w.]+)':? ?Cannot type empty list", r"it uses `\1`, an empty list"),
-    (
-        r"Untyped global name '([\w.]+)':? ?Cannot determine Numba type of .*[Ff]unction.*",
-        r"`\1` has no compiled form",
-    ),
-    (
-        r"Untyped global name '([\w.]+)':? ?Cannot determine Numba type of "
-        r"<class '(?:\w+\.)*(\w+)'>",
-        r"it uses `\1`, of type \2, which compiled code cannot hold: pass its numbers as `args`",
-    ),
-    (r"Untyped global name '([\w.]+)'.*", r"it uses `\1`, which compiled code cannot hold"),
-    (
-        r"NameError: name '([\w.]+)' is not defined",
-        r"it uses `\1`, which compiled code cannot hold",
-    ),
-    (
-        r"The use of a (?:reflected )?(\w+)\(.*type, assigned to variable '([\w.]+)' in globals.*",
-        r"it uses `\2`, of type \1, which compiled code cannot hold",
-    ),
+    (r"Untyped global name '([\w.]+)'.*", r"`\1` has no compiled form"),
+    (r"NameError: name '([\w.]+)' is not defined", r"`\1` has no compiled form"),
     (
         r"No implementation of function Function\(<built-in function setitem>\) found.*",
         "it writes to an item of something that only Python can change",
@@ -110,13 +93,14 @@ def explain(error):
     """One sentence: the construct that Numba could not compile, and the user's line."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))  # terminal colours
     lines = [line.strip() for line in text.splitlines() if line.strip()]
+    if isinstance(error, Uncompilable):  # behind the names of Numba's steps
+        return lines[-1]
     skip = ("Failed in", "During:", "File ", "<source", "- Resolution", "There are", "[", "raised")
     what = [s for s in lines if not s.startswith(skip) and "type inference" not in s]
-    sentence, known = (what or [""])[0].rstrip(".:"), isinstance(error, Uncompilable)
+    sentence, known = (what or [""])[0].rstrip(".:"), isinstance(error, Unsealable)
     for pattern, meaning in SENTENCES:
         sentence, count = re.subn(pattern, meaning, sentence)
         known = known or count > 0
-    known = known or isinstance(error, Unsealable)
     places = [(at[1], int(at[2])) for at in map(AT.match, lines) if at]
     place = next(((_whole(file), line) for file, line in places if of_user(file)), None)
     if not known or re.search(INSIDE, sentence):

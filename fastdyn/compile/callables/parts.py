@@ -23,6 +23,7 @@ class Parts(NamedTuple):
     function: Any
     owner: Any
     positional: tuple
+    jitted: bool
     options: dict
 
 
@@ -30,7 +31,7 @@ def parts_of(fun, args):
     """Take a callable apart; raise Uncompilable if it has no Python code."""
     if DISABLED:
         raise Uncompilable(SWITCHED_OFF)
-    leading, keywords, options, owner = (), {}, {}, None
+    leading, keywords, options, owner, jitted = (), {}, {}, None, False
     if fun.__class__ is not python.FunctionType:
         while isinstance(fun, functools.partial):
             leading, keywords = fun.args + leading, {**fun.keywords, **keywords}
@@ -38,6 +39,7 @@ def parts_of(fun, args):
         if isinstance(fun, python.MethodType):
             fun, owner = fun.__func__, fun.__self__
         if is_jitted(fun):
+            jitted = True
             options = {k: v for k, v in fun.targetoptions.items() if k == "fastmath" and v}
             fun = fun.py_func
         if not isinstance(fun, python.FunctionType):
@@ -57,7 +59,7 @@ def parts_of(fun, args):
     missing = code.co_argcount + code.co_kwonlyargcount - len(given)
     if missing > 0 and fun.__defaults__:
         given += fun.__defaults__[-missing:] if missing <= len(fun.__defaults__) else ()
-    return Parts(fun, owner, given, options)
+    return Parts(fun, owner, given, jitted, options)
 
 
 def codes_of(function):

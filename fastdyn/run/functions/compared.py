@@ -66,7 +66,7 @@ class Compared:
         traced = [(b.block, b.function.traced) for b in functions if b.function.traced is not None]
         self.deciding = [block for block, each in traced if each.decisions and when != "never"]
         place = of, when, run.problem.method.name, *[
-            (codes(*b.keepalive[:2]), b.function.key or id(b.function)) for b in functions
+            (codes(*b.keepalive[:2]), b.function.key) for b in functions
         ]  # fmt: skip
         notes = functions[0].function.notes if functions else {}
         past = notes.setdefault(("compared", place), Schedule(when, len(self.deciding)))

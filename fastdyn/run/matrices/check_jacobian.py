@@ -75,7 +75,7 @@ def check_sparsity(problem, bound, entries):
 def _first_time(bound, other, held=None):
     """Whether a function and `other` are compared for the first time; `held` is kept alive."""
     function, fun = bound.function, bound.keepalive[0]
-    place = (id(fun) if function is None else function.key or function), other
+    place = (id(fun) if function is None else function.key), other
     if _checked.get(place):
         return False
     _checked.put(place, (fun, held, function))

@@ -1,1 +1,0 @@
-"""Numba's reading of a user's function, changed where compiled code would differ from Python."""
