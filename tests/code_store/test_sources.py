@@ -18,7 +18,7 @@ FOLDERS = sorted(
     + ["kernels"]
 )
 MAKERS = {"assembled", "compiled", "linked", "without_function"}  # of code_store
-COMPILER = {"compile", "linear_solvers", "trace"}
+COMPILER = {"compile", "linear_solvers", "operations", "trace"}
 
 
 @pytest.fixture(scope="module")

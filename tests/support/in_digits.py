@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 from mpmath import mp
 
+from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
 
 DIGITS, STEP = 60, "1e-20"
@@ -13,7 +14,7 @@ FUNCTIONS = {
     "pow": lambda a, b: mp.mpf(a) ** b, "fmod": lambda a, b: a - mp.mpf(_trunc(a / b)) * b,
     "tgamma": mp.gamma, "lgamma": lambda x: mp.log(abs(mp.gamma(x))),
 }  # fmt: skip
-ROUND = {"floor": mp.floor, "ceil": mp.ceil, "rint": mp.nint}
+ROUND = {"floor": mp.floor, "ceil": mp.ceil, "rint": mp.nint, "trunc": lambda x: _trunc(x)}
 TRUTH = {"lt": lambda a, b: a < b, "le": lambda a, b: a <= b, "eq": lambda a, b: a == b}
 
 
@@ -42,10 +43,10 @@ def _value(graph, node, args, t, y, parameters):
         return leaves[op]()
     if op == "const":
         return data if isinstance(data, bool) else mp.mpf(data)
-    if op == "call":
-        return FUNCTIONS.get(data, getattr(mp, data, None))(*args)
-    if op == "round":
-        return ROUND.get(data, _trunc)(args[0])
+    if OPERATIONS[op].elementary:
+        return FUNCTIONS.get(op, getattr(mp, op, None))(*args)
+    if op in ROUND:
+        return ROUND[op](args[0])
     if op in TRUTH:
         return TRUTH[op](*args)
     if op == "select":

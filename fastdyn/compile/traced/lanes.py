@@ -5,6 +5,7 @@ from typing import Any
 from llvmlite import ir
 
 from fastdyn.code_store.target import processor
+from fastdyn.operations import OPERATIONS
 from fastdyn.trace.emit.numbers import INDEX, REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as
 
@@ -125,8 +126,7 @@ def functions(module, plan, width):
         names |= {"pow", "cbrt"}
     kind = ir.VectorType(REAL, width)
     for name in sorted(names):
-        count = 2 if name in ("pow", "atan2") else 1
-        form = ir.FunctionType(kind, [kind] * count)
+        form = ir.FunctionType(kind, [kind] * len(OPERATIONS[name].factors))
         function = ir.Function(module, form, f"{OF_VECTORS}{name}")
         builder = ir.IRBuilder(function.append_basic_block())
         builder.ret(by_formula(builder, name, list(function.args)))

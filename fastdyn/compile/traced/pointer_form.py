@@ -8,6 +8,7 @@ from llvmlite import ir
 from fastdyn.kernels.calls.block import MOST_DECISIONS, SIDES
 from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
+from fastdyn.operations import OPERATIONS
 from fastdyn.trace.batches.pieces import Irregular
 from fastdyn.trace.batches.plan import Plan
 from fastdyn.trace.batches.singles.dependencies import Needed
@@ -43,7 +44,8 @@ def _text(symbol, body):
 
 def worth_loops(nodes):
     """Whether loops are faster than straight-line code for so many nodes."""
-    return len(nodes) > FEWEST_NODES or sum(n.op == "call" for n in nodes) > FEWEST_CALLS
+    calls = sum(OPERATIONS[node.op].elementary for node in nodes)
+    return len(nodes) > FEWEST_NODES or calls > FEWEST_CALLS
 
 
 def body(traced, builder, t, y, n, block, out):

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Refusal, Untraceable
 from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
-from fastdyn.trace.graph.values import OF_TABLES
 from fastdyn.trace.islands.island import calls_libraries
 from fastdyn.trace.reads.reads import flat
 
@@ -28,7 +28,6 @@ from ..traced.make import made
 # which are all undecided where the grid is at rest, Taylor fails after 0.2 s; Tsit5 takes 0.2 ms.
 FEW = 16
 ROUNDING = 1e-12  # share of the two sides of a comparison that counts as no distance
-OTHERS = OF_TABLES | {"round", "search", "island"}
 EVENTS, ADDED = 3, 3  # of a switch: events, and numbers behind the state
 NEWTON, JUMP = 3, 1e-8  # Newton's steps to a switch; the smallest jump, relative
 STEPS = 10.0  # distance from a switch, in steps, up to which a solution slides along the switch
@@ -92,7 +91,8 @@ def has_switches(function):
     if found is None:
         traced = function.traced
         nodes = decisions(traced.trace.graph, traced.stored, ())
-        others = any(each.op in OTHERS for each in live(traced.stored))
+        ops = {each.op for each in live(traced.stored)}
+        others = "island" in ops or any(OPERATIONS[op].tables or OPERATIONS[op].whole for op in ops)
         found = function.notes["has switches"] = 0 < len(nodes) <= FEW and not others
     return found
 

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from fastdyn.compile.derivatives.jacobian import GROWING
+from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import first_jump
 
@@ -96,8 +97,8 @@ def decisions(reduced):
     """The nodes that change discontinuously and on which constraints of the states depend."""
     found = {}
     for node in live(_constraints(reduced)):
-        decides = node.args[0] if node.op == "select" else node if node.op == "round" else None
-        if decides is not None:
+        if node.op == "select" or OPERATIONS[node.op].whole:
+            decides = node.args[0] if node.op == "select" else node
             found[decides.key] = decides
     return list(found.values())
 

@@ -8,16 +8,9 @@ from typing import Any
 import numpy as np
 
 from fastdyn.kernels.algebra.linear import solve_linear
+from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.written import function_of
-
-SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "lt": "<", "le": "<=", "eq": "=="}
-IN_NUMPY = {
-    "asin": "arcsin", "acos": "arccos", "atan": "arctan", "asinh": "arcsinh", "acosh": "arccosh",
-    "atanh": "arctanh", "atan2": "arctan2", "pow": "power",
-}  # fmt: skip
-IN_MATH = {"erf": "erf", "erfc": "erfc", "tgamma": "gamma", "lgamma": "lgamma"}
-LOGIC = {"and": "logical_and", "or": "logical_or", "not": "logical_not"}
 
 
 class Text:
@@ -84,21 +77,15 @@ class Text:
 
 
 def _formula(node, args):
-    op, data = node.op, node.data
-    if op in SIGNS:
-        return f"{args[0]} {SIGNS[op]} {args[1]}"
-    if op == "neg":
-        return f"-{args[0]}"
-    if op == "select":
+    operation = OPERATIONS[node.op]
+    if operation.sign:
+        return f"{args[0]} {operation.sign} {args[1]}"
+    if node.op == "select":
         return f"np.where({', '.join(args)})"
-    if op in LOGIC:
-        return f"np.{LOGIC[op]}({', '.join(args)})"
-    if op in ("sqrt", "abs", "round"):
-        return f"np.{data if op == 'round' else op}({args[0]})"
-    if op == "call" and data in IN_MATH:
-        return f"math.{IN_MATH[data]}({args[0]})"
-    if op == "call":
-        return f"np.{IN_NUMPY.get(data, data)}({', '.join(args)})"
+    if isinstance(operation.value, np.ufunc):
+        return f"np.{operation.value.__name__}({', '.join(args)})"
+    if operation.in_math:
+        return f"math.{operation.in_math.__name__}({', '.join(args)})"
     raise ValueError(
         "index reduction takes no tables and no calls of libraries: the function interpolates, "
         "looks up or calls one; write it as a formula."

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from ..graph.expressions import live
 from ..symbols.complex_pair import Pair, is_complex, parts
 from ..symbols.conditions import Condition, kind_of_number
@@ -14,7 +15,6 @@ from ..symbols.layout import laid_out, like_a_ufunc
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Symbolic, refuse
 from .columns import Columns, ids_and_kind, ids_of, joint
-from .table import TRUTHS
 
 DEEPEST = 64  # operations of a formula
 
@@ -91,7 +91,7 @@ def _instances(table, given: Any, operands, shape) -> Any:
                 found[a.key][0] if a.key in found else np.array(table.one(a), np.int32)
                 for a in node.args
             ]
-            batch = table.make(node.op, node.data, shape, args, node.op in TRUTHS)
+            batch = table.make(node.op, node.data, shape, args, OPERATIONS[node.op].truth)
             found[node.key] = batch.number, batch
     if result.node.key not in found:
         return filled(table, shape, result)

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from ..graph.expressions import live
 from .pieces import Edges, Irregular, lengths, place_of, row_major
 from .table import LEAVES, PRODUCTS, REDUCTIONS
 
 COSTLY = 16  # a batch of this cost or more, with several users, is kept in memory
-WEIGHT = {"call": 20, "div": 4, "sqrt": 4, "interpolate": 20, "piecewise": 20, "search": 20}
 MOST_USES = 8
 DEEP = 10**6
 
@@ -70,7 +70,7 @@ class Plan(Edges):
             if b.number in self.live:
                 below = self._below(b)
                 cost[b.number] = 0 if b.op in LEAVES else min(
-                    DEEP, WEIGHT.get(b.op, 1) + max((cost[i] for i in below), default=0)
+                    DEEP, OPERATIONS[b.op].cost + max((cost[i] for i in below), default=0)
                     + sum(min(cost[i], 20) for i in below) // 2,
                 )  # fmt: skip
         fixed |= {source.number for source, _ in self.places.values()}

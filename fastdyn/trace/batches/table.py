@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from ..graph.clock import look
 from ..graph.expressions import live
 from ..numpy.tables import Table as LongArray
@@ -28,7 +29,6 @@ PAIR = np.dtype([(name, ID) for name in PARTS])  # the node numbers of a complex
 MOST = 2**31 - 2**24  # limit of node numbers
 FEW = 8  # up to so many constants become nodes of the graph
 MOST_BATCHES = 4000
-TRUTHS = frozenset(("lt", "le", "eq", "and", "or", "not"))
 REDUCTIONS = frozenset(("sum", "top", "low"))
 PRODUCTS = frozenset(("dense", "csr", "running", "island"))  # each has a loop of its own, not fused
 IN_MEMORY = frozenset(("y", "par", "block", "const"))  # in memory before any loop runs
@@ -91,7 +91,7 @@ class Table:
             return node.data
         found = self._singles.get(node.key)
         if found is None:
-            batch = self.make("one", node, (), (), node.op in TRUTHS or node.data is True
+            batch = self.make("one", node, (), (), OPERATIONS[node.op].truth or node.data is True
                               or node.data is False)  # fmt: skip
             found = self._singles[node.key] = batch.first
         return found

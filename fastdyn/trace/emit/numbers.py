@@ -10,13 +10,10 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
+from ...operations import OPERATIONS
 from ..graph.clock import EVERY, look
 from ..graph.expressions import live
 from .islands import BIT, INDEX, REAL, WORD, call_in_c, call_island, rooms
-
-INTRINSIC = {"sin", "cos", "exp", "exp2", "log", "log2", "log10", "pow"}
-ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
-SIGNS = {"lt": "<", "le": "<=", "eq": "=="}
 
 
 class Emitter:
@@ -79,22 +76,17 @@ class Emitter:
             return b.load(b.gep(args[0], [INDEX(node.data)]))
         if op == "in c":
             return self._by_lanes(functools.partial(call_in_c, b, self.source), node.data[0], *args)
-        if op in ARITHMETIC:
-            return getattr(b, ARITHMETIC[op])(*args, flags=self.flags)
-        if op in SIGNS:
-            return b.fcmp_ordered(SIGNS[op], *args)
-        if op == "neg":
-            return b.fneg(args[0])
-        if op == "select":
-            return b.select(*args)
-        if op in ("and", "or"):
-            return (b.and_ if op == "and" else b.or_)(*args)
-        if op == "not":
-            return b.not_(args[0])
-        if op in ("sqrt", "abs", "round"):
-            return self._intrinsic({"abs": "fabs", "sqrt": "sqrt"}.get(op) or node.data, args)
-        if op == "call":
-            return self.function(node.data, args)
+        operation = OPERATIONS[op]
+        if operation.elementary:
+            return self.function(op, args)
+        if operation.sign and operation.truth:
+            return b.fcmp_ordered(operation.sign, *args)
+        if operation.sign:
+            return getattr(b, operation.llvm)(*args, flags=self.flags)
+        if operation.llvm.startswith("llvm."):
+            return self._intrinsic(operation.llvm, args)
+        if operation.llvm:
+            return getattr(b, operation.llvm)(*args)
         return self._by_lanes(getattr(self, f"_{op}"), node.data, args[0])
 
     def _island(self, node, args):
@@ -107,14 +99,14 @@ class Emitter:
     def _intrinsic(self, name, args):
         kind = args[0].type
         lanes = f"v{kind.count}" if isinstance(kind, ir.VectorType) else ""
-        function = self._declared(f"llvm.{name}.{lanes}f64", [kind] * len(args), kind)
+        function = self._declared(f"{name}.{lanes}f64", [kind] * len(args), kind)
         return self.builder.call(function, args)
 
     def in_c(self, name, args):
         """Call a function of the C library; on vectors, lane by lane."""
         if self.width is None:
-            if name in INTRINSIC:
-                return self._intrinsic(name, args)
+            if OPERATIONS[name].llvm:
+                return self._intrinsic(OPERATIONS[name].llvm, args)
             function = self._declared(name, [REAL] * len(args), REAL)
             return self.builder.call(function, args)
         one = Emitter(self.builder, self.graph, REAL)
@@ -158,7 +150,7 @@ class Emitter:
     def _table(self, name, x):
         b, row = self.builder, self._row(name)
         n = row[1]
-        number = b.fcmp_ordered("<", self._intrinsic("fabs", [x]), REAL(2.0**62))
+        number = b.fcmp_ordered("<", self._intrinsic(OPERATIONS["abs"].llvm, [x]), REAL(2.0**62))
         i = b.fptosi(b.select(number, x, REAL(0.0)), WORD)
         i = b.select(b.icmp_signed("<", i, WORD(0)), b.add(i, WORD(n)), i)
         return self._entry_at(row, self._between(i, 0, n - 1))

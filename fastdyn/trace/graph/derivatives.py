@@ -8,13 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .derivative_rules import LOCAL, inside_tables
-from .domains import LARGEST
+from ...operations import OPERATIONS
+from ...operations.domains import LARGEST
 from .expressions import MAX_NODES, is_zero, live
 from .refusal import Untraceable, refused_as
 
 SUMS = frozenset(("add", "sub", "neg"))
-WITHOUT = frozenset(("lt", "le", "eq", "and", "or", "not", "round", "search", "const"))
 
 
 def _too_many(reason):
@@ -105,32 +104,47 @@ class _Sweep:
         return [self.known[node.key] for node in outputs]
 
     def _of(self, node):
-        if node.op in WITHOUT:
-            return {}
         if node.op in SUMS:
             return self._of_sum(node)
         if node.op == "select":
             return self._of_select(node)
-        terms: dict = {}
+        g, operation, terms = self.graph, OPERATIONS[node.op], {}
         if any(self.known[a.key] for a in node.args):
-            if node.op == "sqrt" or (node.op == "call" and node.data == "cbrt"):
+            if operation.root:
                 return self._of_root(node)
             for factor, source in self._factors(node):
                 for i, d in self.known[source.key].items():
-                    terms.setdefault(i, []).append(self.graph.mul(factor, d))
-        for slot, d in inside_tables(self.graph, node, self.slots):
+                    terms.setdefault(i, []).append(g.mul(factor, d))
+        for slot, d in operation.inside(g, node, self.slots) if operation.inside else ():
             terms.setdefault(self.slots[slot], []).append(d)
         return self._added(terms)
 
     def _factors(self, node):
         """Yield the terms (factor, operand) of a differential whose operands depend on an input."""
-        rule = LOCAL.get(node.data if node.op == "call" else node.op)
-        if rule is None:
-            name = node.data if node.op == "call" else node.op
-            raise Untraceable(f"the derivative of {name} is not known", final=True)
-        for factor, source in rule(self.graph, node, lambda a: bool(self.known[a.key])):
-            if self.known[source.key] and not is_zero(factor):
+        for factor, source in self._of_product(node) if node.op == "mul" else self._by_rules(node):
+            if not is_zero(factor):
                 yield factor, source
+
+    def _by_rules(self, node):
+        rules = OPERATIONS[node.op].factors
+        if rules is None:
+            raise Untraceable(f"the derivative of {node.op} is not known", final=True)
+        for rule, source in zip(rules, node.args, strict=True):
+            if rule and self.known[source.key]:
+                yield rule(self.graph, node, *node.args), source
+
+    def _of_product(self, node):
+        g, (a, b) = self.graph, node.args
+        if a is b:
+            return [(g.mul(g.const(2.0), a), a)]
+        for root, other in ((a, b), (b, a)):
+            rest = _without(g, other, root) if root.op == "sqrt" else None
+            if rest is not None:  # at u = 0, u sqrt(u) has a derivative, sqrt(u) none
+                u = root.args[0]
+                if other is u:
+                    return [(g.mul(g.const(1.5), root), u)]
+                return [(root, other), (g.mul(g.const(0.5), rest), u)]
+        return self._by_rules(node)
 
     def _added(self, terms):
         sums = {i: self.graph.sum(each) for i, each in terms.items()}
@@ -173,6 +187,18 @@ class _Sweep:
             still = g.compare(d, g.const(0.0), "eq")
             result[i] = g.select(still, g.const(0.0), g.mul(factor, d))
         return result
+
+
+def _without(g, product, root):
+    """The quotient product / root, if the square of `root` is a factor of `product`; else None."""
+    if product is root.args[0]:
+        return root
+    if product.op == "mul":
+        for one, other in (product.args, product.args[::-1]):
+            rest = _without(g, one, root)
+            if rest is not None:
+                return g.mul(rest, other)
+    return None
 
 
 def _inner_sums(nodes, outputs):

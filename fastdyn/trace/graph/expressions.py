@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from .clock import EVERY, look
-from .operations import COMPUTE
 from .refusal import Refusal
-from .values import OF_TABLES, Values, contents, ranges_of
+from .values import Values, contents, ranges_of
 
 MAX_NODES = 60000
 LARGEST_WHOLE = 2**20  # largest whole number that is a parameter
@@ -83,12 +83,12 @@ class Graph:
 
     def compute(self, node, args, values=None):
         """Compute a node from the values of the operands, which are numbers or arrays."""
-        data = node.data
+        data, operation = node.data, OPERATIONS[node.op]
         if node.op in ("island", "in c"):
             return self.islands[data[0]].values(args)
-        if node.op in OF_TABLES:
+        if operation.tables:
             data = contents(node, self.tables, self.values if values is None else values)
-        return COMPUTE[node.op](data, *args)
+        return operation.value(*args) if data is None else operation.value(data, *args)
 
     def const(self, value):
         if isinstance(value, bool | np.bool_):
@@ -110,6 +110,11 @@ class Graph:
     def is_array(self, slots):
         """Whether these slots are all slots of one array."""
         return False
+
+    def call(self, name, *args):
+        """A function, by its name in `OPERATIONS`."""
+        formula = OPERATIONS[name].formula
+        return formula(self, *args) if formula else self.make(name, args)
 
     # -- arithmetic
 
@@ -154,10 +159,12 @@ class Graph:
         return self.make("div", (a, b))
 
     def power(self, a, e):
-        """a ** e for a number e; small half-integer exponents become products and roots."""
-        e = float(e)
+        """a ** e; small constant half-integer exponents become products and roots."""
+        if isinstance(e, Node) and e.op != "const":
+            return self.call("pow", a, e)
+        e = float(e.data if isinstance(e, Node) else e)
         if e != e or abs(e) > MAX_EXPONENT or 2 * e != int(2 * e):
-            return self.make("call", (a, self.const(e)), "pow")
+            return self.call("pow", a, self.const(e))
         if e < 0:
             return self.div(self.const(1.0), self.power(a, -e))
         whole = int(e)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from .evaluate import evaluate
 from .expressions import live
 
@@ -18,16 +19,9 @@ def decisions(graph, outputs, slots):
         if not own and not any(a.key in depends for a in node.args):
             continue
         depends.add(node.key)
-        if node.op == "select" and node.args[0].key in depends:
-            found.append(node.args[0])
-        elif node.op in ("round", "search"):
-            found.append(node)
-        elif node.op == "call" and node.data == "fmod":
-            a, b = node.args
-            found.append(graph.make("round", (graph.div(graph.sub(a, node), b),), "rint"))
-        elif node.op == "call" and node.data == "atan2":
-            y, x = (graph.compare(a, graph.const(0.0), "lt") for a in node.args)
-            found.append(graph.both(y, x))
+        decision = OPERATIONS[node.op].decision
+        if decision and (node.op != "select" or node.args[0].key in depends):
+            found.append(decision(graph, node, *node.args))
     return list({node.key: node for node in found}.values())
 
 

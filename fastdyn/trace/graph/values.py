@@ -2,7 +2,7 @@
 
 import numpy as np
 
-OF_TABLES = frozenset(("table", "search", "piecewise", "interpolate"))  # operations
+from ...operations import OPERATIONS
 
 
 class Values:
@@ -41,7 +41,7 @@ def _names(node):
 
 def ranges_of(node, tables):
     """The slots of each table of parameters that a node reads."""
-    found = [tables[name] for name in _names(node)] if node.op in OF_TABLES else ()
+    found = [tables[name] for name in _names(node)] if OPERATIONS[node.op].tables else ()
     return [table for table in found if isinstance(table, range)]
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...operations import NAMES
 from ..graph.kinds import FLOAT, INT
 from ..symbols.arrays import Array, elementwise
 from ..symbols.complex_functions import made
@@ -15,7 +16,7 @@ from ..symbols.complex_pair import Pair, total
 from ..symbols.conditions import Condition, both, either, select
 from ..symbols.instances import of_type
 from ..symbols.masks import Masked
-from ..symbols.real import NAMES, Symbol, by_name, symbol
+from ..symbols.real import Symbol, symbol
 from ..symbols.symbolic import Batched, Symbolic, graph_of, is_symbolic, refuse
 from .constants import Constants
 from .of_numbers import BY_FORMULA, hypotenuse
@@ -181,7 +182,6 @@ def _of_math(name, plain):
         "isnan": Symbol.nan, "isfinite": Symbol.finite, "isinf": BY_FORMULA["isinf"],
         "copysign": BY_FORMULA["copysign"],
     }.get(name)  # fmt: skip
-    known = by_name(name)
 
     def function(*values):
         values = [number(v) for v in values]
@@ -191,12 +191,12 @@ def _of_math(name, plain):
         first, *others = [symbol(g, v) for v in values]
         if formula is not None:
             result = formula(first, *others)
-        elif known is None:
+        elif name not in NAMES:
             refuse(f"math.{name} of what depends on the state")
         elif name == "log" and others:
             result = function(first) / function(others[0])
         else:
-            result = first.call(NAMES.get(name, name), *others, python=True)
+            result = first.call(NAMES[name], *others, python=True)
         whole = name in ("floor", "ceil", "trunc")
         return _of_python(result) if whole or isinstance(result, Condition) else Float(result)
 

@@ -104,7 +104,6 @@ BY_FORMULA = {
     "isinf": lambda a: abs(a) == np.inf, "conjugate": Symbol.conjugate, "conj": Symbol.conjugate,
     "deg2rad": lambda a: a * (np.pi / 180.0), "radians": lambda a: a * (np.pi / 180.0),
     "rad2deg": lambda a: a * (180.0 / np.pi), "degrees": lambda a: a * (180.0 / np.pi),
-    "expit": lambda a: 1.0 / (1.0 + (-a).call("exp")),
 }  # fmt: skip
 
 

@@ -5,15 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from ..graph.evaluate import evaluate
-from ..graph.values import OF_TABLES, contents
-from .straight_lines import COMPARISONS
+from ..graph.values import contents
+from .straight_lines import compares
 
 CONSTANT, AFFINE, MONOTONE, ANY = range(4)  # kinds of an expression between the divisions
-RISING = frozenset((
-    "exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sinh", "tanh", "asin", "acos", "atan",
-    "asinh", "atanh", "acosh", "cbrt", "erf", "erfc",
-))  # fmt: skip
 MOST = 2**21  # divisions of a span, or of all spans
 # Divisions that are looked at behind steps: four tables of a million knots take 1 s, else 26.
 MOST_TOLD = 2**14
@@ -209,7 +206,7 @@ class Divisions:
         op, args = node.op, node.args
         if op == "t":
             return AFFINE
-        if op in COMPARISONS:
+        if compares(node):
             self._zeros(self._of(*args, by=np.subtract), _sum(*kinds))
             return CONSTANT
         if op in ("and", "or", "not"):
@@ -231,13 +228,13 @@ class Divisions:
             return kinds[0]
         if op == "sqrt":
             return _of_monotone(kinds[0])
-        if op == "round":
-            shift = 0.5 if node.data == "rint" else 0.0
+        if OPERATIONS[op].tables:
+            return self._table(node, kinds[0])
+        if OPERATIONS[op].whole:
+            shift = 0.5 if op == "rint" else 0.0
             self._integers(self._of(args[0], by=lambda v: v + shift), kinds[0])
             return CONSTANT
-        if op in OF_TABLES:
-            return self._table(node, kinds[0])
-        return self._call(node, kinds) if op == "call" else ANY
+        return self._call(node, kinds) if OPERATIONS[op].elementary else ANY
 
     def _zeros(self, of, kind):
         self._divide(*self._cross(of, kind, np.zeros(1))[:2])
@@ -278,7 +275,7 @@ class Divisions:
         return np.asarray(self.of.graph.compute(node, [knots], self._values[0]), float)
 
     def _call(self, node, kinds):
-        name, args = node.data, node.args
+        name, args = node.op, node.args
         if name == "fmod":
             kind = kinds[0] if kinds[1] == CONSTANT else ANY
             self._integers(self._of(*args, by=np.divide), kind)
@@ -287,11 +284,11 @@ class Divisions:
             shift = 0.0 if name == "cos" else 0.5
             self._integers(self._of(args[0], by=lambda v: v / np.pi + shift), kinds[0])
             return _of_monotone(kinds[0])
-        if name == "cosh" or (name == "pow" and kinds[1] == CONSTANT):
+        if OPERATIONS[name].parity == "even" or (name == "pow" and kinds[1] == CONSTANT):
             return self._even(node, kinds[0])
         if name == "atan2":
             self._zeros(self._of(args[0]), kinds[0])
-        return _of_monotone(kinds[0]) if name in RISING else ANY
+        return _of_monotone(kinds[0]) if OPERATIONS[name].monotone else ANY
 
     # -- what matters
 

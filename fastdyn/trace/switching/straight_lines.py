@@ -6,9 +6,14 @@ slope, computed from the present parameters in a few microseconds.
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from ..graph.expressions import live
 
-COMPARISONS = frozenset(("lt", "le", "eq"))
+
+def compares(node):
+    """Whether a node is a comparison."""
+    operation = OPERATIONS[node.op]
+    return bool(operation.sign) and operation.truth
 
 
 class StraightLines:
@@ -76,7 +81,7 @@ def _crossing(line, other=(0.0, 0.0)):
 
 def straight_lines(graph, timed, switching):
     """The StraightLines of nodes that switch; None if an operand is no line."""
-    if any(node.op not in COMPARISONS and node.op != "abs" for node in switching):
+    if any(not compares(node) and node.op != "abs" for node in switching):
         return None
     nodes = live([a for node in switching for a in node.args])
     if all(_is_line(node, timed) for node in nodes if node.key in timed):

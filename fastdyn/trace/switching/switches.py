@@ -14,16 +14,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...operations import OPERATIONS
 from ..graph.evaluate import evaluate
 from ..graph.expressions import live
-from ..graph.values import OF_TABLES, ranges_of
+from ..graph.values import ranges_of
 from . import divisions
 from .divisions import FAR, NOISE, ROUNDINGS, Divisions, Parameters, TooMany
-from .straight_lines import COMPARISONS, straight_lines
+from .straight_lines import compares, straight_lines
 
 OF_STATE = frozenset(("y", "item", "arg", "island", "in c", "entry"))
 NEAR = 1e-9  # distance of the points that show a jump at an end, as a share of the span
-SWITCHES = COMPARISONS | OF_TABLES | {"round", "abs"}
 
 
 class Times(NamedTuple):
@@ -146,6 +146,8 @@ def switches(graph, outputs):
 
 
 def _may_switch(node):
-    if node.op in COMPARISONS:
+    if compares(node):
         return node.args[0] is not node.args[1]  # else a test for NaN
-    return node.op in SWITCHES or (node.op == "call" and node.data in ("fmod", "atan2"))
+    operation = OPERATIONS[node.op]
+    jumps = operation.decision and node.op != "select"  # the condition of a select switches
+    return jumps or operation.kinked or operation.tables

@@ -6,7 +6,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..graph.domains import INDEX, WHOLE, bound, divided_by_zero, failures
+from ...operations import OPERATIONS
+from ..graph.domains import INDEX, WHOLE, bound, divided_by_zero
 from ..graph.kinds import FLOAT, INT, NUMPY
 from .division import floor_division, not_caught, to_decimals
 from .operators import operators
@@ -106,7 +107,7 @@ class Arithmetic(Symbolic):
             g.assume(o.node)
             result = g.power(self.node, value)
         else:
-            result = g.make("call", (self.node, o.node), "pow")
+            result = g.call("pow", self.node, o.node)
         if kind != NUMPY:
             note_power(self, o, result, kind)
         return self.made(result, kind)
@@ -137,7 +138,7 @@ class Arithmetic(Symbolic):
         return self._of(self.g.make("abs", (self.node,)))
 
     def to_whole(self, how):
-        return self.made(self.g.make("round", (self.node,), how), self.kind)
+        return self.made(self.g.call(how, self.node), self.kind)
 
     # -- rounding to whole numbers
 
@@ -177,14 +178,11 @@ class Arithmetic(Symbolic):
     # -- functions
 
     def call(self, name, *others, python=False):
-        """Call a function by its name in C; if `python`, the function raises outside its domain."""
-        if name == "sqrt":
-            node = self.g.power(self.node, 0.5)
-        else:
-            node = self.g.make("call", (self.node, *[o.node for o in others]), name)
-        if python:
-            args = (self.node, *[o.node for o in others])
-            for condition, raising in failures(self.g, name, node, args):
+        """Call a function of `OPERATIONS`; if `python`, the function raises outside its domain."""
+        operation, args = OPERATIONS[name], (self.node, *[o.node for o in others])
+        node = self.g.call(name, *args)
+        if python and operation.raises:
+            for condition, raising in operation.raises(self.g, operation.in_math, node, args):
                 self.g.raises_if(condition, raising)
         return self.made(node, FLOAT if python else NUMPY)
 

@@ -24,14 +24,14 @@ def floor_division(a, b):
     """
     g, zero = a.g, a.g.const(0.0)
     x, y = a.node, b.node
-    rest = g.make("call", (x, y), "fmod")
+    rest = g.call("fmod", x, y)
     below, above = g.compare(rest, zero, "lt"), g.compare(rest, zero, "gt")
     other_sign = g.both(
         g.both(below, g.compare(y, zero, "gt")), g.both(above, g.compare(y, zero, "lt")), "or"
     )
     ratio, exact = g.div(x, y), g.div(g.sub(x, rest), y)
     exact = g.select(other_sign, g.sub(exact, g.const(1.0)), exact)
-    whole = g.make("round", (exact,), "floor")
+    whole = g.call("floor", exact)
     rounded_down = g.compare(g.sub(exact, whole), g.const(0.5), "gt")
     whole = g.select(rounded_down, g.add(whole, g.const(1.0)), whole)
     by_zero_or_zero = g.both(g.compare(y, zero, "eq"), g.compare(x, zero, "eq"), "or")

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..graph.domains import overflows, too_large_a_power, zero_to_a_negative_power
+from ...operations.domains import overflows
+from ..graph.domains import too_large_a_power, zero_to_a_negative_power
 
 
 def note_power(base, o, result, kind):
@@ -12,7 +13,7 @@ def note_power(base, o, result, kind):
     negative = g.compare(base.node, zero, "lt")
     if not whole and (o.node.varies or value != np.rint(value)):
         if o.node.varies:
-            whole = g.compare(g.make("round", (o.node,), "floor"), o.node, "eq")
+            whole = g.compare(g.call("floor", o.node), o.node, "eq")
             negative = g.both(negative, g.negation(whole))
         g.leaves_to_python_if(negative)  # Python gives a complex number
     if not whole and (o.node.varies or value < 0):
@@ -22,5 +23,5 @@ def note_power(base, o, result, kind):
         g.raises_if(at_zero, zero_to_a_negative_power)
     if whole:
         g.keep_exact(result)
-    elif result.op in ("call", "sqrt", "mul", "div"):
+    elif result.op in ("pow", "sqrt", "mul", "div"):
         g.raises_if(overflows(g, result, (base.node, o.node)), too_large_a_power)

@@ -4,17 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from ..graph.domains import LARGEST
+from ...operations import NAMES
+from ...operations.domains import LARGEST
 from ..graph.kinds import INT, NUMPY
-from ..graph.operations import FUNCTIONS
 from .arithmetic import Arithmetic
 from .symbolic import graph_of, kind_of, refuse
 
 MAX_INDEX = 8  # a symbol as a plain index gets paths for 0, ..., MAX_INDEX - 1 and -1
-NAMES = {  # name in NumPy or Python: name in C
-    "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh",
-    "arctanh": "atanh", "arctan2": "atan2", "gamma": "tgamma", "gammaln": "lgamma",
-}  # fmt: skip
 
 
 class Symbol(Arithmetic):
@@ -146,14 +142,13 @@ def symbol(g, value):
 
 
 def by_name(name):
-    """The function of symbols with a NumPy or C name; None if the graph has no such operation."""
-    name = NAMES.get(name, name)
-    if name != "sqrt" and name not in FUNCTIONS:
+    """The function of symbols with a name in Python; None if the graph has no such operation."""
+    if name not in NAMES:
         return None
 
     def function(*values):
         g = graph_of(values)
         first, *others = (symbol(g, v) for v in values)
-        return first.call(name, *others)
+        return first.call(NAMES[name], *others)
 
     return function

@@ -10,16 +10,12 @@ other functions, the slopes of function and series are compared at a point insid
 
 from typing import Any, NamedTuple
 
+from fastdyn.operations import OPERATIONS
+
 from .operations import Choice, Integral, Power, Quotient, Root, Sum
 
 MOST = 6.0  # highest degree, in one component or in the time, that cannot deceive
 STEEP = 1.5  # a power with an exponent below -STEEP may be a pulse
-HONEST = frozenset(("sin", "cos"))
-# Functions of a with a transition near a = 0, and the width of this transition.
-WIDTH = {
-    "tanh": 2.0, "erf": 2.0, "erfc": 2.0, "atan": 2.0, "asinh": 2.0,
-    "exp": 8.0, "expm1": 8.0, "sinh": 8.0, "cosh": 8.0,
-}  # fmt: skip
 
 
 class Hold(NamedTuple):
@@ -47,8 +43,8 @@ def transition(step):
     """The `Hold` of the argument of a function with a transition, or of a steep pole; or None."""
     if isinstance(step, Power) and step.exponent < -STEEP:
         return Hold(step.a, 0.0, min(1.0, -2.0 * STEEP / step.exponent))
-    if isinstance(step, Integral) and step.name in WIDTH and step.parts:
-        return Hold(step.parts[0][1], WIDTH[step.name], 0.5)
+    if isinstance(step, Integral) and OPERATIONS[step.name].width and step.parts:
+        return Hold(step.parts[0][1], OPERATIONS[step.name].width, 0.5)
     return None
 
 
@@ -61,7 +57,7 @@ def is_deceptive(plan):
     """True if steps of a plan must be compared with the function within the step."""
     degrees: dict = {}
     for step in plan.steps:
-        unknown = isinstance(step, Integral) and not (step.name in HONEST or transition(step))
+        unknown = isinstance(step, Integral) and OPERATIONS[step.name].width is None
         if unknown or isinstance(step, Choice):
             return True
         degrees[step.node.key] = found = _degree(step, degrees)

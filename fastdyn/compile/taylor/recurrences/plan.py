@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 
+from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import refused_as
 
@@ -65,7 +66,7 @@ class Plan:
 
     @refused_as(NotSmooth)
     def __init__(self, graph, outputs, raising):
-        n_calls = sum(node.op == "call" for node in live(outputs))
+        n_calls = sum(OPERATIONS[node.op].elementary for node in live(outputs))
         self.graph, self.rewrite = graph, Rewriter(graph, n_calls > FEW_CALLS)
         graph.most = math.inf  # the size of this function has been accepted
         self.one, self.scaled = graph.const(1.0), Scaled(self.rewrite)
@@ -110,14 +111,14 @@ class Plan:
         if core.op == "select":
             args = [*core.args[1:], *[self.switch[c.key][1] for c in self._compared(core.args[0])]]
             return [a for a in args if a is not None and not self.rewrite.is_invariant(a)]
-        if core.op in ("call", "sqrt", "power"):
+        if core.op in ("sqrt", "power") or OPERATIONS[core.op].elementary:
             return [a for a in core.args if not self.rewrite.is_invariant(a)]
         return [a for _, a in map(self.scaled, core.args) if a is not None]
 
     def _slopes(self, core):
         """(f, argument, g) for each argument of a function; g is None for an invariant slope."""
-        found = [(a, *self.scaled(g)) for a, g in self.rewrite.slopes(core)]
-        return [(f, a, g) for a, f, g in found if not self.rewrite.is_invariant(a)]
+        found = [(a, self.scaled(g)) for a, g in self.rewrite.slopes(core)]
+        return [(f, a, g) for a, (f, g) in found]
 
     def _compared(self, condition):
         """The comparisons in a condition; each gets an entry in `switch`."""
@@ -126,7 +127,7 @@ class Plan:
             node = todo.pop()
             if self.rewrite.is_invariant(node):
                 continue
-            if node.op in ("lt", "le", "eq"):
+            if OPERATIONS[node.op].sign:
                 found.append(node)
                 if node.key not in self.switch:
                     self.switch[node.key] = self.scaled(self.rewrite(g.sub(*node.args)))
@@ -150,7 +151,7 @@ class Plan:
                     self.uses.update(a.key for a in operands)
                     todo.append((core, True))
                     todo += [(a, False) for a in operands]
-                    if core.op == "call":
+                    if OPERATIONS[core.op].elementary:
                         roots += [g for _, _, g in self._slopes(core)]
         return order
 
@@ -200,7 +201,7 @@ class Plan:
             return Root(core, core.args[0])
         if core.op == "select":
             return Choice(core, *core.args)
-        return Integral(core, core.data, list(core.args), self._slopes(core))
+        return Integral(core, core.op, list(core.args), self._slopes(core))
 
     def _watched(self):
         signed = [core for _, core in self.switch.values() if core is not None]

@@ -7,16 +7,12 @@ the numerical integration of ODEs by means of high-order Taylor methods", Experi
 14 (2005), section 3).
 """
 
-import math
-import sys
-
-from fastdyn.trace.graph.derivative_rules import LOCAL
+from fastdyn.operations import OPERATIONS
+from fastdyn.operations.domains import LARGEST
 
 from .known_sides import known_side
 
-LARGEST = sys.float_info.max
 MAX_WHOLE = 64
-COMPARISONS = frozenset(("lt", "le", "eq"))
 
 
 class NotSmooth(ValueError):
@@ -30,13 +26,13 @@ class Rewriter:
     """Rewrites nodes of a graph as nodes that have recurrences.
 
     The result has the operation "power" (`data`: the exponent) and the operations "const", "par",
-    "t", "y", "add", "sub", "neg", "mul", "div", "sqrt", "select", conditions, and "call" of
-    functions with `slopes`.  Invariants, which depend on neither state nor time, are not changed.
+    "t", "y", "add", "sub", "neg", "mul", "div", "sqrt", "select", conditions, and functions with
+    `slopes`.  Invariants, which depend on neither state nor time, are not changed.
     With `pairs`, f(x) and f(-x) share a recurrence if f is even or odd.
     """
 
     def __init__(self, graph, pairs=False):
-        self.graph, self._pairs = graph, pairs
+        self.graph, self._pairs, self.const = graph, pairs, graph.const
         self._invariant, self._done = {}, {}
 
     def is_invariant(self, node):
@@ -55,7 +51,7 @@ class Rewriter:
         return done[node.key]
 
     def _of(self, node, args):
-        g, op = self.graph, node.op
+        g, op, operation = self.graph, node.op, OPERATIONS[node.op]
         if not args or self.is_invariant(node):
             return node
         if op == "sub" and args[0].key > args[1].key:
@@ -63,7 +59,7 @@ class Rewriter:
         if op in ("add", "sub", "neg", "select"):
             return getattr(g, op)(*args)
         if op == "mul":
-            return self._product(*args)
+            return self.mul(*args)
         if op == "div":
             return self._quotient(*args)
         if op == "sqrt" and args[0].op == "mul" and args[0].args[0] is args[0].args[1]:
@@ -72,15 +68,15 @@ class Rewriter:
             return self.power(args[0], 0.5 if op == "sqrt" else node.data)
         if op == "abs":
             return self._size(args[0])
-        if op in COMPARISONS:
+        if operation.sign and operation.truth:
             return self._comparison(op, *zip(node.args, args, strict=True))
         if op in ("and", "or"):
             return g.both(*args, op)
         if op == "not":
             return g.negation(args[0])
-        if op == "call":
-            return self._function(node.data, *args)
-        raise NotSmooth(NAMES.get(op, f"`{node.data or op}`"))
+        if operation.elementary:
+            return self.call(op, *args)
+        raise NotSmooth(operation.words or f"`{node.data or op}`")
 
     def _size(self, x):
         g = self.graph
@@ -130,10 +126,10 @@ class Rewriter:
         if exponent == int(exponent) and 0.0 < exponent <= MAX_WHOLE:
             return self.graph.whole_power(base, int(exponent))  # also where the base is zero
         if self.is_invariant(base):
-            return self.graph.make("call", (base, self.graph.const(float(exponent))), "pow")
+            return self.graph.call("pow", base, self.graph.const(float(exponent)))
         return self.graph.make("power", (base,), float(exponent))
 
-    def _product(self, a, b):
+    def mul(self, a, b):
         node = self.graph.mul(a, b)
         if node.op != "mul" or any(map(self.is_invariant, node.args)):
             return node
@@ -152,76 +148,30 @@ class Rewriter:
 
     # -- functions
 
-    def _function(self, name, *args):
-        g, constant = self.graph, self.graph.const
-        if name == "pow":
+    def call(self, name, *args):
+        """A function of rewritten nodes."""
+        g, operation = self.graph, OPERATIONS[name]
+        if name == "pow" and self.is_invariant(args[1]):
             base, exponent = args
-            if self.is_invariant(exponent):
-                if exponent.op == "const":
-                    return self.power(base, exponent.data)
-                return g.make("call", args, "pow")
-            return self._function("exp", self._product(exponent, self._logarithm(base)))
-        if name == "exp2":
-            return self._function("exp", g.mul(constant(math.log(2.0)), args[0]))
-        if name in ("log2", "log10"):
-            scale = 1.0 / math.log(float(name[3:]))
-            return g.mul(constant(scale), self._logarithm(args[0]))
-        if name == "cbrt":
-            return self.power(args[0], 1.0 / 3.0)
-        if name not in SLOPES and name not in BY_RULE and name != "atan2":
+            if exponent.op == "const":
+                return self.power(base, exponent.data)
+            return g.call(name, *args)
+        if operation.series:
+            return operation.series(self, *args)
+        if not operation.recurrence:
             raise NotSmooth(f"`{name}`")
-        if self._pairs and args[0].op == "neg" and name in EVEN | ODD:
-            found = g.make("call", args[0].args, name)
-            return g.neg(found) if name in ODD else found
-        return g.make("call", args, name)
-
-    def _logarithm(self, base):
-        return self.graph.make("call", (base,), "log")
+        if self._pairs and args[0].op == "neg" and operation.parity:
+            found = g.call(name, *args[0].args)
+            return g.neg(found) if operation.parity == "odd" else found
+        return g.call(name, *args)
 
     def slopes(self, node):
-        """The derivatives of a function by its arguments, [(argument, node)]."""
-        g = self.graph
-        if node.data == "pow":  # the exponent is an invariant
-            base, exponent = node.args
-            return [(base, self._quotient(g.mul(exponent, node), base))]
-        if node.data == "atan2":
-            y, x = node.args
-            square = g.add(g.mul(x, x), g.mul(y, y))
-            return [(y, g.div(x, square)), (x, g.neg(g.div(y, square)))]
-        (a,) = node.args
-        if node.data in BY_RULE:
-            ((slope, _),) = LOCAL[node.data](g, node, None)
-        else:
-            slope = SLOPES[node.data](g, a, node, g.const(1.0))
-        return [(a, self(slope))]
-
-
-def _root(g, x):
-    return g.make("sqrt", (x,))
-
-
-# Functions of one number; their derivatives are from SLOPES, else from `derivative_rules.py`.
-BY_RULE = frozenset((
-    "exp", "log", "log1p", "sin", "cos", "tan", "sinh", "cosh", "atan", "asinh", "erf", "erfc",
-))  # fmt: skip
-EVEN = frozenset(("cos", "cosh"))
-ODD = frozenset(("sin", "tan", "sinh", "tanh", "atan", "asin", "asinh", "atanh", "erf"))
-SLOPES = {  # shorter derivatives of c = f(a), from the nodes of a, c and 1
-    "expm1": lambda g, a, c, one: g.add(c, one),
-    "tanh": lambda g, a, c, one: g.sub(one, g.mul(c, c)),
-    "asin": lambda g, a, c, one: g.div(one, _root(g, g.sub(one, g.mul(a, a)))),
-    "acos": lambda g, a, c, one: g.neg(g.div(one, _root(g, g.sub(one, g.mul(a, a))))),
-    "acosh": lambda g, a, c, one: g.div(one, _root(g, g.sub(g.mul(a, a), one))),
-    "atanh": lambda g, a, c, one: g.div(one, g.sub(one, g.mul(a, a))),
-}
-NAMES = {
-    "round": "rounding to a whole number",
-    "table": "a table that is read at a place that moves",
-    "search": "a search in a table",
-    "piecewise": "a spline",
-    "interpolate": "interpolation in a table",
-    "in c": "a special function of SciPy",
-}
+        """The derivatives of a function by its varying arguments, [(argument, node)]."""
+        rules = OPERATIONS[node.op].slopes or OPERATIONS[node.op].factors
+        return [
+            (a, self(rule(self.graph, node, *node.args)))
+            for a, rule in zip(node.args, rules, strict=True) if not self.is_invariant(a)
+        ]  # fmt: skip
 
 
 def _with_args(node, known):

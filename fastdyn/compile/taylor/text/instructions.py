@@ -6,6 +6,8 @@ A value is a name or a constant.  None stands for zero: operations on None emit 
 import copy
 import struct
 
+from fastdyn.operations import OPERATIONS
+
 from .lines import Lines, hexadecimal
 
 INDEX = "i64"
@@ -17,7 +19,6 @@ def number(constant):
 
 
 ZERO, ONE, MINUS, INFINITE = map(hexadecimal, (0.0, 1.0, -1.0, float("inf")))
-INTRINSIC = {"sin", "cos", "exp", "log", "pow"}
 OF_VECTORS = "fastdyn_vector_"  # prefix of the names of functions of vectors
 
 
@@ -113,8 +114,8 @@ class Text(Lines):
         """Call an elementary function of LLVM or C; for vectors, a function of the module."""
         if self.lanes > 1:
             return self.call(f"{OF_VECTORS}{name}", self.kind, *map(self.operand, args))
-        name = f"llvm.{name}.f64" if name in INTRINSIC else name
-        return self.call(name, self.kind, *args)
+        llvm = OPERATIONS[name].llvm
+        return self.call(f"{llvm}.f64" if llvm else name, self.kind, *args)
 
     def compare(self, sign, a, b):
         """The truth value of a comparison."""

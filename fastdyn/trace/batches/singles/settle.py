@@ -8,9 +8,10 @@ from collections import defaultdict
 
 import numpy as np
 
+from ....operations import OPERATIONS
 from ...graph.clock import look
 from ...graph.expressions import Node
-from ..table import ID, TRUTHS, Batch, Table
+from ..table import ID, Batch, Table
 from .formulas import FEWEST, Formulas
 
 NONE = -1  # stands for the node number of a node in no batch
@@ -189,4 +190,4 @@ def is_truth(node):
     """Whether the value of a node is a truth value."""
     while node.op == "select":
         node = node.args[1]
-    return node.op in TRUTHS or (node.op == "const" and isinstance(node.data, bool))
+    return OPERATIONS[node.op].truth or (node.op == "const" and isinstance(node.data, bool))

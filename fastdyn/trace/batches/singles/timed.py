@@ -5,8 +5,8 @@ The search for switching times knows nodes of the graph.
 
 import numpy as np
 
+from ....operations import OPERATIONS
 from ...graph.expressions import live
-from ...graph.operations import COMPUTE
 from ...graph.refusal import Refusal
 from ...switching.switches import OF_STATE
 
@@ -56,7 +56,7 @@ def _kind(batch, below):
     if batch.op == "one":
         ops = {node.op for node in live([batch.data])}
         return MIXED if ops & OF_STATE else TIMED if "t" in ops else None
-    if MIXED in below or batch.op in OF_STATE or (TIMED in below and batch.op not in COMPUTE):
+    if MIXED in below or batch.op in OF_STATE or (TIMED in below and batch.op not in OPERATIONS):
         return MIXED
     return TIMED if TIMED in below else None
 
