@@ -1,14 +1,15 @@
 """Dispatches NumPy's and SciPy's calls on long arrays that depend on the state."""
 
+import functools
 from typing import Any
 
 import numpy as np
 
-from ..islands.calls import apart
+from ..islands.calls import apart, or_apart
 from ..numpy import functions
 from ..numpy.calls import WITH_EFFECTS
+from ..numpy.fourier import TRANSFORMS
 from ..numpy.of_numbers import of_numbers
-from ..scipy.distances import DISTANCES
 from ..symbols.arrays import stored
 from ..symbols.complex_pair import any_complex
 from ..symbols.layout import as_numpy_does, promoted
@@ -16,7 +17,6 @@ from ..symbols.masks import WHY, Masked
 from ..symbols.symbolic import BATCHES, NOW, Batched, refuse
 from .filters import FILTERS
 from .formulas import as_columns, elementwise
-from .fourier import fourier
 from .library import OF_COMPLEXES, OWN, reduced
 from .products import matmul
 from .structure import JOINING, STRUCTURE, joined, structured
@@ -67,9 +67,8 @@ def call_function(function, args, kwargs):
     table, of_complexes = NOW.table, any(map(any_complex, (*args, *kwargs.values())))
     if kwargs.get("dtype") in ((complex, np.complex128) if of_complexes else (float, np.float64)):
         kwargs = {k: v for k, v in kwargs.items() if k != "dtype"}
-    transform = fourier(function)
-    if transform is not None:
-        return as_numpy_does(function, args, kwargs, transform(*args, **kwargs))
+    if function in TRANSFORMS:
+        return or_apart(function, functools.partial(_transformed, function))(*args, **kwargs)
     if of_complexes and not _takes_complexes(function):
         return apart(function, args, kwargs)
     if function in STRUCTURE:
@@ -92,6 +91,10 @@ def call_function(function, args, kwargs):
     return apart(function, args, kwargs)
 
 
+def _transformed(function, *args, **kwargs):
+    return as_numpy_does(function, args, kwargs, TRANSFORMS[function](*args, **kwargs))
+
+
 def _takes_complexes(function):
     """Whether the stand-in of a function of NumPy also handles complex numbers."""
     elementwise_or_moves = function in STRUCTURE or function in JOINING or function is np.where
@@ -102,15 +105,13 @@ def _listed(table, value):
     return as_columns(table, value) if isinstance(value, list | tuple) else value
 
 
-def call_scipy(function, args, kwargs):
+def call_scipy(function, stand_in, args, kwargs):
     """Call the stand-in of a SciPy function; refuse a function without a stand-in."""
     name = getattr(function, "__name__", "")
-    transform = fourier(function)
-    if transform is not None:
-        return as_numpy_does(function, args, kwargs, transform(*args, **kwargs))
-    if any(map(any_complex, args)):
-        refuse(f"{name} of long complex arrays")
-    stand_in = DISTANCES.get(name) or FILTERS.get(name)
+    if stand_in is None:
+        if any(map(any_complex, args)):
+            refuse(f"{name} of long complex arrays")
+        stand_in = FILTERS.get(name)
     if stand_in is not None:
         return as_numpy_does(function, args, kwargs, stand_in(*args, **kwargs))
     if name == "norm":
@@ -119,6 +120,6 @@ def call_scipy(function, args, kwargs):
 
 
 BATCHES.update(
-    ufunc=call_ufunc, function=call_function, elementwise=elementwise, filter=call_scipy,
+    ufunc=call_ufunc, function=call_function, elementwise=elementwise, scipy=call_scipy,
     raised=as_columns,
 )  # fmt: skip

@@ -195,3 +195,4 @@ def side_by_side(array) -> Any:
 
 
 BATCHES.update(island=island, sparse=sparse, joint=joint, matmul=matmul)
+BATCHES["side by side"] = side_by_side

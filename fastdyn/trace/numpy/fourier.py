@@ -1,119 +1,87 @@
-"""Fourier transforms as operations of the graph: transforms of the factors of the length."""
+"""Fourier transforms as operations on arrays: each factor of the length gives one pass.
+
+The passes are those of Stockham's algorithm, which needs no bit reversal: C. Van Loan,
+"Computational frameworks for the fast Fourier transform" (1992), section 1.7.
+"""
 
 from typing import Any
 
 import numpy as np
 
 from ..symbols.arrays import Array
-from ..symbols.complex_pair import Pair, parts
-from ..symbols.symbolic import check_operations, refuse
+from ..symbols.complex_pair import any_complex
+from ..symbols.symbolic import BATCHES, Batched, refuse
 
-LARGEST_FACTOR = 32  # a prime length takes its square: 1000 products
-
-
-def transform(name):
-    """The transform `name` of np.fft or scipy.fft, for arrays that hold symbols."""
-
-    def function(a, n=None, axis=-1, norm=None, out=None, **more):
-        if out is not None or any(v not in (None, False) for v in more.values()):
-            refuse(f"{name} with options")
-        rows = np.moveaxis(Array.of(a), axis, -1).view(np.ndarray)
-        if rows.ndim == 0 or rows.shape[-1] == 0:
-            refuse(f"{name} of nothing")
-        size = 2 * (rows.shape[-1] - 1) if n is None and name == "irfft" else n
-        size = rows.shape[-1] if size is None else int(size)
-        count = int(np.prod(rows.shape[:-1]))
-        # 3 transforms, because most functions also transform back
-        check_operations(3 * count * 5 * size * max(1, size.bit_length() - 1))
-        results = [_of_row(name, list(row), size, norm) for row in rows.reshape(count, -1)]
-        found = np.empty((count, len(results[0])), dtype=object)
-        for i, row in enumerate(results):
-            found[i] = row
-        return np.moveaxis(found.reshape(*rows.shape[:-1], -1), -1, axis).view(Array)
-
-    return function
+FACTORS = 4, 2, 3, 5, 7
+LONGEST = 2048, 128  # of long arrays, and of numbers; beyond, compiled code calls the library
+FORWARD = {None: 0, "backward": 0, "ortho": 0.5, "forward": 1}  # exponents of 1 / n
 
 
-def _of_row(name, row: list, n, norm):
-    inverse = name in ("ifft", "irfft")
-    if name == "irfft":
-        row = _whole_spectrum(row, n)
-    elif name == "rfft":
-        row = [parts(v)[0] for v in row]
-    row = row[:n] + [0.0] * (n - len(row))
-    found = _transformed([parts(v) for v in row], 1.0 if inverse else -1.0)
-    if norm not in (None, "backward", "forward", "ortho"):
-        raise ValueError(f"Invalid norm value {norm}")
-    scaled = {"ortho": np.sqrt(n), "forward": 1.0 if inverse else n}.get(norm or "", None)
-    scale = 1.0 / (scaled if scaled is not None else n if inverse else 1.0)
-    if scale != 1.0:
-        found = [(scale * a, scale * b) for a, b in found]
-    if name == "irfft":
-        return [a for a, _ in found]
-    return [Pair(a, b) for a, b in (found[: n // 2 + 1] if name == "rfft" else found)]
+def transform(function):
+    """The stand-in of `fft`, `ifft`, `rfft` or `irfft` of NumPy or SciPy."""
+    name = function.__name__
+    inverse = "i" in name
+
+    def of_symbols(a, n=None, axis=-1, norm=None):
+        array: Any = a if isinstance(a, Batched) else Array.of(a)
+        z: Any = np.moveaxis(array, axis, -1)
+        n = int(n or (2 * z.shape[-1] - 2 if name == "irfft" else z.shape[-1]))
+        if name == "rfft" and any_complex(z):
+            refuse("rfft of complex numbers")
+        m = n // 2 + 1 if name == "irfft" else n
+        rest = np.zeros((*z.shape[:-1], max(0, m - z.shape[-1])))
+        z = np.concatenate([z[..., :m], rest], axis=-1) if rest.size else z[..., :m]
+        if name == "irfft":  # the whole spectrum of a real signal
+            ends, inner = np.real(z), z[..., 1 : (n + 1) // 2]
+            both = ends[..., :1], inner, ends[..., (n + 1) // 2 :], np.conj(inner)[..., ::-1]
+            z = np.concatenate(both, axis=-1)
+        z = _transformed(z, 1.0 if inverse else -1.0)
+        scale = n ** -float(1 - FORWARD[norm] if inverse else FORWARD[norm])
+        z = z if scale == 1.0 else scale * z
+        z = np.real(z) if name == "irfft" else z[..., : n // 2 + 1] if name == "rfft" else z
+        return np.moveaxis(z, -1, axis)
+
+    return of_symbols
 
 
-def _whole_spectrum(half, n):
-    """The n values of a Hermitian spectrum, from the values 0 to n / 2."""
-    m = n // 2 + 1
-    half = (half + [0.0] * m)[:m]
-    half[0] = parts(half[0])[0]
-    if n % 2 == 0:
-        half[-1] = parts(half[-1])[0]
-    rest: Any = half[1 : (n + 1) // 2]
-    return half + [Pair(a, -1.0 * b) for a, b in map(parts, reversed(rest))]
+def _transformed(z: Any, sign):
+    """The sum over k of z[..., k] exp(sign 2 pi i j k / n), for all j."""
+    n, rows, m = z.shape[-1], z.shape[:-1], 1  # transforms of length m are done
+    z = z.reshape(*rows, 1, n)
+    for p in _factors(n, LONGEST[0] if isinstance(z, Batched) else LONGEST[1]):
+        q = n // (m * p)
+        pieces = [(k, z[..., None, :, k * q : (k + 1) * q]) for k in range(p)]
+        inner, outer = np.arange(m).reshape(m, 1), np.arange(p).reshape(p, 1, 1)
+        if isinstance(z, Batched):  # one product with p turns, else products by 1, i, -1, -i
+            turned = [_turned(v, k * (inner + m * outer), p * m, sign) for k, v in pieces]
+        else:
+            turned = [
+                _turned(_turned(v, k * inner, p * m, sign), k * outer, p, sign) for k, v in pieces
+            ]
+        z, m = sum(turned[1:], turned[0]), m * p
+        z = (BATCHES["side by side"](z) if isinstance(z, Batched) else z).reshape(*rows, m, q)
+    return z.reshape(*rows, n)
 
 
-def _transformed(x, sign) -> list:
-    """The sum over k of x[k] exp(sign 2 pi i j k / n), for all j; numbers are (real, imag)."""
-    n = len(x)
-    p = next((p for p in (4, 2, *range(3, LARGEST_FACTOR, 2)) if n % p == 0), n)
-    if p == n:
-        return _slowly(x, sign)
-    m = n // p
-    inner = [_transformed(x[k::p], sign) for k in range(p)]
-    result: list = [None] * n
-    for j in range(m):
-        column = [_turned(inner[k][j], sign * j * k / n) for k in range(p)]
-        for r, value in enumerate(_slowly(column, sign)):
-            result[j + r * m] = value
-    return result
+def _factors(n, most):
+    """The factors of a length, from FACTORS."""
+    found, left = [], n
+    for p in FACTORS:
+        while left % p == 0:
+            found.append(p)
+            left //= p
+    if left > 1 or not 1 < n <= most:
+        refuse(f"a Fourier transform of {n} numbers", final=n > most)
+    return found
 
 
-def _slowly(x, sign) -> list:
-    n = len(x)
-    if n > LARGEST_FACTOR:
-        refuse("a Fourier transform of a length with a large prime factor")
-    if n == 2:
-        (a, b), (c, d) = x
-        return [(a + c, b + d), (a - c, b - d)]
-    if n == 4:
-        (a, b), (c, d) = _slowly(x[::2], sign), _slowly(x[1::2], sign)
-        turned = _turned(d, sign / 4)
-        return [_sum(a, c), _sum(b, turned), _sum(a, c, -1.0), _sum(b, turned, -1.0)]
-    sums = []
-    for j in range(n):
-        terms = [_turned(x[k], sign * (j * k % n) / n) for k in range(n)]
-        sums.append(_added(terms))
-    return sums
+def _turned(z, k, n, sign):
+    """z exp(sign 2 pi i k / n); exact where k / n is a multiple of 1 / 4."""
+    if not np.any(k):
+        return z
+    turn, exact = np.exp(sign * 2j * np.pi * (k % n) / n), 4 * k % n == 0
+    turn[exact] = np.round(turn[exact])
+    return z * turn
 
 
-def _added(terms):
-    total = terms[0]
-    for term in terms[1:]:
-        total = _sum(total, term)
-    return total
-
-
-def _sum(a, b, sign=1.0):
-    return (a[0] + b[0], a[1] + b[1]) if sign > 0 else (a[0] - b[0], a[1] - b[1])
-
-
-def _turned(z, turns):
-    """z exp(2 pi i turns); quarter turns are exact."""
-    quarters = 4 * (turns % 1.0)
-    a, b = z
-    if quarters == int(quarters):
-        return [(a, b), (-1.0 * b, a), (-1.0 * a, -1.0 * b), (b, -1.0 * a)][int(quarters)]
-    c, s = float(np.cos(2 * np.pi * turns)), float(np.sin(2 * np.pi * turns))
-    return c * a - s * b, s * a + c * b
+TRANSFORMS = {f: transform(f) for f in (np.fft.fft, np.fft.ifft, np.fft.rfft, np.fft.irfft)}

@@ -15,7 +15,7 @@ from ..symbols.lazy import complete
 from ..symbols.masks import Masked
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Lazy, Symbolic, in_batches, is_symbolic, refuse
-from .fourier import transform
+from .fourier import TRANSFORMS
 from .interpolation import binned, interpolated, whereabouts
 from .linear_algebra import determinant, inverse, norm, solution
 from .plain_arrays import array_of, as_array, lowered, raised
@@ -261,8 +261,7 @@ STAND_INS = {
 }  # fmt: skip
 for _name in ("argsort", "unique", "nonzero", "flatnonzero"):
     STAND_INS[getattr(np, _name)] = _refused(_name)
-for _name in ("fft", "ifft", "rfft", "irfft"):
-    STAND_INS[getattr(np.fft, _name)] = transform(_name)
+STAND_INS |= TRANSFORMS
 
 
 def _sinc(v):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..islands.calls import apart, or_apart
-from ..numpy.fourier import transform
+from ..numpy.fourier import TRANSFORMS, transform
 from ..numpy.linear_algebra import determinant, inverse, linear_in_first, norm, solution
 from ..numpy.plain_arrays import lowered, raised
 from ..reads.reads import STABLE
@@ -31,19 +31,19 @@ CONTENTS = {  # attributes of sparse matrices, by format
     "dia": ("data", "offsets", "shape"),
     "coo": ("data", "coords", "shape"),
 }
+ALONG_AN_AXIS = {f.__name__ for f in TRANSFORMS}
 OF_FFT = {"dct", "idct", "dst", "idst", "diff", "hilbert"}
 LINEAR = {"scipy.fft": OF_FFT, "scipy.fftpack": OF_FFT, "scipy.ndimage": FILTERS}
 LIBRARIES = {f"scipy.{name}" for name in "fft fftpack linalg ndimage signal special".split()}
 WITH_EFFECTS = {"set_workers", "set_backend", "set_global_backend", "register_backend"}
 WRITTEN_OUT: dict[str, dict[str, Any]] = {
-    "scipy.fft": {name: transform(name) for name in ("fft", "ifft", "rfft", "irfft")},
-    "scipy.fftpack": {name: transform(name) for name in ("fft", "ifft")},
     "scipy.interpolate": {"splev": evaluated},
     "scipy.linalg": {"solve": solution, "inv": inverse, "det": determinant, "norm": norm},
     "scipy.signal": {"square": square, "sawtooth": sawtooth, "convolve2d": convolved_2d},
     "scipy.spatial": DISTANCES,
     "scipy.special": {"softmax": softmax, "logsumexp": logsumexp},
 }
+OF_BOTH = {"scipy.spatial"}  # packages whose formulas also take long arrays
 
 
 def stand_in_of(value):
@@ -62,11 +62,14 @@ def stand_in_of(value):
     if package == "scipy.optimize":
         return _of_constants(value)
     written_out = WRITTEN_OUT.get(package, {}).get(name)
-    if name in LINEAR.get(package, ()):
+    of_both = package in OF_BOTH and written_out is not None
+    if package == "scipy.fft" and name in ALONG_AN_AXIS:
+        written_out, of_both = transform(value), True
+    elif name in LINEAR.get(package, ()):
         written_out = functools.partial(linear_in_first, value)
     elif written_out is None and package in LIBRARIES and name not in WITH_EFFECTS:
         written_out = lambda *args, **kwargs: apart(value, args, kwargs)  # noqa: E731
-    return written_out and _beside(value, written_out)
+    return written_out and _beside(value, written_out, of_both)
 
 
 def _of_constants(solver):
@@ -83,13 +86,15 @@ def _of_constants(solver):
     return function
 
 
-def _beside(plain, of_symbols):
+def _beside(plain, of_symbols, of_both=False):
     """A function that calls `of_symbols` for symbols, and the SciPy function `plain` for numbers.
 
-    Where `of_symbols` refuses, compiled code calls the SciPy function as an island.
+    Where `of_symbols` refuses, compiled code calls the SciPy function as an island.  `of_both`
+    tells whether `of_symbols` takes long arrays, too.
     """
+    of_long = of_symbols if of_both else None
     of_symbols = or_apart(plain, of_symbols)
-    in_a_batch = or_apart(plain, lambda *args, **kwargs: BATCHES["filter"](plain, args, kwargs))
+    in_a_batch = or_apart(plain, lambda *a, **k: BATCHES["scipy"](plain, of_long, a, k))
 
     def function(*args, **kwargs):
         if in_batches(args):
