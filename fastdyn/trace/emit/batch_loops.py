@@ -136,7 +136,7 @@ class BatchLoops(BatchValues):
     def _combined(self, op, a, b):
         if op == "sum":
             return self.builder.fadd(a, b)
-        return self._one._intrinsic({"top": "maximum", "low": "minimum"}[op], [a, b])
+        return self._one._intrinsic({"top": "llvm.maximum", "low": "llvm.minimum"}[op], [a, b])
 
     def _combine_at(self, store, value, ks):
         """Combine the stored element with a value, and store the result in its place."""
