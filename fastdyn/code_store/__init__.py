@@ -8,12 +8,13 @@ the code of two processes cannot be mixed up, whatever names Numba gave the part
 from .cache import COUNTS, Code, assembled, compiled, first_kept, linked, stored, without_function
 from .call import Call
 from .environment import FUNCTIONS, KERNELS
-from .object_file import Unsealable
+from .object_file import OFFERED, Unsealable
 
 __all__ = [
     "COUNTS",
     "FUNCTIONS",
     "KERNELS",
+    "OFFERED",
     "Call",
     "Code",
     "Unsealable",

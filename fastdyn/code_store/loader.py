@@ -12,7 +12,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
-from .object_file import NotWhole
+from .object_file import OFFERED, NotWhole
 
 LIBC = frozenset("malloc realloc free abort memcpy memset memmove memcmp bzero __chkstk".split())
 # LLVM calls bzero for zeros on macOS, and __chkstk for a large frame of the stack on Windows.
@@ -74,7 +74,9 @@ class UnknownSymbol(Exception):
 
 
 def provider(symbol):
-    """The provider of a symbol that object code needs: "libc", "libm", "python" or "numba"."""
+    """The provider of a symbol: "libc", "libm", "python", "numba", "fastdyn" for OFFERED."""
+    if symbol in OFFERED:
+        return "fastdyn"
     if symbol in LIBC:
         return "libc"
     if symbol in PYTHON:
@@ -152,12 +154,13 @@ def load(code, symbol, needs):
     Blocks and kernels hold addresses as numbers: the code that stores an address also keeps the
     Library alive.  Raises UnknownSymbol, or NotWhole if the code cannot be linked.
     """
+    own = {name: OFFERED[name]().address for name in needs if name in OFFERED}  # loads code, too
     with _lock:
         _unload()
         linker = _linker()  # first: a linker makes the symbols of the process known to LLVM
         builder = llvm.JITLibraryBuilder().add_object_img(code).export_symbol(symbol)
         for name in needs:
-            builder.import_symbol(name, _address(name))
+            builder.import_symbol(name, own.get(name) or _address(name))
         try:
             name = f"{symbol} {next(_numbers)}"
             tracker = linker.trackers[name] = builder.link(linker.llvms, name)

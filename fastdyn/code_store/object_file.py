@@ -19,6 +19,7 @@ BROKEN = (
     struct.error,
 )  # fmt: skip
 RUNS_WHEN_LOADED = "it has code that runs when it is loaded"
+OFFERED: dict = {}  # kernels that other code calls, by symbol: functions that return their Code
 CONSTRUCTORS = (".init_array", ".fini_array", ".preinit_array", ".ctors", ".dtors")
 
 

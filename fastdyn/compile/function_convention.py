@@ -1,10 +1,9 @@
 """The calling convention of the user's compiled functions: ``function(t, y, n, block, out)``.
 
 Numba's machine code returns a status, and has two more arguments before t: the addresses of a
-result and of an exception.  This file writes the convention for C, for LLVM, and as LLVM's text;
-for Numba, `FORM` in `kernels/calls/user_function.py` has the types.  The words of a block are
-defined in `kernels/calls/block.py`.  Kernels have another convention:
-`kernels/calls/calling_convention.py`.
+result and of an exception.  This file writes the convention for C and for LLVM; for Numba, `FORM`
+in `kernels/calls/user_function.py` has the types.  The words of a block are defined in
+`kernels/calls/block.py`.  Kernels have another convention: `kernels/calls/calling_convention.py`.
 """
 
 import ctypes
@@ -83,14 +82,3 @@ def note_fault(builder, t, y, block, out, n, n_results):
     some = builder.icmp_signed(">", n_results, WORD(0))
     with builder.if_then(some), memory.each(n_results, 1) as i:
         builder.store(REAL(math.nan), builder.gep(out, [i]))
-
-
-def call_as_text(function, t, y, n, out):
-    """The text of an LLVM call with the block %block."""
-    given = f"ptr null, ptr null, double {t}, ptr {y}, i64 {n}, ptr %block, ptr {out}"
-    return f"call i32 {function}({given})"
-
-
-def raised_word_as_text():
-    """The text of the address of %block's word that tells whether a function raised."""
-    return f"getelementptr i64, ptr %block, i64 {RAISED_WORD}"

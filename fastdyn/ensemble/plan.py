@@ -8,7 +8,7 @@ import numpy as np
 from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.compile.mode import ACCELERATION, COMPLEX_NUMBERS, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.taylor.steps.accuracy import order_of_many
+from fastdyn.kernels.methods.taylor.accuracy import order_of_many
 from fastdyn.problem import mass, validate
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.complex_states import on_pairs

@@ -8,10 +8,10 @@ import numpy as np
 
 from fastdyn import code_store
 from fastdyn.compile.mode import EVENT
-from fastdyn.compile.taylor.steps.accuracy import order_of_many
 from fastdyn.kernels.calls.block import FIRST, MASS
 from fastdyn.kernels.ensemble import arguments
 from fastdyn.kernels.ensemble.lane_transfer import N_EXTREMA
+from fastdyn.kernels.methods.taylor.accuracy import order_of_many
 from fastdyn.kernels.output.arguments import OUTPUT, SCHEDULES
 from fastdyn.kernels.state.lane_fields import ACCEPTED, N_FIELDS, T
 from fastdyn.kernels.state.record import ATOL, FULL, RTOL, RUNNING, STATE, K

@@ -16,9 +16,9 @@ import numpy as np
 
 from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.taylor.steps.accuracy import order_for
 from fastdyn.compile.variations.switched import jumping, switched
 from fastdyn.kernels.methods.method import ON_PAIRS
+from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.state.record import Y_OLD, Y
 
 from .functions.compared import states_of
@@ -120,7 +120,8 @@ def notice(problem, run):
     if looked > MOST:
         return
     t, _, _, chosen = switches_of(problem, run)
-    chosen = chosen if t == problem.tf else []  # a failure is told by the message
+    if chosen and t != problem.tf:
+        return  # the message tells the failure
     found = None if chosen else _held_back(problem, run)
     few = len(problem.y0) <= FEW and not problem.mode.complex_numbers
     if found is not None:

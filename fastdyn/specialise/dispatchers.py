@@ -26,6 +26,8 @@ from fastdyn.kernels.ensemble.watched import already
 from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.splitting import cubic_of_pair
+from fastdyn.kernels.methods.taylor import lanes as taylor_lanes
+from fastdyn.kernels.methods.taylor import steps as taylor_steps
 from fastdyn.kernels.output.between_steps import watch, watch_events, watch_plain
 from fastdyn.kernels.output.dense_output import interpolant
 from fastdyn.kernels.output.events import open_events
@@ -52,6 +54,8 @@ from .signatures import (
     OTHER_FACTORS,
     OTHER_JACOBIAN,
     OTHER_SOLUTION,
+    SERIES,
+    SERIES_IN_LANES,
     START,
     SURVEYING,
     WATCH,
@@ -120,6 +124,16 @@ def shared(method, splits):
     if splits:
         return method.code.separable(velocity_by_pointer)(force_by_pointer, None), ADVANCE
     return method.code.kernel(by_pointer, None), ADVANCE
+
+
+def series(order, width):
+    """The loop of Taylor around the series of any function, in vectors of `width` lanes."""
+    return taylor_steps.kernel(order, width), SERIES
+
+
+def series_in_lanes(order, width):
+    """The loop of Taylor on vectors with a trajectory in each lane."""
+    return taylor_lanes.kernel(order, width), SERIES_IN_LANES
 
 
 def inlining(name, splits, function, n):

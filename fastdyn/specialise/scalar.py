@@ -9,12 +9,14 @@ Kernels are found on disk by their keys.  The compiler is imported only if a ker
 """
 
 import functools
+import itertools
 from typing import Any
 
 from fastdyn import code_store
 from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.compile.traced.make import made
 from fastdyn.kernels.methods import BY_NAME
+from fastdyn.kernels.methods.taylor.accuracy import ALLOWANCE
 from fastdyn.trace.graph.clock import look
 
 MAX_TUPLE = 16
@@ -63,6 +65,11 @@ def _shared(name, pair=False):
     return key, lambda made: made.shared(method, apart)
 
 
+def _series(loop, order, width):
+    make = "series_in_lanes" if loop == "lanes" else "series"
+    return f"{make} {order} {width}", lambda made: getattr(made, make)(order, width)
+
+
 def _for_all(name):
     return name, lambda made: made.FOR_ALL[name]
 
@@ -83,6 +90,21 @@ def dense_rows_kernel(name, pair=False):
 def shared_kernel(name, pair=False):
     """The stepping kernel for all functions, or for all pairs."""
     return _kept(*_shared(name, pair))
+
+
+@code_store.first_kept
+def series_loop(loop, order, width):
+    """The loop of Taylor for all series of an order, in vectors of `width` lanes.
+
+    With "lanes", each lane has a trajectory; with "series", all have one.
+    """
+    return _kept(*_series(loop, order, width))
+
+
+SERIES = tuple(itertools.product(("series", "lanes"), ALLOWANCE, (4, 8)))
+for _given in SERIES:  # the code of a series calls its loop
+    _symbol = "fastdyn_{}_{}_{}".format(*_given)
+    code_store.OFFERED[_symbol] = functools.partial(series_loop, *_given)
 
 
 def kernel_for_all(name):
@@ -124,7 +146,7 @@ already_kernel = kernel_for_all("already")
 
 def every_kernel(names_for_all):
     """{key: ``make(dispatchers)``} of all kernels that inline no function of the user."""
-    found = dict(map(_for_all, names_for_all))
+    found = dict(map(_for_all, names_for_all)) | dict(_series(*given) for given in SERIES)
     for name in BY_NAME:
         for kernel in (_start, _dense_rows, *([] if BY_NAME[name].series else [_shared])):
             found.update([kernel(name), kernel(name, True)])

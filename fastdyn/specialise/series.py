@@ -5,9 +5,9 @@ import contextvars
 
 from fastdyn.compile.callables import numpy_errors
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
-from fastdyn.compile.taylor.steps.accuracy import is_fine, order_for
 from fastdyn.compile.traced.code import MANY_OPERATIONS
 from fastdyn.compile.traced.known_traces import why
+from fastdyn.kernels.methods.taylor.accuracy import is_fine, order_for
 
 _refuses_large = contextvars.ContextVar("refuses large functions", default=False)
 

@@ -43,6 +43,8 @@ SOLVE = Solve(STATES, TABLE, WORDS)
 KERNELS = Kernels(0, 0, 0, 0, 0, 0.0, 0, 0, 0, 0)
 
 ADVANCE = kernel_of(*SOLVE, 0)
+SERIES = kernel_of(*SOLVE, 0, 0, ROW, WORDS)
+SERIES_IN_LANES = kernel_of(STATES, TABLE, TABLE, WORDS, 0, 0, 0, ROW, WORDS)
 ADVANCE_VECTORS = kernel_of(STATES, TABLE, TABLE, WORDS, 0)
 START = kernel_of(*SOLVE, 0.0, 0)
 OPEN = kernel_of(EVENT_TABLE, 0.0, ROW, ROW)

@@ -25,7 +25,7 @@ FILES = {
     "BDF": "bdf.step",
     "LSODA": "lsoda.step",
     "Rodas5P": "rodas5p.step",
-    "Taylor": "taylor",
+    "Taylor": "taylor.method",
     "RK4": "rk4",
     **dict.fromkeys(
         ("VelocityVerlet", "McLachlanAtela4", "BlanesMoanPRK4", "BlanesMoan4", "BlanesMoan6",

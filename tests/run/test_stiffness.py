@@ -9,8 +9,8 @@ import pytest
 
 import fastdyn
 from fastdyn.compile import memory
-from fastdyn.compile.taylor.steps import accuracy
 from fastdyn.kernels.methods import METHODS
+from fastdyn.kernels.methods.taylor import accuracy
 from fastdyn.run import stiffness
 
 

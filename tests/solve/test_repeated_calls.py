@@ -9,7 +9,7 @@ import pytest
 
 import fastdyn
 from fastdyn import solve_ivp
-from fastdyn.compile.taylor.steps.accuracy import order_for
+from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.solve import repeated
 from support.repeated import CALLS, assert_same, closure, is_plain, plain, warm, was_ready
 

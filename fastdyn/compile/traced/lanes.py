@@ -10,7 +10,7 @@ from fastdyn.trace.emit.numbers import INDEX, REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as
 
 from ..taylor.coefficients.bundles import Single
-from ..taylor.lanes import LaneDriver
+from ..taylor.kernel import OfTrajectories
 from ..taylor.recurrences.deceptive import is_deceptive
 from ..taylor.recurrences.impossible_conditions import possible
 from ..taylor.recurrences.operations import Integral, Power
@@ -42,7 +42,7 @@ def text(traced, symbol, order, kinds, width):
     if raises:
         _raises(module, traced, raising, kinds, width)
     looks = is_deceptive(plan)
-    driver = LaneDriver(Single(plan), order, width, raises, looks, *by_processor(width))
+    driver = OfTrajectories(Single(plan), order, width, raises, looks, *by_processor(width))
     return f"{module}\n{driver(symbol, set(module.globals))}"
 
 

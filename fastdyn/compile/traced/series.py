@@ -12,8 +12,7 @@ from fastdyn.trace.graph.refusal import refused_as
 
 from ..taylor.coefficients.bundles import Bundles
 from ..taylor.coefficients.composed import emit
-from ..taylor.driver import Driver
-from ..taylor.large import LargeDriver
+from ..taylor.kernel import OfElements, OfOrders
 from ..taylor.recurrences.deceptive import is_deceptive
 from ..taylor.recurrences.impossible_conditions import possible
 from ..taylor.recurrences.plan import Plan, sums_of_terms
@@ -41,7 +40,7 @@ def text(traced, symbol, order, fine):
     driver = (
         _large(module, plan, order, raises)
         if large
-        else Driver(plan, order, fine, by_processor(4)[0])
+        else OfOrders(plan, order, fine, by_processor(4)[0])
     )
     return f"{module}\n{driver(symbol, set(module.globals))}"
 
@@ -62,7 +61,7 @@ def _large(module, plan, order, raises):
     lanes = width()
     functions(module, plan, lanes)
     bundles = Bundles(plan, lanes)
-    return LargeDriver(bundles, order, lanes, raises, is_deceptive(plan), *by_processor(lanes))
+    return OfElements(bundles, order, lanes, raises, is_deceptive(plan), *by_processor(lanes))
 
 
 @refused_as(NotSmooth)

@@ -45,9 +45,9 @@ def end(fun, y0, method="Taylor"):
 
 
 def blocks(text):
-    """The numbers of lines of the blocks of a kernel."""
-    kernel = text[text.rindex("\ndefine ") :]
-    return [block.count("\n") for block in re.split(r"\n\w+:\n", kernel)]
+    """The numbers of lines of the blocks of a series."""
+    code = text[text.index("@series(double") :]
+    return [block.count("\n") for block in re.split(r"\n\w+:\n", code)]
 
 
 def test_a_long_block_is_cut(monkeypatch):

@@ -9,7 +9,7 @@ import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.coefficients import looped
 from fastdyn.compile.taylor.coefficients.bundles import Bundles
-from fastdyn.compile.taylor.large import LargeDriver
+from fastdyn.compile.taylor.kernel import OfElements
 from fastdyn.compile.taylor.recurrences.operations import Power
 from fastdyn.compile.taylor.recurrences.plan import Plan
 from fastdyn.compile.traced.code import Traced
@@ -61,7 +61,7 @@ def plan_of(traced):
 def text_of(fun, n):
     found = trace(fun, (), n, (n,), (), "all", 0, False)
     plan = Bundles(plan_of(Traced(found, DERIVATIVE, n)), 8)
-    return LargeDriver(plan, 17, 8, False, False, "fma", 6)("kernel", set())
+    return OfElements(plan, 17, 8, False, False, "fma", 6)("kernel", set())
 
 
 @pytest.mark.few(2)

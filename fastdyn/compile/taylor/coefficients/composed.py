@@ -7,8 +7,7 @@ The kernel is ``int64 series(t_old, h, work, block address, out)``.
 from fastdyn.kernels.state.record import K
 from fastdyn.kernels.state.series import SCALE
 
-from ..text.frame import invariants, listing, read_words
-from ..text.instructions import ONE, Text
+from ..text.instructions import ONE, Text, hexadecimal
 from .online import Online
 
 WORDS = {"t": (0, "double"), "h": (1, "double"), "work": (2, "ptr"), "n": (4, "i64"),
@@ -16,7 +15,7 @@ WORDS = {"t": (0, "double"), "h": (1, "double"), "work": (2, "ptr"), "n": (4, "i
 
 
 class _Terms:
-    """Stores the coefficients of the event; replaces `Kinks` in an `Online`."""
+    """Stores the coefficients of the event; replaces `Watched` in an `Online`."""
 
     def __init__(self, plan, text, x, invariant):
         self.plan, self.text, self.x, self.invariant = plan, text, x, invariant
@@ -66,8 +65,14 @@ class Composed(Online):
 def emit(plan, order, symbol, declared, fused, width=4):
     """LLVM's text of the kernel, which calls ``fastdyn_invariants(block, out)``."""
     text = Text(fused)
-    read_words(text, WORDS)
-    invariant = invariants(text, plan.invariants)
+    text.read_words(WORDS)
+    room = text.slot("double", max(len(plan.invariants), 1))
+    text.put(f"call void @fastdyn_invariants(ptr %block, ptr {room})")
+    known = {key: text.load(text.at(room, i)) for i, key in enumerate(plan.invariants)}
+
+    def invariant(node):
+        return hexadecimal(node.data) if node.op == "const" else known[node.key]
+
     scale = text.load(text.at("%work", text.new(f"mul i64 %n, {SCALE}")))
     rows = text.at("%work", text.new(f"mul i64 %n, {K}"))
     terms = _Terms(plan, text, text.div("%h", scale), invariant)
@@ -76,4 +81,4 @@ def emit(plan, order, symbol, declared, fused, width=4):
     series.begin("%t", y)
     series.emit()
     text.put(f"ret i64 {order + 1}")
-    return listing(text, symbol, declared)
+    return text.listing(declared, text.function(f"i64 @{symbol}(ptr %words)", "%words"))

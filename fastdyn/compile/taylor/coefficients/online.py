@@ -22,6 +22,46 @@ from .updates import Updates
 from .values import Start
 
 
+class Watched:
+    """Stores the series of the numbers that a plan watches, for `kernels/methods/taylor/kinks.py`.
+
+    Parameters
+    ----------
+    plan : Plan
+    text : Text
+    rows, row : str, int
+        The address of the coefficients, as in `Online`.
+    sides : str
+        The address of the signs, just behind the start, of differences that are zero at the start.
+    """
+
+    def __init__(self, plan, text, rows, row, sides):
+        self.plan, self.text, self._rows, self._row = plan, text, rows, row
+        self._sides, self.raising = sides, "false"
+
+    def sides(self):
+        """The signs by key."""
+        text, signed = self.text, self.plan.signed
+        return {
+            key: text.load(text.at(self._sides, i))
+            for i, key in enumerate(self.plan.watched) if key in signed
+        }  # fmt: skip
+
+    def begin(self, start):
+        """Take the truth of `raising` from order 0."""
+        if self.plan.raises():
+            self.raising = start.truth(self.plan.raising)
+
+    def store(self, k, values):
+        """Store the coefficients of order k."""
+        text = self.text
+        if self.plan.watched:
+            at = k * self._row if isinstance(k, int) else text.new(f"mul i64 {k}, {self._row}")
+            row = text.at(self._rows, at)
+            for i, key in enumerate(self.plan.watched):
+                text.store(values[key], text.at(row, i))
+
+
 class Online(Formulas):
     """Emits the series of one trajectory.
 
@@ -41,7 +81,7 @@ class Online(Formulas):
         is already stored.
     scale : str
         The value of the unit of time s: the series are in powers of t / s.
-    kinks : Kinks
+    watched : Watched
 
     Attributes
     ----------
@@ -51,8 +91,8 @@ class Online(Formulas):
 
     exact = False
 
-    def __init__(self, plan, order, text, width, factor, rows, row, scale, kinks):
-        self.kinks, self._paced = kinks, {}
+    def __init__(self, plan, order, text, width, factor, rows, row, scale, watched):
+        self.watched, self._paced = watched, {}
         self.plan, self.text, self.width, self.factor = plan, text, width, factor
         self.rows, self.row, self.scale, self.last = rows, row, scale, order - 1
         self.lanes = max((order - 1) // 2, 1)
@@ -76,14 +116,14 @@ class Online(Formulas):
         """Compute order 0 from the values of time and state."""
         plan = self.plan
         known = {a.key: t if a.op == "t" else y[a.data] for a in self.plan.leaves().values()}
-        start = Start(plan, self.text, self.factor, known, self.kinks.sides())
+        start = Start(plan, self.text, self.factor, known, self.watched.sides())
         start.emit()
         self.kept_values = start.kept
-        self.kinks.begin(start)
-        self.kinks.store(0, known | start.value)
+        self.watched.begin(start)
+        self.watched.store(0, known | start.value)
         self._zeroth = {step.node.key: start.of(step.node) for step in plan.steps} | known
 
-    def slopes(self):
+    def _slopes(self):
         """The derivatives of the states, from order 0."""
         return [
             self.factor(f)
@@ -112,7 +152,7 @@ class Online(Formulas):
 
     def _first(self):
         """The coefficients of order 1 of the states, by index."""
-        found = {i: self.text.mul(self.scale, slope) for i, slope in enumerate(self.slopes())}
+        found = {i: self.text.mul(self.scale, slope) for i, slope in enumerate(self._slopes())}
         half = self.text.mul(self.scale, hexadecimal(0.5))
         self.ahead = {i: self.text.mul(half, found[j]) for i, j in self.chains.items()}
         for i, (f, core) in enumerate(self.plan.outputs):
@@ -162,7 +202,7 @@ class Online(Formulas):
             v[key] = self.coefficient(step, known.get(key))
             if order.first and plan.degree.get(key) == 1:
                 self.slope[key] = v[key]
-        self.kinks.store(order.k, v)
+        self.watched.store(order.k, v)
         self.leaf = self._next(v, order)
         if order.here:
             self.updates.add(v, order)

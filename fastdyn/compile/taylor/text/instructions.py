@@ -64,11 +64,6 @@ class Text(Lines):
         """A value or constant in LLVM's notation."""
         return self.splat(x, self.lanes) if self.lanes > 1 and x.startswith("0x") else x
 
-    def wholes(self, number):
-        """A constant integer in all lanes."""
-        each = f"i64 {number}"
-        return str(number) if self.lanes == 1 else f"<{', '.join([each] * self.lanes)}>"
-
     def add(self, a, b):
         if a is None or b is None:
             return b if a is None else a
@@ -130,42 +125,8 @@ class Text(Lines):
         """Combine two truth values by "and", "or" or "xor"."""
         return self.new(f"{word} {self.truth} {a}, {b}")
 
-    def everywhere(self, word):
-        """A constant truth value."""
-        return word if self.lanes == 1 else f"<{', '.join([f'i1 {word}'] * self.lanes)}>"
-
-    def larger(self, a, b):
-        """The larger of two numbers; NaN if the first is NaN."""
-        return self.select(self.compare("olt", a, b), b, a)
-
-    def smaller(self, a, b):
-        """The smaller of two numbers; the second if the first is NaN."""
-        return self.select(self.compare("olt", a, b), a, b)
-
-    def bits(self, x):
-        """The bits of numbers, as integers."""
-        return self.new(f"bitcast {self.kind} {self.operand(x)} to {self.whole}")
-
-    def real(self, x):
-        """The numbers with these bits."""
-        return self.new(f"bitcast {self.whole} {x} to {self.kind}")
-
-    def of_bits(self, word, x, number):
-        """Apply an operation to integers and a constant."""
-        return self.new(f"{word} {self.whole} {x}, {self.wholes(number)}")
-
     def _two(self, word, a, b):
         return self.new(f"{word} {self.kind} {self.operand(a)}, {self.operand(b)}")
-
-    def power(self, x, exponent):
-        """x to a whole exponent above 0."""
-        result = None
-        while exponent:
-            if exponent & 1:
-                result = x if result is None else self.mul(result, x)
-            exponent >>= 1
-            x = self.mul(x, x) if exponent else x
-        return result
 
     # -- vectors
 

@@ -49,6 +49,12 @@ class Lines:
         """The address of number `index` after a pointer."""
         return self.new(f"getelementptr double, ptr {pointer}, i64 {index}")
 
+    def read_words(self, words):
+        """Name the words of a kernel; `words` has {name: (index, type)}."""
+        for name, (at, kind) in words.items():
+            self.put(f"%at_{name} = getelementptr i64, ptr %words, i64 {at}")
+            self.put(f"%{name} = load {kind}, ptr %at_{name}")
+
     def clear(self, pointer, count):
         """Store `count` zeros."""
         name = "llvm.memset.p0.i64"
@@ -86,6 +92,10 @@ class Lines:
         """Define a constant array of 32-bit integers; return its name."""
         return self._constants(name, "i32", np.ravel(table).tolist())
 
+    def words(self, name, table):
+        """Define a constant array of words; return its name."""
+        return self._constants(name, "i64", table)
+
     def table(self, name, values):
         """Define a constant array of doubles; return its name."""
         return self._constants(name, "double", [hexadecimal(v) for v in values])
@@ -98,15 +108,18 @@ class Lines:
             )
         return f"@{name}"
 
-    def function(self, head):
-        """The text of the whole function."""
-        return "\n".join([f"define {head} {{", "entry:", *self.slots, *self.lines, "}"])
+    def listing(self, declared, *functions):
+        """LLVM's text of functions, without the declarations in `declared`."""
+        heads = [line for name, line in self.declarations.items() if name not in declared]
+        return "\n".join([*heads, *functions])
 
-    def kernel(self, symbol):
-        """The text of the function ``int64 kernel(int64 *words)``; a LONG block is cut."""
-        lines = list(self._cut()) if max(self._lengths()) > LONG else self.lines
-        head = f"define i64 @{symbol}(ptr %words) {{"
-        return "\n".join([head, "entry:", *self.slots, *lines, "}"])
+    def function(self, head, given):
+        """The text of the function, which returns a word; a LONG block is cut.
+
+        `given` is an address that LLVM does not know, and that is not null.
+        """
+        lines = list(self._cut(given)) if max(self._lengths()) > LONG else self.lines
+        return "\n".join([f"define {head} {{", "entry:", *self.slots, *lines, "}"])
 
     def _lengths(self):
         """The number of each line within its block."""
@@ -115,12 +128,12 @@ class Lines:
             length = 0 if line.endswith(":") else length + 1
             yield length
 
-    def _cut(self):
+    def _cut(self, given):
         """The lines in blocks of SHORT lines, separated by branches that are always taken.
 
         LLVM does not know that the branches are always taken.
         """
-        yield "  %given = icmp ne ptr %words, null"
+        yield f"  %given = icmp ne ptr {given}, null"
         for i, (line, length) in enumerate(zip(self.lines, self._lengths(), strict=True)):
             if length and length % SHORT == 0 and line.startswith("  %v"):
                 yield f"  br i1 %given, label %part{i}, label %nothing"

@@ -3,11 +3,11 @@
 `fastdyn/compile/taylor` makes the series and the loop over steps for each function.
 """
 
-from ..jit_options import INLINED, INTERNAL, njit
-from ..state.record import RUNNING, Y_OLD, K, Y
-from ..state.series import HIGHEST, LOW, N_ROWS, SCALE
-from ..stepping.first_step import plain
-from .method import method, with_complex_states
+from ...jit_options import INLINED, INTERNAL, njit
+from ...state.record import RUNNING, Y_OLD, K, Y
+from ...state.series import HIGHEST, LOW, N_ROWS, SCALE
+from ...stepping.first_step import plain
+from ..method import method, with_complex_states
 
 
 @njit(**INTERNAL)
