@@ -69,7 +69,8 @@ class Kernel:
         """
         stride, places, lanes = states
         kinds = [kind for kind, *_ in watched[2]]
-        words = [stride, len(places), self.arrays, flags, len(watched[1]), watched[0], self.table]
+        words = [self.width, stride, len(places), self.arrays, flags]
+        words += [len(watched[1]), watched[0], self.table]
         words += [*places, *lanes, *watched[1], *kinds]
         self.series.put(f"ret i64 {self.series.new(f'zext i1 {truth} to i64')}")
         self._emit_frame(words, _rows_of(watched[2]))

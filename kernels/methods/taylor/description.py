@@ -12,7 +12,8 @@ for the numbers that a step watches (see `kinks.py`), the place of each vector, 
 lane.
 """
 
-STRIDE, N_VECTORS, ARRAYS, FLAGS, N_WATCHED, STRIDE_OF_WATCHED, WATCHED, TABLES = range(8)
+WIDTH, STRIDE, N_VECTORS, ARRAYS, FLAGS = range(5)
+N_WATCHED, STRIDE_OF_WATCHED, WATCHED, TABLES = range(5, 9)
 
 # With a trajectory in each lane, all vectors are components.  The times and the units of the series
 # are the first two vectors of ARRAYS; behind them is 1 for a lane where the function raises.  The

@@ -43,6 +43,7 @@ from .description import (
     UNITS,
     WATCHED,
     WEIGHTS,
+    WIDTH,
     WIDTHS,
 )
 from .lengths import (
@@ -61,7 +62,8 @@ from .lengths import (
     weight,
 )
 from .polynomials import motions, sums
-from .steps import DOUBT, SHORTER, WITHIN, call
+from .proof import DOUBT, SHORTER, WITHIN
+from .steps import call
 
 AFTER_RAISING = 0.125  # factor of a step's length if the function raises at the step's end
 HALF = 0.5  # factor of a step's length if a number may move too far: see `kinks.py`
@@ -80,79 +82,148 @@ def _refuse(refused, share, h, t, before):
     return bad | refused, failed, select(refused, shorter, wanted), tries
 
 
-def kernel(order, width):
-    """``loop(state, lanes, work, block, n_steps, series, ask, room, words)`` of an order.
+@njit(**INLINED)
+def _array(words, name, i):
+    """The place of a component in an array."""
+    return words[ARRAYS] + (N_OF_LANES + name * words[N_VECTORS] + i) * words[WIDTH]
 
-    The first arguments and the result are as in `lanes.adaptive`, the others as in `steps.kernel`.
-    """
-    form = Form(1, width)
-    ends, bound, motion = sums(form, order), bounds(order), motions(form, order - 1)
 
-    @njit(**INLINED)
-    def array(words, name, i):
-        """The place of a component in an array."""
-        return words[ARRAYS] + (N_OF_LANES + name * words[N_VECTORS] + i) * width
+@njit(**INLINED)
+def _of_lanes(form, room, words, name):
+    return vector_at(form, room, words[ARRAYS] + name * words[WIDTH])
+
+
+@njit(**INLINED)
+def _store(form, room, words, name, value):
+    keep_vector(form, room, words[ARRAYS] + name * words[WIDTH], value)
+
+
+def _length(form, order):
+    bound = bounds(order)
 
     @njit(**INTERNAL)
     def length(rows, room, words, tolerance):
         """The length of a step in the unit of the series, and the sum of the last terms."""
-        n, stride = words[N_VECTORS], words[STRIDE]
+        n, stride, width = words[N_VECTORS], words[STRIDE], words[WIDTH]
         for i in range(n):
             place = words[TABLES + i]
-            w = weight(
-                vector_at(form, room, place), vector_at(form, room, place + stride),
-                vector_at(form, rows, (RTOL * n + i) * width),
-                vector_at(form, rows, (ATOL * n + i) * width),
-            )  # fmt: skip
-            keep_vector(form, room, array(words, WEIGHTS, i), w)
+            rtol = vector_at(form, rows, (RTOL * n + i) * width)
+            atol = vector_at(form, rows, (ATOL * n + i) * width)
+            y, slope = vector_at(form, room, place), vector_at(form, room, place + stride)
+            keep_vector(form, room, _array(words, WEIGHTS, i), weight(y, slope, rtol, atol))
         size = tolerance * 0.0
         found = size
         for k in range(order, order - TERMS, -1):
             norm = size * 0.0
             for i in range(n):
                 c = abs(vector_at(form, room, words[TABLES + i] + k * stride))
-                c = c * vector_at(form, room, array(words, WEIGHTS, i))
+                c = c * vector_at(form, room, _array(words, WEIGHTS, i))
                 norm, size = larger(c, norm), size + c
             x = bound(k, norm, tolerance)
             found = smaller(x, found) if k < order else x
         return exponential(found), size
 
+    return length
+
+
+def _proof(form, ends):
     @njit(**INTERNAL)
     def advance(rows, room, words, x, inner):
         """Store the states at x, their rounding errors, and the slopes of the series."""
         n = words[N_VECTORS]
         for i in range(n):
-            low = vector_at(form, rows, (LOW * n + i) * width)
+            low = vector_at(form, rows, (LOW * n + i) * words[WIDTH])
             low = low * 0.0 if inner else low
             value, rest, slope = ends(room, words[TABLES + i], words[STRIDE], x, low)
-            keep_vector(form, room, array(words, NOW, i), value)
-            keep_vector(form, room, array(words, LOW_NOW, i), rest)
-            keep_vector(form, room, array(words, PREDICTED, i), slope)
+            keep_vector(form, room, _array(words, NOW, i), value)
+            keep_vector(form, room, _array(words, LOW_NOW, i), rest)
+            keep_vector(form, room, _array(words, PREDICTED, i), slope)
 
     @njit(**INTERNAL)
     def unproved(ask, room, words, t, scale, share):
         """The lanes in which function and series differ in slope, at the time t."""
-        keep_vector(form, room, words[ARRAYS] + TIMES * width, t)
+        _store(form, room, words, TIMES, t)
         call(ask, 0.0, 0.0, room)
         total = t * 0.0
         for i in range(words[N_VECTORS]):
-            slope = vector_at(form, room, array(words, GIVEN, i)) * scale
-            off = abs(slope - vector_at(form, room, array(words, PREDICTED, i)))
-            total = total + off * vector_at(form, room, array(words, WEIGHTS, i))
+            slope = vector_at(form, room, _array(words, GIVEN, i)) * scale
+            off = abs(slope - vector_at(form, room, _array(words, PREDICTED, i)))
+            total = total + off * vector_at(form, room, _array(words, WEIGHTS, i))
         return ~(total * share < 1.0)
+
+    return advance, unproved
+
+
+def _distance(form, order):
+    motion = motions(form, order - 1)
 
     @njit(**INTERNAL)
     def too_far(room, words, x):
-        """The lanes in which a number moves too far on a step of length x, and all others."""
+        """The lanes in which a number moves too far on a step of length x."""
         table, first = words[WATCHED], TABLES + 2 * words[N_VECTORS]
-        row, worst = words[N_WATCHED] * width, x * 0.0 - 1.0
+        row, worst = words[N_WATCHED] * words[WIDTH], x * 0.0 - 1.0
         for u in range(words[N_WATCHED]):
-            place, at = words[first + u], table + u * width
+            place, at = words[first + u], table + u * words[WIDTH]
             near = vector_at(form, room, at + SHARES * row) * abs(vector_at(form, room, place))
             near = larger(near, vector_at(form, room, at + WIDTHS * row))
-            moved = motion(room, place, words[STRIDE], abs(x)) - near
-            worst = larger(moved, worst)
+            worst = larger(motion(room, place, words[STRIDE], abs(x)) - near, worst)
         return ~(worst < 0.0)
+
+    return too_far
+
+
+def _acceptance(form):
+    @njit(**INTERNAL)
+    def accept(rows, room, words, good):
+        """Take the states in the good lanes."""
+        n = words[N_VECTORS]
+        for i in range(n):
+            at, low_at = (Y * n + i) * words[WIDTH], (LOW * n + i) * words[WIDTH]
+            y = vector_at(form, room, _array(words, NOW, i))
+            keep_vector(form, rows, at, select(good, y, vector_at(form, rows, at)))
+            low = vector_at(form, room, _array(words, LOW_NOW, i))
+            keep_vector(form, rows, low_at, select(good, low, vector_at(form, rows, low_at)))
+
+    return accept
+
+
+def _series(form, order):
+    @njit(**INTERNAL)
+    def expand(series, rows, room, words, t, scale):
+        """Compute the series at the states."""
+        n = words[N_VECTORS]
+        for i in range(n):
+            y = vector_at(form, rows, (Y * n + i) * words[WIDTH])
+            keep_vector(form, room, words[TABLES + i], y)
+        _store(form, room, words, TIMES, t)
+        _store(form, room, words, UNITS, scale)
+        call(series, 0.0, 0.0, room)
+
+    @njit(**INTERNAL)
+    def write(rows, room, words):
+        """Store the coefficients in the rows of `work`."""
+        n, width = words[N_VECTORS], words[WIDTH]
+        keep_vector(form, rows, SCALE * n * width, _of_lanes(form, room, words, UNITS))
+        for i in range(n):
+            place = words[TABLES + i]
+            keep_vector(form, rows, (Y_OLD * n + i) * width, vector_at(form, room, place))
+            for k in range(order + 1):
+                c = vector_at(form, room, place + k * words[STRIDE])
+                keep_vector(form, rows, ((K + k) * n + i) * width, c)
+
+    return expand, write
+
+
+def kernel(order, width):
+    """``loop(state, lanes, work, block, n_steps, series, ask, room, words)`` of an order.
+
+    The first arguments and the result are as in `lanes.adaptive`, the others as in `steps.kernel`.
+    """
+    form = Form(1, width)
+    length, (advance, unproved) = _length(form, order), _proof(form, sums(form, order))
+    too_far, accept, (expand, write) = (
+        _distance(form, order), _acceptance(form), _series(form, order),
+    )  # fmt: skip
 
     @njit(**INTERNAL)
     def loop(state, lanes, work, block, n_steps, series, ask, room, words):
@@ -161,18 +232,13 @@ def kernel(order, width):
         t_end, t_stop = field(form, lanes, T_END), field(form, lanes, T_STOP)
         live, limit = field(form, lanes, LIVE) > 0.0, field(form, lanes, LIMIT)
         accepted, tries = field(form, lanes, ACCEPTED), field(form, lanes, TRIES)
-        first = RTOL * n * width, ATOL * n * width
-        tolerance = logarithm(vector_at(form, rows, first[0]) + vector_at(form, rows, first[1]))
+        rtol = vector_at(form, rows, RTOL * n * width)
+        tolerance = logarithm(rtol + vector_at(form, rows, ATOL * n * width))
         taken, nothing = 0, t * 0.0
         while True:
             taken += 1
             scale = unit_of(h)
-            for i in range(n):
-                y = vector_at(form, rows, (Y * n + i) * width)
-                keep_vector(form, room, words[TABLES + i], y)
-            keep_vector(form, room, words[ARRAYS] + TIMES * width, t)
-            keep_vector(form, room, words[ARRAYS] + UNITS * width, scale)
-            call(series, 0.0, 0.0, room)
+            expand(series, rows, room, words, t, scale)
             x, size = length(rows, room, words, tolerance)
             most = longest(t, s.t_start, s.h_first, s.h_max)
             most = select(tries > 0.0, smaller(h, most), most)
@@ -191,18 +257,12 @@ def kernel(order, width):
             if words[N_WATCHED] > 0:
                 tested = _refuse(too_far(room, words, x), HALF, h, later, tested)
             if flags & MAY_RAISE:
-                raised = vector_at(form, room, words[ARRAYS] + RAISES * width) != 0.0
+                raised = _of_lanes(form, room, words, RAISES) != 0.0
                 tested = _refuse(raised, AFTER_RAISING, h, later, tested)
             bad, failed, wanted, tries = _refuse(doubtful, SHORTER, h, later, tested)
             failed = failed | (~bad & stuck)
             good = ~bad & ~stuck
-            for i in range(n):
-                at = (Y * n + i) * width
-                y = vector_at(form, room, array(words, NOW, i))
-                keep_vector(form, rows, at, select(good, y, vector_at(form, rows, at)))
-                at = (LOW * n + i) * width
-                low = vector_at(form, room, array(words, LOW_NOW, i))
-                keep_vector(form, rows, at, select(good, low, vector_at(form, rows, at)))
+            accept(rows, room, words, good)
             t_old, t = t, select(good, later, t)
             h = select(good, h, wanted)
             accepted = accepted + select(good, nothing + 1.0, nothing)
@@ -218,14 +278,7 @@ def kernel(order, width):
         leave(form, lanes, H, h)
         leave(form, lanes, ACCEPTED, accepted)
         leave(form, lanes, TRIES, tries)
-        keep_vector(form, rows, SCALE * n * width, scale)
-        for i in range(n):
-            place = words[TABLES + i]
-            y = vector_at(form, room, place)
-            keep_vector(form, rows, (Y_OLD * n + i) * width, y)
-            for k in range(order + 1):
-                c = vector_at(form, room, place + k * words[STRIDE])
-                keep_vector(form, rows, ((K + k) * n + i) * width, c)
+        write(rows, room, words)
         return taken
 
     return loop

@@ -13,10 +13,13 @@ import math
 
 from numba.extending import intrinsic
 
-from ...jit_options import INLINED, njit
+from ...jit_options import INLINED, INTERNAL, njit
+from ...state.rows import keep_vector, vector_at
 from ...vector.emit import Lanes, bits, fma, polynomial, real, where
 from ...vector.scalar_or_vector import select
-from .accuracy import ALLOWANCE
+from .accuracy import ALLOWANCE, SMALLEST
+from .description import ABSOLUTE, ARRAYS, N_VECTORS, RELATIVE, STRIDE, TABLES, WEIGHTS, WIDTH
+from .lanes_to_number import largest, total
 
 EXPONENT_BITS = 0x7FF << 52
 GROWTH = 2.0**16  # longest step, in the unit of the series: terms that limit it may be 0
@@ -28,6 +31,7 @@ BLIND = 1.0 / 8.0  # if all terms vanish, the step is this share of the longest 
 # weight of a small component contains its change in one unit: see `weight`.
 COARSE = 1.0 / 4.0
 LAST, TERMS = 2, 8
+IRREGULAR = 64.0  # ratio of earlier terms to those of exp, above which a series has gaps
 # log2(1.5 + u / 2) for |u| < 1 and 2**u for |u| < 1 / 2, to 1e-4: least squares at Chebyshev's
 # points.
 LOGARITHM = (
@@ -99,6 +103,16 @@ def weight(y, slope, rtol, atol):
     return select(size == 0.0, 0.0, 1.0 / size)
 
 
+@njit(**INLINED)
+def weigh(form, room, words, u, y, slope):
+    """Store the `weight` of a vector of components."""
+    at, n = words[ARRAYS] + u * words[WIDTH], words[N_VECTORS] * words[WIDTH]
+    rtol, atol = vector_at(form, room, at + RELATIVE * n), vector_at(form, room, at + ABSOLUTE * n)
+    found = weight(y, slope, rtol, atol)
+    keep_vector(form, room, at + WEIGHTS * n, found)
+    return found
+
+
 def bounds(order):
     """``bound(k, norm, tolerance)``, the length that the terms of order k allow, as its log2.
 
@@ -118,6 +132,62 @@ def bounds(order):
         return constants[i] - logarithm(norm) * inverses[i] + tolerance * finer[i]
 
     return bound
+
+
+def lengths(form, order):
+    """``length(room, words, tolerance)``: the length of a step, and the sum of all examined terms.
+
+    The length is in the unit of the series.  The sum is finite if the series is.  Stores the
+    weights.
+    """
+    bound, least = bounds(order), order - LAST + 1
+    ratio = math.e * SMALLEST[order] ** (-1.0 / least)
+    regular = ratio**-least / ALLOWANCE[order] / IRREGULAR
+
+    @njit(**INTERNAL)
+    def with_gaps(room, words, tolerance):
+        """The length from the last TERMS terms, and the sum of all these terms."""
+        found, size, at = math.inf, 0.0, words[ARRAYS]
+        weights = at + WEIGHTS * words[N_VECTORS] * words[WIDTH]
+        for k in range(order, order - TERMS, -1):
+            norm = vector_at(form, room, at) * 0.0
+            added = norm
+            for u in range(words[N_VECTORS]):
+                c = abs(vector_at(form, room, words[TABLES + u] + k * words[STRIDE]))
+                c = c * vector_at(form, room, weights + u * words[WIDTH])
+                norm, added = larger(c, norm), added + c
+            size += total(added)
+            found = smaller(bound(k, largest(norm), tolerance), found)
+        return exponential(found), size
+
+    @njit(**INLINED)
+    def length(room, words, tolerance):
+        last = vector_at(form, room, words[ARRAYS]) * 0.0
+        before, added, earlier, stride = last, last, last, words[STRIDE]
+        for u in range(words[N_VECTORS]):
+            place = words[TABLES + u]
+            y, slope = vector_at(form, room, place), vector_at(form, room, place + stride)
+            w = weigh(form, room, words, u, y, slope)
+            a = abs(vector_at(form, room, place + order * stride)) * w
+            b = abs(vector_at(form, room, place + (order - 1) * stride)) * w
+            last, before, added = larger(a, last), larger(b, before), added + (a + b)
+        size, x = total(added), bound(order - 1, largest(before), tolerance)
+        x = exponential(smaller(x, bound(order, largest(last), tolerance)))
+        # The terms before the last terms, at x, in units of the largest terms of a regular series.
+        # A regular series has geometric terms, with the last terms at the bound of the length for
+        # the smallest tolerance of the order.
+        at, weights = x * ratio, words[ARRAYS] + WEIGHTS * words[N_VECTORS] * words[WIDTH]
+        for u in range(words[N_VECTORS]):
+            place = words[TABLES + u]
+            terms = abs(vector_at(form, room, place + (order - LAST) * stride))
+            for k in range(order - LAST - 1, order - TERMS, -1):
+                terms = terms * at + abs(vector_at(form, room, place + k * stride))
+            earlier = earlier + terms * vector_at(form, room, weights + u * words[WIDTH])
+        if total(earlier) * (at ** (order - TERMS + 1) * regular) <= 1.0 and size > 0.0:
+            return x, size
+        return with_gaps(room, words, tolerance)
+
+    return length
 
 
 @njit(**INLINED)
