@@ -6,18 +6,19 @@ import numpy as np
 
 from .domains import nowhere, outside, overflow, overflow_or_nan, poles_of_gamma
 from .record import Operation, add
+from .value import cos, cosh, exp, log, power, rint, select, sin, sinh, sqrt
 
-LOG_2, LOG_10 = math.log(2.0), math.log(10.0)
-NOT_FINITE = outside("eq", math.inf, True)
+LOG_2, LOG_10, BELL = math.log(2.0), math.log(10.0), 2 / math.sqrt(math.pi)
+INFINITE = outside(lambda a: abs(a) == math.inf, math.inf)
+BEYOND_ONE = outside(lambda a: abs(a) > 1, 2.0)
+NOT_POSITIVE = outside(lambda a: a <= 0, -2.0)
 
 
-def function(name, value, *factors, **facts):
+def function(name, value, *factors, raises=overflow_or_nan, **facts):
     """The record of a function of C with a factor for each operand; without, none is known."""
-    more = {
-        "elementary": True, "cost": 20, "in_math": getattr(math, name, None),
-        "raises": overflow_or_nan, "recurrence": "integral" if factors else "",
-    }  # fmt: skip
-    return Operation(name, value, factors or None, **more | facts)
+    facts = {"in_math": getattr(math, name, None)} | facts
+    facts = {"recurrence": "integral" if factors else ""} | facts
+    return Operation(name, value, factors or None, elementary=True, cost=20, raises=raises, **facts)
 
 
 def _of_numbers(function):
@@ -33,174 +34,69 @@ def _of_numbers(function):
     return value
 
 
-def _over(g, number, a):
-    return g.div(g.const(number), a)
-
-
-def _square(g, a):
-    return g.mul(a, a)
-
-
-def _one_plus(g, a):
-    return g.add(g.const(1.0), a)
-
-
-def _one_minus(g, a):
-    return g.sub(g.const(1.0), a)
-
-
-def _one_minus_square(g, a):
-    """(1 - a) (1 + a), which keeps its accuracy where a is near 1."""
-    return g.mul(_one_minus(g, a), _one_plus(g, a))
-
-
-def _root(g, a):
-    return g.power(a, 0.5)
-
-
-def _gauss(g, a, sign):
-    bell = g.call("exp", g.neg(_square(g, a)))
-    return g.mul(g.const(sign * 2 / math.sqrt(math.pi)), bell)
-
-
-def _power_of_less(g, o, a, e):
-    return g.mul(e, g.power(a, g.sub(e, g.const(1.0))))
-
-
-def _by_exponent(g, o, a, e):
-    zero = g.const(0.0)
-    return g.select(g.compare(o, zero, "eq"), zero, g.mul(o, g.call("log", a)))
-
-
-def _inverse_square(g, y, x):
-    return _over(g, 1.0, g.add(_square(g, y), _square(g, x)))
-
-
-def _quotient(g, o, a, b):
+def _whole(o, a, b):
     """The whole number of b's in a - o."""
-    return g.call("rint", g.div(g.sub(a, o), b))
+    return rint((a - o) / b)
 
 
+# Slopes keep their accuracy where a is near 1: (1 - a) (1 + a).  For recurrences, 1 - a^2 is less.
 add(
-    function(
-        "sin", np.sin, lambda g, o, a: g.call("cos", a),
-        raises=NOT_FINITE, llvm="llvm.sin", parity="odd", width=0.0,
-    ),
-    function(
-        "cos", np.cos, lambda g, o, a: g.neg(g.call("sin", a)),
-        raises=NOT_FINITE, llvm="llvm.cos", parity="even", width=0.0,
-    ),
-    function(
-        "tan", np.tan, lambda g, o, a: _one_plus(g, _square(g, o)), raises=NOT_FINITE, parity="odd"
-    ),
-    function(
-        "asin", np.arcsin, lambda g, o, a: _over(g, 1.0, _root(g, _one_minus_square(g, a))),
-        slopes=(lambda g, o, a: _over(g, 1.0, _root(g, _one_minus(g, _square(g, a)))),),
-        raises=outside("gt", 1.0, True), parity="odd", monotone=True,
-    ),
-    function(
-        "acos", np.arccos, lambda g, o, a: _over(g, -1.0, _root(g, _one_minus_square(g, a))),
-        slopes=(lambda g, o, a: g.neg(_over(g, 1.0, _root(g, _one_minus(g, _square(g, a))))),),
-        raises=outside("gt", 1.0, True), monotone=True,
-    ),
-    function(
-        "atan", np.arctan, lambda g, o, a: _over(g, 1.0, _one_plus(g, _square(g, a))),
-        raises=nowhere, parity="odd", width=2.0, monotone=True,
-    ),
-    function(
-        "sinh", np.sinh, lambda g, o, a: g.call("cosh", a),
-        raises=overflow, parity="odd", width=8.0, monotone=True,
-    ),
-    function(
-        "cosh", np.cosh, lambda g, o, a: g.call("sinh", a),
-        raises=overflow, parity="even", width=8.0,
-    ),
-    function(
-        "tanh", np.tanh, lambda g, o, a: _one_minus_square(g, o),
-        slopes=(lambda g, o, a: _one_minus(g, _square(g, o)),),
-        raises=nowhere, parity="odd", width=2.0, monotone=True,
-    ),
-    function(
-        "asinh", np.arcsinh, lambda g, o, a: _over(g, 1.0, _root(g, _one_plus(g, _square(g, a)))),
-        raises=nowhere, parity="odd", width=2.0, monotone=True,
-    ),
-    function(
-        "acosh", np.arccosh,
-        lambda g, o, a: _over(g, 1.0, _root(g, g.neg(_one_minus_square(g, a)))),
-        slopes=(lambda g, o, a: _over(g, 1.0, _root(g, g.sub(_square(g, a), g.const(1.0)))),),
-        raises=outside("lt", 1.0), monotone=True,
-    ),
-    function(
-        "atanh", np.arctanh, lambda g, o, a: _over(g, 1.0, _one_minus_square(g, a)),
-        slopes=(lambda g, o, a: _over(g, 1.0, _one_minus(g, _square(g, a))),),
-        raises=outside("ge", 1.0, True), parity="odd", monotone=True,
-    ),
-    function(
-        "exp", np.exp, lambda g, o, a: o,
-        raises=overflow, llvm="llvm.exp", width=8.0, monotone=True,
-    ),
-    function(
-        "exp2", np.exp2, lambda g, o, a: g.mul(g.const(LOG_2), o),
-        series=lambda g, a: g.call("exp", g.mul(g.const(LOG_2), a)),
-        raises=overflow, llvm="llvm.exp2", monotone=True,
-    ),
-    function(
-        "expm1", np.expm1, lambda g, o, a: g.call("exp", a),
-        slopes=(lambda g, o, a: _one_plus(g, o),), raises=overflow, width=8.0, monotone=True,
-    ),
-    function(
-        "log", np.log, lambda g, o, a: _over(g, 1.0, a),
-        raises=outside("le", 0.0), llvm="llvm.log", monotone=True,
-    ),
-    function(
-        "log2", np.log2, lambda g, o, a: _over(g, 1 / LOG_2, a),
-        series=lambda g, a: g.mul(g.const(1 / LOG_2), g.call("log", a)),
-        raises=outside("le", 0.0), llvm="llvm.log2", monotone=True,
-    ),
-    function(
-        "log10", np.log10, lambda g, o, a: _over(g, 1 / LOG_10, a),
-        series=lambda g, a: g.mul(g.const(1 / LOG_10), g.call("log", a)),
-        raises=outside("le", 0.0), llvm="llvm.log10", monotone=True,
-    ),
-    function(
-        "log1p", np.log1p, lambda g, o, a: _over(g, 1.0, _one_plus(g, a)),
-        raises=outside("le", -1.0), monotone=True,
-    ),
-    function(
-        "cbrt", np.cbrt, lambda g, o, a: _over(g, 1 / 3, _square(g, o)),
-        series=lambda g, a: g.power(a, 1 / 3), raises=nowhere, monotone=True, root=True,
-    ),
-    function(
-        "pow", np.power, _power_of_less, _by_exponent,
-        slopes=(lambda g, o, a, e: g.div(g.mul(e, o), a), None),  # for exponents that do not vary
-        series=lambda g, a, e: g.call("exp", g.mul(e, g.call("log", a))), llvm="llvm.pow",
-    ),
-    function(
-        "atan2", np.arctan2,
-        lambda g, o, y, x: g.mul(x, _inverse_square(g, y, x)),
-        lambda g, o, y, x: g.neg(g.mul(y, _inverse_square(g, y, x))),
-        slopes=(
-            lambda g, o, y, x: g.div(x, g.add(_square(g, x), _square(g, y))),
-            lambda g, o, y, x: g.neg(g.div(y, g.add(_square(g, x), _square(g, y)))),
-        ),
-        raises=nowhere,
-        decision=lambda g, o, *operands: g.both(
-            *[g.compare(a, g.const(0.0), "lt") for a in operands]
-        ),
-    ),
-    function(
-        "fmod", np.fmod, lambda g, o, a, b: g.const(1.0),
-        lambda g, o, a, b: g.neg(_quotient(g, o, a, b)), recurrence="", decision=_quotient,
-    ),
-    function(
-        "erf", _of_numbers(math.erf), lambda g, o, a: _gauss(g, a, 1.0),
-        raises=nowhere, parity="odd", width=2.0, monotone=True,
-    ),
-    function(
-        "erfc", _of_numbers(math.erfc), lambda g, o, a: _gauss(g, a, -1.0),
-        raises=nowhere, width=2.0, monotone=True,
-    ),
+    function("sin", np.sin, lambda o, a: cos(a),
+             raises=INFINITE, llvm="llvm.sin", parity="odd", width=0.0),
+    function("cos", np.cos, lambda o, a: -sin(a),
+             raises=INFINITE, llvm="llvm.cos", parity="even", width=0.0),
+    function("tan", np.tan, lambda o, a: 1 + o * o, raises=INFINITE, parity="odd"),
+    function("asin", np.arcsin, lambda o, a: 1 / sqrt((1 - a) * (1 + a)),
+             slopes=(lambda o, a: 1 / sqrt(1 - a * a),),
+             raises=BEYOND_ONE, parity="odd", monotone=True),
+    function("acos", np.arccos, lambda o, a: -1 / sqrt((1 - a) * (1 + a)),
+             slopes=(lambda o, a: -(1 / sqrt(1 - a * a)),), raises=BEYOND_ONE, monotone=True),
+    function("atan", np.arctan, lambda o, a: 1 / (1 + a * a),
+             raises=nowhere, parity="odd", width=2.0, monotone=True),
+    function("sinh", np.sinh, lambda o, a: cosh(a),
+             raises=overflow, parity="odd", width=8.0, monotone=True),
+    function("cosh", np.cosh, lambda o, a: sinh(a), raises=overflow, parity="even", width=8.0),
+    function("tanh", np.tanh, lambda o, a: (1 - o) * (1 + o), slopes=(lambda o, a: 1 - o * o,),
+             raises=nowhere, parity="odd", width=2.0, monotone=True),
+    function("asinh", np.arcsinh, lambda o, a: 1 / sqrt(1 + a * a),
+             raises=nowhere, parity="odd", width=2.0, monotone=True),
+    function("acosh", np.arccosh, lambda o, a: 1 / sqrt(-((1 - a) * (1 + a))),
+             slopes=(lambda o, a: 1 / sqrt(a * a - 1),),
+             raises=outside(lambda a: a < 1, -2.0), monotone=True),
+    function("atanh", np.arctanh, lambda o, a: 1 / ((1 - a) * (1 + a)),
+             slopes=(lambda o, a: 1 / (1 - a * a),),
+             raises=outside(lambda a: abs(a) >= 1, 2.0), parity="odd", monotone=True),
+    function("exp", np.exp, lambda o, a: o,
+             raises=overflow, llvm="llvm.exp", width=8.0, monotone=True),
+    function("exp2", np.exp2, lambda o, a: LOG_2 * o, series=lambda a: exp(LOG_2 * a),
+             raises=overflow, llvm="llvm.exp2", monotone=True),
+    function("expm1", np.expm1, lambda o, a: exp(a), slopes=(lambda o, a: o + 1,),
+             raises=overflow, width=8.0, monotone=True),
+    function("log", np.log, lambda o, a: 1 / a,
+             raises=NOT_POSITIVE, llvm="llvm.log", monotone=True),
+    function("log2", np.log2, lambda o, a: 1 / LOG_2 / a, series=lambda a: 1 / LOG_2 * log(a),
+             raises=NOT_POSITIVE, llvm="llvm.log2", monotone=True),
+    function("log10", np.log10, lambda o, a: 1 / LOG_10 / a, series=lambda a: 1 / LOG_10 * log(a),
+             raises=NOT_POSITIVE, llvm="llvm.log10", monotone=True),
+    function("log1p", np.log1p, lambda o, a: 1 / (1 + a),
+             raises=outside(lambda a: a <= -1, -2.0), monotone=True),
+    function("cbrt", np.cbrt, lambda o, a: 1 / 3 / (o * o), series=lambda a: power(a, 1 / 3),
+             raises=nowhere, monotone=True, root=True),
+    function("pow", np.power, lambda o, a, e: e * power(a, e - 1),
+             lambda o, a, e: select(o == 0, 0.0, o * log(a)),
+             slopes=(lambda o, a, e: e * o / a, 0.0),  # for exponents that do not vary
+             series=lambda a, e: exp(e * log(a)), llvm="llvm.pow"),
+    function("atan2", np.arctan2, lambda o, y, x: x * (1 / (y * y + x * x)),
+             lambda o, y, x: -(y * (1 / (y * y + x * x))),
+             slopes=(lambda o, y, x: x / (x * x + y * y), lambda o, y, x: -(y / (x * x + y * y))),
+             raises=nowhere, decision=lambda o, y, x: (y < 0) & (x < 0)),
+    function("fmod", np.fmod, 1.0, lambda o, a, b: -_whole(o, a, b),
+             recurrence="", decision=_whole),
+    function("erf", _of_numbers(math.erf), lambda o, a: BELL * exp(-(a * a)),
+             raises=nowhere, parity="odd", width=2.0, monotone=True),
+    function("erfc", _of_numbers(math.erfc), lambda o, a: -BELL * exp(-(a * a)),
+             raises=nowhere, width=2.0, monotone=True),
     function("tgamma", _of_numbers(math.gamma), in_math=math.gamma, raises=poles_of_gamma),
     function("lgamma", _of_numbers(math.lgamma), aliases=("gammaln",)),
-    Operation("expit", formula=lambda g, a: _over(g, 1.0, _one_plus(g, g.call("exp", g.neg(a))))),
+    Operation("expit", formula=lambda a: 1 / (1 + exp(-a))),
 )  # fmt: skip

@@ -1,9 +1,7 @@
 """What is known of an operation of the graph, in one record; everything else reads the records.
 
-The rules of a record make values of a graph g, nodes or rows of nodes, from values of the graph.
-They use these methods of g: ``const(number)``, ``add(a, b)``, ``sub``, ``mul``, ``div``,
-``neg(a)``, ``power(a, e)`` for a number or a value e, ``call(name, *operands)``,
-``compare(a, b, "lt")``, ``select(condition, a, b)``, ``both(a, b)``, ``negation(a)``.
+The rules of a record are formulas of `Value`, for nodes and for whatever else a graph computes:
+`by_rule` applies them.
 """
 
 from collections.abc import Callable
@@ -21,9 +19,9 @@ class Operation(NamedTuple):
         The name in the graph; of an elementary function, its name in C.
     value : callable
         The value by NumPy, of numbers or arrays; a node's `data`, if there are any, come first.
-    factors : tuple of callable or None
-        For each operand a rule ``(g, result, *operands)`` for the derivative by the operand; None
-        in its place if the derivative is 0.  None instead of the tuple: not known.
+    factors : tuple or None
+        For each operand the rule ``(result, *operands)`` for the derivative by the operand, or a
+        number.  None instead of the tuple: not known.
     llvm : str
         A method of llvmlite's builder, or an intrinsic ("llvm.sqrt"); "": a function of C, or a
         method of `emit.numbers.Emitter`.
@@ -39,17 +37,17 @@ class Operation(NamedTuple):
     aliases : tuple of str
         Further names in NumPy and SciPy.
     raises : callable, optional
-        ``raises(g, function, result, operands)`` lists where `math`'s function raises: `domains`.
+        ``raises(function of math, result, *operands)``: see `domains`.
     formula : callable, optional
-        ``formula(g, *operands)`` is the value by other operations: no node has this operation, and
+        The rule ``(*operands)`` for the value by other operations: no node has this operation, and
         no more fields are needed.
     recurrence : str
         The recurrence of the Taylor coefficients: "linear", "product", "quotient", "root",
         "choice"; "integral" of slope times derivative of the operand (A. Jorba and M. Zou,
         Experimental Mathematics 14, 2005, section 3); "": no Taylor series.
     series : callable, optional
-        ``series(g, *operands)`` is the value by operations with shorter recurrences; g has `const`,
-        `mul`, `power` and `call` only.
+        The rule ``(*operands)`` for the value by products, powers and functions with shorter
+        recurrences.
     slopes : tuple, optional
         `factors` with shorter recurrences, but of less accuracy.
     parity : str
@@ -60,9 +58,9 @@ class Operation(NamedTuple):
     monotone, kinked, root : bool
         Whether the function rises or falls throughout; has a kink; has an infinite slope at 0.
     decision : callable, optional
-        ``decision(g, result, *operands)`` is a value that changes where the operation jumps.
+        The rule ``(result, *operands)`` for a value that changes where the operation jumps.
     inside : callable, optional
-        ``inside(g, node, slots)`` yields (slot, derivative) for parameters of `slots` in tables.
+        ``inside(result, *operands, slots)`` yields (slot, derivative) for parameters in tables.
     words : str
         The operation in messages.
     """

@@ -6,6 +6,7 @@ The data of such a node are names of tables of the graph; `value` gets the conte
 import numpy as np
 
 from .record import Operation, add
+from .value import Value, select
 
 
 def _entry(table, x):
@@ -43,75 +44,62 @@ def _interpolate(data, x):
 # -- derivatives
 
 
-def _piece(g, knots, x):
+def _piece(knots, x):
     """The index of the piece that contains x."""
-    i = g.sub(g.make("search", (x,), (knots, "right")), g.const(1.0))
-    i = g.select(g.compare(i, g.const(0.0), "lt"), g.const(0.0), i)
-    last = g.const(len(g.tables[knots]) - 2)
-    return g.select(g.compare(i, last, "lt"), i, last)
+    i = x.read("search", (knots, "right")) - 1
+    i, last = select(i < 0, 0.0, i), len(x.g.tables[knots]) - 2
+    return select(i < last, i, last)
 
 
-def _slope_of_polynomial(g, o, x):
-    knots, *coefficients = o.data
-    i, slope = _piece(g, knots, x), None
-    at = g.sub(x, g.make("table", (i,), knots))
+def _slope_of_polynomial(o, x):
+    knots, *coefficients = o.of.data
+    i, slope = _piece(knots, x), 0.0
+    at = x - i.read("table", knots)
     for k, name in zip(range(len(coefficients) - 1, 0, -1), coefficients[:-1], strict=True):
-        c = g.mul(g.const(float(k)), g.make("table", (i,), name))
-        slope = c if slope is None else g.add(g.mul(slope, at), c)
-    return g.const(0.0) if slope is None else slope
+        c = k * i.read("table", name)
+        slope = slope * at + c if isinstance(slope, Value) else c
+    return slope
 
 
-def _slope_of_chord(g, o, x):
+def _slope_of_chord(o, x):
     """The slope of the piece that contains x."""
-    knots, heights = o.data
-    i = _piece(g, knots, x)
-    after = g.add(i, g.const(1.0))
-
-    def rise(table):
-        return g.sub(*[g.make("table", (at,), table) for at in (after, i)])
-
-    return g.div(rise(heights), rise(knots))
+    i = _piece(o.of.data[0], x)
+    knots, heights = ((i + 1).read("table", name) - i.read("table", name) for name in o.of.data)
+    return heights / knots
 
 
-def _inside_table(g, o, slots):
-    for slot, unit in _units(g, o.data, slots):
-        yield slot, g.make("table", o.args, unit)
+def _inside_table(o, i, slots):
+    for slot, unit in _units(o, o.of.data, slots):
+        yield slot, i.read("table", unit)
 
 
-def _inside_interpolation(g, o, slots):
-    knots, heights = o.data
-    for slot, unit in _units(g, heights, slots):
-        yield slot, g.make("interpolate", o.args, (knots, unit))
-    for slot, unit in _units(g, knots, slots):
-        share = g.make("interpolate", o.args, (knots, unit))
-        yield slot, g.neg(g.mul(_slope_of_chord(g, o, *o.args), share))
+def _inside_interpolation(o, x, slots):
+    knots, heights = o.of.data
+    for slot, unit in _units(o, heights, slots):
+        yield slot, x.read("interpolate", (knots, unit))
+    for slot, unit in _units(o, knots, slots):
+        yield slot, -(_slope_of_chord(o, x) * x.read("interpolate", (knots, unit)))
 
 
-def _units(g, name, slots):
+def _units(o, name, slots):
     """For each parameter in a table, yield (slot, name of a table with 1 there, 0 elsewhere)."""
-    table = g.tables[name]
+    table = o.g.tables[name]
     if isinstance(table, range):
         for slot in slots:
             if slot in table:
-                yield slot, g.table(np.arange(len(table)) == table.index(slot))
+                yield slot, o.g.table(np.arange(len(table)) == table.index(slot))
 
 
 add(
     Operation("entry", lambda i, found: found[i]),  # of the results of a library
-    Operation(
-        "table", _entry, (None,), tables=True, inside=_inside_table,
-        words="a table that is read at a place that moves",
-    ),
-    Operation(
-        "search", lambda data, x: np.searchsorted(data[0], x, data[1]) * 1.0, (None,), tables=True,
-        whole=True, cost=20, decision=lambda g, o, x: o, words="a search in a table",
-    ),
-    Operation(
-        "piecewise", _piecewise, (_slope_of_polynomial,), tables=True, cost=20, words="a spline"
-    ),
-    Operation(
-        "interpolate", _interpolate, (_slope_of_chord,), tables=True, cost=20,
-        inside=_inside_interpolation, words="interpolation in a table",
-    ),
+    Operation("table", _entry, (0.0,), tables=True, inside=_inside_table,
+              words="a table that is read at a place that moves"),
+    Operation("search", lambda data, x: np.searchsorted(data[0], x, data[1]) * 1.0, (0.0,),
+              tables=True, whole=True, cost=20, decision=lambda o, x: o,
+              words="a search in a table"),
+    Operation("piecewise", _piecewise, (_slope_of_polynomial,), tables=True, cost=20,
+              words="a spline"),
+    Operation("interpolate", _interpolate, (_slope_of_chord,), tables=True, cost=20,
+              inside=_inside_interpolation, words="interpolation in a table"),
     Operation("in c", words="a special function of SciPy"),
 )  # fmt: skip

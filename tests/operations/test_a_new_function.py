@@ -11,22 +11,17 @@ from scipy.special import exp10
 import fastdyn
 from fastdyn.operations import NAMES, OPERATIONS, Operation, add
 from fastdyn.operations.functions import LOG_10, function
+from fastdyn.operations.value import exp, log1p
 from fastdyn.trace.graph.derivatives import jacobian
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.numpy.of_numbers import of_numbers
 from fastdyn.trace.paths.runs import trace
 
-
-def _log_of_sum(g, a, b):
-    return g.add(a, g.call("log1p", g.call("exp", g.sub(b, a))))
-
-
 RECORDS = {
     exp10: function(
-        "exp10", exp10, lambda g, o, a: g.mul(g.const(LOG_10), o), monotone=True,
-        series=lambda g, a: g.call("exp", g.mul(g.const(LOG_10), a)),
+        "exp10", exp10, lambda o, a: LOG_10 * o, series=lambda a: exp(LOG_10 * a), monotone=True
     ),
-    np.logaddexp: Operation("logaddexp", formula=_log_of_sum),
+    np.logaddexp: Operation("logaddexp", formula=lambda a, b: a + log1p(exp(b - a))),
 }  # fmt: skip
 Y = np.array([0.3, -0.4])
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...operations import OPERATIONS
 from ...operations.domains import LARGEST
+from ...operations.value import Value, by_rule
 from .expressions import MAX_NODES, is_zero, live
 from .refusal import Untraceable, refused_as
 
@@ -115,8 +116,9 @@ class _Sweep:
             for factor, source in self._factors(node):
                 for i, d in self.known[source.key].items():
                     terms.setdefault(i, []).append(g.mul(factor, d))
-        for slot, d in operation.inside(g, node, self.slots) if operation.inside else ():
-            terms.setdefault(self.slots[slot], []).append(d)
+        if operation.inside and self.slots:
+            for slot, d in operation.inside(*[Value(g, a) for a in (node, *node.args)], self.slots):
+                terms.setdefault(self.slots[slot], []).append(d.of)
         return self._added(terms)
 
     def _factors(self, node):
@@ -130,8 +132,8 @@ class _Sweep:
         if rules is None:
             raise Untraceable(f"the derivative of {node.op} is not known", final=True)
         for rule, source in zip(rules, node.args, strict=True):
-            if rule and self.known[source.key]:
-                yield rule(self.graph, node, *node.args), source
+            if self.known[source.key]:
+                yield by_rule(self.graph, rule, node, *node.args), source
 
     def _of_product(self, node):
         g, (a, b) = self.graph, node.args

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...operations import OPERATIONS
+from ...operations.value import by_rule
 from .clock import EVERY, look
 from .refusal import Refusal
 from .values import Values, contents, ranges_of
@@ -111,10 +112,12 @@ class Graph:
         """Whether these slots are all slots of one array."""
         return False
 
-    def call(self, name, *args):
-        """A function, by its name in `OPERATIONS`."""
+    def call(self, name, *args, data=None):
+        """An operation of `OPERATIONS`, simplified."""
+        if name in SIMPLIFIED:
+            return SIMPLIFIED[name](self, *args)
         formula = OPERATIONS[name].formula
-        return formula(self, *args) if formula else self.make(name, args)
+        return by_rule(self, formula, *args) if formula else self.make(name, args, data)
 
     # -- arithmetic
 
@@ -161,10 +164,10 @@ class Graph:
     def power(self, a, e):
         """a ** e; small constant half-integer exponents become products and roots."""
         if isinstance(e, Node) and e.op != "const":
-            return self.call("pow", a, e)
+            return self.make("pow", (a, e))
         e = float(e.data if isinstance(e, Node) else e)
         if e != e or abs(e) > MAX_EXPONENT or 2 * e != int(2 * e):
-            return self.call("pow", a, self.const(e))
+            return self.make("pow", (a, self.const(e)))
         if e < 0:
             return self.div(self.const(1.0), self.power(a, -e))
         whole = int(e)
@@ -230,6 +233,14 @@ class Graph:
         if condition.op == "not":
             condition, a, b = condition.args[0], b, a
         return self.make("select", (condition, a, b))
+
+
+SIMPLIFIED: dict[str, Any] = {
+    **{op: getattr(Graph, op) for op in ("neg", "add", "sub", "mul", "div", "select")},
+    **{op: lambda g, a, b, op=op: g.compare(a, b, op) for op in ("lt", "le", "eq")},
+    **{op: lambda g, a, b, op=op: g.both(a, b, op) for op in ("and", "or")},
+    "not": Graph.negation, "pow": Graph.power,
+}  # fmt: skip
 
 
 def is_zero(node):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...operations import OPERATIONS
+from ...operations.value import by_rule
 from .evaluate import evaluate
 from .expressions import live
 
@@ -21,7 +22,7 @@ def decisions(graph, outputs, slots):
         depends.add(node.key)
         decision = OPERATIONS[node.op].decision
         if decision and (node.op != "select" or node.args[0].key in depends):
-            found.append(decision(graph, node, *node.args))
+            found.append(by_rule(graph, decision, node, *node.args))
     return list({node.key: node for node in found}.values())
 
 

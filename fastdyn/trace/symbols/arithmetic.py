@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from ...operations import OPERATIONS
+from ...operations.value import Value
 from ..graph.domains import INDEX, WHOLE, bound, divided_by_zero
 from ..graph.kinds import FLOAT, INT, NUMPY
 from .division import floor_division, not_caught, to_decimals
@@ -179,11 +180,12 @@ class Arithmetic(Symbolic):
 
     def call(self, name, *others, python=False):
         """Call a function of `OPERATIONS`; if `python`, the function raises outside its domain."""
-        operation, args = OPERATIONS[name], (self.node, *[o.node for o in others])
-        node = self.g.call(name, *args)
+        g, operation, args = self.g, OPERATIONS[name], (self.node, *[o.node for o in others])
+        node = g.call(name, *args)
         if python and operation.raises:
-            for condition, raising in operation.raises(self.g, operation.in_math, node, args):
-                self.g.raises_if(condition, raising)
+            given = [Value(g, a) for a in (node, *args)]
+            for condition, raising in operation.raises(operation.in_math, *given):
+                g.raises_if(condition.of, raising)
         return self.made(node, FLOAT if python else NUMPY)
 
     # -- comparisons

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...operations.domains import overflows
+from ...operations.value import by_rule
 from ..graph.domains import too_large_a_power, zero_to_a_negative_power
 
 
@@ -24,4 +25,4 @@ def note_power(base, o, result, kind):
     if whole:
         g.keep_exact(result)
     elif result.op in ("pow", "sqrt", "mul", "div"):
-        g.raises_if(overflows(g, result, (base.node, o.node)), too_large_a_power)
+        g.raises_if(by_rule(g, overflows, result, base.node, o.node), too_large_a_power)

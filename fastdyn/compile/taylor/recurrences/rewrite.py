@@ -9,6 +9,7 @@ the numerical integration of ODEs by means of high-order Taylor methods", Experi
 
 from fastdyn.operations import OPERATIONS
 from fastdyn.operations.domains import LARGEST
+from fastdyn.operations.value import by_rule
 
 from .known_sides import known_side
 
@@ -148,16 +149,18 @@ class Rewriter:
 
     # -- functions
 
-    def call(self, name, *args):
-        """A function of rewritten nodes."""
+    def call(self, name, *args, data=None):
+        """A product or a function of rewritten nodes."""
         g, operation = self.graph, OPERATIONS[name]
         if name == "pow" and self.is_invariant(args[1]):
             base, exponent = args
             if exponent.op == "const":
                 return self.power(base, exponent.data)
             return g.call(name, *args)
+        if name == "mul":
+            return self.mul(*args)
         if operation.series:
-            return operation.series(self, *args)
+            return by_rule(self, operation.series, *args)
         if not operation.recurrence:
             raise NotSmooth(f"`{name}`")
         if self._pairs and args[0].op == "neg" and operation.parity:
@@ -169,7 +172,7 @@ class Rewriter:
         """The derivatives of a function by its varying arguments, [(argument, node)]."""
         rules = OPERATIONS[node.op].slopes or OPERATIONS[node.op].factors
         return [
-            (a, self(rule(self.graph, node, *node.args)))
+            (a, self(by_rule(self.graph, rule, node, *node.args)))
             for a, rule in zip(node.args, rules, strict=True) if not self.is_invariant(a)
         ]  # fmt: skip
 
