@@ -24,11 +24,11 @@ def overflow(function, o, *args):
 
 
 def overflow_or_nan(function, o, *args):
-    """Where finite operands give an infinite value, or numbers give NaN."""
+    """Where numbers give NaN, or finite operands an infinite value."""
     none = o != o
     for a in args:
         none = none & (a == a)
-    return [*overflow(function, o, *args), (none, lambda: math.sqrt(-1.0))]
+    return [(none, lambda: math.sqrt(-1.0)), *overflow(function, o, *args)]
 
 
 def poles_of_gamma(function, o, a):

@@ -1,6 +1,7 @@
 """Elementary functions.  A function that C lacks gets a `formula`."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -14,24 +15,28 @@ BEYOND_ONE = outside(lambda a: abs(a) > 1, 2.0)
 NOT_POSITIVE = outside(lambda a: a <= 0, -2.0)
 
 
-def function(name, value, *factors, raises=overflow_or_nan, **facts):
+def function(name, value, *factors, **facts):
     """The record of a function of C with a factor for each operand; without, none is known."""
-    facts = {"in_math": getattr(math, name, None)} | facts
-    facts = {"recurrence": "integral" if factors else ""} | facts
-    return Operation(name, value, factors or None, elementary=True, cost=20, raises=raises, **facts)
+    usual: dict[str, Any] = {
+        "elementary": True, "cost": 20, "in_math": getattr(math, name, None),
+        "raises": overflow_or_nan, "recurrence": "integral" if factors else "",
+    }  # fmt: skip
+    return Operation(name, value, factors or None, **usual | facts)
 
 
 def _of_numbers(function):
-    """A function of `math` on arrays; NaN for all elements if the function raises for one."""
-    of_arrays = np.vectorize(function, otypes=[float])
+    """A function of `math` on arrays; infinite or NaN where the function raises."""
 
-    def value(x):
+    def of_one(x):
         try:
-            return of_arrays(x)[()]
-        except (ValueError, OverflowError):
-            return np.nan * np.asarray(x)
+            return function(x)
+        except OverflowError:
+            return math.inf
+        except ValueError:
+            return math.nan
 
-    return value
+    of_arrays = np.vectorize(of_one, otypes=[float])
+    return lambda x: of_arrays(x)[()]
 
 
 def _whole(o, a, b):
@@ -85,7 +90,7 @@ add(
     function("pow", np.power, lambda o, a, e: e * power(a, e - 1),
              lambda o, a, e: select(o == 0, 0.0, o * log(a)),
              slopes=(lambda o, a, e: e * o / a, 0.0),  # for exponents that do not vary
-             series=lambda a, e: exp(e * log(a)), llvm="llvm.pow"),
+             series=lambda a, e: exp(e * log(a)), in_math=None, llvm="llvm.pow"),
     function("atan2", np.arctan2, lambda o, y, x: x * (1 / (y * y + x * x)),
              lambda o, y, x: -(y * (1 / (y * y + x * x))),
              slopes=(lambda o, y, x: x / (x * x + y * y), lambda o, y, x: -(y / (x * x + y * y))),
@@ -97,6 +102,6 @@ add(
     function("erfc", _of_numbers(math.erfc), lambda o, a: -BELL * exp(-(a * a)),
              raises=nowhere, width=2.0, monotone=True),
     function("tgamma", _of_numbers(math.gamma), in_math=math.gamma, raises=poles_of_gamma),
-    function("lgamma", _of_numbers(math.lgamma), aliases=("gammaln",)),
+    function("lgamma", _of_numbers(math.lgamma), aliases=("gammaln",), raises=poles_of_gamma),
     Operation("expit", formula=lambda a: 1 / (1 + exp(-a))),
 )  # fmt: skip
