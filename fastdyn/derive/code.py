@@ -14,13 +14,11 @@ from fastdyn.kernels.algebra.linear import solve_linear
 from fastdyn.trace.written import function_of
 
 SOLVERS = {"solve_linear": solve_linear, "constrained": constrained}
-INVERSE = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
-           "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
 FUNCTIONS = (
     "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt copysign"
 ).split()
 NUMBERS = {name: getattr(math, name) for name in FUNCTIONS}
-ARRAYS = {name: getattr(np, INVERSE.get(name, name)) for name in FUNCTIONS}
+ARRAYS = {name: getattr(np, name) for name in FUNCTIONS}
 RESERVED = {*FUNCTIONS, *SOLVERS, "abs", "min", "max", "range"}  # names in the text
 
 

@@ -91,16 +91,8 @@ def forced(graph, nodes, truths, replaced=None):
         if node.key in new:
             continue
         args = [new[a.key] for a in node.args]
-        if all(one is other for one, other in zip(args, node.args, strict=True)):
-            new[node.key] = node
-        elif node.op == "select":
-            new[node.key] = graph.select(*args)
-        elif node.op in ("and", "or"):
-            new[node.key] = graph.both(*args, op=node.op)
-        elif node.op == "not":
-            new[node.key] = graph.negation(*args)
-        else:
-            new[node.key] = graph.make(node.op, args, node.data)
+        same = all(one is other for one, other in zip(args, node.args, strict=True))
+        new[node.key] = node if same else graph.call(node.op, *args, data=node.data)
     return [new[node.key] for node in nodes]
 
 

@@ -57,8 +57,8 @@ class Rewriter:
             return node
         if op == "sub" and args[0].key > args[1].key:
             return g.neg(g.sub(args[1], args[0]))  # x[i] - x[j] and x[j] - x[i] share a recurrence
-        if op in ("add", "sub", "neg", "select"):
-            return getattr(g, op)(*args)
+        if op in ("add", "sub", "neg", "select", "and", "or", "not"):
+            return g.call(op, *args)
         if op == "mul":
             return self.mul(*args)
         if op == "div":
@@ -71,10 +71,6 @@ class Rewriter:
             return self._size(args[0])
         if operation.sign and operation.truth:
             return self._comparison(op, *zip(node.args, args, strict=True))
-        if op in ("and", "or"):
-            return g.both(*args, op)
-        if op == "not":
-            return g.negation(args[0])
         if operation.elementary:
             return self.call(op, *args)
         raise NotSmooth(operation.words or f"`{node.data or op}`")
