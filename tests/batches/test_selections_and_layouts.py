@@ -9,6 +9,7 @@ import pytest
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths.runs import trace
+from fastdyn.trace.reads.program import reader
 from support.long_arrays import in_batches
 
 SETUP = """
@@ -161,6 +162,6 @@ def test_an_array_from_outside_in_another_order_is_traced_again(order):
     )
     f.__globals__["B"] = np.array(f.__globals__["B"], order=order)
     reads = trace(f, (), 64, (64,), batches=True).reads
-    assert reads.follow(f) is not None
+    assert reader(reads)(f, ()) is not None
     f.__globals__["B"] = np.array(f.__globals__["B"], order="CF"[order == "C"])
-    assert reads.follow(f) is None
+    assert reader(reads)(f, ()) is None

@@ -79,7 +79,7 @@ def program(seed):
 def in_batches(function, n, args=()):
     """The machine code of a function of long arrays, as ``function(t, y)``, and its trace."""
     traced = TracedInBatches(trace(function, args, n, (n,), batches=True), DERIVATIVE, n)
-    values = list(zip(traced.kinds, traced.trace.reads.values(), strict=True))
+    values = list(zip(traced.kinds, traced.trace.reads.close(), strict=True))
     return called(traced.compiled(), values, DERIVATIVE, n), traced
 
 

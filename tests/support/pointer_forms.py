@@ -25,5 +25,5 @@ def compiled(fun, n, args, loops, monkeypatch, batches=False):
     library = load(code, symbol, needs)
     size = sum(map(n_words, traced.kinds))
     function = Function(None, library.address, size, None, library, traced=traced)
-    values = list(zip(traced.kinds, traced.trace.reads.values(), strict=True))
+    values = list(zip(traced.kinds, traced.trace.reads.close(), strict=True))
     return called(function, values, DERIVATIVE, n)

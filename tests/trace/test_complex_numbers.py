@@ -8,6 +8,7 @@ import pytest
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths.runs import trace
+from fastdyn.trace.reads.program import reader
 
 RNG = np.random.default_rng(0)
 SX = np.array([[0, 1], [1, 0]], complex)
@@ -109,10 +110,10 @@ def test_complex_numbers_from_outside_are_parameters():
     found = trace(lambda t, y, a, m: a * (m @ y), (0.5j, matrix), 2, (2,), complex_state=True)
     fun = found.reads.roots[0]
     matrix[0, 1] = 3.0 + 1.0j
-    other = found.reads.follow(fun, 2.0 - 1j, matrix)
+    other = reader(found.reads)(fun, (2.0 - 1j, matrix))
     assert [list(v) for v in other] == [[2.0, -1.0], [0, 0, 3, 1, 1, 0, 0, 0]]
-    assert found.reads.follow(fun, 2.0, matrix) is None
-    assert found.reads.follow(fun, 2.0j, matrix[:1]) is None
+    assert reader(found.reads)(fun, (2.0, matrix)) is None
+    assert reader(found.reads)(fun, (2.0j, matrix[:1])) is None
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.paths.runs import trace
+from fastdyn.trace.reads.program import reader
 from fastdyn.trace.reads.reads import flat
 
 RNG = np.random.default_rng(0)
@@ -171,7 +172,7 @@ def test_as_python_has_it_now(way):
     before = [copy.deepcopy(each) for each in CHANGED]
     try:
         change()
-        given = found.reads.follow(fun)
+        given = reader(found.reads)(fun, ())
         if given is not None:
             compared(found, fun, flat(given))
     finally:

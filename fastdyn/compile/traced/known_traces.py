@@ -4,10 +4,13 @@ import functools
 import types as python
 from array import array
 
+from fastdyn.code_store.call import address_of
+from fastdyn.kernels.calls.block import FIRST
+from fastdyn.trace.reads.program import reader
+
 from .. import memory
 from ..callables.jitted import is_jitted
 from ..callables.parts import codes_of
-from .reader import reader
 
 
 class Known:
@@ -28,8 +31,8 @@ class Known:
 
     @functools.cached_property
     def read(self):
-        """``read(fun, args, block=None)``: see `reader.reader`."""
-        return reader(self.traced, self.zeros)
+        """``read(fun, args, block=None)``: see `trace.reads.program.reader`."""
+        return reader(self.traced.trace.reads, self.zeros, address_of, 8 * FIRST)
 
 
 class Traces:

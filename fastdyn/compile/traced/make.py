@@ -13,6 +13,7 @@ from fastdyn.trace.graph.refusal import LATEST, NotYet, Refusal, Untraceable, re
 from fastdyn.trace.islands.island import Address, calls_libraries
 from fastdyn.trace.paths.places import line_of_refusal, line_of_write
 from fastdyn.trace.paths.runs import STATE, trace
+from fastdyn.trace.reads.program import reader
 from fastdyn.trace.reads.reads import flat
 
 from .. import background, memory
@@ -149,7 +150,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
         fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches,
         start=(near.t0, near.y0),
     )  # fmt: skip
-    traced, given = _of_mode(found, mode, n, batches), found.reads.values()
+    traced, given = _of_mode(found, mode, n, batches), found.reads.close()
     if any(traced.at[j - 1] is None for j in varying):
         raise Untraceable("an argument that varies is no parameter of its code")
     key = traced.key()
@@ -165,9 +166,10 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
     place, values = _compared_place(traced, function, fun, given), _numbers(traced, given)
     unseen = _verified.get(place) if found.reads.lasting else None
     if unseen is None or values[unseen].any():
-        holds = found.reads.follow(fun, *args) is not None
+        read = reader(found.reads)
+        holds = read(fun, args) is not None
         different = compare_around(bound, near, traced.trace)
-        after = found.reads.follow(fun, *args) if holds else given
+        after = read(fun, args) if holds else given
         if after is None or not np.array_equal(_numbers(traced, after), values, equal_nan=True):
             raise Untraceable("it changes what it uses", effect=True)
         if different:
@@ -219,6 +221,6 @@ def _numbers(traced, given):
 
 def _compared_place(traced, function, fun, given):
     """The key of a comparison: the function, the types of its numbers, its libraries."""
-    same = traced.trace.reads.same_things()
+    same = tuple(traced.trace.reads.pattern.values())
     islands = tuple([v.of for v in given if type(v) is Address])
     return function.key, code_of(fun), tuple(map(type, given)), same, islands

@@ -5,8 +5,6 @@ values are read again before the next evaluation.  If the new values need other 
 gets the address of this code, or of a callback of the Python function.
 """
 
-import types as python
-
 import numpy as np
 
 from fastdyn.compile.bind import bind
@@ -17,9 +15,7 @@ from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FAULT, FIRST, JACOBIAN
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.second_order_and_pairs import Pair, takes_batches
-from fastdyn.trace.reads.reads import NO_ATTRIBUTES
 
-LASTING = python.ModuleType | python.BuiltinFunctionType | np.ufunc
 MOST_MADE = 4  # pieces of code that are made while a solve waits
 ROOM = 64  # least number of words for parameters, in the block of code that may be replaced
 
@@ -89,13 +85,7 @@ def changes_of_code(fun, args, mode, n, batches=False):
     Numbers of one type are parameters of the code, and need no other code.
     """
     known = known_trace(fun, args, mode, n, batches=batches)
-    return known is None or any(
-        row.parent >= 0
-        and row.check not in (None, "number", "array", "complex array", "absent", "code")
-        and not (row.check == "same" and isinstance(row.expected, LASTING))
-        and row[1:] != NO_ATTRIBUTES
-        for row in known[0].traced.trace.reads.rows
-    )
+    return known is None or known[0].traced.trace.reads.may_need_other_code()
 
 
 def keep_true(functions, args, near, callbacks):

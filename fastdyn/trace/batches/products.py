@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ..reads.table_reads import held
 from ..symbols.complex_pair import any_complex
 from ..symbols.symbolic import BATCHES, Batched, refuse
 from .columns import Columns, ids_and_kind, ids_of, joint
@@ -122,8 +121,8 @@ def sparse(table, matrix, x):
     if x.size != matrix.shape[1]:
         raise ValueError(f"shapes {matrix.shape} and {x.shape} do not match in a product")
     reads = table.g.reads
-    parts = [held(reads, part.astype(float)) for part in (matrix.indptr, matrix.indices)]
-    values = held(reads, matrix.data.astype(float)) if matrix.nnz else range(0)
+    parts = [reads.held(part.astype(float)) for part in (matrix.indptr, matrix.indices)]
+    values = reads.held(matrix.data.astype(float)) if matrix.nnz else range(0)
     if not matrix.nnz:
         return Columns(table, np.full(matrix.shape[0], table.one(table.g.const(0.0)), np.int32))
     data = "csr", matrix.shape[0], *parts, values

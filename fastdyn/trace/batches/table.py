@@ -13,10 +13,9 @@ import numpy as np
 
 from ...operations import OPERATIONS
 from ..graph.clock import look
+from ..graph.domains import WHOLE
 from ..graph.expressions import live
 from ..numpy.tables import Table as LongArray
-from ..numpy.tables import as_table
-from ..reads.table_reads import MAX_WHOLE, held
 from ..symbols.complex_pair import is_complex, parts
 from ..symbols.conditions import Condition, kind_of_number
 from ..symbols.layout import laid_out
@@ -189,7 +188,7 @@ class Table:
         Truth values become 1.0 and 0.0.
         """
         array = np.asarray(array)
-        if array.dtype.kind in "iu" and array.size and np.abs(array).max() > MAX_WHOLE:
+        if array.dtype.kind in "iu" and array.size and np.abs(array).max() > WHOLE:
             refuse("a whole number beyond 2**53")
         if array.dtype.kind not in "iufb":
             refuse(f"an array of {array.dtype} beside the state")
@@ -204,7 +203,7 @@ class Table:
         if array.size <= FEW:
             ones = [self.one(self.g.const(v)) for v in array.flat]
             return laid_out(np.array(ones, ID).reshape(array.shape), array)
-        batch = self.of_slots(held(self.g.reads, np.ascontiguousarray(array)))
+        batch = self.of_slots(self.g.reads.held(np.ascontiguousarray(array)))
         return laid_out(numbers(batch).reshape(array.shape), array)
 
 
@@ -229,7 +228,6 @@ def common_kind(kinds):
 
 def _untouched(array):
     """(slots, places) of a long array from outside; None after a write to the array."""
-    array = as_table(array) if not isinstance(array, LongArray) else array
     if not isinstance(array, LongArray) or array._at is None or not array._asked.untouched():
         return None
     return array._elements.slots, array._at

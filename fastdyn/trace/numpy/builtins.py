@@ -21,7 +21,6 @@ from ..symbols.symbolic import Batched, Symbolic, graph_of, is_symbolic, refuse
 from .constants import Constants
 from .of_numbers import BY_FORMULA, hypotenuse
 from .plain_arrays import number
-from .super_of_copies import super_of_copies
 
 
 class _PlainType(type):
@@ -161,7 +160,6 @@ def impure(name):
 
 
 BUILTINS = {
-    "super": super_of_copies,
     "float": Float, "int": Int, "complex": Complex, "type": Type, "max": _extreme(max, operator.gt),
     "min": _extreme(min, operator.lt), "sum": _sum, "bool": bool_of, "pow": _pow,
     "any": lambda values: _of_python(functools.reduce(either, values, False)),

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ..graph.domains import WHOLE
 from ..graph.kinds import INT, NUMPY
 from ..reads.reads import MAX_ARRAY
-from ..reads.table_reads import MAX_WHOLE
 from ..symbols.arrays import Array
 from ..symbols.lazy import complete
 from ..symbols.real import Symbol
@@ -79,10 +79,10 @@ class Constants(np.ndarray):
 def _are_exact(array):
     if array.dtype != np.int64 or not array.size:
         return True
-    return -MAX_WHOLE <= array.min() and array.max() <= MAX_WHOLE
+    return -WHOLE <= array.min() and array.max() <= WHOLE
 
 
-class Content(list):
+class Content:
     """The content of an array, compared to find out whether a run wrote to it."""
 
     def __init__(self, array):

@@ -14,14 +14,14 @@ from ..symbols.division import to_decimals
 from ..symbols.lazy import complete
 from ..symbols.masks import Masked
 from ..symbols.real import Symbol
-from ..symbols.symbolic import Lazy, Symbolic, in_batches, is_symbolic, refuse
+from ..symbols.symbolic import Symbolic, in_batches, is_symbolic, refuse
 from .fourier import TRANSFORMS
 from .interpolation import binned, interpolated, whereabouts
 from .linear_algebra import determinant, inverse, norm, solution
 from .plain_arrays import array_of, as_array, lowered, raised
 from .products import matmul
 from .sequences import blocks, convolved, gradient_of, in_order, median, numpys_own, place_of
-from .tables import Table, as_table
+from .tables import Table
 
 
 def where(condition, *choices):
@@ -108,10 +108,10 @@ def einsum(subscripts, *operands, **_):
 
 
 def array(a, dtype=None, *, copy: Any = True, ndmin=0, order: Any = "K", **_):
-    if isinstance(a, Lazy):
-        a = as_table(a) if not ndmin and dtype is None else complete(a)
-    if isinstance(a, Table) and not ndmin and dtype is None:
-        return a.copy() if copy else a
+    if isinstance(a, Table):
+        if not ndmin and dtype is None:
+            return a.copy() if copy else a
+        a = complete(a)
     if isinstance(a, Symbol) and not ndmin:
         return Array.scalar(a)
     result = Array.of(np.array(a, object, ndmin=ndmin, copy=bool(copy) or None, order=order))

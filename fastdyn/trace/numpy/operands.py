@@ -50,7 +50,7 @@ def ascending(g, table):
     if known and isinstance(slots, range):
         reads = g.reads
         group = reads.groups[reads.group(slots.start)]
-        if reads.rows[group.row].step != "held":
+        if reads.rows[group.row].step != "known":
             part = slots.start - group.first, slots.stop - group.first, slots.step
             reads.expect(reads.step(group.row, "entries", part), "ascending")
     return known

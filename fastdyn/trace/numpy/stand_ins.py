@@ -26,11 +26,6 @@ PURE = set(
 IMPURE = (set(sys.stdlib_module_names) - PURE) | {"matplotlib", "pandas", "tqdm", "IPython"}
 
 
-def _plain(value):
-    """The array that NumPy takes from a pandas table."""
-    return value.values if getattr(type(value), "of_pandas", False) else value
-
-
 class NumPyFunction:
     """A NumPy function that accepts lists of symbols and returns arrays that can hold symbols."""
 
@@ -40,9 +35,7 @@ class NumPyFunction:
     def __call__(self, *args, **kwargs):
         if "dtype" in kwargs:
             kwargs["dtype"] = _plain_type(kwargs["dtype"])
-        args = tuple(map(_plain_type, map(_plain, args)))
-        kwargs = {name: _plain(value) for name, value in kwargs.items()}
-        return call_function(self._function, args, kwargs)
+        return call_function(self._function, tuple(map(_plain_type, args)), kwargs)
 
     def __getattr__(self, name):
         if name.startswith("__"):
@@ -84,14 +77,20 @@ class Quiet:
         return lambda *_, **__: None
 
 
-class List(list):
-    """A list that accepts a symbol as an index."""
-
-    def __getitem__(self, i) -> Any:
+class _Indexed:
+    def __getitem__(self: Any, i) -> Any:
         if isinstance(i, Symbolic):
             return look_up(list(self), i)
-        found = super().__getitem__(i)
-        return List(found) if isinstance(i, slice) else found
+        found = super().__getitem__(i)  # pyright: ignore
+        return type(self)(found) if isinstance(i, slice) else found
+
+
+class List(_Indexed, list):
+    """A list that accepts a symbol as an index."""
+
+
+class Tuple(_Indexed, tuple):
+    """A tuple that accepts a symbol as an index."""
 
 
 STAND_INS: dict[int, Any] = {

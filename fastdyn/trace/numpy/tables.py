@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..graph.kinds import FLOAT, NUMPY
+from ..graph.kinds import NUMPY
 from ..reads.reads import MAX_ARRAY
 from ..symbols.arrays import Array
 from ..symbols.layout import laid_out
@@ -22,7 +22,7 @@ from ..symbols.symbolic_indices import (
 )  # fmt: skip
 
 
-class Asked(list):
+class Asked:
     """The elements of a Table that a run has used; `before` keeps their original content."""
 
     def __init__(self, memory):
@@ -196,17 +196,6 @@ class Table(Lazy, Array):
     real: Any = property(lambda self: self.filled().real)
     imag: Any = property(lambda self: self.filled().imag)
     T: Any = property(lambda self: self.transpose())
-
-
-def as_table(value):
-    """Convert a long list of floats to an array."""
-    if isinstance(value, Table):
-        return value
-    found = value.content()
-    if found is None or found[2] not in (NUMPY, FLOAT):
-        return value.filled()
-    slots, content, _, constants = found
-    return Table.made(Elements(value.graph, slots, content, constants), content)
 
 
 BY_FUNCTION = {"dot", "sum", "mean", "max", "min", "clip", "repeat", "take"}

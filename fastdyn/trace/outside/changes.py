@@ -1,44 +1,42 @@
 """Finds the changes that a run made in copies of outside objects."""
 
-import collections
 import types
 
 import numpy as np
 
-from .copies import slots_of
-
 PLAIN = (bool, int, float, complex, str, bytes)
-OF_FUNCTIONS = ("__code__", "__defaults__", "__kwdefaults__", "__name__", "__doc__")
-IGNORED = {"__warningregistry__"}  # Python notes here the warnings that were shown
+IGNORED = "__warningregistry__"  # Python notes here the warnings that were shown
 
 
-def changed(copy, before):
-    """Whether a copy differs from its content before the run."""
-    if isinstance(copy, np.ndarray | list | collections.deque):
-        now = list(copy.flat) if isinstance(copy, np.ndarray) else [*iter(copy)]
-        return len(now) != len(before) or not all(map(_same, now, before))
-    if isinstance(copy, set):
-        return copy != before
-    if isinstance(copy, dict):
-        return dict.keys(copy) - IGNORED != before.keys() - IGNORED or any(
-            dict.__getitem__(copy, k) is not before[k] for k in before if k not in IGNORED
+def content(thing):
+    """What a run may change in the copy of an object, in a form that `changed` compares."""
+    if isinstance(thing, types.CellType):
+        try:
+            return [thing.cell_contents]
+        except ValueError:  # an empty cell
+            return []
+    if isinstance(thing, types.FunctionType):
+        own = thing.__code__, thing.__defaults__, thing.__kwdefaults__, thing.__name__
+        return [*own, thing.__doc__, *vars(thing), *vars(thing).values()]
+    if isinstance(thing, type):
+        return dict(vars(thing))
+    if isinstance(thing, dict):
+        return dict.copy(thing)
+    if isinstance(thing, list):
+        return list.copy(thing)
+    return set(thing) if isinstance(thing, set) else list(getattr(thing, "flat", thing))
+
+
+def changed(thing, before):
+    """Whether the copy of an object differs from its `content` before the run."""
+    now = content(thing)
+    if isinstance(now, set):
+        return now != before
+    if isinstance(now, dict):
+        return now.keys() - {IGNORED} != before.keys() - {IGNORED} or any(
+            value is not now[name] for name, value in before.items() if name != IGNORED
         )
-    if isinstance(copy, types.FunctionType) and type(before) is list:
-        return any(a is not b for a, b in zip(facts(copy), before, strict=True))
-    if isinstance(copy, types.CellType):
-        return not _is_set(type(copy).cell_contents, copy) or copy.cell_contents is not before
-    slots = slots_of(type(copy))
-    if not isinstance(copy, type | types.FunctionType) and any(_is_set(s, copy) for s in slots):
-        return True  # the copy has no slot set at first: reads of slots go to the original
-    own = object.__getattribute__(copy, "__dict__")
-    return bool(before.keys() - own.keys()) or any(
-        before.get(name, copy) is not value for name, value in own.items()
-    )
-
-
-def facts(function):
-    """The attributes that determine what a function does."""
-    return [getattr(function, name) for name in OF_FUNCTIONS]
+    return len(now) != len(before) or not all(map(_same, now, before))
 
 
 def _same(a, b):
@@ -48,11 +46,3 @@ def _same(a, b):
     if type(a) is not type(b) or not (type(a) in PLAIN or isinstance(a, np.generic)):
         return False
     return a == b and repr(a) == repr(b)  # repr shows the sign of a zero
-
-
-def _is_set(slot, thing):
-    try:
-        slot.__get__(thing)
-    except (AttributeError, ValueError):  # an unset slot, an empty cell
-        return False
-    return True

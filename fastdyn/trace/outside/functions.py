@@ -1,9 +1,11 @@
-"""Rebuilds functions over copies of everything that they refer to."""
+"""Rebuilds functions over wrapped values: their globals are read when they are first used."""
 
 import builtins
 import dis
 import functools
+import sys
 import types
+from typing import Any, NamedTuple
 
 from ..graph.kinds import INT
 from ..numpy.builtins import BUILTINS, impure, vectorized
@@ -11,15 +13,31 @@ from ..numpy.stand_ins import IMPURE, PURE, root_of
 from ..reads.reads import STABLE
 from ..symbols.real import Symbol
 from ..symbols.symbolic import refuse
-from .changes import facts
-from .identities import compared_by_identity
-
-GLOBAL = frozenset(
-    "LOAD_GLOBAL LOAD_NAME LOAD_FROM_DICT_OR_GLOBALS STORE_GLOBAL DELETE_GLOBAL".split()
-)
-
 
 ORIGINAL = dict(vars(builtins))
+# Instructions that look into the dict of globals itself, past `Scope.__missing__`.
+PAST = frozenset(("LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS", "STORE_GLOBAL", "DELETE_GLOBAL"))
+
+
+class Scope(dict):
+    """The globals of rebuilt functions; a name is wrapped when it is first read."""
+
+    def __init__(self, outside, outer, by_name):
+        super().__init__(__builtins__=by_name, __name__=outer.get("__name__"))
+        self._outside, self._outer, self.seen = outside, outer, dict(self)
+
+    def __missing__(self, name):
+        reads, outer = self._outside.reads, self._outer
+        row = reads.step(reads.known(outer), "item", name)
+        if name not in outer:
+            reads.expect(row, "absent")
+            outer, row = vars(builtins), reads.step(reads.known(vars(builtins)), "item", name)
+            if name not in outer:  # an undefined name must stay undefined
+                reads.expect(row, "absent")
+            if outer.get(name) is ORIGINAL.get(name):
+                raise KeyError(name)
+        self[name] = self.seen[name] = self._outside.wrap(outer[name], row)
+        return self[name]
 
 
 class Functions:
@@ -27,102 +45,82 @@ class Functions:
 
     def __init__(self, outside):
         self.outside = outside
+        self._builtins = {**ORIGINAL, **BUILTINS, "__import__": self._import}
         self._scopes, self._cells = {}, {}
 
     def copy(self, f, row=None):
-        """Rebuild a function over copies of its globals, closure, defaults and attributes."""
-        outside, reads, step = self.outside, self.outside.reads, self.outside.reads.step
-        made = outside.known(f)
-        if made is not None:
-            return made
-        if _asks_who_inherits(f.__code__):
+        """Rebuild a function over its wrapped globals, closure, defaults and attributes."""
+        outside, reads = self.outside, self.outside.reads
+        facts = _facts(f.__code__)
+        if facts.subclasses:
             refuse("it asks which classes inherit from one", alive=True)
-        n_defaults = len(f.__defaults__ or ()), len(f.__kwdefaults__ or ())
-        reads.expect(row, "code", (f.__code__, f.__globals__, *n_defaults))
+        reads.expect(row, "code", (f.__code__, f.__globals__))
         if root_of(f) in IMPURE:
             return impure(f"{f.__module__}.{f.__name__}")
         if root_of(f) in PURE:
             return f
-        scope, seen = self._scope(f.__globals__)
-        cells = tuple([self._cell(c) for c in f.__closure__ or ()])
-        new = types.FunctionType(f.__code__, scope, f.__name__, None, cells or None)
+        scope = self._scopes.get(id(f.__globals__))
+        if scope is None:
+            scope = Scope(outside, f.__globals__, self._builtins)
+            self._scopes[id(f.__globals__)] = scope
+            outside.watched.append(("a global variable", scope, scope.seen))
+        cells = [self._cell(c) for c in f.__closure__ or ()]
+        new = types.FunctionType(f.__code__, scope, f.__name__, None, tuple(cells) or None)
         new.__doc__, new.__module__, new.__qualname__ = f.__doc__, f.__module__, f.__qualname__
-        outside.keep(f, new)
-        self._attributes(f, new, step(row, "inside", "__dict__"))
-        if f.__defaults__ is not None:
-            places = range(len(f.__defaults__))
-            new.__defaults__ = tuple(outside.parts(f, row, "default", places).values())
-        if f.__kwdefaults__ is not None:
-            new.__kwdefaults__ = outside.parts(f, row, "keyword default", f.__kwdefaults__)
-        outside.watched.append(("what makes a function", new, facts(new)))
-        for name in _names(f.__code__):
+        outside.keep(f, new, row)
+        for name in ("__defaults__", "__kwdefaults__", "__dict__"):
+            self._optional(f, new, name, reads.step(row, "attribute", name))
+        outside.watch("what makes a function", new)
+        for name in facts.past:
             if name in f.__globals__ and name not in scope:
-                scope[name] = seen[name] = outside.part(f, row, "global", name)
-            elif name not in f.__globals__ and name not in scope:
-                reads.expect(step(row, "global", name), "absent")
-                self._builtin(name, scope["__builtins__"], step(row, "builtin", name))
-        compared = compared_by_identity(f.__code__)
-        reads.identities |= f.__code__ in compared
-        reads.truths |= any(isinstance(each, bool) for each in compared)
+                scope[name]
+        reads.identities |= facts.identities
+        reads.truths |= facts.truths
         for i, (cell, old) in enumerate(zip(cells, f.__closure__ or (), strict=True)):
-            self._fill(cell, old, step(row, "cell", i))
+            self._fill(cell, old, reads.step(row, "cell", i))
         return new
 
-    def _builtin(self, name, scope, row):
-        """Copy a builtin that the user added or replaced; an undefined name must stay undefined."""
-        value = vars(builtins).get(name)
-        if name in vars(builtins) and value is not ORIGINAL.get(name):
-            scope[name] = self.outside.copy(value, row)
-        elif name not in ORIGINAL:
-            self.outside.reads.expect(row, "absent")
-
-    def _attributes(self, f, new, row):
-        outside = self.outside
-        outside.reads.expect(row, "keys", (dict, list(vars(f))))
-        names = [name for name in vars(f) if name[0] != "_"]
-        found = outside.parts(vars(f), row, "item", names)
-        vars(new).update(found)
-        outside.watched.append(("an attribute of a function", new, found))
-
-    def _scope(self, outer):
-        if id(outer) not in self._scopes:
-            names = {
-                "__builtins__": {
-                    **vars(builtins),
-                    **BUILTINS,
-                    "__import__": self._import,
-                },
-                "__name__": outer.get("__name__"),
-            }
-            self._scopes[id(outer)] = names, dict(names)
-            self.outside.watched.append(("a global variable", *self._scopes[id(outer)]))
-        return self._scopes[id(outer)]
+    def _optional(self, f, new, name, row):
+        """Copy defaults or attributes; later calls check that there are none, if there are none."""
+        outside, value = self.outside, getattr(f, name)
+        if not value:
+            outside.reads.expect(row, "nothing")
+        elif name == "__dict__":
+            outside.reads.expect(row, "keys", (dict, list(value)))
+            for each in [each for each in value if each[0] != "_"]:
+                vars(new)[each] = outside.part(value, row, "item", each)
+        else:
+            setattr(new, name, outside.wrap(value, row))
 
     def _import(self, name, *how):
         module = __import__(name, *how)
-        package = name.partition(".")[0]
-        known = STABLE if package in PURE and module.__name__.partition(".")[0] == package else None
-        return self.outside.copy(module, known)
+        package, full = name.partition(".")[0], module.__name__
+        if package in PURE and full.partition(".")[0] == package:
+            return self.outside.wrap(module, STABLE)
+        reads = self.outside.reads
+        known = sys.modules.get(full) is module
+        row = reads.step(reads.known(sys.modules), "item", full) if known else None
+        return self.outside.wrap(module, row)
 
     def _cell(self, old):
         if id(old) not in self._cells:
-            self._cells[id(old)] = (types.CellType(), old, [])
+            self._cells[id(old)] = types.CellType(), old, []
         return self._cells[id(old)][0]
 
     def _fill(self, new, old, row):
-        *_, filled = self._cells[id(old)]
+        outside, filled = self.outside, self._cells[id(old)][2]
         if filled:
             if filled[0] is not None:
-                self.outside.reads.alias(row, filled[0])
+                outside.reads.alias(row, filled[0])
             return
         filled.append(row)
         try:
             content = old.cell_contents
         except ValueError:  # the variable is not assigned yet
-            self.outside.reads.expect(row, "absent")
+            outside.reads.expect(row, "absent")
             return
-        new.cell_contents = self.outside.copy(content, row)
-        self.outside.watched.append(("a variable of an outer function", new, new.cell_contents))
+        new.cell_contents = outside.wrap(content, row)
+        outside.watch("a variable of an outer function", new)
 
     def _remembered(self, cached, row):
         """The stand-in of a function with `lru_cache`; refuses arguments that are not known."""
@@ -135,44 +133,41 @@ class Functions:
             held = cached.cache_info().misses == before.misses
             if not before.currsize:  # else the cache would keep the value of this trace
                 cached.cache_clear()
-            return self.outside.copy(found, reads.step(row if held else None, "remembered", given))
+            return self.outside.wrap(found, reads.step(row if held else None, "remembered", given))
 
         return of_known
 
     def wrapper(self, value, row):
-        """A copy of a method, a partial, or a wrapper of a function; None for any other value."""
+        """A method, a partial, or what a wrapper of a function wraps; None for any other value."""
         kind, outside, reads = type(value), self.outside, self.outside.reads
         # hasattr would call `__getattr__`, which may accept any name
         for name in ("py_func", "pyfunc", "__wrapped__"):
             static = name in getattr(value, "__dict__", ()) or name in vars(kind)
             wraps = name != "__wrapped__" or kind is functools._lru_cache_wrapper
-            if static and wraps and not isinstance(value, type):
+            if static and wraps:
                 reads.expect(row, "type", kind)
                 if name == "__wrapped__":
-                    return outside.keep(value, self._remembered(value, row))
+                    return outside.keep(value, self._remembered(value, row), row)
                 if name == "pyfunc":
-                    reads.expect(reads.step(row, "inside", "otypes"), "equal", None)
+                    reads.expect(reads.step(row, "attribute", "otypes"), "equal", None)
                     if value.otypes is not None or value.excluded or value.signature:
                         refuse("np.vectorize with options")
                 with outside.numbers_fixed(name == "py_func"):  # as in Numba's code
-                    inner = outside.part(value, row, "inside", name)
-                return outside.keep(value, vectorized(inner) if name == "pyfunc" else inner)
-        if isinstance(value, types.MethodType):
+                    inner = outside.part(value, row, "attribute", name)
+                new = vectorized(inner) if name == "pyfunc" else inner
+                return outside.keep(value, new, row)
+        if kind is types.MethodType:
             reads.expect(row, "type", kind)
-            function = outside.part(value, row, "function")
-            return types.MethodType(function, outside.part(value, row, "self"))
-        if isinstance(value, functools.partial):
+            function = outside.part(value, row, "attribute", "__func__")
+            return types.MethodType(function, outside.part(value, row, "attribute", "__self__"))
+        if kind is functools.partial:
             reads.expect(row, "type", kind)
-            reads.expect(reads.step(row, "inside", "args"), "length", (tuple, len(value.args)))
-            keys = (dict, list(value.keywords))
-            reads.expect(reads.step(row, "inside", "keywords"), "keys", keys)
-            function = outside.part(value, row, "inside", "func")
-            args = outside.parts(value, row, "argument", range(len(value.args)))
-            keywords = outside.parts(value, row, "keyword", value.keywords)
-            copy = functools.partial(function, *args.values(), **keywords)
-            outside.keep(value, copy)
-            outside.watched.append(("a keyword", copy.keywords, dict(copy.keywords)))
-            return copy
+            function, args, keywords = [
+                outside.part(value, row, "attribute", name) for name in ("func", "args", "keywords")
+            ]
+            new = outside.keep(value, functools.partial(function, *args, **keywords), row)
+            outside.watch("a keyword", new.keywords)
+            return new
         return None
 
 
@@ -185,17 +180,31 @@ def _plain(value):
     return value
 
 
-@functools.lru_cache(1024)
-def _asks_who_inherits(code):
-    inner = [c for c in code.co_consts if isinstance(c, types.CodeType)]
-    return "__subclasses__" in code.co_names or any(map(_asks_who_inherits, inner))
+class _Facts(NamedTuple):
+    """What code asks for: see the fields of the same names in `Reads`, and `Functions.copy`."""
+
+    identities: bool
+    truths: bool
+    subclasses: bool
+    past: tuple  # names that are looked up past a Scope
 
 
 @functools.lru_cache(1024)
-def _names(code):
-    """The names of globals in the code of a function and of nested functions."""
-    found = [i.argval for i in dis.get_instructions(code) if i.opname in GLOBAL]
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            found += _names(constant)
-    return list(dict.fromkeys(found))
+def _facts(code):
+    identities = truths = False
+    past: list = []
+    before: Any = None
+    for i in dis.get_instructions(code):
+        if i.opname in PAST:
+            past.append(i.argval)
+        elif i.opname == "IS_OP":
+            right = before.argval if before.opname == "LOAD_CONST" else code
+            known = right is None or right is ... or isinstance(right, bool)
+            identities |= not known
+            truths |= any(isinstance(c, bool) for c in ([right] if known else code.co_consts))
+        before = i
+    found = [_Facts(identities, truths, "__subclasses__" in code.co_names, tuple(past))]
+    found += [_facts(c) for c in code.co_consts if isinstance(c, types.CodeType)]
+    identities, truths, subclasses = [any(f[i] for f in found) for i in range(3)]
+    names = dict.fromkeys(name for f in found for name in f.past)
+    return _Facts(identities, truths, subclasses, tuple(names))

@@ -1,10 +1,14 @@
-"""The surroundings of a traced function, in copies that the function may change.
+"""The surroundings of a traced function, as the function sees them.
 
-Objects are copied on first use.  Each object that is read has a row in `Reads`.  After each run,
-the copies are compared with their contents before the run.
+`Outside.wrap` is the only way in: it turns a value from outside, and the row of the value's place
+in `Reads`, into what the traced function gets.  Numbers become symbols of parameters; functions are
+rebuilt over wrapped values; an object gets a shadow, which wraps an attribute when it is first
+read.  Nothing of the user's is changed, and a write to a copy is found after the run.
 """
 
+import collections
 import contextlib
+import copy
 import enum
 import logging
 import operator
@@ -15,169 +19,208 @@ from typing import Any
 import numpy as np
 
 from ..graph.expressions import LARGEST_WHOLE
-from ..graph.kinds import FLOAT, INT, NUMPY
 from ..numpy.builtins import impure
-from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, Quiet, root_of
-from ..reads.reads import STABLE
-from ..reads.steps import STEPS, real_numbers, real_parts
-from ..scipy import objects as scipy_objects
-from ..symbols.complex_pair import Pair
-from ..symbols.real import Symbol
+from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, Tuple, root_of
+from ..reads.program import OF_LIBRARIES
+from ..reads.reads import MAX_ARRAY, STABLE
+from ..scipy import objects as of_scipy
 from ..symbols.symbolic import refuse
-from . import containers, frames
-from .arrays import array_copy
-from .changes import changed
-from .copies import instance_of, module_of, shadow_of
+from . import numbers, objects
+from .changes import changed, content
 from .functions import Functions
-from .kinds import has_functions, is_instance
-from .library_objects import Attributes, class_of_data, library_object
 
 ATOMS = (
     type(None), bool, str, bytes, complex, slice, range, frozenset, type(Ellipsis), Fraction,
-    np.bool_, np.dtype, np.complexfloating, np.integer, np.floating, operator.itemgetter,
+    np.bool_, np.dtype, np.integer, np.floating, np.complexfloating, operator.itemgetter,
     operator.attrgetter,
 )  # fmt: skip
 OF_C = types.WrapperDescriptorType | types.MethodDescriptorType | types.MethodWrapperType
+DICTS = (dict, collections.OrderedDict, collections.defaultdict, collections.Counter)
+
+OF_ENUMERATION = "an attribute of an enumeration"
 
 
 class Outside:
-    """The copies of outside objects in one run."""
+    """The outside of one run: what was wrapped, and what the run may have changed."""
 
     def __init__(self, graph, reads, lifted="all"):
-        self.graph, self.reads, self.lifted, self.functions = graph, reads, lifted, Functions(self)
-        self._made, self._held, self._first, self.enumerations = {}, [], {}, {}
+        self.graph, self.reads, self.lifted = graph, reads, lifted
+        self.functions, self.things, self._made = Functions(self), {}, {}
         self.watched: list = []
 
     @contextlib.contextmanager
     def numbers_fixed(self, fixed=True):
-        """Within the context, copied numbers become constants of the code, if `fixed`."""
+        """Within the context, numbers become constants of the code, if `fixed`."""
         before, self.lifted = self.lifted, "none" if fixed else self.lifted
         try:
             yield
         finally:
             self.lifted = before
 
-    def keep(self, value, copy, what="", before=None):
-        """Store the copy of a value; keep the value alive, so that its id stays unique.
+    def fixed(self, row):
+        """Whether the numbers of a row are constants of the code."""
+        return row in (None, STABLE) or self.lifted == "none"
 
-        `what` names the kind of object; with `what`, the copy must equal `before` after the run.
-        """
-        self._made[id(value)] = copy
-        self._held.append(value)
+    # -- what was wrapped
+
+    def keep(self, value, new, row=None, what=""):
+        """Store what a value became; with `what`, the kind of object, a change is found later."""
+        self._made[id(value)] = new, row, value  # alive, so that its id stays unique
         if what:
-            self.watched.append((what, copy, before))
-        return copy
+            self.watch(what, new)
+        return new
+
+    def watch(self, what, thing):
+        self.watched.append((what, thing, content(thing)))
 
     def known(self, value):
-        return self._made.get(id(value))
+        found = self._made.get(id(value))
+        return None if found is None else found[0]
 
-    def copy(self, value: Any, row=None) -> Any:
-        """A copy of a value for the traced function; numbers become parameters.
+    def part(self, value: Any, row, step, key: Any):
+        """The wrapped item, or attribute, of a value."""
+        found = value[key] if step == "item" else getattr(value, key)
+        return self.wrap(found, self.reads.step(row, step, key))
+
+    def same(self, row, value):
+        """Let later calls check that this very object is there; its row as a root of its own."""
+        self.reads.expect(row, "same", value)
+        return self.reads.known(value) if row != STABLE else STABLE
+
+    # -- wrapping
+
+    def wrap(self, value: Any, row=None) -> Any:
+        """What a traced function gets for a value from outside.
 
         Parameters
         ----------
         value : object
         row : int or None
-            The value's row in `Reads`; None if the value's origin is unknown.
+            The value's row in `Reads`; STABLE within libraries, None if the place is unknown.
         """
-        kind = type(value)
-        builtin = kind.__module__ in ("builtins", "numpy", "numpy.dtypes", "operator", "fractions")
+        kind, reads = type(value), self.reads
+        if row not in (None, STABLE):
+            reads.objects.setdefault(row, value)
+        builtin = kind.__module__ in OF_LIBRARIES
         if kind is int or kind is float or kind is np.float64:
             return self._number(value, row)
-        if builtin and isinstance(value, complex | np.complexfloating):
-            return self._complex_number(value, row)
+        if builtin and isinstance(value, complex | np.complexfloating) and not self.fixed(row):
+            reads.expect(row, "number", kind)
+            return numbers.complex_numbers(self, np.array([value]), row)[0]
         if (builtin and isinstance(value, ATOMS)) or kind.__module__ == "dataclasses":
-            self.reads.expect(row, "equal", value)
+            reads.expect(row, "equal", value)
             return value
+        if isinstance(value, type):
+            return self._class(value, row)
         made = self._made.get(id(value))
         if made is None:
-            self._first.setdefault(id(value), row)
-            return self._copy(value, kind, row)
-        first = self._first.get(id(value))
+            return self._new(value, kind, row)
+        new, first, _ = made
         if first in (None, STABLE):
-            self.reads.expect(row, "same", value)
+            reads.expect(row, "same", value)
         else:
-            self.reads.alias(row, first)
-        return made
+            reads.alias(row, first)
+        return new
 
     def _number(self, value, row):
-        whole = not isinstance(value, float | np.floating)
-        if row in (None, STABLE) or self.lifted == "none" or (whole and self.lifted == "floats"):
+        whole = type(value) is int
+        # beyond the largest whole number, a constant is exact
+        if self.fixed(row) or (whole and (self.lifted == "floats" or abs(value) > LARGEST_WHOLE)):
             self.reads.expect(row, "equal", value)
             return value
-        if whole and abs(value) > LARGEST_WHOLE:  # as a constant, the number is exact
-            self.reads.expect(row, "equal", value)
-            return value
-        (slot,) = self.reads.parameters(row, value)
-        kind = INT if whole else FLOAT if type(value) is float else NUMPY
-        return Symbol(self.graph, self.graph.make("par", (), slot), kind)
+        return numbers.number(self.graph, self.reads.parameters(row, value)[0], value)
 
-    def _complex_number(self, value, row):
-        if self.fixed(row):
-            self.reads.expect(row, "equal", value)
-            return value
-        self.reads.expect(row, "number", type(value))
-        (found,) = self.pairs_of(np.array([value]), row)
-        return found
+    def _class(self, cls, row):
+        stand_in = STAND_INS.get(id(cls)) or of_scipy.stand_in_of(cls)
+        if stand_in is not None or root_of(cls) in PURE | IMPURE:
+            self.reads.expect(row, "same", cls)
+            return cls if stand_in is None else stand_in
+        self.reads.expect(row, "class", (cls, cls.__mro__))
+        if issubclass(cls, enum.Enum):
+            return self._enumeration(cls, cls)
+        if self.known(cls) is None and root_of(type(cls)) not in PURE:
+            refuse(f"it uses the class {cls.__name__}, which has a metaclass")
+        return objects.shadow_of(self, cls)
 
-    def fixed(self, row):
-        """Whether the numbers of a row are constants of the code."""
-        return row in (None, STABLE) or self.lifted == "none"
-
-    def pairs_of(self, value, row, real=False):
-        """The complex numbers of an array, as Pairs of parameters."""
-        g, reads = self.graph, self.reads
-        if real:  # imaginary parts are zero, and later solves check that they are
-            slots = reads.parameters(reads.step(row, "real parts"), real_parts(value))
-            return [Pair(Symbol(g, g.make("par", (), slot)), 0.0) for slot in slots]
-        slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(value))
-        found = [Symbol(g, g.make("par", (), slot)) for slot in slots]
-        return [Pair(*pair) for pair in zip(found[::2], found[1::2], strict=True)]
-
-    def _copy(self, value, kind, row):
+    def _new(self, value, kind, row):
         reads = self.reads
-        stand_in = STAND_INS.get(id(value)) or scipy_objects.stand_in_of(value)
+        stand_in = STAND_INS.get(id(value)) or of_scipy.stand_in_of(value)
         if stand_in is not None:
             reads.expect(row, "same", value)
             return stand_in
         if kind is np.ndarray:
-            return array_copy(self, value, row)
+            new = numbers.array(self, value, row)
+            self.watched.append(new.watch())
+            return self.keep(value, new, row)
         if kind is list or kind is tuple:
-            return containers.sequence(self, value, kind, row)
-        for copies in (containers, frames):
-            copy = copies.copy_of(self, value, kind, row)
-            if copy is not None:
-                return copy
+            return self._sequence(value, kind, row)
+        if kind is set:
+            if any(type(v).__module__ not in OF_LIBRARIES for v in value):
+                refuse("it uses a set of objects")
+            reads.expect(row, "equal", set(value))
+            return self.keep(value, set(value), row, "a set")
+        if kind is collections.deque:
+            reads.expect(row, "length", (kind, len(value)))
+            items = [self.part(value, row, "item", i) for i in range(len(value))]
+            return self.keep(value, kind(items, value.maxlen), row, "a deque")
+        if kind in DICTS:
+            reads.expect(row, "keys", (kind, list(value)))
+            new = self.keep(value, copy.copy(value), row)
+            for key, item in value.items():
+                new[key] = self.wrap(item, reads.step(row, "item", key))
+            self.watch("a dict", new)
+            return new
         if isinstance(value, types.FunctionType):
             return self.functions.copy(value, row)
         found = self.functions.wrapper(value, row)
         return self._thing(value, kind, row) if found is None else found
 
-    def watch(self, value, copy):
-        self.watched.append(copy.watch())
-        return self.keep(value, copy)
+    def _sequence(self, value, kind, row):
+        """A list or tuple; many floats are one array, many other numbers a part of the code."""
+        reads, n, kinds = self.reads, len(value), {*map(type, value)}
+        if n > MAX_ARRAY:
+            refuse(f"it uses a list of {n} items: make it an array", final=True)
+        if n > numbers.SMALL and kinds in ({float}, {np.float64}) and not self.fixed(row):
+            reads.expect(row, "type", kind)
+            slots = reads.parameters(reads.step(row, "numbers", *kinds), np.array(value))
+            items = numbers.items(self.graph, slots, value[0])
+        elif n > numbers.SMALL and kinds <= {bool, int, float, np.float64}:
+            reads.expect(row, "equal", copy.copy(value))
+            items = value
+        else:
+            reads.expect(row, "length", (kind, n))
+            items = [self.part(value, row, "item", i) for i in range(n)]
+        if kind is list:
+            return self.keep(value, List(items), row, "a list")
+        return self.keep(value, (Tuple if n > numbers.SMALL else tuple)(items), row)
 
-    def part(self, value, row, step, key=None):
-        """A copy of a part of a value: the part that a step of `Reads` reaches."""
-        return self.copy(STEPS[step](value, key), self.reads.step(row, step, key))
-
-    def parts(self, value, row, step, keys):
-        """{key: copy of a part}: the parts that a step of `Reads` reaches with each of the keys."""
-        return {key: self.part(value, row, step, key) for key in keys}
-
-    def items(self, values, row):
-        """Copies of the items of a sequence."""
-        return [self.part(values, row, "item", i) for i in range(len(values))]
+    def _enumeration(self, value, cls):
+        """The enumeration or member itself; `writes` undoes writes to members."""
+        own = [v for name, v in vars(cls).items() if name[:2] != "__" and name[:5] != "_gene"]
+        if any(type(v) in (types.FunctionType, property, staticmethod, classmethod) for v in own):
+            refuse("an enumeration with functions of its own")
+        if any(name[0] != "_" for member in cls for name in vars(member)):
+            self.reads.lasting = False  # a later call cannot check attributes of members
+        if self.known(cls) is None:
+            self.keep(cls, cls)
+            for member in cls:
+                self.watch(OF_ENUMERATION, vars(member))
+        return value
 
     def _thing(self, value, kind, row):
-        """A copy of a module, a class or an object."""
-        reads = self.reads
-        reads.expect(row, *(("type", kind) if is_instance(value, kind) else ("same", value)))
+        """A module or an object."""
+        reads, package = self.reads, root_of(kind)
+        if (
+            objects.is_instance(value, kind)
+            or np.poly1d in kind.__mro__
+            or (kind.__module__.startswith("numpy.polynomial"))
+        ):
+            return objects.instance_of(self, value, row)
+        at = self.same(row, value)
         if isinstance(value, types.ModuleType):
-            return self.keep(value, module_of(self, value, row))
-        of_type = value if isinstance(value, type) else kind
-        if issubclass(of_type, enum.Enum):
-            return containers.enumeration(self, value, of_type)
+            return self.keep(value, objects.module_of(self, value, at), row)
+        if isinstance(value, enum.Enum):
+            return self._enumeration(value, kind)
         if isinstance(value, types.BuiltinFunctionType):
             owner = value.__self__
             if not isinstance(owner, types.ModuleType | type | None):
@@ -190,43 +233,28 @@ class Outside:
             return Forbidden("random numbers")
         if hasattr(kind, "__next__"):
             return Forbidden("an iterator")
-        if scipy_objects.is_of_scipy(value, kind) and not isinstance(value, type):
-            scipy_objects.expect_content(reads, value, row)
-            return self.keep(value, scipy_objects.copy_of(value, self.watched))
-        package = root_of(value if isinstance(value, type) else kind)
-        if isinstance(value, type):
-            made_by_user = any(map(has_functions, value.__mro__[:-1]))
-            if package in PURE | IMPURE:
-                return value
-            if issubclass(value, BaseException | tuple | list | dict) and not made_by_user:
-                return class_of_data(self, value, row)
-            if issubclass(value, list | dict):
-                refuse(f"the class {value.__name__} is a list or a dict with functions of its own")
-            return shadow_of(self, value, row)
-        if is_instance(value, kind):
-            return instance_of(self, value, row)
+        if of_scipy.is_of_scipy(value, kind):
+            of_scipy.expect_content(reads, value, at)
+            return self.keep(value, of_scipy.copy_of(value, self.watched), row)
         if isinstance(value, logging.Logger):
             reads.lasting = False  # a later call cannot check the level
             return Quiet(value)
         if package in IMPURE:
             return Forbidden(package)
         if callable(value) or isinstance(value, np.generic):
-            if scipy_objects.content_of(value):  # a polynomial of NumPy
-                scipy_objects.expect_content(reads, value, row)
-            elif not isinstance(value, np.ufunc | OF_C):
+            if not isinstance(value, np.ufunc | OF_C):
                 reads.lasting = False  # a later call cannot check what the callable holds
-            return library_object(self, value) if hasattr(value, "__dict__") else value
+            if not hasattr(value, "__dict__"):
+                return value
         return refuse(f"it uses an object of type {kind.__name__}", final=True)
+
+    # -- after the run
 
     def writes(self):
         """The kinds of objects that the run changed, such as "a dict"."""
         written = [each for each in self.watched if changed(*each[1:])]
-        found = [what for what, *_ in written]
-        for before in [before for *_, before in written if isinstance(before, Attributes)]:
-            before.give_back()
-        for member, before in [pair for pairs in self.enumerations.values() for pair in pairs]:
-            if vars(member) != before:
-                vars(member).clear()
-                vars(member).update(before)
-                found.append("an attribute of an enumeration")
-        return found
+        for what, thing, before in written:
+            if what == OF_ENUMERATION:  # the user's own
+                thing.clear()
+                thing.update(before)
+        return [what for what, *_ in written]

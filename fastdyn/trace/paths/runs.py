@@ -174,8 +174,8 @@ def _run(g, script, outside, fun, args, states, shape):
 
 def _surroundings(outside, fun, args):
     reads = outside.reads
-    given = [outside.copy(a, reads.root(i)) for i, a in enumerate(args, 1)]
-    copy = outside.copy(fun, reads.root(0))
+    given = [outside.wrap(a, reads.root(i)) for i, a in enumerate(args, 1)]
+    copy = outside.wrap(fun, reads.root(0))
     if copy is fun or not callable(copy):
         raise Refusal("it is no function written in Python")
     return copy, given

@@ -1,1 +1,1 @@
-"""The values that a traced function reads from outside, and how a later call compares them."""
+"""The record of what a traced function reads from outside, and the program that reads it again."""

@@ -1,37 +1,35 @@
-"""Records what a traced function reads from outside, so that a later call can check it.
+"""Records what a traced function reads from outside: places, checks and parameters.
 
-Each object that was read has a row.  The row holds the row of the parent object, the step from the
-parent to the object, and the check that the object must pass.  For a number, the check compares
-only the type, because the value is a parameter of the code.
+Each object that was read has a row: the row of the parent object, the step from the parent to the
+object, and the check that the object must pass in a later call.  For a number, the check compares
+only the type, because the value is a parameter of the code.  `program` writes the rows out.
 """
 
 import bisect
+import hashlib
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..graph.evaluate import evaluate
-from .checks import CHECKS, laid
-from .steps import STEPS
-
 STABLE = -1  # the row of objects inside libraries, which do not change
 MAX_ARRAY = 4096  # the largest array whose elements become symbols
-
-
-# Exceptions of a step or a check that cannot be done: the trace does not hold.
-ERRORS = (AttributeError, KeyError, IndexError, TypeError, ValueError)
-NO_ATTRIBUTES = ("inside", "__dict__", "keys", (dict, []))  # a row, without its parent
+# Checks that fail only if the user replaces a part of the program.
+OF_CODE = {None, "number", "array", "complex array", "absent", "code", "nothing", "class", "size"}
 
 
 class Row(NamedTuple):
-    """One read: ``CHECKS[check]`` compares the object with `expected`."""
+    """One read: a later object of this place must pass `check`, with what was `expected`.
+
+    The step of a root is "root", of a function or an argument, or "known", of an object that
+    another row has found to be this very object.
+    """
 
     parent: int
     step: str
     key: Any
-    check: Any
-    expected: Any
+    check: Any = None
+    expected: Any = None
 
 
 class Group(NamedTuple):
@@ -43,6 +41,10 @@ class Group(NamedTuple):
     whole: bool
     dtype: str = "f8"  # of an array
 
+    @property
+    def size(self):
+        return 1 if self.shape is None else math.prod(self.shape)
+
 
 class Reads:
     """The rows and parameters of a trace; `roots` are the function and its arguments."""
@@ -51,26 +53,35 @@ class Reads:
         self.graph, self.roots, self.varying = graph, roots, varying
         self.rows: list[Row] = []
         self.groups: list[Group] = []
-        self._known, self._of_row, self._firsts, self.fixed = {}, {}, [], set()
+        self._known, self._of_row, self._firsts, self._held = {}, {}, [], {}
+        self.fixed: set = set()  # slots whose numbers are part of the code
         self.assumed: dict = {}
         self.aliases: set = set()  # pairs of rows that hold one object
         self.lasting, self.identities, self.truths = True, False, False
-        self._pattern: tuple | None = None
+        self._given, self.objects = [], {}  # values of the groups; objects by row, until `close`
+        self.pattern: dict = {}  # row: first row with the same object, if identities are compared
+
+    # -- places
 
     def root(self, i):
         """The row of the function (0), or of argument i."""
-        return self._add(STABLE, "root", i)
+        return self._add((STABLE, "root", i), i)
+
+    def known(self, thing):
+        """The row of an object that the check of another row identifies."""
+        return self._add((STABLE, "known", id(thing)), thing)
 
     def step(self, parent, step, key=None):
         """The row that `step` reaches from the row `parent`; None if `parent` is None."""
-        return parent if parent is None or parent == STABLE else self._add(parent, step, key)
+        if parent is None or parent == STABLE:
+            return parent
+        return self._add((parent, step, key), key)
 
-    def _add(self, parent, step, key):
-        place = parent, step, key
+    def _add(self, place, key):
         row = self._known.get(place)
         if row is None:
             row = self._known[place] = len(self.rows)
-            self.rows.append(Row(parent, step, key, None, None))
+            self.rows.append(Row(place[0], place[1], key))
         return row
 
     def expect(self, row, check, expected=None):
@@ -99,22 +110,30 @@ class Reads:
             self.groups.append(Group(row, first, shape, whole, code))
             self.graph.values.extend(value)
             self._firsts.append(first)
+            self._given.append(value)
             self._of_row[row] = known
-            if self.root_of(row) in self.varying:
+            if self.varies(row):
                 self.graph.varying.update(range(first, len(self.graph.values)))
-            if array and value.dtype == float:
-                self.expect(row, "array", laid(value))
-            elif array:
-                self.expect(row, "numbers", (value.dtype, value.shape))
+            if array:
+                strides = value.strides if value.ndim > 1 and value.dtype == float else None
+                self.expect(row, "array", (value.dtype, value.shape, strides))
             else:
                 self.expect(row, "number", type(value))
         group = self.groups[known]
-        return range(group.first, group.first + _count(group))
+        return range(group.first, group.first + group.size)
 
-    def root_of(self, row):
-        """The index of the root from which the steps to a row begin."""
-        place = self.rows[row]
-        return place.key if place.parent < 0 else self.root_of(place.parent)
+    def held(self, content):
+        """The slots of a constant array, stored beside the code; equal ones share slots."""
+        array = np.array(content, dtype=float, order="C")
+        name = array.shape, hashlib.sha256(array.data).digest()
+        array = self._held.setdefault(name, array)
+        return self.parameters(self.known(array), array)
+
+    def varies(self, row):
+        """Whether a row belongs to an argument that varies between trajectories."""
+        while self.rows[row].parent >= 0:
+            row = self.rows[row].parent
+        return self.rows[row].step == "root" and self.rows[row].key in self.varying
 
     def group(self, slot):
         """The index of the group that a slot belongs to."""
@@ -134,93 +153,31 @@ class Reads:
         else:
             self.assumed[node.key] = node
 
-    # -- a later call
+    # -- after the trace
 
-    def found(self, roots):
-        """The objects of all rows, reached from the given roots; empty if a step fails."""
-        found = []
-        try:
-            for parent, step, key, *_ in self.rows:
-                found.append(roots[key] if parent < 0 else STEPS[step](found[parent], key))
-        except ERRORS:
-            return []
-        return found
+    def close(self):
+        """The values of all groups; from then on, the record holds no object but for its checks."""
+        given, self._given = self._given, []
+        if self.identities:
+            first: dict = {}
+            for row, thing in self.objects.items():
+                self.pattern[row] = first.setdefault(id(thing), row)
+        self.objects = {}
+        return given
 
-    def same_things(self):
-        """The `pattern` of the objects of all rows at the trace, if identities are compared.
-
-        The roots may change later.  Therefore the first call, just after the trace, computes the
-        pattern, and later calls return it.
-        """
-        if self._pattern is None:
-            self._pattern = pattern(self.found(self.roots)) if self.identities else ()
-        return self._pattern
-
-    def values(self):
-        """The values of all groups, read again from the roots of the trace."""
-        found = self.found(self.roots)
-        if len(found) < len(self.rows):  # a full cache of a function drops values while it is read
-            return [self._traced_value(group) for group in self.groups]
-        return [found[group.row] for group in self.groups]
-
-    def _traced_value(self, group):
-        """The value of a group at the trace."""
-        numbers = np.array(self.graph.values)[group.first : group.first + _count(group)]
-        if group.shape is not None:
-            return numbers.astype(group.dtype).reshape(group.shape)
-        return int(numbers[0]) if group.whole else float(numbers[0])
-
-    def follow(self, *roots):
-        """The values of all groups, read from other roots; None if the trace is not valid there."""
-        if not self.lasting or len(roots) != len(self.roots):
-            return None
-        found = []
-        try:
-            for parent, step, key, check, expected in self.rows:
-                value = roots[key] if parent < 0 else STEPS[step](found[parent], key)
-                if check is not None and not CHECKS[check](value, expected):
-                    return None
-                found.append(value)
-        except ERRORS:
-            return None
-        if any(found[a] is not found[b] for a, b in self.aliases):
-            return None
-        if self.identities and pattern(found) != self.same_things():
-            return None
-        given = [found[group.row] for group in self.groups]
-        return given if self.holds(given) else None
-
-    def holds(self, given):
-        """Whether the values on which the code relies are those of the trace."""
-        if not self.fixed and not self.assumed:
-            return True
-        values = flat(given)
-        known = self.graph.values
-        if any(not _same(values[slot], known[slot]) for slot in self.fixed):
-            return False
-        nodes = list(self.assumed.values())
-        if not nodes:
-            return True
-        at = np.zeros(1)
-        (now,) = evaluate(self.graph, nodes, at, np.zeros((1, 1)), values)[0].reshape(1, -1)
-        return all(_same(a, float(node.value)) for a, node in zip(now, nodes, strict=True))
+    def may_need_other_code(self):
+        """Whether other values of the kind that users change may need other code."""
+        return any(
+            row.check not in OF_CODE and not (row.check == "same" and _is_lasting(row.expected))
+            for row in self.rows
+            if row.step != "root"
+        )
 
 
-def pattern(things):
-    """Number the objects by identity: identical objects get equal numbers."""
-    first: dict = {}
-    return tuple([first.setdefault(id(thing), len(first)) for thing in things])
+def _is_lasting(thing):
+    return isinstance(thing, type(math) | type(len) | np.ufunc)
 
 
 def flat(given):
     """The values of all parameters, by slot."""
     return np.concatenate([np.ravel(v) for v in given], dtype=float) if given else np.empty(0)
-
-
-def _count(group):
-    return 1 if group.shape is None else int(np.prod(group.shape))
-
-
-def _same(a, b):
-    """Whether two numbers are equal, also in the sign of zero, or both nan."""
-    return (a == b and math.copysign(1.0, a) == math.copysign(1.0, b)) or (a != a and b != b)

@@ -65,6 +65,14 @@ class Arithmetic(Symbolic):
             return self.made(self.g.const(value), kind)
         return None
 
+    def whole_numbers(self: Any, other) -> Any:
+        """This number and `other`, if both are whole, and known; then the code assumes both."""
+        if self.kind != INT or self.node.varies:
+            return None
+        if isinstance(other, type(self)):
+            other = other._plain() if other.kind == INT and not other.node.varies else None
+        return (self._plain(), other) if isinstance(other, int | np.integer) else None
+
     # -- arithmetic with a number of the same graph
 
     def _add(self, o):
@@ -117,10 +125,10 @@ class Arithmetic(Symbolic):
     __sub__, __rsub__ = operators(_sub, operator.sub)
     _times = operators(_mul, operator.mul)[0]
     __truediv__, __rtruediv__ = operators(_truediv, operator.truediv)
-    __floordiv__, __rfloordiv__ = operators(lambda a, b: a._divmod(b)[0])
-    __mod__, __rmod__ = operators(lambda a, b: a._divmod(b)[1])
-    __divmod__, __rdivmod__ = operators(_divmod)
-    __pow__, __rpow__ = operators(_pow)
+    __floordiv__, __rfloordiv__ = operators(lambda a, b: a._divmod(b)[0], operator.floordiv)
+    __mod__, __rmod__ = operators(lambda a, b: a._divmod(b)[1], operator.mod)
+    __divmod__, __rdivmod__ = operators(_divmod, divmod)
+    __pow__, __rpow__ = operators(_pow, operator.pow)
 
     def __mul__(self: Any, other) -> Any:
         if isinstance(other, list | tuple | str):
@@ -191,6 +199,9 @@ class Arithmetic(Symbolic):
     # -- comparisons
 
     def _compare(self, other, sign):
+        whole = self.whole_numbers(other)
+        if whole:
+            return getattr(operator, sign)(*whole)
         o = self.lift(other)
         if o is None:
             return NotImplemented

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..graph.kinds import FLOAT, INT, NUMPY
 from .complex_pair import Pair, is_complex, parts
 from .conditions import Condition, both, cast, either, kind_of_number, select
 from .layout import laid_out, like_a_ufunc
@@ -22,8 +23,9 @@ from .symbolic import (
     kind_of,
     refuse,
 )  # fmt: skip
-from .symbolic_indices import by_elements, check_bounds, index_of, table_of, without_dots
+from .symbolic_indices import by_elements, check_bounds, entry, index_of, table_of, without_dots
 
+OF_TYPES = {float: FLOAT, int: INT, bool: bool}
 MAX_CHOICES = 64  # most elements that a symbolic index selects from by comparisons
 
 
@@ -272,6 +274,9 @@ def look_up(rows, index):
     check_bounds(index, len(rows))
     if isinstance(rows[0], np.ndarray):
         return elementwise(lambda *column: _choice(column, index), *rows)
+    if all(type(row) in (list, tuple) or isinstance(row, list) for row in rows):
+        columns = zip(*rows, strict=True)
+        return type(rows[0])(_choice(column, index) for column in columns)
     return _choice(rows, index)
 
 
@@ -280,12 +285,13 @@ def _choice(values, index):
     if any(map(is_complex, values)):
         return Pair(*(_choice(part, index) for part in zip(*map(parts, values), strict=True)))
     if all(isinstance(v, Symbol) and v.node.op == "par" for v in values) and len(values) > 4:
-        return Symbol(g, g.make("table", (index.node,), g.table(values)))
+        return entry(g, g.table(values), index.node, values[0].kind)
     if not is_symbolic(values):
         if any(not isinstance(v, int | float | np.number) for v in values):
             refuse("a list of other things than numbers, at an index that depends on the state")
-        name = table_of(g, np.array(values, float))
-        return Symbol(g, g.make("table", (index.node,), name))
+        kinds = set(map(type, values))
+        kind = OF_TYPES.get(kinds.pop(), NUMPY) if len(kinds) == 1 else NUMPY
+        return entry(g, table_of(g, np.array(values, float)), index.node, kind)
     if len(values) > MAX_CHOICES:
         refuse("a long list of parameters, at an index that depends on the state")
     result = values[0]

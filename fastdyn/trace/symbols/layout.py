@@ -119,6 +119,4 @@ def _ones(value) -> Any:
         return np.ones_like(value.view(np.ndarray), dtype)
     if isinstance(value, np.ndarray):
         return value.view(np.ndarray)
-    if isinstance(value, Lazy):
-        return [1.0] * len(value)  # pyright: ignore
     return type(value)(map(_ones, value)) if type(value) in (list, tuple) else value

@@ -5,28 +5,33 @@ from typing import Any
 import numpy as np
 
 
-def operators(method, beside_complex=None) -> tuple[Any, Any]:
+def operators(method, of_python=None) -> tuple[Any, Any]:
     """The operator, and the reflected operator, that a method of two numbers of a graph gives.
 
-    The class of the method has `lift`, which converts the other operand, or returns None.  If
-    `lift` does not convert a complex operand, ``beside_complex(a, b)`` gets the operand and a Pair.
+    The class of the method has `lift`, which converts the other operand, or returns None.  The
+    operator `of_python` computes with known whole numbers, and with a Pair and a complex operand,
+    which `lift` does not convert.
     """
 
     def direct(self, other):
+        if of_python is not None and (whole := self.whole_numbers(other)):
+            return of_python(*whole)
         o = self.lift(other)
         if o is not None:
             return method(self, o)
-        if beside_complex is None or not isinstance(other, complex):
+        if of_python is None or not isinstance(other, complex):
             return NotImplemented
-        return beside_complex(self.g.pair(self, 0.0), other)
+        return of_python(self.g.pair(self, 0.0), other)
 
     def reflected(self, other):
+        if of_python is not None and (whole := self.whole_numbers(other)):
+            return of_python(*whole[::-1])
         o = self.lift(other)
         if o is not None:
             return method(o, self)
-        if beside_complex is None or not isinstance(other, complex):
+        if of_python is None or not isinstance(other, complex):
             return NotImplemented
-        return beside_complex(other, self.g.pair(self, 0.0))
+        return of_python(other, self.g.pair(self, 0.0))
 
     return direct, reflected
 

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..graph.kinds import INT
-from ..reads.table_reads import LONG, held
 from .conditions import Condition
 from .real import Symbol
 from .symbolic import Batched, Symbolic, is_symbolic, refuse
+
+LONG = 64  # a constant table with more numbers is stored beside the code
 
 
 def index_of(key) -> Any:
@@ -59,7 +60,7 @@ def namer(g, content):
     key = "constants", content.__array_interface__["data"][0], content.shape, content.dtype
     slots, known, _ = g.kept.get(key) or (None, None, None)
     if slots is None or (content.flags.writeable and known != content.tobytes()):
-        slots = held(g.reads, content)
+        slots = g.reads.held(content)
         # the array is kept, so that its address stays unique
         g.kept[key] = slots, content.flags.writeable and content.tobytes(), content
     return lambda places: name_of_slots(g, part_of(slots, places))
