@@ -184,6 +184,25 @@ def test_variables_that_come_later():
         del globals()["LATE"]
 
 
+def test_names_that_a_class_in_the_function_looks_up():
+    def fun(t, y):
+        class Local:
+            k = RATE * round(2.6)  # pyright: ignore
+
+        return -Local.k * y
+
+    globals()["RATE"] = 1.0
+    try:
+        agrees(fun)
+        globals()["RATE"] = 0.5
+        agrees(fun)
+        globals()["round"] = lambda v: 1.0
+        agrees(fun)
+    finally:
+        del globals()["RATE"]
+        globals().pop("round", None)
+
+
 def test_partials_with_more_arguments():
     def scaled(t, y, k, m=1.0):
         return k * m * y

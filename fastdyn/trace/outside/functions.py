@@ -1,6 +1,7 @@
 """Rebuilds functions over wrapped values: their globals are read when they are first used."""
 
 import builtins
+import contextlib
 import dis
 import functools
 import sys
@@ -72,7 +73,7 @@ class Functions:
             self._optional(f, new, name, reads.step(row, "attribute", name))
         outside.watch("what makes a function", new)
         for name in facts.past:
-            if name in f.__globals__ and name not in scope:
+            with contextlib.suppress(KeyError):
                 scope[name]
         reads.identities |= facts.identities
         reads.truths |= facts.truths
