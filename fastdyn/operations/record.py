@@ -11,85 +11,39 @@ import numpy as np
 
 
 class Operation(NamedTuple):
-    """The record of an operation.
+    """The record of an operation; a rule ``(result, *operands)`` may be a number."""
 
-    Attributes
-    ----------
-    name : str
-        The name in the graph; of an elementary function, its name in C.
-    value : callable
-        The value by NumPy, of numbers or arrays; a node's `data`, if there are any, come first.
-    factors : tuple or None
-        For each operand the rule ``(result, *operands)`` for the derivative by the operand, or a
-        number.  None instead of the tuple: not known.
-    llvm : str
-        A method of llvmlite's builder, or an intrinsic ("llvm.sqrt"); "": a function of C, or a
-        method of `emit.numbers.Emitter`.
-    sign : str
-        The operator in Python, of arithmetic and comparisons.
-    truth, whole, tables, elementary : bool
-        Whether the value is a truth value; is a whole number; whether the operation reads tables;
-        whether the operation is a function that has formulas on vectors, or comes from C.
-    cost : int
-        Processor time, in additions.
-    in_math : callable, optional
-        The function of `math`.
-    aliases : tuple of str
-        Further names in NumPy and SciPy.
-    raises : callable, optional
-        ``raises(function of math, result, *operands)``: see `domains`.
-    formula : callable, optional
-        The rule ``(*operands)`` for the value by other operations: no node has this operation, and
-        no more fields are needed.
-    recurrence : str
-        The recurrence of the Taylor coefficients: "linear", "product", "quotient", "root",
-        "choice"; "integral" of slope times derivative of the operand (A. Jorba and M. Zou,
-        Experimental Mathematics 14, 2005, section 3); "": no Taylor series.
-    series : callable, optional
-        The rule ``(*operands)`` for the value by products, powers and functions with shorter
-        recurrences.
-    slopes : tuple, optional
-        `factors` with shorter recurrences, but of less accuracy.
-    parity : str
-        "even" or "odd".
-    width : float, optional
-        The width of the transition at 0 beyond which the function is nearly constant, so that a
-        Taylor series does not show the transition; 0: nothing of the kind.  None: not known.
-    monotone, kinked, root : bool
-        Whether the function rises or falls throughout; has a kink; has an infinite slope at 0.
-    decision : callable, optional
-        The rule ``(result, *operands)`` for a value that changes where the operation jumps.
-    inside : callable, optional
-        ``inside(result, *operands, slots)`` yields (slot, derivative) for parameters in tables.
-    words : str
-        The operation in messages.
-    """
-
-    name: str
-    value: Any = None
-    factors: Any = None
-    llvm: str = ""
-    sign: str = ""
-    truth: bool = False
-    whole: bool = False
-    tables: bool = False
-    elementary: bool = False
-    cost: int = 1
-    in_math: Any = None
-    aliases: tuple = ()
-    raises: Callable | None = None
+    name: str  # in the graph; of an elementary function, in C
+    value: Any = None  # by NumPy, of numbers or arrays; the `data` of a node come first, if any
+    factors: Any = None  # for each operand the rule for the derivative by it; None: not known
+    llvm: str = ""  # method of llvmlite's builder, intrinsic; "": function of C, or of `Emitter`
+    sign: str = ""  # the operator in Python, of arithmetic and comparisons
+    truth: bool = False  # the value is a truth value
+    whole: bool = False  # the value is a whole number
+    tables: bool = False  # the operation reads tables
+    elementary: bool = False  # a function from C, or by a formula on vectors
+    cost: int = 1  # processor time, in additions
+    in_math: Any = None  # the function of `math`
+    aliases: tuple = ()  # further names in NumPy and SciPy
+    raises: Callable | None = None  # (function of math, result, *operands): see `domains`
+    # The rule (*operands) for the value by other operations; then no more fields are needed.
     formula: Callable | None = None
+    # Of Taylor coefficients: "linear", "product", "quotient", "root", "choice"; "integral" of slope
+    # times derivative of the operand (A. Jorba and M. Zou, Experimental Mathematics 14, 2005,
+    # section 3); "": no Taylor series.
     recurrence: str = ""
-    series: Callable | None = None
-    slopes: Any = None
-    parity: str = ""
+    series: Callable | None = None  # rule (*operands) for the value, with shorter recurrences
+    slopes: Any = None  # `factors` with shorter recurrences, but of less accuracy
+    parity: str = ""  # "even" or "odd"
+    # Of the transition at 0 beyond which the function is nearly constant, so that a Taylor series
+    # does not show the transition; 0: nothing of the kind; None: not known.
     width: Any = None
-    monotone: bool = False
+    monotone: bool = False  # rises or falls throughout
     kinked: bool = False
-    root: bool = False
-    decision: Callable | None = None
-    inside: Callable | None = None
-    words: str = ""
+    root: bool = False  # has an infinite slope at 0
+    decision: Callable | None = None  # rule for a value that changes where the operation jumps
+    inside: Callable | None = None  # (result, *operands, slots): (slot, derivative) in tables
+    words: str = ""  # in messages
 
 
 class _Operations(dict):
