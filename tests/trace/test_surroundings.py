@@ -187,7 +187,7 @@ def test_variables_that_come_later():
 def test_names_that_a_class_in_the_function_looks_up():
     def fun(t, y):
         class Local:
-            k = RATE * round(2.6)  # pyright: ignore
+            k = RATE * round(2.6)  # pyright: ignore  # noqa: F821
 
         return -Local.k * y
 
