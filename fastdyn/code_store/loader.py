@@ -1,13 +1,16 @@
 """Loading of object code: each file in a name space of its own, its needs from a closed list."""
 
+import ctypes
 import functools
 import importlib.machinery
 import importlib.util
 import itertools
 import pathlib
+import re
 import sys
 import threading
 from collections import deque
+from ctypes import c_char_p, c_void_p, py_object
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -22,7 +25,7 @@ LIBM = frozenset(
     "nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc".split()
 )
 PYTHON = frozenset("PyGILState_Ensure PyGILState_Release Py_FatalError".split())  # LAPACK's errors
-PREFIX = "numba_"
+PREFIX, OF_SCIPY = "numba_", "scipy_special_"
 
 _lock = threading.Lock()
 PIECES = 32  # most pieces of code of a linker, whose data grow faster than their number
@@ -74,7 +77,7 @@ class UnknownSymbol(Exception):
 
 
 def provider(symbol):
-    """The provider of a symbol: "libc", "libm", "python", "numba", "fastdyn" for OFFERED."""
+    """The provider of a symbol, such as "libc" or "numba"; "fastdyn" for OFFERED."""
     if symbol in OFFERED:
         return "fastdyn"
     if symbol in LIBC:
@@ -83,6 +86,8 @@ def provider(symbol):
         return "python"
     if symbol.removesuffix("f") in LIBM or symbol in LIBM:
         return "libm"
+    if symbol.startswith(OF_SCIPY):
+        return "scipy"
     if symbol.startswith(PREFIX) and symbol.removeprefix(PREFIX) in _helpers():
         return "numba"
     raise UnknownSymbol(symbol)
@@ -108,10 +113,28 @@ def _helpers():
     return {}
 
 
+def _of_scipy(name):
+    """The address of a function of real numbers of `scipy.special`; None without one."""
+    from scipy.special import cython_special
+
+    capsules, api = vars(cython_special)["__pyx_capi__"], ctypes.pythonapi
+    api.PyCapsule_GetName.restype, api.PyCapsule_GetPointer.restype = c_char_p, c_void_p
+    for variant in ("", "__pyx_fuse_0", "__pyx_fuse_1"):  # those of a type of numbers each
+        capsule = py_object(capsules.get(variant + name))
+        form = api.PyCapsule_GetName(capsule) if capsule.value else b""
+        if re.fullmatch(rb"double \((double, )+int __pyx_skip_dispatch\)", form):
+            return api.PyCapsule_GetPointer(capsule, c_char_p(form))
+    return None
+
+
 def _address(symbol):
-    if provider(symbol) == "numba":
+    known = provider(symbol)
+    if known == "numba":
         return _helpers()[symbol.removeprefix(PREFIX)]
-    address = llvm.address_of_symbol(symbol)
+    if known == "scipy":
+        address = _of_scipy(symbol.removeprefix(OF_SCIPY))
+    else:
+        address = llvm.address_of_symbol(symbol)
     if not address:
         raise UnknownSymbol(symbol)
     return address

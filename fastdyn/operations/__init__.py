@@ -1,6 +1,15 @@
 """The operations of a graph, one record each: see `record.py`.  Imports NumPy only."""
 
-from . import arithmetic, functions, tables
+from . import arithmetic, functions, special, tables
 from .record import NAMES, OPERATIONS, Operation, add
 
-__all__ = ["NAMES", "OPERATIONS", "Operation", "add", "arithmetic", "functions", "tables"]
+__all__ = [
+    "NAMES",
+    "OPERATIONS",
+    "Operation",
+    "add",
+    "arithmetic",
+    "functions",
+    "special",
+    "tables",
+]

@@ -101,5 +101,4 @@ add(
               words="a spline"),
     Operation("interpolate", _interpolate, (_slope_of_chord,), tables=True, cost=20,
               inside=_inside_interpolation, words="interpolation in a table"),
-    Operation("in c", words="a special function of SciPy"),
 )  # fmt: skip

@@ -24,13 +24,3 @@ def call_island(builder, source, data, given, found):
     address = builder.fptosi(source.parameter(slot), WORD)
     builder.call(builder.inttoptr(address, ISLAND.as_pointer()), [given, found])
     return found
-
-
-def call_in_c(builder, source, slot, *args):
-    """Call a C function; an unused int, which Cython's functions take, follows the numbers."""
-    address = source.parameter(slot)
-    if address.type != REAL:  # all lanes hold the same address
-        address = builder.extract_element(address, INDEX(0))
-    form = ir.FunctionType(REAL, [*[REAL] * len(args), INDEX])
-    function = builder.inttoptr(builder.fptosi(address, WORD), form.as_pointer())
-    return builder.call(function, [*args, INDEX(0)])

@@ -4,16 +4,16 @@ Each node becomes an operation of LLVM or a call.  LLVM never reorders operation
 only if `flags` allow fusion.  Therefore the bits of a result do not depend on the surrounding code.
 """
 
-import functools
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
 
 from ...operations import OPERATIONS
+from ...operations.special import IN_C
 from ..graph.clock import EVERY, look
 from ..graph.expressions import live
-from .islands import BIT, INDEX, REAL, WORD, call_in_c, call_island, rooms
+from .islands import BIT, INDEX, REAL, WORD, call_island, rooms
 
 
 class Emitter:
@@ -74,8 +74,6 @@ class Emitter:
             return self._island(node, args)
         if op == "entry":
             return b.load(b.gep(args[0], [INDEX(node.data)]))
-        if op == "in c":
-            return self._by_lanes(functools.partial(call_in_c, b, self.source), node.data[0], *args)
         operation = OPERATIONS[op]
         if operation.elementary:
             return self.function(op, args)
@@ -107,7 +105,9 @@ class Emitter:
         if self.width is None:
             if OPERATIONS[name].llvm:
                 return self._intrinsic(OPERATIONS[name].llvm, args)
-            function = self._declared(name, [REAL] * len(args), REAL)
+            if name.startswith(IN_C):  # Cython's functions take an unused number, too
+                args = [*args, INDEX(0)]
+            function = self._declared(name, [a.type for a in args], REAL)
             return self.builder.call(function, args)
         one = Emitter(self.builder, self.graph, REAL)
         return self._by_lanes(lambda _, *values: one.in_c(name, values), None, *args)

@@ -42,7 +42,7 @@ class Graph:
     def __init__(self):
         self._known, self.nodes, self.values, self.tables = {}, [], Values(), {}
         self.batches: Any = None  # the Table of long arrays, see `trace.batches`
-        self.kept, self.islands = {}, {}  # values kept for later runs; Islands and InCs by slot
+        self.kept, self.islands = {}, {}  # values kept for later runs; Islands by slot
         self.most = MAX_NODES
         self.bounds: dict = {}  # upper bounds of whole numbers, see `domains.bound`
         self.largest_whole = LARGEST_WHOLE
@@ -85,7 +85,7 @@ class Graph:
     def compute(self, node, args, values=None):
         """Compute a node from the values of the operands, which are numbers or arrays."""
         data, operation = node.data, OPERATIONS[node.op]
-        if node.op in ("island", "in c"):
+        if node.op == "island":
             return self.islands[data[0]].values(args)
         if operation.tables:
             data = contents(node, self.tables, self.values if values is None else values)

@@ -113,7 +113,7 @@ def raise_interrupts(islands):
 
 
 def calls_libraries(graph):
-    """The Islands of a graph, without its InCs."""
+    """The Islands of a graph."""
     return [each for each in graph.islands.values() if isinstance(each, Island)]
 
 

@@ -7,7 +7,6 @@ import types
 import numpy as np
 
 from ..islands.calls import or_apart
-from ..islands.special import by_address
 from ..symbols.arrays import Array, elementwise, reduced, stored
 from ..symbols.complex_pair import total
 from ..symbols.conditions import select
@@ -93,9 +92,6 @@ def _called(ufunc, args):
     name = ufunc.__name__
     if is_known(name):
         return elementwise(of_numbers(ufunc), *args)
-    found = by_address(ufunc, *args)
-    if found is not NotImplemented:
-        return found
     return or_apart(ufunc, functools.partial(elementwise, of_numbers(ufunc)))(*args)
 
 
