@@ -14,7 +14,7 @@ from fastdyn.kernels.calls.block import RAISED_WORD, SIDES, TIME
 from fastdyn.trace.graph.clock import look
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
-from fastdyn.trace.islands.island import islands_of, raise_interrupts
+from fastdyn.trace.islands import islands_of, raise_interrupts
 
 from .callables.diagnostics import GaveUp
 from .callables.same_numbers import all_close, are_close, differ, short

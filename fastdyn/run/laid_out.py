@@ -19,7 +19,7 @@ from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.rare import raise_failure
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
-from fastdyn.trace.islands.island import Island, islands_of, raise_interrupts
+from fastdyn.trace.islands import Island, islands_of, raise_interrupts
 
 from . import output
 from .begin import (

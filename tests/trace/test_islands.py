@@ -53,7 +53,6 @@ FIELDS = {  # of N numbers
     "fftconvolve": lambda t, u: scipy.signal.fftconvolve(np.tanh(u), WAVES, mode="same") / N - u,
     "gaussian": lambda t, u: scipy.ndimage.gaussian_filter1d(u**2, 2.0 + 0 * t) - u,
     "lu_solve": lambda t, u: scipy.linalg.lu_solve(LU, np.sin(u)) - u,
-    "splu": lambda t, u: SPARSE_LU.solve(np.sin(u)) - u,
     "solve_banded": lambda t, u: scipy.linalg.solve_banded((1, 1), BAND, u) - u,
     "sort": lambda t, u: np.sort(np.concatenate([u, u]))[:N] - u,
     "eigvalsh": lambda t, u: np.linalg.eigvalsh(np.outer(u, u) + MASS) / 9 - u,
@@ -64,10 +63,16 @@ PAIRS = {  # of two numbers
     "jv": lambda t, y: [y[1], scipy.special.jv(0, 2 * t) + scipy.special.j1(y[0]) - y[0]],
     "ellipk": lambda t, y: scipy.special.ellipk(np.sin(y) ** 2 / 2) - y,
     "lambertw": lambda t, y: [y[1], -scipy.special.lambertw(1.5 + y[0]).real],
-    "surface": lambda t, y: [SURFACE.ev(y[0] ** 2, t / 9), -y[1] - SURFACE.ev(0.2, 0.3, dx=1)],
-    "table": lambda t, y: [TABLE([[t / 9, y[1] ** 2]])[0], -y[1]],
-    "distribution": lambda t, y: [DELAY.pdf(t) - y[0], scipy.stats.norm.cdf(y[1], loc=t) - y[1]],
 }  # fmt: skip
+OBJECTS = {  # whose methods are called: (type, function of two numbers)
+    "splu": ("SuperLU", lambda t, y: SPARSE_LU.solve(np.sin(np.resize(y, N)))[:2] - y),
+    "surface": (
+        "RectBivariateSpline",
+        lambda t, y: [SURFACE.ev(y[0] ** 2, t / 9), -y[1] - SURFACE.ev(0.2, 0.3, dx=1)],
+    ),
+    "table": ("RegularGridInterpolator", lambda t, y: [TABLE([[t / 9, y[1] ** 2]])[0], -y[1]]),
+    "distribution": ("rv_continuous_frozen", lambda t, y: [DELAY.pdf(t) - y[0], -y[1]]),
+}
 
 
 def agrees(fun, y0, span=(0.0, 2.0), **options):
@@ -85,6 +90,13 @@ def test_a_field(name):
 @pytest.mark.parametrize("name", PAIRS)
 def test_a_pair(name):
     agrees(PAIRS[name], [0.5, 0.3])
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_methods_of_objects_run_in_python(name):
+    kind, fun = OBJECTS[name]
+    with pytest.warns(fastdyn.CompileWarning, match=f"{kind}.*line"):
+        agrees(fun, [0.5, 0.3])
 
 
 @pytest.mark.parametrize("n", [70, 200])

@@ -12,7 +12,6 @@ from fastdyn import code_store
 from fastdyn.trace.graph.clock import EVERY, look
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
-from fastdyn.trace.islands.island import calls_libraries
 from fastdyn.trace.switching.switches import switches
 
 from ..callables.compiled import Function
@@ -127,7 +126,7 @@ class Traced:
         from ..taylor.recurrences.rewrite import NotSmooth
         from .series import text, text_of_event
 
-        if calls_libraries(self.trace.graph):
+        if self.trace.graph.islands:
             raise NotSmooth("a call of a library")
         key, given = f"series {order} {fine} {self.key()}", (order, fine)
         if self.mode.one_number:
@@ -150,7 +149,7 @@ class Traced:
         from ..taylor.recurrences.rewrite import NotSmooth
         from .lanes import text
 
-        if calls_libraries(self.trace.graph):
+        if self.trace.graph.islands:
             raise NotSmooth("a call of a library")
         key = f"series in lanes {order} {width} {kinds} {self.key()}"
         return code_store.assembled(

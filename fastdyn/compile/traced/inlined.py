@@ -13,7 +13,6 @@ from fastdyn.kernels.jit_options import INTERNAL, njit
 from fastdyn.kernels.vector.instructions import FUSE
 from fastdyn.trace.emit.numbers import REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as
-from fastdyn.trace.islands.island import calls_libraries
 
 from ..callables.diagnostics import Uncompilable
 from .inputs import VectorSource
@@ -42,7 +41,7 @@ def dispatcher(traced):
 @refused_as(Uncompilable)
 def vector_text(traced, symbol, n, width, exact, kinds=None):
     """See `Traced.vector_text`."""
-    if calls_libraries(traced.trace.graph):
+    if traced.trace.graph.islands:
         raise Uncompilable("it calls a library, which vectors cannot")
     if traced.trace.error:
         raise Uncompilable(f"it can raise ({traced.trace.error}), which vectors cannot")

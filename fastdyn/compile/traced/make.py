@@ -10,7 +10,7 @@ import numpy as np
 
 from fastdyn import code_store
 from fastdyn.trace.graph.refusal import LATEST, NotYet, Refusal, Untraceable, refused_as
-from fastdyn.trace.islands.island import Address, calls_libraries
+from fastdyn.trace.islands import Address
 from fastdyn.trace.paths.places import line_of_refusal, line_of_write
 from fastdyn.trace.paths.runs import STATE, trace
 from fastdyn.trace.reads.program import reader
@@ -177,7 +177,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
             if wrong:
                 leave_to_python(fun, args, mode, str(different), wrong)
             raise Untraceable(str(different), final=wrong)
-        calls = calls_libraries(found.graph)
+        calls = list(found.graph.islands.values())
         dense = traced.in_batches and mode.complex_numbers  # libraries may multiply faster
         if (calls or dense) and _is_slower(bound, near, 0.0 if calls else OF_CALL):
             raise Untraceable(_said_of(calls), final=True)

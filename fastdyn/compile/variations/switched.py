@@ -13,7 +13,6 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Refusal, Untraceable
 from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
-from fastdyn.trace.islands.island import calls_libraries
 from fastdyn.trace.reads.reads import flat
 
 from ..bound import with_code
@@ -48,7 +47,7 @@ class Switched:
 
     def _found(self):
         size = len(live(self.outputs))
-        if calls_libraries(self.graph) or size > LARGEST:
+        if self.graph.islands or size > LARGEST:
             return []
         try:
             found = switches(self.graph, self.outputs, self.n)

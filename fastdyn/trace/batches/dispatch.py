@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..islands.calls import apart, or_apart
+from ..islands import apart, or_apart
 from ..numpy import functions
 from ..numpy.calls import WITH_EFFECTS
 from ..numpy.fourier import TRANSFORMS

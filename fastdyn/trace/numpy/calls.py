@@ -6,7 +6,7 @@ import types
 
 import numpy as np
 
-from ..islands.calls import or_apart
+from ..islands import or_apart
 from ..symbols.arrays import Array, elementwise, reduced, stored
 from ..symbols.complex_pair import total
 from ..symbols.conditions import select

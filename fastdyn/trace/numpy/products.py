@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..islands.calls import or_apart
+from ..islands import or_apart
 from ..symbols.arrays import Array
 from ..symbols.complex_pair import is_complex, product, total
 from ..symbols.conditions import Condition

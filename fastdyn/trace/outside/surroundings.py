@@ -233,9 +233,9 @@ class Outside:
             return Forbidden("random numbers")
         if hasattr(kind, "__next__"):
             return Forbidden("an iterator")
-        if of_scipy.is_of_scipy(value, kind):
+        if of_scipy.is_of_scipy(kind):
             of_scipy.expect_content(reads, value, at)
-            return self.keep(value, of_scipy.copy_of(value, self.watched), row)
+            return self.keep(value, of_scipy.copy_of(value), row)
         if isinstance(value, logging.Logger):
             reads.lasting = False  # a later call cannot check the level
             return Quiet(value)

@@ -14,7 +14,6 @@ from ..symbols.lazy import complete
 from ..symbols.real import Symbol
 from ..symbols.symbolic import Unwritten, graph_of, is_symbolic, refuse
 from .interpolator_forms import Form
-from .parts import handed_out
 from .piecewise import ComplexColumn, Line, Polynomials, Steps
 
 NUMBERS = float, complex  # types of coefficients that have a Form
@@ -50,13 +49,12 @@ def numbers_in(value):
 
 
 class Interpolator(Unwritten):
-    """The stand-in of a SciPy interpolator; `watched` collects the arrays that a run may change."""
+    """The stand-in of a SciPy interpolator."""
 
     _original: Any
-    _watched: Any
 
-    def __init__(self, original: Any, watched: Any = None):
-        vars(self).update(_original=original, _watched=[] if watched is None else watched)
+    def __init__(self, original: Any):
+        vars(self).update(_original=original)
 
     def __call__(self, x, *args, **kwargs):
         args, kwargs = tuple(map(_as_now, args)), {k: _as_now(v) for k, v in kwargs.items()}
@@ -71,8 +69,6 @@ class Interpolator(Unwritten):
         return form(x)
 
     def __getattr__(self, name):
-        if name in (numbers_in(self._original) or ()):
-            return handed_out(getattr(self._original, name), self._watched)
         if name not in METHODS:
             refuse(f"it uses `{name}` of an interpolator")
 

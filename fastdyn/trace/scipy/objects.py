@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..islands.calls import apart, or_apart
+from ..islands import apart, or_apart
 from ..numpy.fourier import TRANSFORMS, transform
 from ..numpy.linear_algebra import determinant, inverse, linear_in_first, norm, solution
 from ..numpy.plain_arrays import lowered, raised
@@ -15,12 +15,11 @@ from ..symbols.arrays import Array
 from ..symbols.complex_pair import product, total
 from ..symbols.lazy import complete
 from ..symbols.symbolic import BATCHES, Batched, Unwritten, in_batches, is_symbolic, refuse
-from . import called_objects
 from .convolution import convolved_2d
 from .distances import DISTANCES
 from .functions import logsumexp, sawtooth, softmax, square
 from .interpolators import Interpolator, evaluated, maker_of, numbers_in
-from .rotation import Rotation
+from .rotation import Rotations
 
 FILTERS = {
     "convolve", "convolve1d", "correlate", "correlate1d", "laplace", "gaussian_filter",
@@ -53,7 +52,7 @@ def stand_in_of(value):
         return None
     name = getattr(value, "__name__", "")
     if name == "Rotation" and isinstance(value, type):
-        return Rotation
+        return Rotations()
     if isinstance(value, type) and module.startswith("scipy.interpolate"):
         return maker_of(value)
     if not isinstance(value, types.FunctionType) and type(value).__module__ != "uarray":
@@ -108,9 +107,9 @@ def _beside(plain, of_symbols, of_both=False):
     return function
 
 
-def is_of_scipy(value, kind):
-    """Whether a value is an object of SciPy; the type of LU factors names no module of SciPy."""
-    return (kind.__module__ or "").startswith("scipy") or called_objects.is_factor(kind)
+def is_of_scipy(kind):
+    """Whether a type is one of SciPy."""
+    return (kind.__module__ or "").startswith("scipy")
 
 
 def _content_of_polynomial(value):
@@ -126,12 +125,7 @@ def content_of(value):
         return CONTENTS.get(str(value.format))
     if type(value).__module__.startswith("numpy"):
         return _content_of_polynomial(value)
-    names = () if type(value).__name__ == "Rotation" else numbers_in(value)
-    return (
-        called_objects.content_of(value)
-        if names is None and called_objects.is_known(value)
-        else names
-    )
+    return () if type(value).__name__ == "Rotation" else numbers_in(value)
 
 
 def expect_content(reads, value, row):
@@ -156,20 +150,18 @@ def _expect(reads, part, where):
         reads.expect(where, "same", part)
         expect_content(reads, part, where)
     else:
-        reads.expect(where, "equal" if part == part else "same", called_objects.kept(part))
+        reads.expect(where, "equal" if part == part else "same", part)
 
 
-def copy_of(value, watched):
-    """The stand-in of an object of SciPy; `watched` collects the arrays that a run may change."""
+def copy_of(value):
+    """The stand-in of an object of SciPy."""
     if type(value).__name__ == "Rotation" and value.single:
-        return Rotation(Array.of(value.as_quat()))
+        return Rotations().from_quat(value.as_quat())
     if hasattr(value, "tocsr") and hasattr(value, "nnz"):
         return Sparse(value)
-    if called_objects.is_known(value) and (numbers_in(value) is None):
-        return called_objects.Object(value, watched)
     if content_of(value) is None:
         refuse(f"it uses an object of type {type(value).__name__}", final=True)
-    return Interpolator(value, watched)
+    return Interpolator(value)
 
 
 class Sparse(Unwritten):

@@ -158,7 +158,7 @@ class Rewriter:
         if operation.series:
             return by_rule(self, operation.series, *args)
         if not operation.recurrence:
-            raise NotSmooth(f"`{name}`")
+            raise NotSmooth(operation.words or f"`{name}`")
         if self._pairs and args[0].op == "neg" and operation.parity:
             found = g.call(name, *args[0].args)
             return g.neg(found) if operation.parity == "odd" else found
