@@ -172,7 +172,8 @@ class Island:
                 interrupt, self.pending = self.pending, None
                 interrupt()
             sizes = (given, self.n_in), (out, self.n_out + 1)
-            self.compute(*[np.frombuffer((ctypes.c_double * n).from_address(a)) for a, n in sizes])
+            rooms: Any = [(ctypes.c_double * n).from_address(at) for at, n in sizes]
+            self.compute(*map(np.frombuffer, rooms))
         except Exception:
             pass
         except BaseException as error:

@@ -36,8 +36,8 @@ class Rotations:
     def __getattr__(self, name):
         refuse(f"Rotation.{name}")
 
-    def from_quat(self, q):
-        q: Any = Array.of(q)
+    def from_quat(self, quat):
+        q: Any = Array.of(quat)
         if q.shape != (4,):
             refuse("several rotations at once")
         size = np.sqrt((q * q).sum())
