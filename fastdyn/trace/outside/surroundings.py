@@ -242,8 +242,9 @@ class Outside:
         if package in IMPURE:
             return Forbidden(package)
         if callable(value) or isinstance(value, np.generic):
-            if not isinstance(value, np.ufunc | OF_C):
-                reads.lasting = False  # a later call cannot check what the callable holds
+            if isinstance(value, np.ufunc | OF_C):
+                return value  # a ufunc of NumPy 2.4 has a `__dict__`
+            reads.lasting = False  # a later call cannot check what the callable holds
             if not hasattr(value, "__dict__"):
                 return value
         return refuse(f"it uses an object of type {kind.__name__}", final=True)
