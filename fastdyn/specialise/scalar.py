@@ -101,7 +101,10 @@ def series_loop(loop, order, width):
     return _kept(*_series(loop, order, width))
 
 
-SERIES = tuple(itertools.product(("series", "lanes"), ALLOWANCE, (4, 8)))
+SERIES = (
+    *itertools.product(("series",), ALLOWANCE, (4,)),
+    *itertools.product(("lanes",), ALLOWANCE, (4, 8)),
+)
 for _given in SERIES:  # the code of a series calls its loop
     _symbol = "fastdyn_{}_{}_{}".format(*_given)
     code_store.OFFERED[_symbol] = functools.partial(series_loop, *_given)

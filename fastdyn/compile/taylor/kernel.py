@@ -22,6 +22,7 @@ from .text.instructions import Text, hexadecimal
 
 ON_STACK = 2**13  # most numbers of a room on the stack
 CODE = "double %t, double %scale, ptr %room"  # the arguments of the codes that a loop calls
+LANES = 4  # of the vectors of the loop around one trajectory: its eight sums stay in registers
 LINE = 8  # numbers of a cache line, to which the parts of the room are aligned
 
 
@@ -34,6 +35,8 @@ class Kernel:
         The lines of the series, in which %t, %scale and %room are defined.
     size : int
         The number of doubles in the room.
+    lanes : int
+        Lanes of the vectors of the loop.
     loop : str
         The loop that the frame calls.
     n_words, block_at : int
@@ -45,7 +48,7 @@ class Kernel:
     loop, n_words, block_at = "series", 8, 5
 
     def __init__(self, plan, order, width, fused):
-        self.plan, self.order, self.width = plan, order, width
+        self.plan, self.order, self.width, self.lanes = plan, order, width, LANES
         self.series, self.frame, self.size = Text(fused), Text(fused), 0
         self.frame.declarations = self.series.declarations
 
@@ -67,9 +70,8 @@ class Kernel:
         lane; `watched` has the stride, the places and, by lanes, (kind, width, share).  `truth` is
         what the series returns.
         """
-        stride, places, lanes = states
-        kinds = [kind for kind, *_ in watched[2]]
-        words = [self.width, stride, len(places), self.arrays, flags]
+        (stride, places, lanes), kinds = states, [kind for kind, *_ in watched[2]]
+        words = [self.lanes, stride, len(places), self.arrays, flags]
         words += [len(watched[1]), watched[0], self.table]
         words += [*places, *lanes, *watched[1], *kinds]
         self.series.put(f"ret i64 {self.series.new(f'zext i1 {truth} to i64')}")
@@ -83,7 +85,7 @@ class Kernel:
         return []
 
     def _emit_frame(self, words, constants):
-        text, loop = self.frame, f"fastdyn_{self.loop}_{self.order}_{self.width}"
+        text, loop = self.frame, f"fastdyn_{self.loop}_{self.order}_{self.lanes}"
         text.read_words({"block": (self.block_at, "ptr")})
         on_stack = self.size <= ON_STACK
         if on_stack:
@@ -142,8 +144,7 @@ class OfOrders(Kernel):
     """The kernel of a plan, with vectors over the orders: see `online.py`."""
 
     def __init__(self, plan, order, fine, fused):
-        n = len(plan.outputs)
-        super().__init__(plan, order, 4 if n <= 4 else 8, fused)
+        super().__init__(plan, order, LANES, fused)
         self.fine = fine
         self.invariants = self.room(max(len(plan.invariants), 1))
 
@@ -221,12 +222,14 @@ class OfElements(Kernel):
         holds = list(filter(None, map(held, plan.steps)))
         lanes = [node.data for vector in plan.states for node in vector.nodes]
         watched = [(d.HOLDS, hold.width, hold.share) for hold in holds for _ in range(width)]
-        places = [at[vector.key] for vector in plan.states]
         self.make_room(len(lanes), len(watched))
+        states, of_watched = (
+            [at[node.key] + i for node in nodes for i in range(0, width, LANES)]
+            for nodes in (plan.states, [hold.node for hold in holds])
+        )
         return self.emit(
-            symbol, declared, self.flags, (width, places, lanes),
-            (width, [at[hold.node.key] for hold in holds], watched),
-        )  # fmt: skip
+            symbol, declared, self.flags, (width, states, lanes), (width, of_watched, watched)
+        )
 
     def fill_room(self):
         """Store each invariant in the lanes that need it."""
@@ -267,7 +270,7 @@ class OfTrajectories(Kernel):
 
     def __init__(self, plan, order, width, raises, deceptive, fused, together):
         super().__init__(plan, order, width, fused)
-        self.raises = raises
+        self.raises, self.lanes = raises, width
         self.flags = d.DECEPTIVE * deceptive | d.MAY_RAISE * raises
         self.places = Places(plan, order, width, together)
 

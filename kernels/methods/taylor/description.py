@@ -23,10 +23,11 @@ TIMES, UNITS, RAISES, N_OF_LANES = range(4)
 
 # FLAGS: rtol may be near rounding; series and function are compared inside each step; the function
 # has roots, which steps along the tangent may pass; the function may raise where no condition is
-# watched; steps at a jump are counted.
+# watched; the function may jump where differences change sign.
 FINE, DECEPTIVE, ROOTED, MAY_RAISE, JUMPS = 1, 2, 4, 8, 16
 
-# The rows of ARRAYS, each as long as all vectors of states.
+# The rows of ARRAYS, each as long as all vectors of states.  With one trajectory, the state NOW is
+# order 0 of the series instead.
 N_ARRAYS = 11
 NOW, LOW_NOW, BEFORE, LOW_BEFORE, RELATIVE, ABSOLUTE, WEIGHTS, PREDICTED = range(8)
 INSIDE, INSIDE_PREDICTED, GIVEN = range(8, 11)

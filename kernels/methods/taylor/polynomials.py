@@ -2,10 +2,27 @@
 
 The coefficients of a vector lie `stride` numbers apart.  Four sums, each of every fourth term, run
 side by side; an order is one more than a multiple of four.
+
+LLVM, because it fuses by itself the product that the next sum does not wait for.
 """
+
+from numba.extending import intrinsic
 
 from ...jit_options import INLINED, njit
 from ...state.rows import vector_at
+from ...vector.instructions import intrinsic_of, splat
+
+
+@intrinsic
+def fused(typingctx, a, b, c):
+    """a b + c for vectors a and c and a number or vector b, where the processor has it in one."""
+
+    def codegen(context, builder, signature, args):
+        a, factor, c = args
+        factor = factor if b == signature.return_type else splat(builder, factor, a.type.count)
+        return builder.call(intrinsic_of(builder, "fmuladd", a.type, 3), [a, factor, c])
+
+    return a(a, b, c), codegen
 
 
 def sums(form, order):
@@ -17,26 +34,27 @@ def sums(form, order):
     @njit(**INLINED)
     def ends(room, place, stride, x, low):
         x2 = x * x
-        x4 = x2 * x2
-        at, k = place + order * stride, float(order)
-        a = vector_at(form, room, at)
-        b = a * k
-        d, c, e = a * 0.0, a * 0.0, a * 0.0
-        slope_d, slope_c, slope_e = d, d, d
-        for _ in range(order // 4):
-            term = vector_at(form, room, at - stride)
-            d, slope_d = d * x4 + term, slope_d * x4 + term * (k - 1.0)
-            term = vector_at(form, room, at - 2 * stride)
-            c, slope_c = c * x4 + term, slope_c * x4 + term * (k - 2.0)
-            term = vector_at(form, room, at - 3 * stride)
-            e, slope_e = e * x4 + term, slope_e * x4 + term * (k - 3.0)
+        x4, k = x2 * x2, float(order)
+        at = place + order * stride
+        a, b = vector_at(form, room, at), vector_at(form, room, at - 3 * stride)
+        c, d = vector_at(form, room, at - 2 * stride), vector_at(form, room, at - stride)
+        slope_a, slope_b = a * k, b * (k - 3.0)
+        slope_c, slope_d = c * (k - 2.0), d * (k - 1.0)
+        for _ in range(order // 4 - 1):
             at, k = at - 4 * stride, k - 4.0
             term = vector_at(form, room, at)
-            a, b = a * x4 + term, b * x4 + term * k
-        y = vector_at(form, room, place)
-        rise = ((d * x + c) * x2 + (e * x + a)) * x + low
+            a, slope_a = fused(a, x4, term), fused(slope_a, x4, term * k)
+            term = vector_at(form, room, at - 3 * stride)
+            b, slope_b = fused(b, x4, term), fused(slope_b, x4, term * (k - 3.0))
+            term = vector_at(form, room, at - 2 * stride)
+            c, slope_c = fused(c, x4, term), fused(slope_c, x4, term * (k - 2.0))
+            term = vector_at(form, room, at - stride)
+            d, slope_d = fused(d, x4, term), fused(slope_d, x4, term * (k - 1.0))
+        term, y = vector_at(form, room, place + stride), vector_at(form, room, place)
+        a, slope_a = fused(a, x4, term), fused(slope_a, x4, term)
+        rise = ((d * x + c) * x2 + (b * x + a)) * x + low
         value = y + rise
-        slope = (slope_d * x + slope_c) * x2 + (slope_e * x + b)
+        slope = (slope_d * x + slope_c) * x2 + (slope_b * x + slope_a)
         return value, rise - (value - y), slope
 
     return ends

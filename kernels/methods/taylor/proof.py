@@ -78,7 +78,7 @@ def proofs(form, ends):
             value, rest, slope = ends(room, place, words[STRIDE], x, low)
             keep_vector(form, room, i + BEFORE * n, vector_at(form, room, place))
             keep_vector(form, room, i + LOW_BEFORE * n, low)
-            keep_vector(form, room, i + NOW * n, value)
+            keep_vector(form, room, place, value)
             keep_vector(form, room, i + LOW_NOW * n, rest)
             keep_vector(form, room, i + PREDICTED * n, slope * inverse)
 

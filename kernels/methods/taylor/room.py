@@ -6,7 +6,7 @@ from ...jit_options import INLINED, INTERNAL, njit
 from ...state.record import STAGE, Y_OLD, K, Y
 from ...state.rows import slot
 from ...state.series import HIGHEST
-from .description import ARRAYS, GIVEN, N_VECTORS, STRIDE, TABLES, WIDTH
+from .description import ARRAYS, BEFORE, GIVEN, N_VECTORS, NOW, STRIDE, TABLES, WIDTH
 
 
 @njit(**INLINED)
@@ -15,33 +15,49 @@ def array(words, name):
     return words[ARRAYS] + name * words[N_VECTORS] * words[WIDTH]
 
 
+@njit(**INLINED)
+def place_of(words, name, u):
+    """The place of a vector of an array; the state NOW is order 0 of the series."""
+    return words[TABLES + u] if name == NOW else array(words, name) + u * words[WIDTH]
+
+
 @njit(**INTERNAL)
 def read(work, row, room, words, name):
     """Copy a row of `work` into an array."""
-    for lane in range(words[N_VECTORS] * words[WIDTH]):
-        i = words[TABLES + words[N_VECTORS] + lane]
-        room[array(words, name) + lane] = work[row, i] if i >= 0 else 0.0
+    lanes = TABLES + words[N_VECTORS]
+    for u in range(words[N_VECTORS]):
+        place = place_of(words, name, u)
+        for lane in range(words[WIDTH]):
+            i = words[lanes + u * words[WIDTH] + lane]
+            room[place + lane] = work[row, i] if i >= 0 else 0.0
 
 
 @njit(**INTERNAL)
 def write(room, words, name, work, row):
     """Copy an array into a row of `work`."""
-    for lane in range(words[N_VECTORS] * words[WIDTH]):
-        i = words[TABLES + words[N_VECTORS] + lane]
-        if i >= 0:
-            work[row, i] = room[array(words, name) + lane]
+    lanes = TABLES + words[N_VECTORS]
+    for u in range(words[N_VECTORS]):
+        place = place_of(words, name, u)
+        for lane in range(words[WIDTH]):
+            i = words[lanes + u * words[WIDTH] + lane]
+            if i >= 0:
+                work[row, i] = room[place + lane]
 
 
 @njit(**INTERNAL)
 def write_series(room, words, work, order):
-    """Copy all coefficients into rows of `work`."""
-    n, width, stride = words[N_VECTORS], words[WIDTH], words[STRIDE]
-    for lane in range(n * width):
-        i, place = words[TABLES + n + lane], words[TABLES + lane // width] + lane % width
-        if i >= 0:
-            work[Y_OLD, i] = room[place]
-            for k in range(HIGHEST + 1):
-                work[K + k, i] = room[place + k * stride] if k <= order else 0.0
+    """Copy the series from the state BEFORE into rows of `work`."""
+    write(room, words, BEFORE, work, Y_OLD)
+    write(room, words, BEFORE, work, K)
+    lanes = TABLES + words[N_VECTORS]
+    for u in range(words[N_VECTORS]):
+        for lane in range(words[WIDTH]):
+            i, place = words[lanes + u * words[WIDTH] + lane], words[TABLES + u] + lane
+            if i >= 0:
+                for k in range(1, order + 1):
+                    work[K + k, i] = room[place + k * words[STRIDE]]
+                for k in range(order + 1, HIGHEST + 1):
+                    work[K + k, i] = 0.0
 
 
 @njit(**INTERNAL)
@@ -56,5 +72,6 @@ def asked(block, t, room, words, work, name):
 @njit(**INTERNAL)
 def copy(room, words, source, target):
     """Copy an array."""
-    for i in range(words[N_VECTORS] * words[WIDTH]):
-        room[array(words, target) + i] = room[array(words, source) + i]
+    for u in range(words[N_VECTORS]):
+        for lane in range(words[WIDTH]):
+            room[place_of(words, target, u) + lane] = room[place_of(words, source, u) + lane]

@@ -13,12 +13,10 @@ from ...jit_options import INLINED, INTERNAL, njit
 from ...state.elementwise import ROW, data_of
 from ...state.layout import Form
 from ...state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
-from ...state.rows import keep_vector, vector_at
 from ...state.series import LOW, SCALE
 from .accuracy import DITHER, GOLDEN, ROUND_OFF
 from .description import (
     ABSOLUTE,
-    ARRAYS,
     BEFORE,
     CHOSEN,
     DECEPTIVE,
@@ -28,13 +26,11 @@ from .description import (
     LOW_BEFORE,
     LOW_NOW,
     MAY_RAISE,
-    N_VECTORS,
     N_WATCHED,
     NOW,
     PREDICTED,
     RELATIVE,
     ROOTED,
-    TABLES,
     WATCHED,
     WIDTH,
 )
@@ -61,26 +57,24 @@ def call(typingctx, code, t, scale, room):
     return types.int64(types.int64, types.float64, types.float64, room), codegen
 
 
-def _expansion(form, decided):
+def _expansion(decided):
     @njit(**INLINED)
     def expand(series, t, scale, room, words, work, block):
         """Compute the series at the state; whether the function raises there."""
-        for u in range(words[N_VECTORS]):
-            y = vector_at(form, room, words[ARRAYS] + u * words[WIDTH])
-            keep_vector(form, room, words[TABLES + u], y)
-        for i in range(words[N_WATCHED] * words[WIDTH]):
-            room[words[WATCHED] + CHOSEN + i] = 0.0
+        if words[FLAGS] & JUMPS:
+            for i in range(words[N_WATCHED] * words[WIDTH]):
+                room[words[WATCHED] + CHOSEN + i] = 0.0
         while True:
             # The function is called if the series decides by rounded differences that it raises.
             if call(series, t, scale, room) and asked(block, t, room, words, work, NOW):
                 return True
-            if words[N_WATCHED] == 0 or decided(room, words):
+            if not words[FLAGS] & JUMPS or decided(room, words):
                 return False
 
     return expand
 
 
-def _choice(form, limited):
+def _choice(limited):
     @njit(**INLINED)
     def choose(s, t, x, size, scale, most, room, words):
         """(time behind the step, length, allowed length, whether the step ends at a change)."""
@@ -146,7 +140,7 @@ def kernel(order, width):
     """
     form = Form(1, width)
     length, (decided, limited) = lengths(form, order), kinks(form, width, order)
-    expand, choose = _expansion(form, decided), _choice(form, limited)
+    expand, choose = _expansion(decided), _choice(limited)
     advance, inside, behind = proofs(form, sums(form, order))
 
     @njit(**INTERNAL)
@@ -185,14 +179,14 @@ def kernel(order, width):
                 if not reached > 0.0:
                     break
                 x, t_old, t = signed * inverse, t, later
-                advance(room, words, x, inverse)
                 cap, share = math.inf, h * (1.0 / (DOUBT * order)) * finer
-                taken += 1
-                s.n_equal += flags & JUMPS != 0 and h <= AT_REST * abs(t)
-                pending = 0.0 if cut else share
                 if flags & DECEPTIVE or finer != 1.0:
                     at = signed * WITHIN + t_old
                     doubtful = inside(block, room, words, work, at, x, inverse, share)
+                advance(room, words, x, inverse)
+                taken += 1
+                s.n_equal += flags & JUMPS != 0 and h <= AT_REST * abs(t)
+                pending = 0.0 if cut else share
                 stops = t == t_end or s.direction * (t - s.t_stop) >= 0.0
                 stops = stops or h < s.h_short or taken >= n_steps
                 if not doubtful and (stops or flags & MAY_RAISE):
