@@ -18,11 +18,11 @@ from .callables.diagnostics import FoundLater, GaveUp, Uncompilable, warn_once
 from .callables.parts import Y, parts_of
 from .compare import compare_around
 from .derivatives.jacobian_block import constant_block, constant_function
+from .derivatives.switched import Part
 from .mode import CONSTANT
 from .python_callback import Callback
 from .traced import known_traces
 from .traced.make import made, traced_function
-from .variations.switched import Part
 
 
 def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):

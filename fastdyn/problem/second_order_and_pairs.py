@@ -12,10 +12,10 @@ from fastdyn.compile import memory
 from fastdyn.compile.bind import bind
 from fastdyn.compile.bound import Bound
 from fastdyn.compile.callables.compiled import Function
+from fastdyn.compile.derivatives.sensitivities import bind_variational
 from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
 from fastdyn.compile.python_callback import derivative, evaluate
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.variations.variational import bind_variational
 from fastdyn.kernels.calls import block as words
 from fastdyn.kernels.calls.block import FAULT, WORDS_OF_PAIR
 from fastdyn.kernels.methods import METHODS

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.variations.switched import ADDED, parts
+from fastdyn.compile.derivatives.switched import ADDED, parts
 
 from .discrete import extended_options
 from .events import event_list, of_own

@@ -5,10 +5,10 @@ import contextlib
 import numpy as np
 
 from fastdyn.compile.callables.numpy_errors import are_heard
+from fastdyn.compile.derivatives.switched import ADDED, EVENTS, has_switches
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.known_traces import known_trace, left_to_python
 from fastdyn.compile.traced.make import LONG, Near, traced_function
-from fastdyn.compile.variations.switched import ADDED, EVENTS, has_switches
 from fastdyn.problem.domains import options as domains
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
 from fastdyn.problem.switched import longer

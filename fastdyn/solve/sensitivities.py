@@ -3,7 +3,7 @@
 import numpy as np
 
 from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
-from fastdyn.compile.variations.variational import decides, jump_of
+from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.problem.sensitivities import directions_of, with_sensitivities
 from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial

@@ -8,7 +8,7 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn.compile.derivatives import jacobian as jacobians
-from fastdyn.compile.variations import variational
+from fastdyn.compile.derivatives import sensitivities
 from fastdyn.trace.graph import derivatives
 from fastdyn.trace.graph.expressions import Graph
 
@@ -78,20 +78,21 @@ METHODS = ["Radau", "BDF", "LSODA", "Rodas5P"]
 @pytest.fixture
 def wrong_products(monkeypatch):
     """Derivatives in which an element, and that with respect to a parameter, is not right."""
-    of_state, of_parameters = derivatives.jacobian, derivatives.parameter_derivatives
+    of_state, partials = derivatives.jacobian, derivatives.partials
 
-    def wrong(found, g):
-        rows, columns, nodes = found
-        return rows, columns, [*(g.mul(g.const(1.5), v) for v in nodes[:1]), *nodes[1:]]
+    def wrong(node, g):
+        return g.mul(g.const(1.5), node)
 
     def jacobian(g, *given):
-        return wrong(of_state(g, *given), g)
+        rows, columns, nodes = of_state(g, *given)
+        return rows, columns, [*(wrong(v, g) for v in nodes[:1]), *nodes[1:]]
+
+    def of_inputs(g, *given):
+        first, *rest = partials(g, *given)
+        return [first | {i: wrong(first[i], g) for i in {min(first), max(first)}}, *rest]
 
     monkeypatch.setattr(jacobians, "derivatives", jacobian)
-    monkeypatch.setattr(variational, "jacobian", jacobian)
-    monkeypatch.setattr(
-        variational, "parameter_derivatives", lambda g, *given: wrong(of_parameters(g, *given), g)
-    )
+    monkeypatch.setattr(sensitivities, "partials", of_inputs)
 
 
 @pytest.mark.few(5)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fastdyn import solve_ivp
+from fastdyn.compile.derivatives import sensitivities
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.variations import variational
 from fastdyn.problem.sensitivities import Variational, with_sensitivities
 from fastdyn.systems import SYSTEMS
 
@@ -187,7 +187,7 @@ def test_taylor_series_and_the_jacobian_of_the_variational_equations():
     r = solve_ivp(*args, "Taylor", args=(1.0,), rtol=1e-12, atol=1e-12, sensitivity="args")
     other = solve_ivp(*args, args=(1.0,), t_eval=r.t, sensitivity="args", **TIGHT)
     assert np.allclose(r.sensitivity["mu"], other.sensitivity["mu"], rtol=1e-9, atol=1e-9)
-    bound = variational.bind_variational(
+    bound = sensitivities.bind_variational(
         Variational(oscillator, DERIVATIVE, 2, (1,), 1), (4.0, 0.1), Near(0.0, 1.0, np.ones(2))
     )
     found = jacobian(bound.function)  # of [v, -k x - c v, s_v, -k s_x - c s_v - x]
@@ -211,7 +211,7 @@ def test_units_do_not_matter():
 
 def test_code_is_made_once(monkeypatch):
     made = []
-    monkeypatch.setattr(variational, "_compiled", lambda *a: made.append(a))
+    monkeypatch.setattr(sensitivities, "_extended", lambda *a: made.append(a))
     for c in (0.1, 0.2):
         solve_ivp(oscillator, (0, 1), [1, 0.5], args=(4.0, c), sensitivity=("y0", "args"))
     assert not made  # in `test_the_exact_ones_of_an_oscillator`, or never

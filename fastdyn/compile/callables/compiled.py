@@ -1,10 +1,13 @@
 """A compiled function of the user, by tracing or by Numba."""
 
 import math
+import threading
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..mode import DERIVATIVE, Mode
+
+_growing = threading.Lock()  # one thread at a time may extend a graph
 
 
 @dataclass(eq=False, slots=True)
@@ -43,3 +46,10 @@ class Function:
     series: Any = None
     traced: Any = None
     notes: dict = field(default_factory=dict)
+
+    def derived(self, place, make) -> Any:
+        """What `make()` derives from this function and its graph, made once: see `notes`."""
+        with _growing:
+            if place not in self.notes:
+                self.notes[place] = make()
+            return self.notes[place]

@@ -4,7 +4,6 @@ The Jacobian is called like the function, ``jacobian(t, y, n, block, out)``, wit
 block.  Where the function raises, the entries are meaningless.
 """
 
-import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +14,6 @@ from fastdyn.trace.graph.expressions import is_zero
 
 from ..callables.compiled import Function
 from ..mode import ENTRIES
-from ..traced.code import Traced
-
-GROWING = threading.Lock()  # one thread at a time may extend a graph
 
 
 class Jacobian(NamedTuple):
@@ -45,18 +41,13 @@ def jacobian(function, time=False):
     """
     if function is None or function.traced is None:
         return None
-    with GROWING:
-        found = function.notes.get(("jacobian", time))
-        if found is None:
-            found = function.notes["jacobian", time] = _compiled(function.traced, time)
-        return found
+    return function.derived(("jacobian", time), lambda: _compiled(function.traced, time))
 
 
 def _compiled(traced, time):
     graph = traced.trace.graph
     rows, columns, nodes = derivatives(graph, traced.stored, traced.n)
     by_time = time_derivative(graph, traced.stored) if time else []
-    trace = traced.trace._replace(outputs=nodes + by_time, raising=graph.false, error="")
-    function = Traced(trace, ENTRIES, traced.n).compiled()
+    function = traced.with_outputs(nodes + by_time, ENTRIES, traced.n, graph.false).compiled()
     autonomous = all(map(is_zero, by_time))
     return Jacobian(function, rows, columns, time, autonomous, len(nodes) + len(by_time))

@@ -95,6 +95,11 @@ class Traced:
         text = repr((self.mode, self.n, lines, ends, tables, places, self.kinds))
         return f"traced {hashlib.sha256(text.encode()).hexdigest()}"
 
+    def with_outputs(self, outputs, mode, n, raising=None):
+        """Other outputs of the same graph as a Traced; without `raising`, they raise as these."""
+        raising = self.trace.raising if raising is None else raising
+        return Traced(self.trace._replace(outputs=outputs, raising=raising), mode, n)
+
     # -- machine code, by modules that are imported only when code is to be made
 
     def compiled(self, seconds=math.inf):

@@ -4,6 +4,7 @@ import numpy as np
 
 from fastdyn.compile.bind import bind, bind_matrix
 from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
+from fastdyn.compile.derivatives.sensitivities import bind_saltation
 from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sparse_jacobian import (
     bind_sparse_function,
@@ -13,7 +14,6 @@ from fastdyn.compile.sparse_jacobian import (
 )
 from fastdyn.compile.traced.known_traces import writes_to_state
 from fastdyn.compile.traced.make import Near
-from fastdyn.compile.variations.saltation import bind_saltation
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.problem.events import between_steps
 from fastdyn.problem.lsoda import NAME as LSODA

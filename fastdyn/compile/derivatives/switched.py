@@ -16,10 +16,8 @@ from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
 from fastdyn.trace.reads.reads import flat
 
 from ..bound import with_code
-from ..derivatives.jacobian import GROWING
 from ..mode import DERIVATIVE
 from ..python_callback import evaluate as in_python
-from ..traced.code import Traced
 from ..traced.known_traces import known_trace
 from ..traced.make import made
 
@@ -37,13 +35,9 @@ class Switched:
 
     def __init__(self, bound):
         self.fun, self.args = bound.keepalive[:2]
-        self.all: list
         self.function, self.n = bound.function, bound.n
         self.graph, self.outputs = self.function.traced.trace.graph, self.function.traced.stored
-        with GROWING:
-            self.all = self.function.notes.get("switches")
-            if self.all is None:
-                self.all = self.function.notes["switches"] = self._found()
+        self.all = self.function.derived("switches", self._found)
 
     def _found(self):
         size = len(live(self.outputs))
@@ -135,19 +129,17 @@ class Part:
         given = of.given(None, args)
         if given is None:
             return None
-        traced, notes = of.function.traced, of.function.notes
+        traced = of.function.traced
         place = "switched", mode, tuple([node.key for node in self.nodes])
-        with GROWING:
-            if place not in notes:
-                raising = traced.trace.raising if self.own is not None else of.graph.false
-                trace = traced.trace._replace(outputs=self.nodes, raising=raising)
-                notes[place] = Traced(trace, mode, n).compiled(of.function.seconds)
+        raising = None if self.own is not None else of.graph.false
+        made = traced.with_outputs(self.nodes, mode, n, raising)
+        function = of.function.derived(place, lambda: made.compiled(of.function.seconds))
         keepalive = [self, args]
 
         def as_written(t, z):
             return keepalive[0](t, z, *keepalive[1])
 
-        return with_code(notes[place], as_written, keepalive, given, mode, n, traced.at)
+        return with_code(function, as_written, keepalive, given, mode, n, traced.at)
 
 
 def parts(of, chosen, widths, t0, y0):
@@ -156,8 +148,8 @@ def parts(of, chosen, widths, t0, y0):
     `chosen` are indices of the switches; for `widths` see `switches.hybrid`.
     """
     n, some = of.n, [of.all[k] for k in chosen]
-    with GROWING:
-        whole = hybrid(of.graph, of.outputs, some, *widths)
+    place = "hybrid", tuple(chosen), *widths
+    whole = of.function.derived(place, lambda: hybrid(of.graph, of.outputs, some, *widths))
     state = [of.graph.make("y", (), i) for i in range(n + ADDED * len(some))]
     modes = _first_modes(of, some, t0, y0)
     fun = Part(of, whole.outputs, some, getattr(of.fun, "__name__", "fun"), of.fun)

@@ -1,0 +1,176 @@
+"""Compiles functions of a state and its sensitivities: equations of motion, and events.
+
+The state is y, followed by S row by row: S has a row for each component of y and a column for each
+direction.  The variational equations are y' = f, S' = df/dy S + df/dp.
+
+At a zero of g, R(t, y) is the new state, and y' changes from f to f+.  S becomes
+dR/dy (S + f s) + dR/dt s + dR/dp - f+ s, where s = -(dg/dy S + dg/dp) / (dg/dt + dg/dy f) is the
+derivative of the event's time: the saltation matrix.  At a time of a schedule, s = 0.  P. C.
+Mueller, "Calculation of Lyapunov exponents for dynamic systems with discontinuities", Chaos,
+Solitons & Fractals 5(9), 1995.
+"""
+
+import numpy as np
+
+from fastdyn.trace.graph.derivatives import partials
+from fastdyn.trace.graph.jumps import decisions, first_jump
+from fastdyn.trace.graph.refusal import Untraceable, refused_as
+from fastdyn.trace.reads.reads import flat
+
+from ..bound import with_code
+from ..callables.diagnostics import Uncompilable
+from ..mode import DERIVATIVE, SALTATION, SENSITIVITIES
+from ..traced.known_traces import why
+from ..traced.make import Near, traced_function
+
+DECISIONS = "decisions"  # a key of a Function's notes
+
+
+def bind_variational(equations, args, near, refused=None):
+    """The Bound of the equations of a state and its sensitivities.
+
+    Parameters
+    ----------
+    equations : problem.sensitivities.Variational
+    args : tuple
+    near : traced.make.Near
+        The region of the state, without sensitivities.
+    refused : str, optional
+        The reason why the function must run in Python.
+
+    Raises
+    ------
+    Uncompilable
+        If `fun` has no trace, or a derivative is missing.
+    """
+    if refused:
+        raise Uncompilable(refused)
+    said = "it cannot be traced", "the equations of its sensitivities"
+    return _bound(equations.fun, args, equations.mode, near, equations, SENSITIVITIES, False, said)
+
+
+def bind_saltation(saltation, args, near):
+    """The Bound of a change of a state and its sensitivities.
+
+    Parameters
+    ----------
+    saltation : problem.sensitivities.Saltation
+    args : tuple
+    near : traced.make.Near
+        The region of the state with its sensitivities.
+
+    Raises
+    ------
+    Uncompilable
+        If a function has no trace, or a derivative is missing.
+    """
+    n, more = saltation.n, saltation.n_together() - saltation.n
+    near = Near(near.t0, near.tf, np.r_[near.y0[:n], np.zeros(more)])
+    said = "`on_event` cannot be traced", "the change of its sensitivities at an event"
+    located = saltation.event is not None
+    return _bound(
+        saltation.together(), args, DERIVATIVE, near, saltation, SALTATION, located, said
+    )  # fmt: skip
+
+
+def _bound(fun, args, mode, near, extended, as_mode, located, said):
+    """The Bound of a function that is traced in `mode` and extended by sensitivities.
+
+    `extended` is called ``extended(t, z, *args)`` in Python.  `said` has the reason of a refusal if
+    no other reason is known, and what needs too many operations.
+    """
+    n, directions = len(near.y0), extended.directions
+    positions = tuple(sorted({j for j in directions if j}))
+    found = traced_function(fun, args, mode, n, near, positions)
+    if found is None:
+        raise Uncompilable(why(fun, args, mode, n, positions) or said[0])
+    base, values, at = found
+    groups = tuple([at[j - 1] if j else None for j in directions])
+
+    @refused_as(lambda reason: Untraceable(f"{said[1]}: {reason}", final=True))
+    def made():
+        return _extended(base, groups, extended.n, as_mode, located)
+
+    try:
+        function = base.derived((as_mode, groups, located), made)
+    except Untraceable as reason:
+        raise Uncompilable(str(reason)) from None
+    keepalive = [fun, args]
+
+    def as_written(t, z):  # later solves replace the content of keepalive
+        own, given = keepalive[:2]
+        return (extended if own is fun else extended._replace(fun=own))(t, z, *given)
+
+    size = extended.n * (1 + extended.n_directions)
+    return with_code(function, as_written, keepalive, values, as_mode, size, at)
+
+
+def decides(bound):
+    """Whether decisions of a function depend on the state or on a differentiated parameter."""
+    return bool(bound.function.notes[DECISIONS][1])
+
+
+def jump_of(bound, times, solution):
+    """The first time at which a decision makes the function jump: see `jumps.first_jump`."""
+    trace, nodes = bound.function.notes[DECISIONS]
+    values = flat([value for _, value in bound.values])
+    return first_jump(trace.graph, trace.outputs, nodes, times, solution, values)
+
+
+def _extended(base, groups, n, mode, located):
+    """The Function that extends the Function `base`."""
+    traced = base.traced
+    columns = [slot for group in groups for slot in _columns(traced.trace.reads, group, n)]
+    outputs = _outputs(traced.trace.graph, traced.stored, columns, n, located)
+    size, slower = n * (1 + len(columns)), 1 + 2 * len(columns)
+    function = traced.with_outputs(outputs, mode, size).compiled(base.seconds * slower)
+    if mode is SENSITIVITIES:
+        own = traced.trace._replace(outputs=traced.stored)
+        slots = {slot for slot in columns if slot is not None}
+        function.notes[DECISIONS] = own, decisions(own.graph, own.outputs, slots)
+    return function
+
+
+def _columns(reads, group, n):
+    """The direction of each column of a group: a parameter's slot; None, n times, for the start."""
+    if group is None:
+        return [None] * n
+    first, shape = reads.groups[group][1:3]
+    return range(first, first + (1 if shape is None else int(np.prod(shape))))
+
+
+def _outputs(graph, stored, columns, n, located):
+    """The nodes of the function's n numbers, and of their derivatives by directions, row by row.
+
+    For an event, `stored` has the new state and the nodes of f, f+ and g.
+    """
+    m, g = len(columns), graph
+    slots = sorted({column for column in columns if column is not None})
+    inputs = [g.make("y", (), i) for i in range(n)]
+    inputs += [g.make("par", (), slot) for slot in slots]
+    by_time, places = len(inputs), {slot: n + k for k, slot in enumerate(slots)}
+    found = partials(g, stored, [*inputs, g.make("t")] if located else inputs)
+    state = [[g.make("y", (), n + i * m + j) for j in range(m)] for i in range(n)]
+
+    def along(row, j):
+        """The terms of the derivative by direction j at a fixed time."""
+        terms = [g.mul(row[i], state[i][j]) for i in sorted(row) if i < n]
+        place = places.get(columns[j])
+        return [*terms, row[place]] if place in row else terms
+
+    if not located:
+        return [*stored[:n], *(g.sum(along(found[i], j)) for i in range(n) for j in range(m))]
+    rate, behind, row_of_event = stored[n : 2 * n], stored[2 * n : 3 * n], found[3 * n]
+
+    def along_motion(row):
+        """The derivative by time along the motion."""
+        terms = [g.mul(row[i], rate[i]) for i in sorted(row) if i < n]
+        return g.sum([*terms, row[by_time]] if by_time in row else terms)
+
+    crossing = along_motion(row_of_event)
+    later = [g.neg(g.div(g.sum(along(row_of_event, j)), crossing)) for j in range(m)]
+    outputs = stored[:n]
+    for i in range(n):
+        drift = g.sub(along_motion(found[i]), behind[i])
+        outputs += [g.sum([*along(found[i], j), g.mul(drift, later[j])]) for j in range(m)]
+    return outputs

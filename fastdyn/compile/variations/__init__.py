@@ -1,1 +1,0 @@
-"""Compiles how the equations and events of a traced function change sensitivities."""
