@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if not os.path.isdir(os.path.join(__path__[0], "kernels")):  # in the folder of a checkout, as ""
     __path__.append(os.path.dirname(os.path.abspath(__path__[0])))  # in which kernels/ lies
 
-from fastdyn.compile.callables.diagnostics import CompileWarning
+from fastdyn.compile.sentences import CompileWarning
 from fastdyn.kernels.algebra.constrained import constrained
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 from fastdyn.kernels.methods import METHODS

@@ -155,7 +155,7 @@ def wrong_products(monkeypatch):
 @pytest.fixture
 def no_wrong_code():
     """The comparisons of a test find no wrong code."""
-    from fastdyn.compile.traced.known_traces import N_WRONG
+    from fastdyn.compile.traced.known import N_WRONG
 
     before = N_WRONG[0]
     yield

@@ -11,7 +11,7 @@ from fastdyn.compile.compare import called
 from fastdyn.compile.derivatives.compare import compare_jacobian
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.known_traces import why
+from fastdyn.compile.traced.known import why
 from fastdyn.compile.traced.make import Near
 from fastdyn.ensemble.labels import argument_labels, argument_names, component_labels
 from fastdyn.problem.members import Shared

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
 from fastdyn.compile.derivatives.sensitivities import decides
+from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.state.record import FINISHED, Y
 from fastdyn.problem import validate

@@ -7,22 +7,38 @@ from the same kernels, after one warning.
 """
 
 import functools
+from typing import Any
+
+import numpy as np
+from numpy._core import umath
 
 from fastdyn.code_store.numba_settings import DISABLED
 
 from . import budget
-from .bound import Bound, with_callback, with_code
 from .by_numba.function import compiled_function
-from .callables import numpy_errors
-from .callables.diagnostics import FoundLater, GaveUp, Uncompilable, warn_once
-from .callables.parts import Y, parts_of
+from .callables import Uncompilable, Y, parts_of
 from .compare import compare_around
 from .derivatives.jacobian_block import constant_block, constant_function
 from .derivatives.switched import Part
+from .functions import Bound, with_callback, with_code
 from .mode import CONSTANT
+from .parameters import pack_all
 from .python_callback import Callback
-from .traced import known_traces
+from .sentences import FoundLater, GaveUp, warn_once
+from .traced.known import facts_of, forget_refusals, known_trace, leave, left_of, place_of, why
 from .traced.make import made, traced_function
+
+# NumPy's error state, which not all versions have; each new setting is a new object.
+_errors: Any = getattr(umath, "_extobj_contextvar", None)
+_usual = None if _errors is None else _errors.get()
+NUMPY_ERRORS = "NumPy's errors are exceptions here (np.errstate, np.seterr)"
+
+
+def numpy_errors_are_heard():
+    """Whether NumPy reports errors; functions then run in Python, as compiled code reports none."""
+    if _errors is not None and _errors.get() is _usual:
+        return False
+    return not {"ignore", "warn"}.issuperset(np.geterr().values())
 
 
 def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
@@ -57,14 +73,14 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
         return keepalive[0](t, y, *keepalive[1])
 
     try:
-        if numpy_errors.are_heard():
-            refused = numpy_errors.REASON
+        if numpy_errors_are_heard():
+            refused = NUMPY_ERRORS
         if refused:
             raise Uncompilable(refused)
-        if reason := known_traces.left_to_python(fun, args, mode):
+        if reason := left_of(fun, args, mode)[0]:
             raise FoundLater(reason)
         found, late = budget.within(
-            known_traces.place_of(fun, args, mode, n, varying),
+            place_of(fun, args, mode, n, varying),
             lambda: _code(fun, args, mode, n, near, probe, varying),
             lambda: None if DISABLED else traced_function(fun, args, mode, n, near, varying, False),
         )
@@ -76,13 +92,13 @@ def bind(fun, args, mode, n, near=None, probe=None, refused=None, varying=()):
             _compare_with_python(bound, near)
         return bound
     except Uncompilable as reason:
-        said = None if refused or isinstance(reason, FoundLater) else known_traces.why(
+        said = None if refused or isinstance(reason, FoundLater) else why(
             fun, args, mode, n, varying
         )  # fmt: skip
         said = functools.partial(warn_once, fun, said or str(reason))
         return _in_python(as_written, keepalive, mode, n, said)
     except Exception as error:  # of the function, called by `probe`
-        known_traces.forget_refusals(fun, args, mode, error)
+        forget_refusals(fun, args, mode, error)
         raise
 
 
@@ -101,9 +117,9 @@ def _compare_with_python(bound, near):
 def _code(fun, args, mode, n, near, probe, varying):
     """(Function, (type, value) of each parameter, indices of the arguments among them)."""
     found = None if DISABLED else traced_function(fun, args, mode, n, near, varying)
-    if found is None and (reason := known_traces.left_to_python(fun, args, mode)):
+    if found is None and (reason := left_of(fun, args, mode)[0]):
         raise FoundLater(reason)
-    if found is None and known_traces.acts(fun, args, mode, n, varying):
+    if found is None and facts_of(fun, args, mode, n, varying).acts:
         raise Uncompilable("it does more than give a value")
     if found is None and not mode.by_numba:
         raise Uncompilable("it cannot be traced, and Numba compiles derivatives and events only")
@@ -117,10 +133,49 @@ def _in_python(as_written, keepalive, mode, n, announce=None, account=None):
     """The Bound of a function that runs in Python, for good or until its code is made."""
     callback = Callback(as_written, mode, n, announce)
     callback.account = account
-    callback.raises = lambda error: known_traces.forget_refusals(
-        keepalive[0], keepalive[1], mode, error
-    )
+    callback.raises = lambda error: forget_refusals(keepalive[0], keepalive[1], mode, error)
     return with_callback(callback, as_written, keepalive, mode)
+
+
+def rebind(bound, fun, args):
+    """Write new arguments, and the current outside values of the function, into a block.
+
+    `bound` is the result of `bind` for `fun`.  Returns False, with the block unchanged, if the new
+    values need other code.
+    """
+    function = bound.function
+    if function is None or bound.mode.constant:
+        return function is not None
+    if numpy_errors_are_heard() or left_of(fun, args, bound.mode)[0]:
+        return False
+    known = bound.seen.get("known")
+    if known is not None and _read(known, bound, fun, args):
+        return True
+    found = known_trace(fun, args, bound.mode, bound.n, (), function.in_batches)
+    if found is not None and found[0].function is function:
+        bound.seen["known"] = found[0]
+        return _read(found[0], bound, fun, args)
+    if made(function):
+        return False
+    try:
+        found, parameters = compiled_function(parts_of(fun, args), bound.mode)
+    except Uncompilable:
+        return False
+    if found is not function:
+        return False
+    bound.keepalive[:] = fun, args, function
+    if parameters:
+        pack_all(parameters, bound.block, bound.keepalive)
+    return True
+
+
+def _read(known, bound, fun, args):
+    """Write the values of a trace into a block; False if the trace does not hold."""
+    given = known.read(fun, args, bound.block)
+    if given is None:
+        return False
+    bound.keepalive[:] = fun, args, bound.function, given
+    return True
 
 
 def bind_matrix(matrix):
@@ -152,6 +207,4 @@ def or_in_python(solve):
 def leave_to_python(bound, reason):
     """Make a function run in Python from now on, for all values; `reason` is text, or a GaveUp."""
     fun, args = bound.keepalive[:2]
-    known_traces.leave_to_python(
-        fun, args, bound.mode, str(reason), getattr(reason, "wrong", False)
-    )
+    leave(fun, args, bound.mode, str(reason), getattr(reason, "wrong", False))

@@ -16,11 +16,12 @@ from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.islands import islands_of, raise_interrupts
 
-from .callables.diagnostics import GaveUp
-from .callables.same_numbers import all_close, are_close, differ, short
 from .function_convention import call, code_at
 from .python_callback import evaluate as in_python
+from .sentences import GaveUp
 
+TOLERANCE, CANCELLED = 1e-9, 1e-12
+CLOSE = 1e-6  # largest error by cancellation around the start, relative to the largest number
 COUNT, CANDIDATES, ENOUGH = 16, 256, 3
 FEWEST, MOST_NUMBERS = 4, 2**19  # fewest points; most numbers, points times length
 PERIOD = 65_537  # a prime, after which the random numbers of a long state repeat
@@ -201,7 +202,7 @@ def called(bound, function, size, t, y):
 def agree(bound, real, mine, t, y, largest=0.0, of_solution=True):
     """Whether two results agree, up to roundings that large cancelling terms amplify.
 
-    `largest` and `of_solution` are as in `same_numbers.differ`.
+    `largest` and `of_solution` are as in `differ`.
     """
     if not _is_value(real) or mine is None:
         return not _is_value(real) and mine is None
@@ -221,3 +222,48 @@ def _by_rounding(bound, real, mine, t, y):
             return True
         spread = np.maximum(spread, np.abs(moved - real))
     return not np.any(np.abs(real - mine) > ROUNDINGS * spread)
+
+
+def all_close(real, mine):
+    """Whether all results are finite and differ by rounding at most: a fast, sufficient check."""
+    if len({value.shape for value in (*real, *mine)}) > 1:
+        return False
+    real = np.array(real)
+    with np.errstate(all="ignore"):
+        return bool((np.abs(np.array(mine) - real) <= TOLERANCE * np.abs(real)).all())
+
+
+def are_close(real, mine):
+    """Whether arrays are close, relative to the largest number, and finite at the same places."""
+    finite = np.isfinite(real)
+    far = np.abs(real - mine)[finite] > CLOSE * np.max(np.abs(real[finite]), initial=0.0)
+    return np.array_equal(finite, np.isfinite(mine)) and not far.any()
+
+
+def differ(real, mine, largest=0.0, of_solution=True):
+    """Whether two results differ by more than rounding.
+
+    `largest` is the largest size of a result along the solution; a difference of the size of the
+    rounding errors of `largest` is allowed.  Away from a solution (`of_solution` False), any two
+    non-finite numbers agree.
+    """
+    if np.array_equal(real, mine, equal_nan=True):
+        return False
+    finite = np.isfinite(real) & np.isfinite(mine)
+    if of_solution:
+        odd = ~finite & (real != mine) & ~(np.isnan(real) & np.isnan(mine))
+    else:
+        odd = np.isfinite(real) != np.isfinite(mine)
+    if odd.any():
+        return True
+    real, mine = real[finite], mine[finite]
+    scale = np.maximum(np.abs(real), 1e-3 * np.max(np.abs(real), initial=0.0))
+    allowed = np.maximum(TOLERANCE * scale, CANCELLED * largest) + 1e-300
+    return bool(np.any(np.abs(real - mine) > allowed))
+
+
+def short(value):
+    """A value, or an exception, as text for a sentence."""
+    if isinstance(value, Exception | str):
+        return value if isinstance(value, str) else f"{type(value).__name__}: {value}"
+    return np.array2string(np.asarray(value), precision=12, threshold=8, edgeitems=3)

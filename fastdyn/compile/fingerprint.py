@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import memory
-from .callables.diagnostics import EMPTY, Uncompilable
-from .callables.jitted import is_jitted
+from .callables import EMPTY, Uncompilable, is_jitted
 
 ATOMS = {bool, int, str, bytes, type(None), type(Ellipsis)}
 KERNELS = f"{__name__.partition('.')[0]}.kernels."

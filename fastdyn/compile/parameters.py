@@ -12,7 +12,7 @@ import numpy as np
 from fastdyn.code_store.call import address_of
 from fastdyn.kernels.calls.block import FIRST
 
-from .callables.diagnostics import Uncompilable
+from .callables import Uncompilable
 from .fingerprint import Constant, Unknown, frozen
 
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}

@@ -15,9 +15,9 @@ import numpy as np
 
 from fastdyn.kernels.algebra.linear import SingularMatrixError
 
-from .callables.diagnostics import WritesToState
 from .function_convention import SIGNATURE, mark
 from .mode import DERIVATIVE, Mode
+from .sentences import WritesToState
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.callables.jitted import is_jitted
+from fastdyn.compile.callables import is_jitted
 
 
 def of_vector(F, n):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fastdyn.compile.bound import with_callback
+from fastdyn.compile.functions import with_callback
 from fastdyn.compile.mode import JUMP
 from fastdyn.compile.python_callback import Callback, derivative
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from fastdyn.compile.bind import bind
+from fastdyn.compile.callables import codes
 from fastdyn.compile.compare import Different, compare_along
 from fastdyn.compile.derivatives.compare import compare_jacobian
-from fastdyn.compile.traced.known_traces import codes
 from fastdyn.kernels.state.record import FINISHED, Y
 from fastdyn.run.functions import compared
 from fastdyn.run.solve_problem import run_of

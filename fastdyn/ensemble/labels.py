@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from fastdyn.compile.callables.diagnostics import Uncompilable
-from fastdyn.compile.callables.parts import Y, parts_of
+from fastdyn.compile.callables import Y, parts_of
+from fastdyn.compile.sentences import Uncompilable
 
 
 class Label(NamedTuple):

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import Uncompilable
 from fastdyn.compile.mode import ACCELERATION, COMPLEX_NUMBERS, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.sentences import Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_of_many
 from fastdyn.problem import mass, validate
 from fastdyn.problem.arguments import Arguments

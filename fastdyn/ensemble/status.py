@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import GaveUp
+from fastdyn.compile.sentences import GaveUp
 from fastdyn.kernels.state.record import (
     BAD_STATE,
     BORDER,

@@ -5,7 +5,7 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from fastdyn.compile.traced.known_traces import known_trace
+from fastdyn.compile.traced.known import known_trace
 from fastdyn.kernels.ensemble.arguments import COUNT
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.trace.reads.reads import flat

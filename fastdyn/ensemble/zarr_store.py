@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.sentences import levels_inside
 from fastdyn.kernels.state.record import INTERRUPTED
 from fastdyn.run.checkpoint import refuse_other
 from fastdyn.run.resume import FUNCTIONS

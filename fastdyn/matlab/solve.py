@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.sentences import levels_inside
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from fastdyn.compile.derivatives.sparse_jacobian import pattern_of
 from fastdyn.compile.mode import COMPLEX_COLUMN, COMPLEX_NUMBERS
-from fastdyn.compile.sparse_jacobian import pattern_of
 from fastdyn.kernels.methods import COMPLEX
 
 from . import validate

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from fastdyn.compile.derivatives.sparse_jacobian import is_sparse, pattern_of
 from fastdyn.compile.python_callback import matrix
-from fastdyn.compile.sparse_jacobian import is_sparse, pattern_of
 
 DIFFERENCES = "2-point"  # the name of differences in `scipy.optimize.minimize`
 

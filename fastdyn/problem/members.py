@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.compile.bind import bind, bind_matrix
-from fastdyn.compile.bound import with_callback
+from fastdyn.compile.functions import with_callback
 from fastdyn.compile.parameters import pack
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.traced.make import Near

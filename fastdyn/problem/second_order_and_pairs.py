@@ -10,9 +10,8 @@ import numpy as np
 
 from fastdyn.compile import memory
 from fastdyn.compile.bind import bind
-from fastdyn.compile.bound import Bound
-from fastdyn.compile.callables.compiled import Function
 from fastdyn.compile.derivatives.sensitivities import bind_variational
+from fastdyn.compile.functions import Bound, Function
 from fastdyn.compile.mode import ACCELERATION, COLUMN, DERIVATIVE, FORCE, VELOCITY
 from fastdyn.compile.python_callback import derivative, evaluate
 from fastdyn.compile.traced.make import Near

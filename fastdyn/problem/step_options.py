@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.sentences import levels_inside
 
 EPS = float(np.finfo(float).eps)
 LATEST = 2.0**1022  # of times: the distance of two is finite

@@ -17,8 +17,8 @@ import warnings
 import numpy as np
 
 from fastdyn import __version__
-from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.fingerprint import Unknown, frozen
+from fastdyn.compile.sentences import levels_inside
 
 SECONDS = 5.0  # between two writes, at least
 FULL = {getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT")}  # errors that may be temporary

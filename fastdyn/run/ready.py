@@ -13,11 +13,9 @@ from typing import Any
 import numpy as np
 
 from fastdyn.code_store.call import address_of
-from fastdyn.compile.bind import leave_to_python
-from fastdyn.compile.callables.diagnostics import GaveUp
-from fastdyn.compile.callables.numpy_errors import are_heard
-from fastdyn.compile.rebind import rebind
-from fastdyn.compile.traced import known_traces
+from fastdyn.compile.bind import leave_to_python, numpy_errors_are_heard, rebind
+from fastdyn.compile.sentences import GaveUp
+from fastdyn.compile.traced.known import N_LEFT, known_trace, left_of
 from fastdyn.compile.traced.make import made
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import BAD_STATE, EVENT, FINISHED
@@ -118,7 +116,7 @@ class ReadyRun:
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
             nonlocal is_open, n_left, until_look
-            if are_heard():
+            if numpy_errors_are_heard():
                 return None
             if t_span is not self.span and not self.take_span(t_span):
                 return None
@@ -126,10 +124,10 @@ class ReadyRun:
                 return None
             if check is not None and not check(self, y0, args, events):
                 return None
-            if known_traces.N_LEFT[0] != n_left:
+            if N_LEFT[0] != n_left:
                 if is_left(problem, bounds, (fun, *events), args):
                     return None
-                n_left = known_traces.N_LEFT[0]
+                n_left = N_LEFT[0]
             if not take_state(y0):
                 return None
             held = read(fun, args, block) if alone else self._read_all(fun, args, events)
@@ -287,9 +285,7 @@ def reader_of(problem, bound, fun, args):
         mode, n, varying = p.fun.mode, p.fun.n, p.fun.positions()
     elif not made(bound.function):  # Numba's code
         return lambda fun, args, block: rebind(bound, fun, args) or None
-    known = known_traces.known_trace(
-        fun, args, mode, n, varying, known_traces.in_batches(bound.function)
-    )
+    known = known_trace(fun, args, mode, n, varying, bound.function.in_batches)
     if known is None:
         return lambda fun, args, block: None
     return known[0].read
@@ -300,7 +296,7 @@ def is_left(problem, bounds, functions, args):
     found = [(f, b.mode) for b, f in zip(bounds, functions, strict=True)]
     if problem.mode.sensitivities:
         found.append((functions[0], problem.fun.mode))
-    return any(known_traces.left_to_python(f, args, mode) for f, mode in found)
+    return any(left_of(f, args, mode)[0] for f, mode in found)
 
 
 class Solver:

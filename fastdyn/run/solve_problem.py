@@ -3,13 +3,12 @@
 import types as python
 
 from fastdyn.compile import budget, memory
-from fastdyn.compile.bind import or_in_python
-from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.rebind import rebind
-from fastdyn.compile.sparse_jacobian import (
+from fastdyn.compile.bind import or_in_python, rebind
+from fastdyn.compile.derivatives.sparse_jacobian import (
     WiderPattern,
 )
+from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.python_callback import evaluate
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.problem.domains.options import check_start
 from fastdyn.problem.events import between_steps

@@ -14,9 +14,9 @@ import warnings
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.derivatives.switched import jumping, switched
 from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.sentences import levels_inside
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.kernels.state.record import Y_OLD, Y

@@ -4,10 +4,10 @@ import contextlib
 
 import numpy as np
 
-from fastdyn.compile.callables.numpy_errors import are_heard
+from fastdyn.compile.bind import numpy_errors_are_heard
 from fastdyn.compile.derivatives.switched import ADDED, EVENTS, has_switches
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.known_traces import known_trace, left_to_python
+from fastdyn.compile.traced.known import known_trace, left_of
 from fastdyn.compile.traced.make import LONG, Near, traced_function
 from fastdyn.problem.domains import options as domains
 from fastdyn.problem.options.table import TOLERANCES, refused_among, value_of
@@ -150,9 +150,9 @@ def _switches(asked):
     a = asked
     if a.y0.dtype.kind == "c" or a.vectorized or a.sensitivity is not None or not a.y0.size:
         return False
-    if len(a.y0) >= LONG or a.t0 == a.tf or domains.asked(a.options) or are_heard():
+    if len(a.y0) >= LONG or a.t0 == a.tf or domains.asked(a.options) or numpy_errors_are_heard():
         return False
-    if left_to_python(a.fun, a.args, DERIVATIVE):
+    if left_of(a.fun, a.args, DERIVATIVE)[0]:
         return False
     given = a.fun, a.args, DERIVATIVE, len(a.y0)
     known = known_trace(*given)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fastdyn.compile.callables.diagnostics import WritesToState
+from fastdyn.compile.sentences import WritesToState
 from fastdyn.problem import validate
 from fastdyn.problem.complex_states import on_pairs
 from fastdyn.problem.mass import refuse

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fastdyn.compile.bind import leave_to_python
-from fastdyn.compile.callables.diagnostics import GaveUp
+from fastdyn.compile.sentences import GaveUp
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse
 from fastdyn.problem.discrete import longer as with_discrete_states

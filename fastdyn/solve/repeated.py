@@ -8,10 +8,10 @@ import types as python
 import numpy as np
 
 from fastdyn.compile import memory
-from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
-from fastdyn.compile.callables.jitted import is_jitted
-from fastdyn.kernels.methods.taylor.accuracy import order_for
+from fastdyn.compile.callables import is_jitted
 from fastdyn.compile.derivatives.sensitivities import decides
+from fastdyn.compile.sentences import GaveUp, Uncompilable
+from fastdyn.kernels.methods.taylor.accuracy import order_for
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import directions_of, longer_tolerances, with_sensitivities
 from fastdyn.run.ready import ReadyRun, Solver

@@ -5,13 +5,12 @@ import warnings
 
 import numpy as np
 
-from fastdyn.compile.bind import bind
-from fastdyn.compile.callables.diagnostics import CompileWarning, levels_inside, warn_once
+from fastdyn.compile.bind import bind, rebind
 from fastdyn.compile.function_convention import call, code_at
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.rebind import rebind
-from fastdyn.compile.traced.known_traces import has_effect
+from fastdyn.compile.sentences import CompileWarning, levels_inside, warn_once
+from fastdyn.compile.traced.known import facts_of
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem import step_options, validate
 from fastdyn.problem.events import between_steps, endless, event_list
@@ -151,13 +150,13 @@ def begun_again(problem, reason):
     if not getattr(reason, "begun", False):
         return
     p, n = problem, len(problem.y0)
-    if any(has_effect(f, p.args, mode, n) for f, mode in between_steps(p) if mode.one_number):
+    if any(facts_of(f, p.args, mode, n).effect for f, mode in between_steps(p) if mode.one_number):
         raise ValueError(
             "A function writes to the state that it is given, which only SciPy's solvers can take, "
             "and an event has changed other things meanwhile: take scipy.integrate.solve_ivp, or "
             "let `on_event` return the new state."
         )
-    if has_effect(p.fun, p.args, p.mode, n):
+    if facts_of(p.fun, p.args, p.mode, n).effect:
         warnings.warn(
             "`fun` writes to the state that it is given, and SciPy's solver took over from the "
             "start: what `fun` counts or keeps includes the calls before.",

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import GaveUp, Uncompilable
 from fastdyn.compile.derivatives.sensitivities import decides, jump_of
+from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.problem.sensitivities import directions_of, with_sensitivities
 from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial

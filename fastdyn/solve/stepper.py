@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver
 
 from fastdyn.compile.bind import leave_to_python, or_in_python
-from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
+from fastdyn.compile.sentences import GaveUp, WritesToState
 from fastdyn.kernels.state.record import EVENT, FINISHED, NON_FINITE, RUNNING, Y
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked, compiled_method, refuse

@@ -13,7 +13,7 @@ import itertools
 from typing import Any
 
 from fastdyn import code_store
-from fastdyn.compile.callables.diagnostics import Uncompilable
+from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import made
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.taylor.accuracy import ALLOWANCE

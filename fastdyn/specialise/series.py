@@ -3,10 +3,10 @@
 import contextlib
 import contextvars
 
-from fastdyn.compile.callables import numpy_errors
+from fastdyn.compile.bind import NUMPY_ERRORS, numpy_errors_are_heard
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.compile.traced.code import MANY_OPERATIONS
-from fastdyn.compile.traced.known_traces import why
+from fastdyn.compile.traced.known import why
 from fastdyn.kernels.methods.taylor.accuracy import is_fine, order_for
 
 _refuses_large = contextvars.ContextVar("refuses large functions", default=False)
@@ -31,8 +31,8 @@ def series_kernel(problem, bound, order=None):
     p, function = problem, bound.function
     if function is None or function.series is None:
         reason = why(p.fun, p.args, p.mode, len(p.y0))
-        if numpy_errors.are_heard():
-            reason = numpy_errors.REASON
+        if numpy_errors_are_heard():
+            reason = NUMPY_ERRORS
         if reason is None:
             p.fun(p.t0, p.y0.copy(), *p.args)  # an exception of `fun` says more than NoSeries
             reason = "it could not be traced"

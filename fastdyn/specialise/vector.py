@@ -8,10 +8,10 @@ from typing import NamedTuple
 from fastdyn import code_store
 from fastdyn.code_store.target import width
 from fastdyn.compile import memory
-from fastdyn.compile.callables.diagnostics import Uncompilable, explain
+from fastdyn.compile.derivatives.vector_form import vector_form
 from fastdyn.compile.mode import EVENT
+from fastdyn.compile.sentences import Uncompilable, explain
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
-from fastdyn.compile.vector_form import vector_form
 from fastdyn.kernels.algebra.elimination_structure import MOST_PRODUCTS, structure
 from fastdyn.kernels.ensemble import events_and_folds
 from fastdyn.kernels.jit_options import INLINED, njit

@@ -12,9 +12,9 @@ from fastdyn.code_store import COUNTS
 from fastdyn.compile.bind import bind
 from fastdyn.compile.by_numba import function as by_numba
 from fastdyn.compile.by_numba import pointer_form
-from fastdyn.compile.callables.diagnostics import Uncompilable
-from fastdyn.compile.callables.parts import parts_of
+from fastdyn.compile.callables import parts_of
 from fastdyn.compile.mode import DERIVATIVE, JUMP, MATRIX, MODES
+from fastdyn.compile.sentences import Uncompilable
 from fastdyn.compile.traced.make import Near
 
 START = np.array([1.0, 2.0])

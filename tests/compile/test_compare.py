@@ -8,8 +8,8 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn.compile import compare
-from fastdyn.compile.bound import Bound
 from fastdyn.compile.compare import compare_around
+from fastdyn.compile.functions import Bound
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.ensemble import compared as of_ensembles

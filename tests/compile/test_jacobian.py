@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from fastdyn.code_store import COUNTS
-from fastdyn.compile.bind import bind
+from fastdyn.compile.bind import bind, rebind
 from fastdyn.compile.derivatives.jacobian import jacobian
 from fastdyn.compile.mode import COMPLEX_NUMBERS, DERIVATIVE
 from fastdyn.compile.python_callback import SIGNATURE
-from fastdyn.compile.rebind import rebind
 from fastdyn.compile.traced.make import Near
 from fastdyn.systems import SYSTEMS
 from fastdyn.trace.graph.refusal import Untraceable

@@ -14,9 +14,9 @@ import scipy.integrate
 
 import fastdyn
 from fastdyn.compile.by_numba.function import compiled_function
-from fastdyn.compile.callables.diagnostics import Uncompilable
-from fastdyn.compile.callables.parts import parts_of
+from fastdyn.compile.callables import parts_of
 from fastdyn.compile.mode import DERIVATIVE
+from fastdyn.compile.sentences import Uncompilable
 
 
 class Plain:

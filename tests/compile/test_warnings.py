@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import fastdyn
-from fastdyn.compile import memory
-from fastdyn.compile.callables import diagnostics
+from fastdyn.compile import memory, sentences
 from support import refused
 
 with open(refused.__file__) as file:
@@ -22,7 +21,7 @@ PROBLEM = {"t_span": (0, 0.1), "y0": [1.0, 0.5]}
 
 @pytest.fixture(autouse=True)
 def _unsaid(monkeypatch):
-    monkeypatch.setattr(diagnostics, "_warned", memory.Table())
+    monkeypatch.setattr(sentences, "_warned", memory.Table())
 
 
 def said(fun, **options):
@@ -60,7 +59,7 @@ def test_the_line_of_the_user(name):
         ("draws_by_numpy", "it draws random numbers"),
         ("prints_a_state", "it calls print"),
         ("calls_scipy_in_a_loop", "`root = scipy.optimize.brentq(lambda z: z - x, -9, 9)` has no"),
-        ("joins_numbers_in_a_loop", "it uses `np.r_`"),
+        ("joins_numbers_in_a_loop", "`return np.r_[-x, y[1:]]` has no compiled form"),
         ("of_integers", "`bin` has no compiled form"),
     ],
 )

@@ -1,7 +1,7 @@
 """The machine code of a function, called from Python."""
 
-from fastdyn.compile.bound import with_code
 from fastdyn.compile.compare import machine_value
+from fastdyn.compile.functions import with_code
 
 
 def called(function, values, mode, n):

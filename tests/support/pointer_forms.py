@@ -4,7 +4,7 @@ import numpy as np
 
 from fastdyn.code_store.loader import load
 from fastdyn.code_store.target import translated
-from fastdyn.compile.callables.compiled import Function
+from fastdyn.compile.functions import Function
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.parameters import n_words
 from fastdyn.compile.traced import pointer_form as module

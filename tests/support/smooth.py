@@ -6,7 +6,7 @@ import random
 from fastdyn import code_store
 from fastdyn.compile import memory
 from fastdyn.compile.traced import code as traced
-from fastdyn.compile.traced import known_traces
+from fastdyn.compile.traced import known
 from fastdyn.compile.traced import make as by_tracing
 from fastdyn.compile.traced import series as traced_series
 
@@ -68,7 +68,7 @@ def write_in_rows(monkeypatch, rows):
     )
     empty = memory.Table()
     for module, name in (
-        (known_traces, "TABLE"),
+        (known, "TABLE"),
         (by_tracing, "TABLE"),
         (by_tracing, "_functions"),
     ):

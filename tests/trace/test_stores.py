@@ -7,8 +7,7 @@ import pytest
 import scipy.integrate
 
 import fastdyn
-from fastdyn.compile import memory
-from fastdyn.compile.callables import diagnostics
+from fastdyn.compile import memory, sentences
 
 pytestmark = pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
 LATEST: dict = {}
@@ -188,7 +187,7 @@ CHANGED = {
 @pytest.mark.parametrize("make", CHANGED)
 def test_what_is_said(make, monkeypatch):
     """One warning, which names what is changed, and where."""
-    monkeypatch.setattr(diagnostics, "_warned", memory.Table())
+    monkeypatch.setattr(sentences, "_warned", memory.Table())
     fun = make(Plant())
     with pytest.warns(fastdyn.CompileWarning) as said:
         for _ in range(2):

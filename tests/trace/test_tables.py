@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp as reference
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced import known_traces
 from fastdyn.compile.traced import make as by_tracing
+from fastdyn.compile.traced.known import known_trace
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths import runs
 
@@ -35,7 +35,7 @@ def agrees(fun, args=None):
         mine = fastdyn.solve_ivp(fun, (0.0, 1.0), START, **steps)
     theirs = reference(fun, (0.0, 1.0), START, **steps)
     np.testing.assert_allclose(mine.y, theirs.y, rtol=1e-7)
-    assert known_traces.known_trace(fun, args or (), DERIVATIVE, 2) is not None
+    assert known_trace(fun, args or (), DERIVATIVE, 2) is not None
 
 
 TAB, WIDE = numbers(), numbers(3 * N).reshape(N, 3)

@@ -21,9 +21,9 @@ from numba.core.typed_passes import NopythonTypeInference
 
 from fastdyn.kernels.jit_options import OWNING, OWNING_INLINED, njit
 
-from ..callables.diagnostics import EMPTY, Uncompilable, located
-from ..callables.jitted import is_jitted
+from ..callables import EMPTY, Uncompilable, is_jitted
 from ..fingerprint import of_library, outside
+from ..sentences import located
 
 CHECKED = {"boundscheck": True}  # an index out of bounds is an exception, as in Python
 WHOLE = "it computes a whole number that may exceed 64 bits"

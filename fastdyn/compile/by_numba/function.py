@@ -10,11 +10,11 @@ import functools
 from fastdyn import code_store
 
 from .. import budget, memory
-from ..callables.compiled import Function
-from ..callables.diagnostics import Uncompilable, explain
-from ..callables.parts import T, Y, codes_of
+from ..callables import T, Uncompilable, Y, codes_of
 from ..fingerprint import frozen_function
+from ..functions import Function
 from ..parameters import n_words, parameter_type
+from ..sentences import explain
 
 MOST_TRIES, FAILURE = 8, 4  # most compilations of a code object; a failure counts as FAILURE
 CHANGES = "what it uses from outside changes from solve to solve: pass the values as `args`"
@@ -32,7 +32,7 @@ def compiled_function(parts, mode, probe=None):
 
     Parameters
     ----------
-    parts : callables.parts.Parts
+    parts : callables.Parts
     mode : mode.Mode
         A mode whose `by_numba` is true.
     probe : callable, optional

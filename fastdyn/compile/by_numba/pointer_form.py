@@ -25,7 +25,7 @@ from fastdyn.kernels.state.elementwise import view
 from fastdyn.trace.written import function_of
 
 from .. import function_convention
-from ..callables.diagnostics import Uncompilable
+from ..callables import Uncompilable
 from ..parameters import BOOL, COMPLEX, FLOAT, INT, Constant, n_words
 from .as_it_is import compiled, dispatcher
 

@@ -1,1 +1,1 @@
-"""Exact Jacobians of traced functions."""
+"""What is derived from a traced function: Jacobians, sensitivities, switches, forms on vectors."""

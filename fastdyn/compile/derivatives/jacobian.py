@@ -12,7 +12,7 @@ from fastdyn.trace.graph.derivatives import jacobian as derivatives
 from fastdyn.trace.graph.derivatives import time_derivative
 from fastdyn.trace.graph.expressions import is_zero
 
-from ..callables.compiled import Function
+from ..functions import Function
 from ..mode import ENTRIES
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fastdyn.kernels.calls.block import FIRST, GROUPS, N_ENTRIES, OWN_BLOCK
 from fastdyn.trace.graph.refusal import Untraceable
 
-from ..callables.compiled import Function
+from ..functions import Function
 from ..mode import CONSTANT
 from .jacobian import jacobian
 

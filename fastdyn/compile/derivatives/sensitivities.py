@@ -17,10 +17,10 @@ from fastdyn.trace.graph.jumps import decisions, first_jump
 from fastdyn.trace.graph.refusal import Untraceable, refused_as
 from fastdyn.trace.reads.reads import flat
 
-from ..bound import with_code
-from ..callables.diagnostics import Uncompilable
+from ..callables import Uncompilable
+from ..functions import with_code
 from ..mode import DERIVATIVE, SALTATION, SENSITIVITIES
-from ..traced.known_traces import why
+from ..traced.known import why
 from ..traced.make import Near, traced_function
 
 DECISIONS = "decisions"  # a key of a Function's notes

@@ -15,10 +15,10 @@ from fastdyn.trace.graph.refusal import Refusal, Untraceable
 from fastdyn.trace.graph.switches import LARGEST, MOST, hybrid, switches
 from fastdyn.trace.reads.reads import flat
 
-from ..bound import with_code
+from ..functions import with_code
 from ..mode import DERIVATIVE
 from ..python_callback import evaluate as in_python
-from ..traced.known_traces import known_trace
+from ..traced.known import known_trace
 from ..traced.make import made
 
 # Conditions, up to which the steps of Taylor end at each.  With those of a limiter on a grid of 40,

@@ -14,7 +14,7 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
 from fastdyn.trace.switching.switches import switches
 
-from ..callables.compiled import Function
+from ..functions import Function
 from ..parameters import FLOAT, INT, n_words
 
 # Beyond, "auto" takes a pair instead of Taylor.  Processor time of a first call by Taylor on a busy

@@ -14,7 +14,7 @@ from fastdyn.kernels.vector.instructions import FUSE
 from fastdyn.trace.emit.numbers import REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as
 
-from ..callables.diagnostics import Uncompilable
+from ..callables import Uncompilable
 from .inputs import VectorSource
 from .pointer_form import body, by_formula
 

@@ -17,22 +17,13 @@ from fastdyn.trace.reads.program import reader
 from fastdyn.trace.reads.reads import flat
 
 from .. import background, memory
-from ..bound import with_code
-from ..callables.diagnostics import located
+from ..callables import code_of
 from ..compare import Different, compare_around, machine_value, python_value
+from ..functions import with_code
+from ..sentences import located
 from . import elimination
 from .code import Traced
-from .known_traces import (
-    NOTHING,
-    TABLE,
-    Known,
-    Traces,
-    code_of,
-    is_wrong,
-    known_trace,
-    leave_to_python,
-    place_of,
-)
+from .known import NOTHING, TABLE, Facts, Known, known_trace, leave, left_of, place_of
 
 LONG = 64  # least number of components of a state that is one long array
 OF_CALL = 1e-5  # seconds of the call from Python, which a measured time of code includes
@@ -69,12 +60,12 @@ def traced_function(fun, args, mode, n, near, varying=(), makes=True):
     `varying` has the positions, from 1, of the arguments that vary between trajectories.  Without
     `makes`, only code that exists is returned.
     """
-    if is_wrong(fun, args, mode):
+    if left_of(fun, args, mode)[1]:
         return None
     to_make = near if makes else None
     if near is not None and near.batches and n >= LONG and mode.long_arrays and not varying:
         found = _traced_function(fun, args, mode, n, to_make, varying, True)
-        if found is not None or is_wrong(fun, args, mode):
+        if found is not None or left_of(fun, args, mode)[1]:
             return found
     return _traced_function(fun, args, mode, n, to_make, varying)
 
@@ -85,11 +76,11 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
         known, given = found
         return known.function, list(zip(known.traced.kinds, given, strict=True)), known.traced.at
     place = place_of(fun, args, mode, n, varying, batches)
-    traces = TABLE.get(place) or NOTHING
-    if near is None or traces.refusals >= MAX_REFUSALS:
+    facts = TABLE.get(place) or NOTHING
+    if near is None or facts.refusals >= MAX_REFUSALS:
         return None
-    if traces is NOTHING:
-        traces = TABLE.put(place, Traces())
+    if facts is NOTHING:
+        facts = TABLE.put(place, Facts())
     error: Any = None
     for lifted in LIFTED:
         try:
@@ -108,18 +99,18 @@ def _traced_function(fun, args, mode, n, near, varying, batches=False):
             error = Untraceable(str(reason))
             continue
         if traced.trace.reads.lasting:
-            traces.known.insert(0, Known(traced, function, (fun, args), zeros))
-            del traces.known[MAX_KNOWN:]
-            TABLE.put(place, traces, len(traces.known))
+            facts.known.insert(0, Known(traced, function, (fun, args), zeros))
+            del facts.known[MAX_KNOWN:]
+            TABLE.put(place, facts, len(facts.known))
         return function, list(zip(traced.kinds, given, strict=True)), traced.at
-    traces.effect, traces.writes = traces.effect or error.effect, traces.writes or error.writes
+    facts.effect, facts.writes = facts.effect or error.effect, facts.writes or error.writes
     if not str(error).startswith(UNDEFINED):  # the name may be defined later
-        traces.refusals = MAX_REFUSALS if error.final else traces.refusals + 1
+        facts.refusals = MAX_REFUSALS if error.final else facts.refusals + 1
     if error.typed:  # numbers are not traced one by one
-        TABLE.put(place_of(fun, args, mode, n, varying), traces)
-    traces.reason = _reason(error, fun, args, mode, n)
-    traces.of_state = traces.of_state or STATE in str(error)
-    traces.whole = located(str(error), line_of_refusal(error.__context__ or error))
+        TABLE.put(place_of(fun, args, mode, n, varying), facts)
+    facts.reason = _reason(error, fun, args, mode, n)
+    facts.of_state = facts.of_state or STATE in str(error)
+    facts.whole = located(str(error), line_of_refusal(error.__context__ or error))
     if error.alive:
         _asks_what_lives.set()
     if _asks_what_lives.is_set():  # traces may keep alive the objects that a function asks for
@@ -175,7 +166,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
         if different:
             wrong = isinstance(different, Different)
             if wrong:
-                leave_to_python(fun, args, mode, str(different), wrong)
+                leave(fun, args, mode, str(different), wrong)
             raise Untraceable(str(different), final=wrong)
         calls = list(found.graph.islands.values())
         dense = traced.in_batches and mode.complex_numbers  # libraries may multiply faster

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from fastdyn.compile.derivatives.jacobian import GROWING
+from fastdyn.compile.functions import GROWING
 from fastdyn.operations import OPERATIONS
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.jumps import first_jump

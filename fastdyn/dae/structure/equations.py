@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile.mode import RESIDUAL
-from fastdyn.compile.traced import known_traces
+from fastdyn.compile.traced.known import facts_of
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.run.functions.compared import off_the_solution
 from fastdyn.trace.graph.derivatives import jacobian
@@ -81,7 +81,7 @@ def equations(given):
     near = Near(given.t0, given.tf, off_the_solution(both))
     found = traced_function(residual, given.args, RESIDUAL, 2 * n, near)
     if found is None:
-        reason = known_traces.refusal(residual, given.args, RESIDUAL, 2 * n)
+        reason = facts_of(residual, given.args, RESIDUAL, 2 * n).refusal
         raise ValueError(
             "index reduction needs a function that can be traced, and this one cannot"
             f"{': ' * bool(reason)}{reason or ''}. Equations of index 1 need no reduction."

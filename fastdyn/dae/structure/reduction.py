@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from fastdyn.compile import memory
-from fastdyn.compile.derivatives.jacobian import GROWING
+from fastdyn.compile.functions import GROWING
 
 from ..problem import checked
 from . import choice, formulas

@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import sympy as sp
 
-from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.sentences import levels_inside
 from fastdyn.derive.notation import now
 
 from .reactions import of_wrong_reactions

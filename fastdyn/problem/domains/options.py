@@ -10,8 +10,8 @@ import warnings
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.mode import COLUMN, DERIVATIVE
+from fastdyn.compile.sentences import levels_inside
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.output.arguments import CHECKS, CLIPS, WITHIN
 from fastdyn.problem.lsoda import NAME as LSODA

@@ -3,7 +3,7 @@
 import difflib
 import warnings
 
-from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.sentences import levels_inside
 
 from .table import ALL_OPTIONS, OPTIONS
 

@@ -3,16 +3,16 @@
 import numpy as np
 
 from fastdyn.compile.bind import bind, bind_matrix
-from fastdyn.compile.callables.diagnostics import GaveUp, WritesToState
 from fastdyn.compile.derivatives.sensitivities import bind_saltation
-from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.sparse_jacobian import (
+from fastdyn.compile.derivatives.sparse_jacobian import (
     bind_sparse_function,
     bind_sparse_matrix,
     is_sparse,
     pattern_of,
 )
-from fastdyn.compile.traced.known_traces import writes_to_state
+from fastdyn.compile.python_callback import evaluate
+from fastdyn.compile.sentences import GaveUp, WritesToState
+from fastdyn.compile.traced.known import facts_of
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FAULT, RAISED_WORD, TIME
 from fastdyn.problem.events import between_steps
@@ -33,7 +33,7 @@ def leave_writers_to_scipy(problem, bound, others):
         if not (each.mode.acts_on_state or each.mode.one_number):
             continue
         if each.callback is not None:
-            if writes_to_state(fun, p.args, each.mode, n):
+            if facts_of(fun, p.args, each.mode, n).of_state:
                 raise WritesToState
             each.callback.writes = False
 

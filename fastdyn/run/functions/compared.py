@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.compile.callables import codes
 from fastdyn.compile.compare import compare_along, sides_at
 from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensitivities
-from fastdyn.compile.traced.known_traces import codes
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import RUNNING, Y_OLD, Y
 from fastdyn.kernels.state.snapshot_table import PLACE, SIZE, STATE, TIME

@@ -7,10 +7,9 @@ gets the address of this code, or of a callback of the Python function.
 
 import numpy as np
 
-from fastdyn.compile.bind import bind
+from fastdyn.compile.bind import bind, rebind
 from fastdyn.compile.python_callback import Callback
-from fastdyn.compile.rebind import rebind
-from fastdyn.compile.traced.known_traces import in_batches, known_trace
+from fastdyn.compile.traced.known import known_trace
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FAULT, FIRST, JACOBIAN
 from fastdyn.problem.events import between_steps
@@ -76,7 +75,7 @@ def may_take_other_code(bound):
 def _given(bound):
     """The arguments of `bind` for a compiled function: function, args, mode, length of y."""
     fun, args = bound.keepalive[:2]
-    return fun, args, bound.mode, bound.n, in_batches(bound.function)
+    return fun, args, bound.mode, bound.n, bound.function.in_batches
 
 
 def changes_of_code(fun, args, mode, n, batches=False):

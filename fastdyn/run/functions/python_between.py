@@ -4,8 +4,8 @@ import contextlib
 from typing import Any
 
 from fastdyn.compile.bind import leave_to_python
-from fastdyn.compile.callables.diagnostics import GaveUp
-from fastdyn.compile.traced.known_traces import may_have_effect
+from fastdyn.compile.sentences import GaveUp
+from fastdyn.compile.traced.known import may_act
 from fastdyn.specialise.series import NoSeries
 
 from .followed import followed, functions_of, may_take_other_code
@@ -83,9 +83,7 @@ class PythonBetween:
         except GaveUp as reason:
             p, n = self.problem, len(self.problem.y0)
             functions = functions_of(p, self._own, self._others)
-            if any(
-                b.function is None and may_have_effect(f, p.args, b.mode, n) for b, f in functions
-            ):
+            if any(b.function is None and may_act(f, p.args, b.mode, n) for b, f in functions):
                 leave_to_python(reason.bound, reason)
                 raise RuntimeError(
                     f"{reason}, and the solve is not repeated, as functions of it have changed "

@@ -9,8 +9,8 @@ import warnings
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import levels_inside
-from fastdyn.compile.traced.known_traces import codes
+from fastdyn.compile.callables import codes
+from fastdyn.compile.sentences import levels_inside
 from fastdyn.kernels.methods.method import ON_PAIRS
 from fastdyn.problem.step_options import segments_of_members, segments_of_span
 from fastdyn.trace.reads.reads import flat

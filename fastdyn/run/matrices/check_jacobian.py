@@ -9,10 +9,10 @@ import numpy as np
 
 from fastdyn.code_store import Call
 from fastdyn.compile import memory
-from fastdyn.compile.callables.diagnostics import levels_inside
 from fastdyn.compile.derivatives.jacobian_block import groups_of
+from fastdyn.compile.derivatives.sparse_jacobian import is_sparse
 from fastdyn.compile.python_callback import evaluate
-from fastdyn.compile.sparse_jacobian import is_sparse
+from fastdyn.compile.sentences import levels_inside
 from fastdyn.kernels.calls.block import RAISED_WORD
 from fastdyn.specialise.scalar import evaluate_kernel
 

@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 
-from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.sentences import levels_inside
 
 from .solve_arguments import full_state
 

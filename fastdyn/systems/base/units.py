@@ -4,7 +4,7 @@ import math
 import re
 import warnings
 
-from fastdyn.compile.callables.diagnostics import levels_inside
+from fastdyn.compile.sentences import levels_inside
 
 IN_RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0, "rev": math.tau}
 FACTORS = {

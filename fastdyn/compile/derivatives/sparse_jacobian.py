@@ -4,10 +4,10 @@ import numpy as np
 
 from fastdyn.kernels.calls.block import FIRST
 
-from .bound import Bound, with_callback
-from .derivatives.jacobian_block import Entries, constant_function, entries_block
-from .mode import CONSTANT, ENTRIES
-from .python_callback import Callback, check_shape, is_sparse
+from ..functions import Bound, with_callback
+from ..mode import CONSTANT, ENTRIES
+from ..python_callback import Callback, check_shape, is_sparse
+from .jacobian_block import Entries, constant_function, entries_block
 
 
 class WiderPattern(Exception):

@@ -2,20 +2,26 @@
 
 import functools
 import inspect
+import sys
 import types as python
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
+
+import numpy as np
 
 from fastdyn.code_store.numba_settings import DISABLED
 
-from .diagnostics import EMPTY, SWITCHED_OFF, Uncompilable
-from .jitted import is_jitted
-
+SWITCHED_OFF = "NUMBA_DISABLE_JIT is set"
 T, Y = object(), object()  # stand for t and y among the arguments
 KEYWORDS = inspect.CO_VARKEYWORDS
+EMPTY = python.CellType()
+
+
+class Uncompilable(Exception):
+    """The reason why a function cannot be compiled."""
 
 
 class Parts(NamedTuple):
-    """The Python function of a callable, its `self`, its arguments, its `fastmath` option.
+    """The Python function of a callable, its `self`, its arguments, its options of `@njit`.
 
     In `positional`, T and Y stand for t and y; with an `owner`, a first None stands for `self`.
     """
@@ -25,6 +31,13 @@ class Parts(NamedTuple):
     positional: tuple
     jitted: bool
     options: dict
+
+
+def is_jitted(value) -> TypeGuard[Any]:
+    """Whether `value` is a Numba dispatcher; without Numba in the process, no value is."""
+    module = sys.modules.get("numba.core.dispatcher")
+    kind = getattr(module, "Dispatcher", None)
+    return kind is not None and isinstance(value, kind)
 
 
 def parts_of(fun, args):
@@ -62,8 +75,42 @@ def parts_of(fun, args):
     return Parts(fun, owner, given, jitted, options)
 
 
+def plain_function(fun):
+    """The innermost Python function of a callable; the innermost object if there is none."""
+    while not isinstance(fun, python.FunctionType):
+        if isinstance(fun, functools.partial):
+            fun = fun.func
+        elif isinstance(fun, python.MethodType):
+            fun = fun.__func__
+        elif isinstance(fun, np.vectorize):
+            fun = fun.pyfunc
+        elif is_jitted(fun):
+            fun = fun.py_func
+        else:
+            called = inspect.getattr_static(type(fun), "__call__", None)
+            if not isinstance(called, python.FunctionType):
+                break
+            fun = called
+    return fun
+
+
 def codes_of(function):
     """The code of a Python function, and of the functions in its closure."""
     held = [cell.cell_contents for cell in function.__closure__ or () if cell != EMPTY]
     inner = [v.__code__ for v in held if isinstance(v, python.FunctionType)]
     return (function.__code__, *inner)
+
+
+def code_of(fun):
+    """The identity of a callable's code."""
+    while isinstance(fun, functools.partial):
+        fun = fun.func
+    if isinstance(fun, python.MethodType):
+        fun = fun.__func__
+    fun = fun.py_func if is_jitted(fun) else fun
+    return codes_of(fun) if isinstance(fun, python.FunctionType) else (type(fun),)
+
+
+def codes(fun, args):
+    """The identities of the code of a callable and of the callables among its arguments."""
+    return (code_of(fun), *[code_of(a) for a in args if callable(a)])

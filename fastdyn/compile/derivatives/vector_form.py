@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 from fastdyn.code_store.numba_settings import DISABLED
 from fastdyn.trace.graph.refusal import Untraceable
 
-from .callables.diagnostics import Uncompilable
-from .derivatives.jacobian import jacobian
-from .parameters import n_words
-from .traced.known_traces import why
-from .traced.make import traced_function
+from ..callables import Uncompilable
+from ..parameters import n_words
+from ..traced.known import why
+from ..traced.make import traced_function
+from .jacobian import jacobian
 
 
 class VectorForm(NamedTuple):

@@ -1,30 +1,21 @@
 """The reasons why a function cannot be compiled, as sentences, and the warnings that print them."""
 
-import functools
-import inspect
 import linecache
 import os
 import re
 import sys
 import warnings
-from types import BuiltinFunctionType, CellType, FunctionType, MethodType
-from typing import Any
-
-import numpy as np
+from types import BuiltinFunctionType, FunctionType
 
 from fastdyn.code_store import Unsealable
 from fastdyn.trace.graph.user_lines import of_user
 
-from .. import memory
-from .jitted import is_jitted
+from . import memory
+from .callables import SWITCHED_OFF, Uncompilable, code_of, plain_function
 
 
 class CompileWarning(UserWarning):
     """A function could not be compiled and runs in Python."""
-
-
-class Uncompilable(Exception):
-    """The reason why a function cannot be compiled."""
 
 
 class FoundLater(Uncompilable):
@@ -58,12 +49,7 @@ class WritesToState(ValueError):
         )
 
 
-SWITCHED_OFF = "NUMBA_DISABLE_JIT is set"
 _warned = memory.Table()  # functions for which the user has got a warning
-EMPTY = CellType()
-WRAPPERS: Any = (
-    (functools.partial, "func"), (MethodType, "__func__"), (np.vectorize, "pyfunc"),
-)  # fmt: skip
 NAMED = FunctionType | BuiltinFunctionType | type
 PACKAGE = f"{__name__.partition('.')[0]}."
 
@@ -122,12 +108,12 @@ def located(sentence, place):
 
 def warn_once(fun, reason):
     """Warn once for each function, at the user's line, that the function runs in Python."""
-    plain = _plain(fun)
+    plain = plain_function(fun)
     if reason != SWITCHED_OFF and not re.search(r", line \d+\)$", reason):
         code = plain.__code__ if isinstance(plain, FunctionType) else None
         reason = located(reason, code and (code.co_filename, code.co_firstlineno))
     name = plain.__qualname__ if isinstance(plain, NAMED) else type(fun).__name__
-    identity = reason if reason == SWITCHED_OFF else _identity(fun)
+    identity = reason if reason == SWITCHED_OFF else (type(fun), code_of(plain), name)
     if _warned.get(identity):
         return
     _warned.put(identity, True)
@@ -136,33 +122,6 @@ def warn_once(fun, reason):
         CompileWarning,
         stacklevel=levels_inside(),
     )
-
-
-def _plain(fun):
-    """The innermost Python function of a callable; the innermost object if there is none."""
-    while not isinstance(fun, FunctionType):
-        name = next((name for kind, name in WRAPPERS if isinstance(fun, kind)), None)
-        name = "py_func" if is_jitted(fun) else name
-        called = inspect.getattr_static(type(fun), "__call__", None)
-        if name is None and not isinstance(called, FunctionType):
-            break
-        fun = getattr(fun, name) if name else called
-    return fun
-
-
-def _identity(fun, depth=3):
-    """The identity of a callable: its code, and the code of the callables that it holds."""
-    plain = _plain(fun)
-    held: list[Any] = []
-    if isinstance(plain, FunctionType):  # other objects may answer to any attribute
-        held += [cell.cell_contents for cell in plain.__closure__ or () if cell != EMPTY]
-        held += plain.__defaults__ or ()
-    if isinstance(fun, functools.partial):
-        held += [*fun.args, *fun.keywords.values()]
-    codes = [_identity(v, depth - 1) for v in held if depth and callable(v)]
-    own: Any = type(plain), plain.__qualname__ if isinstance(plain, NAMED) else None
-    own = plain.__code__ if isinstance(plain, FunctionType) else own
-    return (own, *codes)
 
 
 def levels_inside():
