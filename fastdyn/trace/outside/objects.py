@@ -17,7 +17,7 @@ from ..reads.reads import STABLE
 from ..symbols.symbolic import Unwritten, refuse
 
 HEAP = 1 << 9  # the flag of types that were made in Python
-OF_NAMED_TUPLES = frozenset(vars(collections.namedtuple("Any", "a"))) - {"a", "__doc__"}
+OF_NAMED_TUPLES = vars(collections.namedtuple("Any", "a")).keys() - {"a", "__doc__", "__slots__"}
 BASES = (object, list, tuple, dict, types.SimpleNamespace)  # of objects that have a shadow
 REFUSED = ("__getattribute__", "__subclasshook__")  # hooks that read more than a member
 LEFT_OUT = {
