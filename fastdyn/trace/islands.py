@@ -1,30 +1,25 @@
 """Islands: functions of NumPy and SciPy that compiled code calls, once in each evaluation.
 
-Nodes of the graph compute the numbers that go into the call, and use the numbers that the call
-returns.  The address of an island is a parameter of the code.  The last output of an island is its
-failure flag: 1 if the library raised, or returned something of another form than at first.
+The graph computes the numbers that go into the call, and uses the numbers that the call returns.
+The address of an island is a parameter of the code.  The last output of an island is its failure
+flag: 1 if the library raised, or returned something of another form than at first.
 """
 
 import contextlib
 import ctypes
-import pickle
+import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .graph.evaluate import evaluate
-from .graph.kinds import INT, NUMPY
-from .graph.refusal import LATEST, OutOfTime, Refusal
+from .graph.rows import ID, PAIR
 from .graph.user_lines import line_of_call
-from .symbols.arrays import Array, elementwise
-from .symbols.complex_pair import Pair, any_complex
-from .symbols.layout import arrays_in, laid_out
-from .symbols.lazy import complete
-from .symbols.real import Symbol, symbol
-from .symbols.symbolic import BATCHES, Batched, Symbolic, graph_of, is_symbolic, refuse
+from .symbols.symbol import DTYPES, HANDLERS, Symbol, graph_of, refuse, wrap
 
 CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
-MOST_NUMBERS, MOST_ISLANDS = 20_000, 64  # of an island's inputs and of its results; of a function
+MAX_NUMBERS, MAX_ISLANDS = 20_000, 64  # of an island's inputs and of its results; of a function
+OBJECTS = {np.dtype(object)}
 PLAIN = type(None), bool, int, float, complex, str, slice, np.generic, np.dtype, np.ndarray, type
 
 
@@ -39,121 +34,133 @@ class Part(NamedTuple):
 
     begin: int
     end: int
-    like: np.ndarray
+    like: Any
+    py: bool = False
 
     def read(self, numbers):
         found = np.empty_like(self.like)
         found[...] = numbers[self.begin : self.end].view(found.dtype).reshape(found.shape)
-        return found[()]
+        return found.item() if self.py else found[()]
 
     def write(self, value, numbers):
         array = np.asarray(value)
         if (array.dtype, array.shape) != (self.like.dtype, self.like.shape):
             raise TypeError("a library gives numbers of another form than before")
-        numbers[self.begin : self.end] = array.reshape(-1).view(float)
+        numbers[self.begin : self.end] = np.ravel(array).view(float)
 
-    def of(self, found):
-        """The symbols of a result, in an array of the symbols of all outputs."""
-        found, shape = found[self.begin : self.end].copy(), self.like.shape
-        if self.like.dtype == complex:
-            both = found[::2], found[1::2]
-            together = BATCHES["joint"] if isinstance(found, Batched) else None
-            found = together(*both) if together else elementwise(Pair, *both)
-        return laid_out(found.reshape(shape), self.like) if shape else found[0]
+    def symbol(self, g, ids):
+        kind = self.like.dtype.kind
+        part = ids[self.begin : self.end].view(PAIR if kind == "c" else ID)
+        if not self.like.ndim:
+            return wrap(g, part[0], kind, self.py)
+        moved = np.empty_like(self.like, part.dtype)
+        moved[...] = part.reshape(moved.shape)
+        return Symbol(g, moved, kind)
 
 
 def nested(function, value) -> Any:
-    """A value with ``function(part)`` in place of each part that is no list and no tuple."""
-    kind: Any = type(value)
-    if kind in (list, tuple) or (hasattr(kind, "_make") and kind is not Part):
-        return getattr(kind, "_make", kind)([nested(function, v) for v in value])
+    """A value with ``function(part)`` in place of each part that is no list, tuple or dict."""
+    if isinstance(value, dict):
+        return {name: nested(function, each) for name, each in value.items()}
+    if isinstance(value, list | tuple) and not isinstance(value, Part):
+        make: Any = getattr(type(value), "_make", tuple if isinstance(value, tuple) else list)
+        return make([nested(function, each) for each in value])
     return function(value)
 
 
 class Given:
-    """The arguments of a call: `numbers` are the symbols in them, `args` has Parts in their place.
+    """The arguments of a call: the `ids` of their numbers; `key` identifies all else."""
 
-    `size` counts real numbers.
-    """
+    def __init__(self, args, kwargs):
+        self.ids, self.size, self._key = [], 0, []
+        self._parts = nested(self._part, (args, kwargs))
+        self.key = repr(nested(type, (args, kwargs))), *self._key
 
-    def __init__(self, args):
-        self.numbers, self.size = [], 0
-        self.args = nested(self._part, complete(args))
+    def of(self, numbers):
+        return nested(lambda v: v.read(numbers) if isinstance(v, Part) else v, self._parts)
 
     def _part(self, value: Any):
-        value = complete(value)
+        if type(value) is Symbol and (value.varies or value.kind not in "bi"):
+            return self._place(value)
+        value = value.plain() if type(value) is Symbol else value
         value = getattr(value, "plain", value) if isinstance(value, type) else value
-        if not is_symbolic(value):
-            value = np.array(value.tolist()) if isinstance(value, Array) else value
-            if not isinstance(value, PLAIN):
-                refuse(f"an object of type {type(value).__name__} is given to a library")
-            return value
-        array = value if isinstance(value, Batched) else Array.of(value)
-        flat = [] if isinstance(value, Batched) else list(array.flat)
-        if any(getattr(v, "kind", NUMPY) == INT or is_truth(v) for v in flat):
+        if not isinstance(value, PLAIN) or getattr(value, "dtype", None) in OBJECTS:
+            refuse(f"an object of type {type(value).__name__} is given to a library")
+        many = isinstance(value, np.ndarray)
+        value = np.array(value) if many else value
+        shape = (value.shape, value.strides, value.dtype.str) if many else ()
+        self._key.append((type(value), *shape, value.tobytes() if many else repr(value)))
+        return value
+
+    def _place(self, s):
+        if s.kind in "bi":
             refuse("whole numbers or truth values that depend on the state are given to a library")
-        like = np.zeros_like(value.ids if not flat else array.view(np.ndarray), float)
-        if any_complex(array):
-            like, array = like + 0j, np.stack([np.real(array), np.imag(array)], axis=-1)
-        self.numbers.append(array.reshape(-1))
-        self.size += array.size
-        return Part(self.size - array.size, self.size, like)
+        ids = np.array(s.ids, ID) if not s.many else np.ascontiguousarray(s.ids).view(ID)
+        like = np.zeros_like(s.ids if s.many else 0.0, DTYPES[s.kind])
+        self.ids.append(ids.reshape(-1))
+        self.size += ids.size
+        self._key.append((like.shape, like.strides, s.kind, s.py))
+        return Part(self.size - ids.size, self.size, like, s.py)
 
 
-def is_truth(value):
-    return isinstance(value, Symbolic) and not isinstance(value, Symbol | Pair)
+class Result:
+    """The form of what a library returns, which no call may change."""
+
+    def __init__(self, value):
+        self.size = 0
+        self.parts = nested(self._part, value)
+
+    def _part(self, value):
+        if isinstance(value, bool | int | np.bool_ | np.integer | str | None):
+            return value
+        like = np.zeros_like(value)
+        if like.dtype not in (float, complex):
+            what = f"{like.dtype} array" if like.ndim else type(value).__name__
+            raise TypeError(f"a library gives an object of type {what}")
+        self.size += like.size * (1 + (like.dtype == complex))
+        size = like.size * (1 + (like.dtype == complex))
+        return Part(self.size - size, self.size, like, type(value) in (float, complex))
+
+    def store(self, value, numbers):
+        """Copy the numbers of a result; raise TypeError if its form is another."""
+        values: list = []
+        nested(values.append, value)
+        values.reverse()
+
+        def one(part):
+            now = values.pop()
+            if isinstance(part, Part):
+                part.write(now, numbers)
+            elif type(now) is not type(part) or now != part:
+                raise TypeError("a library gives another constant than before")
+
+        nested(one, self.parts)
 
 
 class Island:
-    """A library function in compiled code.
+    """A library function in compiled code, with the arguments `given` and the form of its result.
 
     `place` is the (file, line) of the first call in the user's code.  `exception` is an interrupt
     that stopped the function, for the caller of the compiled code to raise.  `inside`, `pending`
     and `later` are those of a `Callback`, because a solve treats both alike.
     """
 
-    def __init__(self, key, name, start):
-        self._function, self._args, self._names, self.n_in = pickle.loads(key)
-        self.name, self.place, self.n_out = name, line_of_call(), 0
-        self.result = nested(self._part, self._first(start))
+    def __init__(self, function, given, result, name):
+        self._function, self._given, self._result = function, given, result
+        self.name, self.place = name, line_of_call()
+        self.n_in, self.n_out = given.size, result.size
         self.exception: Any = None
         self.inside, self.pending, self.later = False, None, float
         self._called = CALL(self._call)
         self.address = Address(ctypes.cast(self._called, ctypes.c_void_p).value or 0)
         self.address.of = self
 
-    def _first(self, start):
-        """The result for the inputs at the start, or else for random inputs in [0.5, 1.5)."""
-        error: Any = None
-        for numbers in (start, np.random.default_rng(0).uniform(0.5, 1.5, self.n_in)):
-            try:
-                if numbers is not None:
-                    return self._result(numbers, True)
-            except Exception as raised:
-                error = error or raised
-        return refuse(f"{self.name} raises {type(error).__name__} at the start", final=True)
-
-    def _part(self, value):
-        if np.asarray(value).dtype not in (float, complex) or self.n_out > MOST_NUMBERS:
-            refuse(f"{self.name} gives something else than numbers, or too many", final=True)
-        like = np.zeros_like(value)
-        self.n_out += like.view(float).size if like.shape else like.itemsize // 8
-        return Part(self.n_out - like.size * like.itemsize // 8, self.n_out, like)
-
-    def _result(self, numbers, at_first=False):
-        args, values = nested(lambda v: v.read(numbers) if isinstance(v, Part) else v, self._args)
-        with np.errstate(all="ignore"):
-            result = self._function(*args, **dict(zip(self._names, values, strict=True)))
-        pairs = ((a, b) for a in arrays_in(result) for b in arrays_in([args, values]))
-        if at_first and any(np.may_share_memory(*pair) for pair in pairs):
-            refuse(f"a view that {self.name} gives")
-        return result
-
     def compute(self, numbers, out):
         """Call the library with `numbers`, and store the results in `out`."""
-        values: list = []
-        nested(values.append, self._result(numbers))
-        nested(lambda part: part.write(values.pop(0), out), self.result)
+        args, named = self._given.of(numbers)
+        with np.errstate(all="ignore"):
+            result = self._function(*args, **named)
+        self._result.store(result, out)
         out[-1] = 0.0
 
     def values(self, args):
@@ -181,68 +188,75 @@ class Island:
         self.inside = False
 
 
-def apart(function, args, kwargs) -> Any:
-    """``function(*args, **kwargs)`` as an island, with symbols in place of numbers.
+def island(function, args, kwargs) -> Any:
+    """``function(*args, **kwargs)``, called from the code.
 
     The library function must have no side effects, and its value depends on its arguments only.
     """
-    name, g = getattr(function, "__name__", ""), graph_of(args, list(kwargs.values()))
+    name = getattr(function, "__name__", type(function).__name__)
+    g = graph_of(*args, *kwargs.values())
     if g is None or g.start is None:
         refuse(f"it calls {name}")
-    changes = [k for k, v in kwargs.items() if v is not None and v is not False]
-    if any(k in ("out", "output") or k.startswith("overwrite") for k in changes):
-        refuse(f"{name} that writes to what it is given")
+    if any(kwargs.get(each) is not None for each in ("out", "output")):
+        refuse(f"{name} with an array for its result")
+    if any(v is not False for k, v in kwargs.items() if k.startswith("overwrite")):
+        refuse(f"{name} that overwrites what it is given")
     if g.in_handler():
         refuse(f"{name} where what it raises is caught")
-    given = Given((tuple(args), tuple(kwargs.values())))
-    if not 0 < given.size <= MOST_NUMBERS or len(g.islands) >= MOST_ISLANDS:
-        refuse(f"{name} of {given.size} numbers, or in too many ways", final=True)
-    try:
-        key = pickle.dumps((function, given.args, tuple(kwargs), given.size))
-    except Exception:
-        refuse(f"it calls {name}, which no other process could find")
-    nodes = [symbol(g, v).node for each in given.numbers for v in each] if not g.batches else []
-    if key not in g.kept:  # all paths share the island
-        g.kept[key] = Island(key, name, _at_the_start(g, nodes) if nodes else None)
-    island = g.kept[key]
-    (slot,) = g.reads.parameters(g.reads.step(g.reads.root(0), "island", island), island.address)
-    g.islands[slot] = island
-    data = slot, island.n_in, island.n_out
-    if g.batches:
-        found = BATCHES["island"](g.batches, given.numbers, data)
+    given = Given(args, kwargs)
+    ids = np.concatenate([np.zeros(0, ID), *given.ids])
+    key = "island", function, given.key
+    known = g.kept.get(key)
+    if known is None:
+        if len(g.islands) >= MAX_ISLANDS:
+            refuse("it calls a library in too many ways", final=True)
+        result = _first(g, function, given, ids, name)
+        if max(given.size, result.size) > MAX_NUMBERS:
+            refuse(f"{name} of {max(given.size, result.size)} numbers", final=True)
+        made = Island(function, given, result, name)
+        known = g.kept[key] = made, result
+    made, result = known
+    row = g.reads.step(g.reads.root(0), "island", made)
+    (slot,) = g.reads.parameters(row, made.address)
+    g.islands[slot] = made
+    data = slot, made.n_in, made.n_out
+    if g.few < np.inf:
+        found = g.ids(g.row("island", (made.n_out + 1,), (ids,), ("island", *data)))
     else:
-        whole = g.make("island", nodes, data)
-        entries = [g.make("entry", (whole,), i) for i in range(island.n_out + 1)]
-        found = Array.of([Symbol(g, entry, NUMPY) for entry in entries])
-    g.raises_if(g.negation(g.compare(found[-1].node, g.const(0.0), "eq")), lambda: None)
-    return nested(lambda part: part.of(found), island.result)
+        whole = g.make("island", [g.node(i) for i in ids.tolist()], data)
+        found = np.array([g.make("entry", (whole,), i).key for i in range(made.n_out + 1)], ID)
+    g.raises_if(g.negation(g.compare(g.node(int(found[-1])), g.const(0.0), "eq")), lambda: None)
+    return nested(lambda v: v.symbol(g, found) if isinstance(v, Part) else v, result.parts)
 
 
-def _at_the_start(g, nodes):
-    """The values of nodes at the start."""
-    t, y = g.start
-    size = 1 + max((node.data for node in g.nodes if node.op == "y"), default=0)
-    y = np.resize(np.asarray(y, float), (size, 1))
-    return evaluate(g, nodes, np.array([t], float), y, g.values)[0][:, 0]
-
-
-def or_apart(function, written_out):
-    """Try `written_out`, a formula for a library function; if it refuses, call the library."""
-
-    def call(*args, **kwargs):
-        g, before = graph_of(args, list(kwargs.values())), LATEST.refusal
-        raising = g and g.raising
+def _first(g, function, given, ids, name):
+    """The form of the result at the start, or else for random inputs in [0.5, 1.5)."""
+    tries, error = [np.random.default_rng(0).uniform(0.5, 1.5, given.size)], None
+    if g.few == np.inf:  # numbers of rows are not known yet
+        t, y = g.start
+        nodes = [g.node(i) for i in ids.tolist()]
+        at = np.resize(np.asarray(y, float), (g.state.size, 1))
+        tries.insert(0, evaluate(g, nodes, np.array([t]), at, g.values)[0][:, 0])
+    for numbers in tries:
+        args, kwargs = given.of(numbers)
         try:
-            return written_out(*args, **kwargs)
-        except OutOfTime:
-            raise
-        except (Refusal, TypeError, AttributeError):  # C code raises TypeError on symbols
-            if g is None or g.start is None:
-                raise
-        LATEST.refusal, g.raising = before, raising
-        return apart(function, args, kwargs)
-
-    return call
+            with np.errstate(all="ignore"):
+                found = function(*args, **kwargs)
+        except Exception as raised:
+            error = error or raised
+            continue
+        try:
+            result = Result(found)
+        except TypeError as other:
+            refuse(str(other))
+        given_arrays, arrays = [], []
+        nested(given_arrays.append, [args, kwargs])
+        nested(arrays.append, found)
+        pairs = itertools.product(arrays, given_arrays)
+        if any(np.may_share_memory(a, b) for a, b in pairs if isinstance(a, np.ndarray)):
+            refuse(f"a view that {name} gives")
+        return result
+    return refuse(f"{name} raises {type(error).__name__} at the start", final=True)
 
 
 def raise_interrupts(islands):
@@ -257,3 +271,6 @@ def raise_interrupts(islands):
 def islands_of(bounds):
     """The islands that bound functions call, found among the values of their parameters."""
     return [value.of for bound in bounds for _, value in bound.values if type(value) is Address]
+
+
+HANDLERS["island"] = island

@@ -79,14 +79,14 @@ def eliminate(rows):
 
 def select(condition, x, y):
     """x where the condition holds, else y: numbers, Lanes or symbols."""
-    if isinstance(condition, bool):
+    if type(condition) in (bool, np.bool_):
         return x if condition else y
     return condition.choose(x, y)
 
 
 def quotient(x, y):
     """x / y; for numbers, infinite or NaN where y is zero."""
-    if not isinstance(y, float) or y != 0.0:
+    if type(y) is not float or y != 0.0:
         return x / y
     return math.nan if x == 0.0 or x != x else math.copysign(math.inf, x) * math.copysign(1, y)
 

@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced import in_batches
 from fastdyn.compile.traced.code import Traced
-from fastdyn.compile.traced.in_batches import TracedInBatches
+from fastdyn.compile.traced.make import of_mode
+from fastdyn.trace.emit import program
 from fastdyn.trace.paths.runs import trace
 from support.pointer_forms import compiled
 
@@ -88,9 +88,8 @@ BY_COMPONENTS = [
 @pytest.mark.parametrize(("fun", "n"), BY_COMPONENTS)
 @pytest.mark.parametrize("batches", [False, True])
 def test_loops_over_components_have_the_values_of_python(fun, n, batches, monkeypatch):
-    kind = TracedInBatches if batches else Traced
     found = trace(fun, (), n, (n,), batches=batches)
-    text = kind(found, DERIVATIVE, n).text("f")
+    text = of_mode(found, DERIVATIVE, n, batches).text("f")
     assert "fastdyn_loops" in text
     call = compiled(fun, n, (), True, monkeypatch, batches)
     rng = np.random.default_rng(1)
@@ -110,7 +109,7 @@ def test_the_code_of_a_loop_over_components_grows_with_its_formulas():
 
 def test_the_pattern_of_single_results():
     n = 600
-    traced = TracedInBatches(trace(cable, (), n, (n,), batches=True), DERIVATIVE, n)
+    traced = of_mode(trace(cable, (), n, (n,), batches=True), DERIVATIVE, n, True)
     rows, columns = traced.pattern
     found = set(zip(rows.tolist(), columns.tolist(), strict=True))
     near = [(2 * i, 2 * j) for i in range(n // 2) for j in (i - 1, i, i + 1) if 0 <= j < n // 2]
@@ -119,7 +118,7 @@ def test_the_pattern_of_single_results():
 
 
 def test_the_pattern_of_results_that_are_computed_one_by_one(monkeypatch):
-    monkeypatch.setattr(in_batches, "worth_loops", lambda nodes: False)
+    monkeypatch.setattr(program, "worth_loops", lambda nodes: False)
     test_the_pattern_of_single_results()
 
 

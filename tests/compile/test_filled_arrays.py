@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy import zeros_like as cleared
 
-from fastdyn import solve_ensemble, solve_ivp
+from fastdyn import CompileWarning, solve_ensemble, solve_ivp
 
 K = 2.0
 
@@ -139,7 +139,10 @@ def test_a_wrong_length_is_named():
         d[0] = 1.0
         return d
 
-    with pytest.raises(ValueError, match="1 values for a state of 2"):
+    with (
+        pytest.warns(CompileWarning, match="it returns 1 numbers, not 2"),
+        pytest.raises(ValueError, match="1 values for a state of 2"),
+    ):
         solve_ivp(short, (0, 3), [1.0, 0.5], max_step=0.1)
 
 

@@ -10,7 +10,7 @@ import fastdyn
 from fastdyn.kernels.state.snapshot_table import SIZE, STATE, TIME
 from fastdyn.run.functions import compared
 from fastdyn.specialise.series import NoSeries
-from fastdyn.trace.batches.table import Table
+from fastdyn.trace.graph.rows import Rows
 
 METHODS = ["RK45", "DOP853", "Tsit5", "Vern9", "LSODA", "BDF", "Radau", "Rodas5P", "Taylor"]
 OUTPUTS = [{"t_eval": [10.0]}, {"dense_output": True}, {"events": lambda t, y: t - 4.0}, {}]
@@ -107,12 +107,12 @@ def test_intervals_of_constant_steps_are_as_long_as_they_must_be(n_steps, runs):
 
 @pytest.mark.parametrize("n", [3, 100])
 def test_code_that_is_wrong_at_the_start_is_told(n, wrong_products, monkeypatch):
-    fun, make = eval(f"lambda t, y: 3 * np.tanh(y[::-1]) - {4 + n / 1024} * y"), Table.make
+    fun, make = eval(f"lambda t, y: 3 * np.tanh(y[::-1]) - {4 + n / 1024} * y"), Rows.row
 
-    def wrong(table, op, data, *given, **more):
-        return make(table, op, "sin" if data == "tanh" else data, *given, **more)
+    def wrong(graph, op, *given, **more):
+        return make(graph, "sin" if op == "tanh" else op, *given, **more)
 
-    monkeypatch.setattr(Table, "make", wrong)  # for long arrays
+    monkeypatch.setattr(Rows, "row", wrong)  # for long arrays
 
     y0 = np.linspace(0.1, 1.0, n)
     with pytest.warns(fastdyn.CompileWarning, match=rf"(?s)y = .*{SAID}"):

@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse
 
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.in_batches import TracedInBatches
+from fastdyn.compile.traced.make import of_mode
 from fastdyn.trace.paths.runs import trace
 
 from .machine_code import called
@@ -76,9 +76,10 @@ def program(seed):
     return scope["f"], lines
 
 
-def in_batches(function, n, args=()):
+def in_batches(function, n, args=(), start=None):
     """The machine code of a function of long arrays, as ``function(t, y)``, and its trace."""
-    traced = TracedInBatches(trace(function, args, n, (n,), batches=True), DERIVATIVE, n)
+    found = trace(function, args, n, (n,), batches=True, start=start)
+    traced = of_mode(found, DERIVATIVE, n, True)
     values = list(zip(traced.kinds, traced.trace.reads.close(), strict=True))
     return called(traced.compiled(), values, DERIVATIVE, n), traced
 

@@ -8,8 +8,8 @@ from fastdyn.compile.functions import Function
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.parameters import n_words
 from fastdyn.compile.traced import pointer_form as module
-from fastdyn.compile.traced.code import Traced
-from fastdyn.compile.traced.in_batches import TracedInBatches
+from fastdyn.compile.traced.make import of_mode
+from fastdyn.trace.emit import program
 from fastdyn.trace.paths.runs import trace
 
 from .machine_code import called
@@ -17,9 +17,9 @@ from .machine_code import called
 
 def compiled(fun, n, args, loops, monkeypatch, batches=False):
     """``function(t, y)`` in loops, or straight; traced in batches, or not."""
-    monkeypatch.setattr(module, "worth_loops", lambda nodes: loops)
-    kind = TracedInBatches if batches else Traced
-    traced = kind(trace(fun, args, n, (n,), batches=batches), DERIVATIVE, n)
+    for each in (module, program):
+        monkeypatch.setattr(each, "worth_loops", lambda nodes: loops)
+    traced = of_mode(trace(fun, args, n, (n,), batches=batches), DERIVATIVE, n, batches)
     symbol = f"fastdyn_test_{np.random.default_rng().integers(1 << 60)}"
     code, needs = translated(traced.text(symbol), symbol)
     library = load(code, symbol, needs)

@@ -237,12 +237,12 @@ def test_a_graph_leaves_memory_with_its_tables(monkeypatch):
     """Arrays of symbols, into which Python's collector does not look, refer to the graph."""
     table, graphs = numbers(1000), []
 
-    class Noted(runs.Paths):
-        def __init__(self):
-            super().__init__()
+    class Noted(runs.Tracing):
+        def __init__(self, *given):
+            super().__init__(*given)
             graphs.append(weakref.ref(self))
 
-    monkeypatch.setattr(runs, "Paths", Noted)
+    monkeypatch.setattr(runs, "Tracing", Noted)
     runs.trace(lambda t, y: table[int(300 * t) % 300] - y, (), 2, (2,))
     gc.collect()
     gc.collect()  # of what the first has freed

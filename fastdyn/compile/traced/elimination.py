@@ -1,22 +1,21 @@
 """`solve_linear` and `constrained` on symbols, by the same elimination as on numbers."""
 
-from typing import Any
-
 import numpy as np
 
 from fastdyn.kernels.algebra import constrained as motion
 from fastdyn.kernels.algebra import linear
-from fastdyn.trace.numpy.plain_arrays import number
-from fastdyn.trace.numpy.stand_ins import STAND_INS
-from fastdyn.trace.symbols.symbolic import graph_of, is_symbolic
+from fastdyn.trace.functions.stand_ins import STAND_INS
+from fastdyn.trace.functions.ufuncs import as_numpy
+from fastdyn.trace.symbols.lift import number
+from fastdyn.trace.symbols.symbol import Symbol, is_symbolic
 
 
 def _under_numpys_rules(given):
     """Convert numbers in nested lists to numbers by NumPy's rules: no operation on them raises."""
     if isinstance(given, np.ndarray | list | tuple):
         return [_under_numpys_rules(v) for v in given]
-    value: Any = number(given)
-    return value.as_numpy() if is_symbolic(value) else float(value)
+    value = number(given)
+    return as_numpy(value) if isinstance(value, Symbol) else float(value)
 
 
 def _stand_in(function, formula, message):
@@ -24,12 +23,11 @@ def _stand_in(function, formula, message):
         if not is_symbolic(given):
             return function(*given)
         x, regular = formula(*map(_under_numpys_rules, given))
-        if isinstance(regular, bool | np.bool_):
-            if not regular:
-                raise linear.SingularMatrixError(message)
-        else:
-            g = graph_of(given)
+        if isinstance(regular, Symbol):
+            g = regular.g
             g.raises_if(g.negation(regular.node), linear.SingularMatrixError)
+        elif not regular:
+            raise linear.SingularMatrixError(message)
         return tuple(x)
 
     return on_symbols

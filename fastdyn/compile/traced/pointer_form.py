@@ -1,5 +1,6 @@
 """Emits the pointer form of a trace: ``function(t, y, n, block, out)``.  Needs no Numba."""
 
+import contextlib
 import functools
 
 import numpy as np
@@ -8,31 +9,27 @@ from llvmlite import ir
 from fastdyn.kernels.calls.block import MOST_DECISIONS, SIDES
 from fastdyn.kernels.vector.emit import Lanes
 from fastdyn.kernels.vector.formulas import BY_NAME
-from fastdyn.operations import OPERATIONS
-from fastdyn.trace.batches.pieces import Irregular
-from fastdyn.trace.batches.plan import Plan
-from fastdyn.trace.batches.singles.dependencies import Needed
-from fastdyn.trace.batches.singles.settle import Settled
-from fastdyn.trace.batches.table import ID, Table
-from fastdyn.trace.emit.batches import BatchEmitter, TooManyEdges
+from fastdyn.trace.emit.loops import Loops
 from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD, Emitter
+from fastdyn.trace.emit.plan import Plan
+from fastdyn.trace.emit.program import Program, worth_loops
 from fastdyn.trace.emit.sides import Sides
 from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.refusal import Refusal
+from fastdyn.trace.graph.rows import ID
 
 from .. import function_convention
 from .inputs import Source, array_of
 
-FEWEST_CALLS, FEWEST_NODES = 64, 400
 MAX_STRAIGHT = 16  # a function of at most so many components has no loops
 
 
 def text(traced, symbol):
     """The text of an LLVM module with the pointer form."""
     if traced.n > MAX_STRAIGHT and worth_loops(live([*traced.stored, traced.trace.raising])):
-        try:
-            return _text(symbol, functools.partial(in_loops, traced, *_plan(traced)))
-        except (Irregular, TooManyEdges):
-            pass
+        with contextlib.suppress(Refusal):
+            ids = np.array([node.key for node in traced.stored], ID)
+            return text_in_rows(traced, Plan(program_of(traced, ids)), symbol)
     return _text(symbol, functools.partial(body, traced))
 
 
@@ -40,12 +37,6 @@ def _text(symbol, body):
     module = ir.Module()
     function_convention.define(module, symbol, body)
     return str(module)
-
-
-def worth_loops(nodes):
-    """Whether loops are faster than straight-line code for so many nodes."""
-    calls = sum(OPERATIONS[node.op].elementary for node in nodes)
-    return len(nodes) > FEWEST_NODES or calls > FEWEST_CALLS
 
 
 def body(traced, builder, t, y, n, block, out):
@@ -79,60 +70,38 @@ def _note_sides(builder, truths, block):
     builder.store(sides, place)
 
 
-# -- in loops
+# -- in rows
 
 
-def _plan(traced):
-    ends = [*traced.stored, traced.trace.raising]
-    size = 1 + max((node.data for node in live(ends) if node.op == "y"), default=0)
-    table = Table(traced.trace.graph, size)
-    return plan_of(traced, Needed(table, traced.stored, traced.trace.raising))
-
-
-def plan_of(traced, needed):
-    """The Plan of the loops of a trace, and the nodes that are computed behind the loops."""
+def program_of(traced, ids):
+    """The Program of the results of a trace."""
     of_slot = array_of(traced.trace.reads, traced.kinds)
-    settled = Settled(traced.trace.graph, needed, of_slot)
-    try:
-        behind = [settled.condition]
-        return Plan(settled.table, settled.numbers(), behind), behind
-    except Irregular:
-        if not needed.single:
-            raise
-        behind = [*settled.alone(), settled.condition]
-        return Plan(settled.table, np.empty(0, ID), behind), behind
+    return Program(traced.trace.graph, ids, traced.trace.raising, of_slot)
 
 
-def in_loops(traced, plan, nodes, builder, t, y, n, block, out):
-    """Emit the pointer form of a plan.
-
-    The last of `nodes` tells whether the function raises.  The values of the others go to `out`.
-    """
-    raises = builder.call(_loops(traced, plan, nodes, builder.module), [t, y, block, out])
-    _note_fault(traced, builder, raises, t, y, block, out)
+def text_in_rows(traced, plan, symbol):
+    """The text of an LLVM module with the pointer form of a plan."""
+    return _text(symbol, functools.partial(_in_rows, traced, plan))
 
 
-def _loops(traced, plan, nodes, module):
-    """A separate function that stores the results and returns whether the function raises."""
+def _in_rows(traced, plan, builder, t, y, n, block, out):
+    """Emit a call of a separate function, whose arrays do not overlap."""
     kind = ir.FunctionType(BIT, [REAL, REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()])
-    function = ir.Function(module, kind, "fastdyn_loops")
+    function = ir.Function(builder.module, kind, "fastdyn_loops")
     function.linkage = "internal"
     function.attributes.add("noinline")
-    t, y, block, out = function.args
-    for array in (y, block, out):
+    for array in function.args[1:]:
         array.add_attribute("noalias")
-    builder = ir.IRBuilder(function.append_basic_block())
-    source = Source(builder, traced, t, y, block, traced.kinds)
-    in_vectors = functools.partial(by_formula, builder)
-    sides = Sides(builder, MOST_DECISIONS) if traced.mode.notes_sides else None
-    emitter = BatchEmitter(builder, traced.trace.graph, plan, source, in_vectors, sides)
-    *values, raises = emitter.store(out, nodes)
-    for i, value in enumerate(values):
-        builder.store(value, builder.gep(out, [INDEX(i)]))
+    inner = ir.IRBuilder(function.append_basic_block())
+    time, state, own, results = function.args
+    source = Source(inner, traced, time, state, own, traced.kinds)
+    sides = Sides(inner, MOST_DECISIONS) if traced.mode.notes_sides else None
+    loops = Loops(inner, plan, source, functools.partial(by_formula, inner), sides)
+    raises = loops.store(results)
     if sides is not None:
-        sides.store(builder.gep(block, [INDEX(SIDES)]))
-    builder.ret(raises)
-    return function
+        sides.store(inner.gep(own, [INDEX(SIDES)]))
+    inner.ret(raises)
+    _note_fault(traced, builder, builder.call(function, [t, y, block, out]), t, y, block, out)
 
 
 def by_formula(builder, name, values):

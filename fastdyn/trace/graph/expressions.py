@@ -40,7 +40,8 @@ class Graph:
     """
 
     def __init__(self):
-        self._known, self.nodes, self.values, self.tables = {}, [], Values(), {}
+        self._known, self.nodes, self.next = {}, {}, 0  # nodes by key; the next free key
+        self.values, self.tables = Values(), {}
         self.batches: Any = None  # the Table of long arrays, see `trace.batches`
         self.kept, self.islands = {}, {}  # values kept for later runs; Islands by slot
         self.most = MAX_NODES
@@ -57,8 +58,8 @@ class Graph:
         if node is None:
             if len(self.nodes) >= self.most:
                 raise Refusal("it takes too many operations", said=False)
-            node = self._known[place] = Node(op, tuple(args), data, len(self.nodes))
-            self.nodes.append(node)
+            node = self._known[place] = Node(op, tuple(args), data, self.key_of(op, data))
+            self.nodes[node.key] = node
             if len(self.nodes) % EVERY == 0:
                 look()
             self._evaluate(node)
@@ -66,6 +67,11 @@ class Graph:
             if not ranges_of(node, self.tables):
                 return self.const(node.value)
         return node
+
+    def key_of(self, op, data):
+        """The key of a new node."""
+        self.next += 1
+        return self.next - 1
 
     def _evaluate(self, node):
         if node.op == "const":
@@ -236,7 +242,9 @@ class Graph:
 
 
 SIMPLIFIED: dict[str, Any] = {
-    **{op: getattr(Graph, op) for op in ("neg", "add", "sub", "mul", "div", "select")},
+    "neg": lambda g, a: g.neg(a), "select": lambda g, c, a, b: g.select(c, a, b),
+    "add": lambda g, a, b: g.add(a, b), "sub": lambda g, a, b: g.sub(a, b),
+    "mul": lambda g, a, b: g.mul(a, b), "div": lambda g, a, b: g.div(a, b),
     **{op: lambda g, a, b, op=op: g.compare(a, b, op) for op in ("lt", "le", "eq")},
     **{op: lambda g, a, b, op=op: g.both(a, b, op) for op in ("and", "or")},
     "not": Graph.negation, "pow": Graph.power,

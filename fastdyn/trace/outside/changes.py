@@ -4,12 +4,18 @@ import types
 
 import numpy as np
 
+from ..symbols.symbol import Symbol
+
 PLAIN = (bool, int, float, complex, str, bytes)
 IGNORED = "__warningregistry__"  # Python notes here the warnings that were shown
 
 
 def content(thing):
     """What a run may change in the copy of an object, in a form that `changed` compares."""
+    if type(thing) is Symbol:
+        return thing.ids.copy()
+    if isinstance(thing, np.ndarray):
+        return np.array(thing)
     if isinstance(thing, types.CellType):
         try:
             return [thing.cell_contents]
@@ -29,6 +35,9 @@ def content(thing):
 
 def changed(thing, before):
     """Whether the copy of an object differs from its `content` before the run."""
+    if isinstance(before, np.ndarray):
+        now = thing.ids if type(thing) is Symbol else np.asarray(thing)
+        return not np.array_equal(now, before, equal_nan=now.dtype.kind in "fc")
     now = content(thing)
     if isinstance(now, set):
         return now != before

@@ -8,12 +8,10 @@ import sys
 import types
 from typing import Any, NamedTuple
 
-from ..graph.kinds import INT
-from ..numpy.builtins import BUILTINS, impure, vectorized
-from ..numpy.stand_ins import IMPURE, PURE, root_of
+from ..functions.python import BUILTINS, impure, vectorized
+from ..functions.stand_ins import IMPURE, PURE, root_of
 from ..reads.reads import STABLE
-from ..symbols.real import Symbol
-from ..symbols.symbolic import refuse
+from ..symbols.symbol import Symbol, refuse
 
 ORIGINAL = dict(vars(builtins))
 # Instructions that look into the dict of globals itself, past `Scope.__missing__`.
@@ -174,8 +172,8 @@ class Functions:
 
 def _plain(value):
     """Convert an argument of a cached function to a plain number or text."""
-    if isinstance(value, Symbol) and not value.node.varies:
-        return int(value) if value.kind == INT else float(value)
+    if type(value) is Symbol and not value.many and not value.varies:
+        return value.plain()
     if not isinstance(value, bool | int | float | str | None):
         refuse("it keeps what it gave")
     return value

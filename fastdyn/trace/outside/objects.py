@@ -11,10 +11,10 @@ import functools
 import types
 from typing import Any
 
-from ..numpy.stand_ins import IMPURE, PURE, Forbidden, root_of
+from ..functions.stand_ins import IMPURE, PURE, Forbidden, root_of
 from ..reads.program import as_base
 from ..reads.reads import STABLE
-from ..symbols.symbolic import Unwritten, refuse
+from ..symbols.symbol import refuse
 
 HEAP = 1 << 9  # the flag of types that were made in Python
 OF_NAMED_TUPLES = vars(collections.namedtuple("Any", "a")).keys() - {"a", "__doc__", "__slots__"}
@@ -26,6 +26,16 @@ LEFT_OUT = {
 }  # fmt: skip
 FUNCTIONS = (types.FunctionType, staticmethod, classmethod, property, functools.cached_property)
 OF_C = (types.GetSetDescriptorType, types.MemberDescriptorType)
+
+
+class Unwritten:
+    """The base of stand-ins of outside objects; refuses writes, because they would be lost."""
+
+    def _written(self, *_) -> Any:
+        refuse("it changes an object", effect=True)
+
+    __setattr__ = __delattr__ = __setitem__ = __delitem__ = _written
+    __iadd__ = __isub__ = __imul__ = __itruediv__ = _written
 
 
 def is_instance(value, kind):
@@ -155,9 +165,11 @@ def shadow_of(outside, cls):
             getattr(cls, "_fields", ())
         )
         plain = name[:2] == "__" and not (callable(value) or isinstance(value, FUNCTIONS))
-        if of_tuple or (plain and name not in LEFT_OUT):
+        if name in LEFT_OUT:
+            continue
+        if of_tuple or plain:
             body[name] = value
-        elif name not in LEFT_OUT and not isinstance(value, OF_C):
+        elif not isinstance(value, OF_C):
             kind = DataMember if hasattr(type(value), "__set__") else Member
             body[name] = kind(outside, value, reads.step(members, "item", name))
     if "__init_subclass__" in own:
@@ -218,7 +230,7 @@ class Thing:
             reads.expect(self._at, "keys", (dict, list(own)))
             for each in own:
                 self.look(each)
-        elif name in self.seen:
+        elif name in self.seen or name in self._mine:  # read before, or written by the run
             pass
         elif name in own:
             self._take(name, own[name], reads.step(self._at, "item", name))

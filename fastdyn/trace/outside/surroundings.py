@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
+from ..functions.objects import object_of
+from ..functions.python import List, Tuple, impure
+from ..functions.stand_ins import IMPURE, PURE, Forbidden, Quiet, root_of, stand_in_of
 from ..graph.expressions import LARGEST_WHOLE
-from ..numpy.builtins import impure
-from ..numpy.stand_ins import IMPURE, PURE, STAND_INS, Forbidden, List, Quiet, Tuple, root_of
 from ..reads.program import OF_LIBRARIES
 from ..reads.reads import MAX_ARRAY, STABLE
-from ..scipy import objects as of_scipy
-from ..symbols.symbolic import refuse
+from ..symbols.symbol import refuse
 from . import numbers, objects
 from .changes import changed, content
 from .functions import Functions
@@ -106,7 +106,7 @@ class Outside:
             return self._number(value, row)
         if builtin and isinstance(value, complex | np.complexfloating) and not self.fixed(row):
             reads.expect(row, "number", kind)
-            return numbers.complex_numbers(self, np.array([value]), row)[0]
+            return numbers.complex_number(self, value, row)
         if (builtin and isinstance(value, ATOMS)) or kind.__module__ == "dataclasses":
             reads.expect(row, "equal", value)
             return value
@@ -131,7 +131,7 @@ class Outside:
         return numbers.number(self.graph, self.reads.parameters(row, value)[0], value)
 
     def _class(self, cls, row):
-        stand_in = STAND_INS.get(id(cls)) or of_scipy.stand_in_of(cls)
+        stand_in = stand_in_of(cls)
         if stand_in is not None or root_of(cls) in PURE | IMPURE:
             self.reads.expect(row, "same", cls)
             return cls if stand_in is None else stand_in
@@ -144,14 +144,15 @@ class Outside:
 
     def _new(self, value, kind, row):
         reads = self.reads
-        stand_in = STAND_INS.get(id(value)) or of_scipy.stand_in_of(value)
+        stand_in = stand_in_of(value)
         if stand_in is not None:
             reads.expect(row, "same", value)
             return stand_in
         if kind is np.ndarray:
-            new = numbers.array(self, value, row)
-            self.watched.append(new.watch())
-            return self.keep(value, new, row)
+            return self.keep(value, numbers.array(self, value, row), row, "an array")
+        thing = object_of(self, value, row)
+        if thing is not None:
+            return thing
         if kind is list or kind is tuple:
             return self._sequence(value, kind, row)
         if kind is set:
@@ -233,9 +234,6 @@ class Outside:
             return Forbidden("random numbers")
         if hasattr(kind, "__next__"):
             return Forbidden("an iterator")
-        if of_scipy.is_of_scipy(kind):
-            of_scipy.expect_content(reads, value, at)
-            return self.keep(value, of_scipy.copy_of(value), row)
         if isinstance(value, logging.Logger):
             reads.lasting = False  # a later call cannot check the level
             return Quiet(value)

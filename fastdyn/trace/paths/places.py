@@ -1,14 +1,14 @@
 """Finds lines of the user's files, for messages that say why a function is not compiled."""
 
+import math
 import sys
 
 from ..graph.refusal import Refusal
 from ..graph.user_lines import of_user
 from ..outside.surroundings import Outside
 from ..reads.reads import Reads
-from ..symbols.arrays import Array
-from ..symbols.real import Symbol
-from .runs import Paths, _surroundings
+from ..symbols.symbol import NOW, Symbol
+from .runs import States, Tracing, _surroundings
 
 
 def line_of_refusal(error):
@@ -26,7 +26,7 @@ def line_of_write(fun, args, n, shape, zeros=0):
 
     Only the first path is run.  None means that the path has no such write.
     """
-    g = Paths()
+    g = Tracing(n, math.inf)
     g.reads = Reads(g, (fun, *args))
     outside, found, last = Outside(g, g.reads, "none"), [], None
 
@@ -42,12 +42,14 @@ def line_of_write(fun, args, n, shape, zeros=0):
     before = sys.gettrace()
     try:
         copy, given = _surroundings(outside, fun, args)
-        states = [Symbol(g, g.make("y", (), i)) for i in range(n)]
-        y = Array.of(states + [Symbol(g, g.const(0.0)) for _ in range(zeros)])
+        y = States(g, zeros, False).start()
+        NOW.g = g
         sys.settrace(watch)
-        copy(Symbol(g, g.make("t")), y.reshape(shape) if shape and len(shape) > 1 else y, *given)
+        time = Symbol(g, g.make("t").key)
+        copy(time, y.reshape(shape) if shape and len(shape) > 1 else y, *given)
     except (Refusal, Exception):
         pass
     finally:
         sys.settrace(before)
+        NOW.g = None
     return found[0] if found else None

@@ -5,19 +5,21 @@ opposite truth, until every path has been run.  The paths form a tree of decisio
 merge the tree.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..batches.state import LongArrays
+from ..functions import stand_ins  # noqa: F401  # registers NumPy's functions
 from ..graph.refusal import LATEST, Abandoned, Refusal, Untraceable, refused_as
+from ..graph.rows import FEW, ID, PAIR
 from ..outside.surroundings import Outside
 from ..reads.reads import Reads
+from ..symbols.arithmetic import cast
+from ..symbols.lift import symbol
 from ..symbols.masks import Masked
-from ..symbols.real import Symbol
-from ..symbols.symbolic import NOW
-from .decisions import Paths
-from .states import Numbers
+from ..symbols.symbol import NOW, Symbol
+from .tracing import Tracing
 
 MAX_PATHS = 256  # of eight branches that do not depend on each other
 STATE = "the state that it is given"
@@ -35,12 +37,12 @@ class Leaf(NamedTuple):
 class Trace(NamedTuple):
     """The graph of a function.
 
-    `outputs` are nodes, or node numbers of batches.  `raising` is the condition under which the
+    `outputs` are nodes, or the ids of long arrays.  `raising` is the condition under which the
     function raises or is left to Python.  `failing` is this condition without the conditions of
-    `Paths.stays_below`.  `error` is the message of an exception that a path raised, or empty.
+    `Tracing.stays_below`.  `error` is the message of an exception that a path raised, or empty.
     """
 
-    graph: Paths
+    graph: Tracing
     outputs: list
     raising: Any
     reads: Reads
@@ -74,8 +76,7 @@ def trace(
         Whether components are complex.  Entries 2 i and 2 i + 1 of the state are then the real and
         the imaginary part of component i.  Results alternate in this way, unless `shape` is None.
     batches : bool
-        Whether long arrays are traced in batches.  The outputs are then node numbers of
-        `graph.batches`, unless `shape` is None.
+        Whether operations on long arrays are rows.  The outputs are then ids, not nodes.
     start : tuple, optional
         The (time, state) of the first call, in real numbers.
 
@@ -83,27 +84,27 @@ def trace(
     ------
     Untraceable
     """
-    g = Paths()
+    size = n * (1 + complex_state)
+    g = Tracing(size, FEW if batches else math.inf)
     g.start = start
-    if not batches and n * (1 + complex_state) >= g.most:  # refuse before any node is made
+    if not batches and size >= g.most:  # refuse before any node is made
         raise Untraceable("its state is too long", final=True, said=False)
     g.reads = Reads(g, (fun, *args), varying)
-    states: Any = (
-        LongArrays(g, n, complex_state) if batches else Numbers(g, n, zeros, complex_state)
+    states = States(g, zeros, complex_state)
+    leaves, errors = _leaves(
+        g,
+        lambda script: _run(g, script, Outside(g, g.reads, lifted), fun, args, states, shape),
     )
-    try:
-        leaves, errors = _leaves(
-            g, lambda script: _run(g, script, Outside(g, g.reads, lifted), fun, args, states, shape)
-        )
-    finally:
-        # Arrays of symbols refer to the graph.  Python's collector does not look into such arrays:
-        # a graph that refers to them would never leave memory.
-        g.kept.clear()
     counts = [len(leaf.results) for leaf in leaves if leaf.results is not None]
     if not counts:
         raise Untraceable(errors[0])
+    outputs: Any
     outputs, raising = _merged(states, leaves, 0, counts[0])
     whole = g.both(raising, g.sizes, "or")
+    if batches:
+        g.batches = g
+    else:
+        outputs = [g.node(i) for i in outputs.tolist()]
     return Trace(g, outputs, whole, g.reads, len(leaves), errors[0] if errors else "", raising)
 
 
@@ -126,7 +127,7 @@ def _leaves(g, run):
 def _run(g, script, outside, fun, args, states, shape):
     """Run one path; return the results or None, and a list with the message of an exception."""
     g.until = _run.__code__
-    NOW.table = g.batches
+    NOW.g = g
     g.begin(script)
     LATEST.refusal = None
     results, errors, written = None, [], []
@@ -135,13 +136,14 @@ def _run(g, script, outside, fun, args, states, shape):
         y = states.start()
         if shape is not None and len(shape) > 1:
             y = y.reshape(shape)
+        time = Symbol(g, g.make("t").key)
         with np.errstate(all="ignore"):
-            result = copy(Symbol(g, g.make("t")), y, *given)
+            result = copy(time, y, *given)
         if g.texts:
             raise Refusal("a value that depends on t or y is needed as text")
         if g.conditions and g.reads.truths:
             raise Refusal("it asks whether something `is True` or `is False`")
-        if isinstance(result, Masked):
+        if type(result) is Masked:
             raise Refusal("it returns a selection by a mask")
         results = states.results(result, shape)
         if states.written(y):
@@ -157,7 +159,7 @@ def _run(g, script, outside, fun, args, states, shape):
     except Exception as raised:
         errors.append(f"{type(raised).__name__}: {raised}")
     finally:
-        NOW.table = None
+        NOW.g = None
     if g.abandoned:
         results = None
         errors.append(g.abandoned)
@@ -179,6 +181,67 @@ def _surroundings(outside, fun, args):
     if copy is fun or not callable(copy):
         raise Refusal("it is no function written in Python")
     return copy, given
+
+
+class States:
+    """The state that a traced function gets, and its results, as ids.
+
+    A complex state and its results alternate real and imaginary parts.
+    """
+
+    def __init__(self, g, zeros, complex_state):
+        self.g, self.complex_state = g, complex_state
+        self.ids = np.append(g.ids(g.state), np.full(zeros, g.const(0.0).key, ID))
+
+    def start(self):
+        ids = self.ids.copy()
+        return Symbol(self.g, ids.view(PAIR), "c") if self.complex_state else Symbol(self.g, ids)
+
+    def written(self, y):
+        now = np.ascontiguousarray(y.ids).view(ID).reshape(-1)
+        return now.size != self.ids.size or bool((now != self.ids).any())
+
+    def results(self, result, shape):
+        """The ids of a result."""
+        g, size = self.g, 1 if shape is None else int(np.prod(shape))
+        try:
+            s = symbol(g, result)
+        except ValueError:
+            s = self._of_parts(result)
+        if not s.many and size > 1 and not isinstance(result, list | tuple | np.ndarray):
+            s = Symbol(g, np.full(size, s.ids, ID), s.kind) if s.kind != "c" else s
+        flat = np.asarray(s.ids).reshape(-1) if s.many else s.ids
+        count = flat.size if s.many else 1
+        if count != size:
+            raise Refusal(f"it returns {count} numbers, not {size}")
+        complex_results = self.complex_state and shape is not None
+        if s.kind == "c" and not complex_results:
+            raise Refusal("it returns complex numbers")
+        ids = cast(g, s, "c" if complex_results else "f", "unsafe")
+        if not isinstance(ids, np.ndarray):
+            return np.array(ids, ID).reshape(-1)
+        return np.ascontiguousarray(ids).reshape(-1).view(ID)
+
+    def _of_parts(self, result):
+        """A list of numbers and arrays, which are joined."""
+        flat = [symbol(self.g, v) for v in _flat(result)]
+        return symbol(self.g, flat)
+
+    def chosen(self, node, yes, no):
+        """Select the results `yes` or `no` by a condition."""
+        return self.g.map("select", node.key, yes, no) if (yes != no).any() else yes
+
+    def lost(self, n):
+        """The results of a path that raises or is left to Python: n times NaN."""
+        return np.full(n, self.g.const(math.nan).key, ID)
+
+
+def _flat(value):
+    if isinstance(value, np.ndarray):
+        return list(value.reshape(-1)) if value.ndim else [value[()]]
+    if isinstance(value, list | tuple):
+        return [v for each in value for v in _flat(each)]
+    return [value]
 
 
 def _merged(states, leaves, depth, n):

@@ -170,7 +170,7 @@ class Reads:
         return any(
             row.check not in OF_CODE and not (row.check == "same" and _is_lasting(row.expected))
             for row in self.rows
-            if row.step != "root"
+            if row.step != "root" and row.key not in ("__defaults__", "__kwdefaults__")
         )
 
 

@@ -1,1 +1,1 @@
-"""The objects that a traced function computes with: numbers, truth values, arrays."""
+"""The numbers and arrays of a traced function: one class, by Python's and NumPy's protocols."""

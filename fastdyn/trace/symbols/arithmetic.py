@@ -1,216 +1,389 @@
-"""Arithmetic, functions and comparisons of real numbers that are nodes of a graph."""
+"""Elementwise operations on numbers and arrays: Python's and NumPy's rules, written once.
 
+`call` applies an operation by its name in NumPy.  Python's rules hold if all operands are numbers
+of Python; then what Python would raise becomes a condition of the trace.
+"""
+
+import functools
+import math
 import operator
-from fractions import Fraction
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
-from ...operations import OPERATIONS
-from ...operations.value import Value
-from ..graph.domains import INDEX, WHOLE, bound, divided_by_zero
-from ..graph.kinds import FLOAT, INT, NUMPY
-from .division import floor_division, not_caught, to_decimals
-from .operators import operators
-from .powers import note_power
-from .symbolic import Symbolic, refuse
+from ...operations import NAMES
+from ...operations.domains import LARGEST
+from ..graph.domains import divided_by_zero, too_large_a_power, zero_to_a_negative_power
+from .formulas import COMPARISONS, FORMULAS, OnIds, divided
+from .lift import joint, symbol
+from .symbol import HANDLERS, PYTHON, Symbol, graph_of, refuse
+
+EXACT = float(2**53)  # floats represent all whole numbers up to this absolute value
+INDEX = float(2**31)  # limit of whole numbers that are made of real ones
+SMALL_TYPES = frozenset(map(np.dtype, ("f2", "f4", "i1", "i2", "i4", "u1", "u2", "u4")))
+DECIMALS = 2.0**50  # below this size, the rounding error of x 10^k is less than 1/2
+SAME: dict[str, str] = {  # other names of operations
+    "true_divide": "divide", "mod": "remainder", "abs": "absolute", "fabs": "absolute",
+    "conj": "conjugate", "bitwise_not": "invert", "pow": "power", "float_power": "power",
+    "radians": "deg2rad", "degrees": "rad2deg", "fix": "trunc",
+}  # fmt: skip
+LOGICAL = frozenset(("logical_and", "logical_or", "logical_xor", "logical_not"))
+BITS = {"bitwise_and": "logical_and", "bitwise_or": "logical_or", "bitwise_xor": "logical_xor"}
+TRUE_OR_FALSE = frozenset("isnan isinf isfinite signbit".split())
+ON_WHOLE: dict[str, Any] = {  # operations that whole numbers of Python compute exactly
+    "add": operator.add, "subtract": operator.sub, "multiply": operator.mul,
+    "divide": operator.truediv, "floor_divide": operator.floordiv, "remainder": operator.mod,
+    "power": operator.pow, "negative": operator.neg, "positive": operator.pos,
+    "absolute": operator.abs, "less": operator.lt, "less_equal": operator.le,
+    "greater": operator.gt, "greater_equal": operator.ge, "equal": operator.eq,
+    "not_equal": operator.ne, "bitwise_and": operator.and_, "bitwise_or": operator.or_,
+    "bitwise_xor": operator.xor, "invert": operator.invert, "divmod": divmod,
+    "left_shift": operator.lshift, "right_shift": operator.rshift,
+}  # fmt: skip
 
 
-def _comparison(sign) -> Any:
-    return lambda self, other: self._compare(other, sign)
+def call(name: str, *values) -> Any:
+    """An operation on numbers and arrays, by its name in NumPy."""
+    name = SAME.get(name, name)
+    if name in ON_WHOLE and all(map(_is_known_whole, values)):
+        return ON_WHOLE[name](*[v.plain() if type(v) is Symbol else v for v in values])
+    g = graph_of(*values)
+    if g is None:
+        return getattr(np, name)(*values)
+    if any(type(v) is Symbol and not v.py and v.kind in "fc" for v in values):
+        values = [_in_full(v) for v in values]
+    given = [symbol(g, v) for v in values]
+    if any(s.kind == "c" for s in given):
+        return HANDLERS["complex"](name, given)
+    return _real(g, name, given)
 
 
-class Arithmetic(Symbolic):
-    """A real number: a node of the graph, and the rules (`kinds`) of its arithmetic.
+def _in_full(value):
+    """Numbers of 32 bits as NumPy takes them beside numbers of 64 bits; any other value as is."""
+    small = isinstance(value, np.ndarray | np.generic) and type(value) is not Symbol
+    return value.astype(float) if small and value.dtype in SMALL_TYPES else value
 
-    `Paths.condition` makes a comparison a Condition; `Paths.pair` makes a complex result a Pair.
-    """
 
-    __slots__ = ("g", "kind", "node")
+def _is_known_whole(value):
+    """Whether a number is one of Python's whole numbers, which no state determines."""
+    if type(value) is Symbol:
+        return value.kind == "i" and value.py and not value.many and not value.varies
+    return type(value) is int
 
-    def __init__(self, g, node, kind=NUMPY):
-        self.g, self.node, self.kind = g, node, kind
 
-    def _of(self, node, *others):
-        kind = max([self.kind, *[o.kind for o in others]])
-        if kind == INT:
-            self.g.keep_exact(node)
-            node = self.g.add(node, self.g.const(0.0)) if node.op in ("neg", "mul") else node
-        return self.made(node, kind)
+def _real(g, name, given) -> Any:
+    if name in BITS:
+        if not all(s.kind == "b" for s in given):
+            refuse("bits of a whole number")
+        name = BITS[name]
+    python = all(s.py for s in given)
+    if name in LOGICAL:
+        return _logical(g, name, given, python)
+    if name == "invert":
+        if given[0].kind != "b":
+            refuse("bits of a whole number")
+        return -1 - given[0] if python else call("logical_not", *given)
+    kind = _python_kind(name, given) if python else numpy_kind(name, given)
+    if kind == "b" and name in ("add", "maximum", "fmax"):
+        return _logical(g, "logical_or", given, False)
+    if kind == "b" and name in ("multiply", "minimum", "fmin"):
+        return _logical(g, "logical_and", given, False)
+    if name in ("equal", "not_equal") and all(s.kind == "b" for s in given):
+        differ = _logical(g, "logical_xor", given, python)
+        return differ if name == "not_equal" else _logical(g, "logical_not", [differ], python)
+    ids = [_as_numbers(g, s) for s in given]
+    if name in FORMULAS:
+        found = FORMULAS[name](g, *ids)
+    elif name in ON_SYMBOLS:
+        return ON_SYMBOLS[name](
+            kind, python, *[_number(g, i, s) for i, s in zip(ids, given, strict=True)]
+        )
+    elif name in NAMES:
+        found = OnIds(g).call(NAMES[name], *ids)
+    else:
+        refuse(f"{name} of what depends on the state")
+    if python and name == "divide":
+        _not_caught(g, given)
+        g.raises_if(g.map("eq", ids[1], g.const(0.0).key), divided_by_zero)
+    if kind == "b":
+        return truth(g, found, python)
+    if kind == "i":
+        found = _kept_whole(g, name, found)
+    return Symbol(g, found, kind, python and not isinstance(found, np.ndarray))
 
-    def number(self):
-        return self
 
-    def made(self, node, kind) -> Self:
-        """Another number of this graph."""
-        return type(self)(self.g, node, kind)
+def _number(g, ids, s):
+    return s if s.kind != "b" else Symbol(g, ids, "i", s.py)
 
-    def lift(self, other) -> Self | None:
-        """Convert `other` to a number of this graph; None if `other` is no real number."""
-        if isinstance(other, Symbolic):
-            found = other.number()
-            of_numpy = self.kind == FLOAT and getattr(other, "python", True) is False
-            return found.as_numpy() if of_numpy else found  # a float and a truth value of NumPy
-        if isinstance(other, np.ndarray) and other.ndim == 0:
-            return self.lift(other.item())
-        if isinstance(other, bool | int | float | Fraction | np.bool_ | np.integer | np.floating):
-            kind = NUMPY if isinstance(other, np.generic) else INT
-            kind = FLOAT if type(other) in (float, Fraction) else kind
-            try:
-                value = float(other)
-            except OverflowError:
-                refuse("a whole number beyond the range of floats")
-            if kind != FLOAT and self.kind == INT and abs(value) > WHOLE and value != other:
-                refuse("a whole number beyond 2**53")
-            return self.made(self.g.const(value), kind)
-        return None
 
-    def whole_numbers(self: Any, other) -> Any:
-        """This number and `other`, if both are whole, and known; then the code assumes both."""
-        if self.kind != INT or self.node.varies:
-            return None
-        if isinstance(other, type(self)):
-            other = other._plain() if other.kind == INT and not other.node.varies else None
-        return (self._plain(), other) if isinstance(other, int | np.integer) else None
+def _as_numbers(g, s):
+    """The ids of a symbol, truth values as 1.0 and 0.0."""
+    if s.kind != "b":
+        return s.ids
+    return g.map("select", s.ids, g.const(1.0).key, g.const(0.0).key)
 
-    # -- arithmetic with a number of the same graph
 
-    def _add(self, o):
-        return self._of(self.g.add(self.node, o.node), o)
+def as_truth(g, s):
+    """The ids of truth values: which numbers are not 0."""
+    if s.kind == "b":
+        return s.ids
+    if s.kind == "c":
+        return (s != 0).ids
+    return g.map("not", g.map("eq", s.ids, g.const(0.0).key))
 
-    def _sub(self, o):
-        return self._of(self.g.sub(self.node, o.node), o)
 
-    def _mul(self, o):
-        return self._of(self.g.mul(self.node, o.node), o)
+def _logical(g, name, given, python):
+    ids = [as_truth(g, s) for s in given]
+    if name == "logical_not":
+        found = g.map("not", *ids)
+    elif name == "logical_xor":
+        a, b = ids
+        found = g.map("or", g.map("and", a, g.map("not", b)), g.map("and", g.map("not", a), b))
+    else:
+        found = g.map("and" if name == "logical_and" else "or", *ids)
+    return truth(g, found, python)
 
-    def _truediv(self, o):
-        kind = max(self.kind, o.kind, FLOAT)
-        if kind == FLOAT:
-            not_caught(self, o)
-            zero = self.g.compare(o.node, self.g.const(0.0), "eq")
-            self.g.raises_if(zero, divided_by_zero)
-        return self.made(self.g.div(self.node, o.node), kind)
 
-    def _divmod(self, o):
-        g = self.g
-        kind = max(self.kind, o.kind)
-        if kind < NUMPY:
-            not_caught(self, o)
-            g.raises_if(g.compare(o.node, g.const(0.0), "eq"), divided_by_zero)
-        whole, rest = floor_division(self, o)
-        if kind == INT:
-            g.bounds[whole.key], g.bounds[rest.key] = bound(g, self.node), bound(g, o.node)
-        return self.made(whole, kind), self.made(rest, kind)
+def truth(g, ids, python=False):
+    """The truth values of ids; a plain one if parameters alone determine a single value."""
+    if isinstance(ids, np.ndarray):
+        return Symbol(g, ids, "b")
+    node = g.node(ids)
+    if node.varies:
+        g.conditions = True
+        return Symbol(g, ids, "b", python)
+    g.assume(node)
+    return bool(node.value) if python else np.bool_(node.value)
 
-    def _pow(self, o):
-        g, value = self.g, o.node.value
-        whole = self.kind == o.kind == INT
-        kind = max(self.kind, o.kind, INT if not o.node.varies and value >= 0 else FLOAT)
-        if whole and self.node.varies and not o.node.varies and value < 0:
-            refuse("a negative power of a whole number")  # NumPy raises, Python gives a float
-        if whole and o.node.varies:
-            g.leaves_to_python_if(g.compare(o.node, g.const(0.0), "lt"))
-            kind = INT
-        if not o.node.varies and 2 * value == np.rint(2 * value):  # constant exponent
-            g.assume(o.node)
-            result = g.power(self.node, value)
-        else:
-            result = g.call("pow", self.node, o.node)
-        if kind != NUMPY:
-            note_power(self, o, result, kind)
-        return self.made(result, kind)
 
-    __add__ = __radd__ = operators(_add, operator.add)[0]
-    __sub__, __rsub__ = operators(_sub, operator.sub)
-    _times = operators(_mul, operator.mul)[0]
-    __truediv__, __rtruediv__ = operators(_truediv, operator.truediv)
-    __floordiv__, __rfloordiv__ = operators(lambda a, b: a._divmod(b)[0], operator.floordiv)
-    __mod__, __rmod__ = operators(lambda a, b: a._divmod(b)[1], operator.mod)
-    __divmod__, __rdivmod__ = operators(_divmod, divmod)
-    __pow__, __rpow__ = operators(_pow, operator.pow)
+# -- kinds of numbers
 
-    def __mul__(self: Any, other) -> Any:
-        if isinstance(other, list | tuple | str):
-            return operator.index(self) * other
-        return self._times(other)
 
-    __rmul__ = __mul__
+def _python_kind(name, given):
+    if name in COMPARISONS or name in TRUE_OR_FALSE:
+        return "b"
+    kinds = {s.kind for s in given}
+    if "f" in kinds or name in ("divide", "hypot") or (name in NAMES and name not in FORMULAS):
+        return "f"
+    return "i"
 
-    def __neg__(self):
-        return self._of(self.g.neg(self.node))
 
-    def __pos__(self):
-        return self
+def numpy_kind(name, given):
+    """The kind of the result of a ufunc of NumPy."""
+    return _kind_of_ufunc(name, tuple([(s.kind, s.py) for s in given]))
 
-    def __abs__(self):
-        return self._of(self.g.make("abs", (self.node,)))
 
-    def to_whole(self, how):
-        return self.made(self.g.call(how, self.node), self.kind)
+@functools.lru_cache(4096)
+def _kind_of_ufunc(name, kinds):
+    ufunc = getattr(np, name, None)
+    if not isinstance(ufunc, np.ufunc):
+        return "f"
+    dtypes = [np.dtype(bool) if k == "b" else PYTHON[k] if py else np.dtype(PYTHON[k])
+              for k, py in kinds]  # fmt: skip
+    found = ufunc.resolve_dtypes((*dtypes, *[None] * ufunc.nout))[-1]
+    if found == np.float16:  # of truth values
+        found = np.dtype(float)
+    if found.kind not in "bifc" or found.itemsize < (8 if found.kind != "b" else 1):
+        refuse(f"np.{name} of small whole numbers, or of truth values")
+    return found.kind
 
-    # -- rounding to whole numbers
 
-    def __round__(self, digits=None):
-        if not digits:
-            whole = self.to_whole("rint")
-            return whole.as_int() if digits is None else whole
-        return to_decimals(self, digits, python=self.kind != NUMPY)
+# -- rules of whole numbers, and of what Python raises
 
-    def __floor__(self):
-        return self.to_whole("floor").as_int()
 
-    def __ceil__(self):
-        return self.to_whole("ceil").as_int()
+def _not_caught(g, given):
+    """Refuse a division of whole numbers in a handler: Python's raise for zero, NumPy's do not."""
+    if any(s.kind == "i" and s.varies for s in given) and g.in_handler():
+        refuse("a division of whole numbers where an exception may be caught")
 
-    def __trunc__(self):
-        return self.to_whole("trunc").as_int()
 
-    def as_numpy(self):
-        """The number under NumPy's rules, where nothing raises."""
-        return self.made(self.node, NUMPY)
+def _kept_whole(g, name, ids):
+    """A result as whole numbers: no -0.0, and left to Python where a float is not exact."""
+    if name in ("negative", "multiply", "remainder"):
+        ids = g.map("add", ids, g.const(0.0).key)
+    if name in ("multiply", "power"):
+        too_large = g.map("lt", g.const(EXACT).key, g.map("abs", ids))
+        g.leaves_to_python_if(g.anywhere(too_large))
+    return ids
 
-    def as_python(self):
-        """The number under Python's rules, where a division by zero raises."""
-        return self.made(self.node, min(self.kind, FLOAT))
 
-    def as_int(self):
-        g, size = self.g, self.g.make("abs", (self.node,))
-        if g.in_handler():
-            g.raises_if(g.compare(self.node, self.node, "ne"), lambda: int(np.nan))
-            g.raises_if(g.compare(size, g.const(np.inf), "eq"), lambda: int(np.inf))
-        if bound(g, self.node) > INDEX:
-            g.leaves_to_python_if(g.negation(g.compare(size, g.const(float(INDEX)), "le")))
-            g.bounds[self.node.key] = INDEX
-        return self.made(g.add(self.node, g.const(0.0)), INT)  # an integer cannot be -0.0
+def to_whole(s, how="trunc", python=True):
+    """A number, or an array, as whole numbers; beyond 2**31 the call is left to Python."""
+    g = s.g
+    if s.kind in "bi":
+        return Symbol(g, _as_numbers(g, s), "i", s.py)
+    ids = g.map(how, s.ids)
+    size = g.map("abs", ids)
+    if not s.many and g.in_handler():
+        g.raises_if(g.map("not", g.map("eq", ids, ids)), lambda: int(math.nan))
+        g.raises_if(g.map("eq", size, g.const(math.inf).key), lambda: int(math.inf))
+    within = g.map("le", size, g.const(INDEX).key)
+    g.leaves_to_python_if(g.anywhere(g.map("not", within)))
+    return Symbol(g, g.map("add", ids, g.const(0.0).key), "i", python and not s.many)
 
-    # -- functions
 
-    def call(self, name, *others, python=False):
-        """Call a function of `OPERATIONS`; if `python`, the function raises outside its domain."""
-        g, operation, args = self.g, OPERATIONS[name], (self.node, *[o.node for o in others])
-        node = g.call(name, *args)
-        if python and operation.raises:
-            given = [Value(g, a) for a in (node, *args)]
-            for condition, raising in operation.raises(operation.in_math, *given):
-                g.raises_if(condition.of, raising)
-        return self.made(node, FLOAT if python else NUMPY)
+def _divmod(kind, python, a, b):
+    g = a.g
+    if python:
+        _not_caught(g, [a, b])
+        g.raises_if(g.map("eq", b.ids, g.const(0.0).key), divided_by_zero)
+    found = divided(g, a.ids, b.ids)
+    if kind == "i" and not python:  # NumPy's whole numbers give 0 for a division by zero
+        zero = g.const(0.0).key
+        found = [g.map("select", g.map("eq", b.ids, zero), zero, ids) for ids in found]
+    return tuple([Symbol(g, ids, kind, python) for ids in found])
 
-    # -- comparisons
 
-    def _compare(self, other, sign):
-        whole = self.whole_numbers(other)
-        if whole:
-            return getattr(operator, sign)(*whole)
-        o = self.lift(other)
-        if o is None:
-            return NotImplemented
-        of_python = max(self.kind, o.kind) < NUMPY
-        return self.g.condition(self.g.compare(self.node, o.node, sign), of_python)
+def _power(kind, python, a, e):
+    g, known = a.g, not e.many and not e.varies
+    whole = a.kind == e.kind == "i"
+    value = e.node.value if known else 0.0
+    if whole and not a.varies and not known:
+        refuse("a power of whole numbers")
+    if whole and known and value < 0:
+        refuse("a negative power of a whole number")  # NumPy raises, Python gives a float
+    if whole and not known:
+        g.leaves_to_python_if(g.anywhere(g.map("lt", e.ids, g.const(0.0).key)))
+    if known and 2 * value == np.rint(2 * value):
+        g.assume(e.node)
+        ids = power(g, a.ids, value)
+    else:
+        ids = g.map("pow", a.ids, e.ids)
+    if whole:
+        ids = _kept_whole(g, "power", ids)
+    elif python:
+        _note_power(g, a.ids, e, ids, known, value)
+    return Symbol(g, ids, kind if not python else "i" if whole else "f", python)
 
-    __lt__, __le__ = _comparison("lt"), _comparison("le")
-    __gt__, __ge__ = _comparison("gt"), _comparison("ge")
-    __eq__, __ne__ = _comparison("eq"), _comparison("ne")
 
-    def __bool__(self):
-        return bool(self != 0.0)
+def power(g, ids, e):
+    """The ids of a number, or an array, to a plain power: products and roots if e is small."""
+    if not isinstance(ids, np.ndarray):
+        return g.power(g.node(ids), e).key
+    if ids.size <= g.few:
+        flat = [g.power(g.node(i), e).key for i in ids.ravel().tolist()]
+        return g.map("add", np.array(flat, ids.dtype).reshape(ids.shape), g.const(0.0).key)
+    return _long_power(g, ids, float(e))
+
+
+def _long_power(g, ids, e):
+    if e != e or abs(e) > 16 or 2 * e != int(2 * e):
+        return g.map("pow", ids, g.const(e).key)
+    if e < 0:
+        return g.map("div", g.const(1.0).key, _long_power(g, ids, -e))
+    result: Any = g.map("sqrt", ids) if e != int(e) else None
+    square, k = ids, int(e)
+    while k:
+        if k & 1:
+            result = square if result is None else g.map("mul", square, result)
+        k >>= 1
+        square = g.map("mul", square, square) if k else None
+    return np.full_like(ids, g.const(1.0).key) if result is None else result
+
+
+def _note_power(g, a, e, result, known, value):
+    """The conditions under which a power of Python raises, or is left to Python."""
+    zero, m = g.const(0.0).key, g.map
+    negative = m("lt", a, zero)
+    if not known or value != np.rint(value):
+        if not known:
+            whole = m("eq", m("floor", e.ids), e.ids)
+            negative = m("and", negative, m("not", whole))
+        g.leaves_to_python_if(g.node(negative))  # Python gives a complex number
+    if not known or value < 0:
+        at_zero = m("eq", a, zero)
+        if not known:
+            at_zero = m("and", at_zero, m("lt", e.ids, zero))
+        g.raises_if(at_zero, zero_to_a_negative_power)
+    if g.node(result).op in ("pow", "sqrt", "mul", "div"):
+        finite = m("and", *[m("le", m("abs", i), g.const(LARGEST).key) for i in (a, e.ids)])
+        much = m("not", m("le", m("abs", result), g.const(LARGEST).key))
+        g.raises_if(m("and", much, finite), too_large_a_power)
+
+
+ON_SYMBOLS: dict[str, Any] = {  # formulas (kind of the result, Python's rules?, *symbols)
+    "divmod": _divmod,
+    "floor_divide": lambda *given: _divmod(*given)[0],
+    "remainder": lambda *given: _divmod(*given)[1],
+    "power": _power,
+}
+
+
+def to_decimals(a, digits):
+    """round(a, digits); near a tie, and for large values, a Python float is left to Python."""
+    digits = operator.index(digits)
+    factor = 10.0 ** abs(digits)
+    scaled = a * factor if digits > 0 else a / factor
+    whole = call("rint", scaled)
+    if a.py:
+        g = a.g
+        away, size = abs(scaled - whole), abs(scaled)
+        certain = (away < 0.5 - size * (2 * np.finfo(float).eps)) & (size < DECIMALS)
+        if type(certain) is Symbol:
+            g.leaves_to_python_if(g.negation(certain.node))
+    return whole / factor if digits > 0 else whole * factor
+
+
+# -- selections and conversions
+
+
+def where(condition, a, b) -> Any:
+    """`a` where the condition holds, else `b`."""
+    g = graph_of(condition, a, b)
+    if g is None:
+        return np.where(condition, a, b)
+    condition, a, b = (symbol(g, v) for v in (condition, a, b))
+    ids = as_truth(g, condition)
+    python = condition.py and a.py and b.py
+    if a.kind == b.kind == "b":
+        return truth(g, g.map("select", ids, a.ids, b.ids), python)
+    if "c" in (a.kind, b.kind):
+        parts = [where(condition, a.part(i), b.part(i)) for i in (0, 1)]
+        return joint(*parts)
+    kind = "f" if "f" in (a.kind, b.kind) else "i"
+    found = g.map("select", ids, _as_numbers(g, a), _as_numbers(g, b))
+    return Symbol(g, found, kind, python)
+
+
+def choose(condition, a, b):
+    """`a` if a condition of Python holds, else `b`: numbers, whose kinds stay if they are equal."""
+    if type(condition) is not Symbol:
+        return a if condition else b
+    return where(condition, a, b)
+
+
+def cast(g, value, kind, casting) -> Any:
+    """The ids of a value, converted to a kind of numbers."""
+    s = symbol(g, value)
+    if s.kind == kind:
+        return s.ids
+    if casting != "unsafe" and not np.can_cast(np.dtype(s.kind + "8" if s.kind != "b" else bool),
+                                               np.dtype(PYTHON[kind]), casting):  # fmt: skip
+        raise TypeError(f"Cannot cast array data from {s.kind} to {kind} by '{casting}'")
+    if s.kind == "c":
+        refuse("complex numbers where real ones are needed")
+    if kind == "c":
+        return joint(Symbol(g, _as_numbers(g, s)), symbol(g, 0.0)).ids
+    if kind == "b":
+        return as_truth(g, s)
+    return _as_numbers(g, s) if (kind == "f" or s.kind == "b") else to_whole(s).ids
+
+
+def stored(result, out) -> Any:
+    """Store a result in `out`, if `out` is given, and return it."""
+    if isinstance(out, tuple):
+        (out,) = out
+    if out is None:
+        return result
+    if type(out) is not Symbol:
+        refuse("a result that depends on the state is stored in an array from outside")
+    found = symbol(out.g, result)
+    shape = found.ids.shape if found.many else ()
+    if found.many and shape != out.ids.shape:
+        if np.broadcast_shapes(shape, out.ids.shape) != out.ids.shape:
+            raise ValueError("non-broadcastable output operand")
+    out.ids[...] = cast(out.g, found, out.kind, "same_kind")
+    return out
+
+
+HANDLERS["cast"] = cast

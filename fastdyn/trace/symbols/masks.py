@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .symbolic import Batched, refuse
+from .symbol import Symbol, refuse
 
 WHY = "a selection by a mask of the state"
 
@@ -18,16 +18,17 @@ class Masked(np.lib.mixins.NDArrayOperatorsMixin):
 
     Attributes
     ----------
-    whole : array
+    whole : Symbol
         The numbers at all places, selected or not.
-    mask : array
+    mask : Symbol
     """
 
+    mask_of_state = True  # see `symbol.graph_of`
     __class__: Any = property(lambda self: np.ndarray)  # for isinstance(_, np.ndarray)
     __hash__: Any = None
 
     def __init__(self, array, mask):
-        if mask.shape != array.shape:
+        if mask.ids.shape != array.ids.shape:
             refuse("a mask of the state of another shape than the array")
         self.whole, self.mask = array.copy(), mask.copy()
 
@@ -58,17 +59,11 @@ def chosen(mask, value):
 
     The value is a number, or a selection by an equal mask: then its numbers at all places.
     """
-    if isinstance(value, Masked):
-        if _nodes(value.mask) != _nodes(mask):
+    if type(value) is Masked:
+        if value.mask.ids.shape != mask.ids.shape or (value.mask.ids != mask.ids).any():
             refuse("selections by two different masks of the state")
         return value.whole
-    if np.ndim(value):
+    many = value.many if type(value) is Symbol else np.ndim(value) > 0
+    if many:
         refuse("an array beside a selection by a mask of the state")
     return value
-
-
-def _nodes(mask):
-    """The truth values of a mask, to be compared."""
-    if isinstance(mask, Batched):
-        return mask.shape, mask.ids.tobytes()
-    return mask.shape, [getattr(v, "node", v) for v in mask.flat]

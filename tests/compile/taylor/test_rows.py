@@ -120,8 +120,8 @@ def test_differences_of_either_sign_share_a_recurrence():
     """The force of body i on body j, and of j on i, as one writes them in a loop."""
 
     def fun(t, y):
-        forces = [sum((b - a) / ((b - a) ** 2 + 0.1) ** 1.5 for b in y if b is not a) for a in y]
-        return forces
+        pull = lambda d: d / (d**2 + 0.1) ** 1.5  # noqa: E731
+        return [sum(pull(b - a) for j, b in enumerate(y) if j != i) for i, a in enumerate(y)]
 
     found = trace(fun, (), 4, (4,), (), "all", 0, False)
     steps = plan_of(Traced(found, DERIVATIVE, 4)).steps

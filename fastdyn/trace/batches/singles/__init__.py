@@ -1,1 +1,0 @@
-"""Turns single nodes with a common formula into batches."""

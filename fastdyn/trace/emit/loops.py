@@ -1,0 +1,342 @@
+"""Emits a plan as machine code: loops over boxes on vectors, loops over tables of edges."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+
+from ..graph.clock import look
+from .islands import call_island
+from .memory import VECTOR, WIDTH, Memory
+from .numbers import BIT, INDEX, REAL, WORD, Emitter
+
+ON_STACK = 4096  # up to so many numbers in all, the kept rows lie on the stack
+BYTES, VOID = ir.IntType(8).as_pointer(), ir.VoidType()
+IDENTITY = {"sum": 0.0, "top": -math.inf, "low": math.inf}
+
+
+class Loops(Memory):
+    """Emits a plan through an LLVM builder, at the start of a function.
+
+    Parameters
+    ----------
+    builder : ir.IRBuilder
+    plan : Plan
+    source : object
+        The source of an `Emitter`, which also has ``array(name)``, the address of an array.
+    vector_function : callable
+        ``function(name, values)`` emits an elementary function of vectors.
+    sides : Sides, optional
+        Emits the code that notes the outcomes of decisions.
+    """
+
+    def __init__(self, builder, plan, source, vector_function, sides=None):
+        super().__init__(builder)
+        self.plan, self.source, self.sides = plan, source, sides
+        source.item = self._item
+        graph = plan.program.g
+        self._one = Emitter(builder, graph, REAL, source)
+        self._wide = Emitter(builder, graph, VECTOR, source, vector_function)
+        self._at: dict = {}  # the addresses of arrays, by their names
+
+    def store(self, out):
+        """Emit code that stores the results at `out`; return whether the function raises."""
+        plan, b = self.plan, self.builder
+        self._at["out"], heap = out, self._reserve()
+        for loop in plan.loops:
+            look()
+            if loop.row is not None:
+                getattr(self, f"_{loop.row.op}")(loop.row)
+            for store in {s.target: s for box in loop.alone for s in box.stores}.values():
+                if store.reduction:
+                    self._fill(store)
+            for box in loop.alone:
+                self._box(box)
+            for boxes in loop.alike:
+                self._edges(boxes)
+        node = plan.program.node
+        *values, raises = self._one.nodes(
+            [*[node(i) for _, i in plan.single], plan.program.raising]
+        )
+        for (place, _), value in zip(plan.single, values, strict=True):
+            self.put(value, out, WORD(place))
+        if self.sides is not None:
+            for i, condition in enumerate(plan.single_decisions, len(plan.decisions)):
+                self.sides.note(i, *self._one.nodes([condition]))
+        if heap is not None:
+            b.call(self._one._declared("free", [BYTES], VOID), [heap])
+        return raises
+
+    def _reserve(self):
+        """Allocate the kept rows; return the address on the heap, None if on the stack."""
+        b, heap, places, total = self.builder, None, {}, 0
+        for first, row in self.plan.kept.items():
+            places[first], total = total, total + -(-row.size // WIDTH) * WIDTH
+        if total <= ON_STACK:
+            room = b.alloca(ir.ArrayType(REAL, max(total, 1)))
+            room.align = 64
+        else:
+            malloc = self._one._declared("malloc", [WORD], BYTES)
+            malloc.return_value.add_attribute("noalias")
+            room = heap = b.call(malloc, [WORD(8 * total)])
+        room = b.bitcast(room, REAL.as_pointer())
+        self._at.update({first: b.gep(room, [WORD(at)]) for first, at in places.items()})
+        return heap
+
+    def _array(self, name):
+        """The address of an array; see `Plan.array`."""
+        if name in ("y", "block"):
+            return self.source.array(name)
+        if isinstance(name, tuple) and name[0] == "par":
+            return self.source.table(name[1].start)
+        if name not in self._at:  # an array of constants
+            self._at[name] = self.table(self.plan.program.row_at(name[1]).data, REAL)
+        return self._at[name]
+
+    # -- rows with code of their own
+
+    def _given(self, row):
+        """The address of what a product reads."""
+        i = int(row.args[0][0])
+        source = self.plan.program.row_at(i)
+        return self.builder.gep(self._array(self.plan.array(source)), [WORD(i - source.first)])
+
+    def _pack(self, row):
+        nodes = [self.plan.program.node(i) for i in row.args[0].tolist()]
+        for k, value in enumerate(self._one.nodes(nodes)):
+            self.put(value, self._at[row.first], WORD(k))
+
+    def _island(self, row):
+        call_island(self.builder, self.source, row.data[1:], self._given(row), self._at[row.first])
+
+    def _running(self, row):
+        b, x, total = self.builder, self._given(row), self._room(REAL)
+        b.store(REAL(0.0), total)
+        with self.each(WORD(row.size), 1) as k:
+            b.store(b.fadd(b.load(total), b.load(b.gep(x, [k]))), total)
+            self.put(b.load(total), self._at[row.first], k)
+
+    def _csr(self, row):
+        b, x, total = self.builder, self._given(row), self._room(REAL)
+        begins, places, values = (self.source.table(s.start) for s in row.data[2:])
+        whole = lambda at, k: b.fptosi(b.load(b.gep(at, [k])), WORD)  # noqa: E731
+        with self.each(WORD(row.size), 1) as r:
+            b.store(REAL(0.0), total)
+            first, last = whole(begins, r), whole(begins, b.add(r, WORD(1)))
+            some = b.icmp_signed("<", first, last)
+            with b.if_then(some), self.each(b.sub(last, first), 1) as k:
+                at = b.add(first, k)
+                term = b.fmul(b.load(b.gep(values, [at])), b.load(b.gep(x, [whole(places, at)])))
+                b.store(b.fadd(b.load(total), term), total)
+            self.put(b.load(total), self._at[row.first], r)
+
+    # -- boxes
+
+    def _box(self, box):
+        axes, shape = box.merge_axes()
+        values: list = [None] * len(box.values)
+        depths: list = []
+        for v in box.values:  # the depth of the innermost loop in which a value varies
+            own = [i + 1 for i, axis in enumerate(axes) if v.strides[axis] and v.kind != "op"]
+            depths.append(max([0, *own[-1:], *[depths[a] for a in v.args]]))
+        self._make(box, values, depths, 0, None, ())
+        self._nest(box, axes, shape, values, depths, ())
+
+    def _nest(self, box, axes, shape, values, depths, ks):
+        """Emit nested loops over `axes`; each loop computes the values of its depth."""
+        if not axes:
+            self._stores(box, values, ks)
+            return
+        axis, *rest = axes
+        count, depth = shape[axis], len(ks) + 1
+        wide = not rest and count >= WIDTH
+        reduced = [s for s in box.stores if s.reduction and not s.steps[axis] and not rest]
+        kind = VECTOR if wide else REAL
+        totals = [self._room(kind) for _ in reduced]
+        for store, total in zip(reduced, totals, strict=True):
+            self.builder.store(_all(kind, IDENTITY[store.reduction]), total)
+
+        def body(k, fresh=None):
+            here, within = list(values), (*ks, (axis, k))
+            self._make(box, here, depths, depth, axis if wide else None, within)
+            if rest:
+                self._nest(box, rest, shape, here, depths, within)
+            else:
+                self._stores(
+                    box, here, within, wide, dict(zip(reduced, totals, strict=True)), fresh
+                )
+
+        left = count % WIDTH if wide and any(s.reduction == "sum" for s in box.stores) else 0
+        with self.each(WORD(count - left), WIDTH if wide else 1) as k:
+            body(k)
+        if left:  # a sum takes each number once
+            mask = ir.Constant(ir.VectorType(BIT, WIDTH), [i >= WIDTH - left for i in range(WIDTH)])
+            body(WORD(count - WIDTH), mask)
+        for store, total in zip(reduced, totals, strict=True):
+            value = self._across(store.reduction, self.builder.load(total))
+            self._combine_at(store, value, ks)
+
+    def _make(self, box, values, depths, depth, inner, ks):
+        """Emit the values of a depth; with `inner`, on vectors along this axis."""
+        for i, v in enumerate(box.values):
+            if depths[i] == depth:
+                values[i] = self._value(v, values, inner, ks)
+
+    def _value(self, v, values, inner, ks):
+        if v.kind == "one":
+            return self._one.nodes([v.data])[0]
+        if v.kind == "op":
+            (op, data), given = v.data, [values[a] for a in v.args]
+            if inner is not None:
+                given = [self._as_vector(x) for x in given]
+            if op == "copy":
+                return given[0]
+            if op == "select" and self.sides is not None:
+                self.sides.note(data, given[0])
+            emitter = self._one if inner is None else self._wide
+            return emitter.emit(SimpleNamespace(op=op, data=data), given)
+        name, at, truth, *places = v.data
+        place = self._place(at, v.strides, ks)
+        array = self._array(name)
+        if inner is None:
+            return self._load(array, self._index(places, place), truth)
+        step = v.strides[inner]
+        if step == 1 and not places and array.type.pointee == REAL:
+            return self.truth(truth, self.vector(array, place))
+        lanes = [self.builder.add(place, WORD(lane * step)) for lane in range(WIDTH)]
+        return self._vector_of([self._load(array, self._index(places, k), truth) for k in lanes])
+
+    def _index(self, places, k):
+        """The place in an array; with a table of places, the entry k of the table."""
+        if not places:
+            return k
+        if id(places[0]) not in self._at:
+            self._at[id(places[0])] = self.table(places[0].astype(np.int32), INDEX)
+        b = self.builder
+        return b.sext(b.load(b.gep(self._at[id(places[0])], [k])), WORD)
+
+    def _load(self, array, place, truth):
+        b = self.builder
+        value = b.load(b.gep(array, [place]))
+        if value.type != REAL:
+            value = (b.sitofp if value.type == WORD else b.uitofp)(value, REAL)
+        return self.truth(truth, value)
+
+    def _item(self, i):
+        """The value of one number of a row, outside loops."""
+        row = self.plan.program.row_at(i)
+        if row.first in self.plan.kept:
+            return self._load(self._at[row.first], WORD(i - row.first), row.truth)
+        values: list = []
+        for v in self.plan.element(i).values:
+            values.append(self._value(v, values, None, ()))
+        return values[-1]
+
+    def _place(self, at, strides, ks):
+        b, place = self.builder, WORD(at)
+        for axis, k in ks:
+            if strides[axis]:
+                step = k if strides[axis] == 1 else b.mul(k, WORD(strides[axis]))
+                place = b.add(place, step)
+        return place
+
+    def _as_vector(self, value):
+        return value if isinstance(value.type, ir.VectorType) else self.splat(value)
+
+    def _vector_of(self, found):
+        result = ir.Constant(ir.VectorType(found[0].type, WIDTH), ir.Undefined)
+        for lane, value in enumerate(found):
+            result = self.builder.insert_element(result, value, INDEX(lane))
+        return result
+
+    # -- stores
+
+    def _stores(self, box, values, ks, wide=False, totals=(), fresh=None):
+        b = self.builder
+        for store in box.stores:
+            value = self.number(values[store.value])
+            value = self._as_vector(value) if wide else value
+            if store.reduction == "sum" and fresh is not None:
+                value = b.select(fresh, value, _all(VECTOR, 0.0))
+            if store in totals:
+                total = totals[store]
+                b.store(self._combined(store.reduction, b.load(total), value), total)
+            elif store.reduction:
+                self._combine_at(store, value, ks)
+            else:
+                self._put_at(store, value, ks)
+
+    def _lanes(self, store, value, ks):
+        """Pairs of a number and its place; a vector goes to one place if it is contiguous."""
+        place, axis = self._place(store.place, store.steps, ks), ks[-1][0] if ks else None
+        if not isinstance(value.type, ir.VectorType) or store.steps[axis] == 1:
+            return [(value, place)]
+        b, step = self.builder, store.steps[axis]
+        return [(b.extract_element(value, INDEX(lane)), b.add(place, WORD(lane * step)))
+                for lane in range(WIDTH)]  # fmt: skip
+
+    def _put_at(self, store, value, ks):
+        for part, place in self._lanes(store, value, ks):
+            self.put(part, self._array(store.target), place)
+
+    def _combine_at(self, store, value, ks):
+        """Combine the stored element with a value, and store the result in its place."""
+        b, array = self.builder, self._array(store.target)
+        for part, place in self._lanes(store, value, ks):
+            vector = isinstance(part.type, ir.VectorType)
+            before = self.vector(array, place) if vector else b.load(b.gep(array, [place]))
+            self.put(self._combined(store.reduction, before, part), array, place)
+
+    def _fill(self, store):
+        target, value = self._at[store.target], REAL(IDENTITY[store.reduction])
+        size = self.plan.kept[store.target].size
+        if size < WIDTH:
+            for i in range(size):
+                self.put(value, target, INDEX(i))
+            return
+        with self.each(WORD(size), WIDTH) as k:
+            self.put(self.splat(value), target, k)
+
+    def _room(self, kind):
+        with self.builder.goto_entry_block():
+            return self.builder.alloca(kind)
+
+    def _across(self, op, value):
+        """Reduce the lanes of a vector to one number, in pairs."""
+        if not isinstance(value.type, ir.VectorType):
+            return value
+        lanes: Any = [self.builder.extract_element(value, INDEX(i)) for i in range(WIDTH)]
+        while len(lanes) > 1:
+            half = len(lanes) // 2
+            lanes = [self._combined(op, lanes[i], lanes[i + half]) for i in range(half)]
+        return lanes[0]
+
+    def _combined(self, op, a, b):
+        if op == "sum":
+            return self.builder.fadd(a, b)
+        return self._one._intrinsic({"top": "llvm.maximum", "low": "llvm.minimum"}[op], [a, b])
+
+    # -- edges
+
+    def _edges(self, boxes):
+        """Emit one loop over all points of boxes with equal code; a table holds the places."""
+        first = boxes[0]
+        rows = np.concatenate([box.grid() for box in boxes]).astype(np.int32)
+        before: list = [None] * len(first.values)
+        self._make(first, before, [v.kind != "one" for v in first.values], 0, None, ())
+        table = self.table(rows, INDEX)
+        with self.each(WORD(len(rows)), 1) as r:
+            places, values = iter(self.row(table, r, rows.shape[1])), list(before)
+            for i, v in enumerate(first.values):
+                if v.kind == "read":
+                    values[i] = self._load(self._array(v.data[0]), next(places), v.data[2])
+                elif v.kind == "op":
+                    values[i] = self._value(v, values, None, ())
+            for store, place in zip(first.stores, places, strict=True):
+                self.put(values[store.value], self._array(store.target), place)
+
+
+def _all(kind, value):
+    return ir.Constant(kind, [value] * kind.count if isinstance(kind, ir.VectorType) else value)

@@ -1,0 +1,352 @@
+"""The rows and single nodes that results need; many nodes of one form become the numbers of rows.
+
+A function that loops over components makes single nodes.  Two nodes have one form if they apply
+equal operations to numbers of equal arrays.
+"""
+
+import functools
+from bisect import bisect_right
+from collections import defaultdict
+
+import numpy as np
+
+from ...operations import OPERATIONS
+from ..graph.clock import EVERY, look
+from ..graph.expressions import Node
+from ..graph.rows import ID, Owners, Row
+
+FEWEST_CALLS, FEWEST_NODES = 64, 400  # fewer are faster as straight-line code than in loops
+FEWEST = 8  # nodes of one form become a row, and so many nodes that one operand reads are packed
+COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
+
+
+def worth_loops(nodes):
+    """Whether loops are faster than straight-line code for so many nodes."""
+    return (
+        len(nodes) > FEWEST_NODES or sum(OPERATIONS[n.op].elementary for n in nodes) > FEWEST_CALLS
+    )
+
+
+class Program(Owners):
+    """What results depend on.
+
+    Parameters
+    ----------
+    g : Rows
+    outputs : array of int
+        The ids of the results.
+    raising : Node
+        A further result: the truth value that tells whether the function raises.
+    array_of : callable
+        ``array_of(slot)`` is (array, place in the array) of a parameter, where the array is
+        ("array", slots) or ("block", words); None if the parameter lies in no array of doubles.
+
+    Attributes
+    ----------
+    order : list of Row
+        The rows, operands first.
+    nodes : list of Node
+        The single nodes, operands first.
+    """
+
+    def __init__(self, g, outputs, raising, array_of):
+        self.g, self.outputs, self.raising = g, outputs, raising
+        self.rows, self._ones = list(g.rows), {}
+        self._own = self._next = g.next + 2**20  # the graph may still make nodes
+        self._find(sides := alternatives(raising))
+        if worth_loops(self.nodes):
+            _Settled(self, sides, array_of)
+            self._find([self.raising])
+        for row in self.order:
+            if row.op in ("dense", "csr", "running", "island"):
+                self._replace(row, [self._in_memory(row.args[0])])
+            else:
+                self._replace(row, [self._packed(a) for a in row.args])
+        self._find([self.raising])
+
+    # -- ids
+
+    def node(self, i) -> Node:
+        """The node of an id."""
+        if i not in self._ones:
+            own = i >= self._own  # operands have smaller keys than the nodes that use them
+            self._ones[i] = Node("item", (), i, -1 - i) if own else self.g.node(i)
+        return self._ones[i]
+
+    # -- what is needed
+
+    def _find(self, ends):
+        self.below: dict = {}  # the operands of rows, by first ids
+        nodes, order = {}, []
+        todo = [(end, False) for end in (*ends, *self._of_ids(self.outputs))]
+        while todo:
+            each, done = todo.pop()
+            if done:
+                order.append(each)
+            elif isinstance(each, Row):
+                if each.first not in self.below:
+                    look()
+                    found = {id(x): x for a in each.args for x in self._of_ids(a)}
+                    self.below[each.first] = list(found.values())
+                    todo += [(each, True), *[(x, False) for x in found.values()]]
+            elif each.key not in nodes:
+                nodes[each.key] = each
+                todo += [(x, False) for x in each.args]
+                if each.op == "item":
+                    todo.append((self.row_at(each.data), False))
+        self.order, self.nodes = order, [nodes[key] for key in sorted(nodes)]
+
+    def is_truth(self, node):
+        """Whether the value of a node is a truth value."""
+        while node.op == "select":
+            node = node.args[1]
+        if node.op == "item":
+            return self.row_at(node.data).truth
+        return OPERATIONS[node.op].truth or (node.op == "const" and isinstance(node.data, bool))
+
+    def _of_ids(self, ids):
+        if not isinstance(ids, np.ndarray):
+            return [self.node(ids)]
+        rows, singles = self.parts(ids)
+        return [*rows, *map(self.node, singles)]
+
+    # -- new rows
+
+    def new(self, op, args, data, size, truth=False):
+        """A row that only this program has."""
+        row = Row(op, args, data, (size,), self._next, truth, True)
+        self._next += size + 1
+        self.rows.append(row)
+        return row
+
+    def ids(self, row):
+        return np.arange(row.first, row.first + row.size, dtype=ID)
+
+    def _replace(self, row, args):
+        if any(new is not old for new, old in zip(args, row.args, strict=True)):
+            k = bisect_right(self.rows, row.first, key=lambda row: row.first) - 1
+            self.rows[k] = Row(
+                row.op, tuple(args), row.data, row.shape, row.first, row.truth, row.varies
+            )
+
+    def _in_memory(self, ids):
+        """Ids of a row that lies in memory, in order."""
+        row = self.row_at(int(ids[0]))
+        if row is not None and row.op in ("y", "par", "block", "const") and not row.truth:
+            if np.array_equal(ids, np.arange(ids[0], ids[0] + ids.size)):
+                return ids
+        return self.ids(self.new("copy", (self._packed(ids),), None, ids.size))
+
+    def gather(self, first, ids):
+        """Copy the numbers that an operand of a row reads into one new row, which has an order.
+
+        Without a row, the results become a row.
+        """
+        truth = self.is_truth(self.node(int(ids[0])))
+        if first is None:
+            self.outputs = self.ids(self.new("copy", (ids,), None, ids.size, truth))
+        else:
+            every, place = np.unique(ids, return_inverse=True)
+            copy = self.new("copy", (self._packed(every),), None, every.size, truth)
+            row, found = self.row_at(first), self.ids(copy)[place]
+            self._replace(row, [found if a is ids else a for a in row.args])
+        self._find([self.raising])
+
+    def _packed(self, ids):
+        """Ids of an operand in which more than FEWEST single nodes are the numbers of a new row."""
+        if not isinstance(ids, np.ndarray) or len(self.parts(ids)[1]) <= FEWEST:
+            return ids
+        single = self.owners(ids) < 0
+        nodes, first, place = np.unique(ids[single], return_index=True, return_inverse=True)
+        order = np.argsort(first)  # the nodes in the order in which they are read
+        rank = np.empty_like(order)
+        rank[order] = np.arange(order.size)
+        truth = self.is_truth(self.node(int(nodes[0])))
+        row = self.new("pack", (nodes[order].astype(ID),), None, nodes.size, truth)
+        ids = ids.copy()
+        ids[single] = row.first + rank[place]
+        return ids
+
+
+class _Settled:
+    """Replaces the single nodes of a program by rows, where many nodes have one form."""
+
+    def __init__(self, program, sides, array_of):
+        self.program, self.nodes = program, program.nodes
+        self._by_key = {node.key: node for node in self.nodes}
+        self._array_of, self._arrays, self._moved = array_of, {}, {}
+        self._label()
+        self._mark_and_order([side.key for side in sides])
+        for k in sorted(range(len(self.groups)), key=lambda k: self.depth[k]):
+            look()
+            self._settle(k, list(self.order[k]))
+        self._rename()
+        program.raising = self._any(sides)
+
+    def _label(self):
+        """Number the forms of the nodes."""
+        forms: dict = {}
+        self.form, self.args, self.leaf, self.depth, self.groups = {}, {}, {}, [], []
+        for count, node in enumerate(self.nodes):
+            if count % EVERY == 0:
+                look()
+            args = [a.key for a in node.args]
+            if node.op in COMMUTE and self.form[args[1]] < self.form[args[0]]:
+                args.reverse()
+            leaf = self._leaf(node)
+            label = node.op, repr(node.data), *[self.form[a] for a in args]
+            k = forms.setdefault(label if leaf is None else ("leaf", leaf[0]), len(self.groups))
+            if k == len(self.groups):
+                self.groups.append([])
+                self.depth.append(1 + max([self.depth[self.form[a]] for a in args], default=-1))
+            self.groups[k].append(node.key)
+            self.form[node.key], self.args[node.key], self.leaf[node.key] = k, args, leaf
+
+    def _leaf(self, node):
+        """(array, place in the array) of a leaf; None for the result of an operation."""
+        if node.op == "const":
+            return ("const", type(node.data)), None
+        if node.op == "entry":
+            return ("island", node.args[0].key), node.data
+        row = self.program.row_at(node.data if node.op == "item" else node.key)
+        if row is not None:
+            return ("row", row.first), node.data if node.op == "item" else node.key
+        return self._array_of(node.data) if node.op == "par" else None
+
+    def _mark_and_order(self, sides):
+        """Choose the forms that become rows, and sort their nodes in the order of reading.
+
+        These are forms of many nodes, and forms of which an operand of a row reads several nodes.
+        """
+        program = self.program
+        self.in_rows = [
+            len(keys) >= FEWEST and self._by_key[keys[0]].op not in ("t", "par", "island")
+            for keys in self.groups
+        ]
+        self.order: list = [{} for _ in self.groups]  # dicts serve as ordered sets
+        ends = []
+        arrays = [a for row in program.order for a in row.args if isinstance(a, np.ndarray)]
+        for ids in arrays:
+            if program.parts(ids)[1]:
+                keys = [i for i in ids.tolist() if i in self.form and self.leaf[i] is None]
+                self._mark(keys)
+                ends += keys
+        outputs = program.outputs.tolist() if program.parts(program.outputs)[1] else []
+        self._read(ends + [i for i in outputs if i in self.form])
+        self.ordered = {k for k, keys in enumerate(self.order) if keys}
+        self._read(sides)
+
+    def _read(self, ends):
+        """Append the nodes that `ends` depend on to the order of their forms, deepest first."""
+        for key in ends:
+            self.order[self.form[key]][key] = None
+        for k in sorted(range(len(self.depth)), key=lambda k: -self.depth[k]):
+            columns = np.array([self.args[key] for key in self.order[k]]).T.tolist()
+            for column in columns:
+                if self.in_rows[k]:
+                    self._mark(column)
+                for key in column:
+                    self.order[self.form[key]][key] = None
+
+    def _mark(self, keys):
+        first: dict = {}
+        for key in keys:
+            if first.setdefault(self.form[key], key) != key:
+                self.in_rows[self.form[key]] = True
+
+    def _settle(self, k, keys):
+        """Give ids in rows to the nodes of one form, whose operands have ids."""
+        if not keys:
+            return
+        program, node, leaf = self.program, self._by_key[keys[0]], self.leaf[keys[0]]
+        if leaf is not None:
+            if leaf[0][0] != "const":
+                first = self._first_of(*leaf[0])
+                self._moved.update({key: first + self.leaf[key][1] for key in keys})
+        elif node.op == "island":
+            for key in keys:
+                given = np.array([self._moved.get(a, a) for a in self.args[key]], ID)
+                row = program.new("island", (given,), ("island", *node.data), node.data[2] + 1)
+                self._moved[key] = row.first
+        elif self.in_rows[k]:
+            if k not in self.ordered:
+                keys.sort(key=lambda key: [self._moved.get(a, a) for a in self.args[key]])
+            columns = zip(*[self.args[key] for key in keys], strict=True)
+            args = tuple([self._operand(column) for column in columns])
+            row = program.new(node.op, args, node.data, len(keys), program.is_truth(node))
+            self._moved.update(zip(keys, range(row.first, row.first + row.size), strict=True))
+
+    def _first_of(self, kind, data):
+        if kind == "row":
+            return 0
+        if kind == "island":
+            return self._moved[data]
+        if (kind, data) not in self._arrays:
+            size = data if kind == "block" else len(data)
+            op = "par" if kind == "array" else kind
+            self._arrays[kind, data] = self.program.new(op, (), data, size)
+        return self._arrays[kind, data].first
+
+    def _operand(self, column):
+        """An operand of a row: the id of one node, or an array of ids."""
+        first = self._by_key[column[0]]
+        if all(key == column[0] for key in column):
+            return column[0]
+        if first.op != "const":
+            return np.array([self._moved[key] for key in column], ID)
+        values = np.array([self._by_key[key].data for key in column], float)
+        truth = isinstance(first.data, bool)
+        return self.program.ids(self.program.new("const", (), values, values.size, truth))
+
+    def _rename(self):
+        """Put the new ids into the operands of rows, the results and the remaining nodes."""
+        program, moved = self.program, self._moved
+        for row in program.order:
+            program._replace(row, [self._renamed(a) for a in row.args])
+        program.outputs = self._renamed(program.outputs)
+        for node in self.nodes:
+            if node.op == "entry" or (node.key in moved and self.leaf[node.key] is None):
+                program._ones[node.key] = program.node(moved[node.key])
+            elif node.args:
+                args = tuple([program._ones.get(a.key, a) for a in node.args])
+                program._ones[node.key] = Node(node.op, args, node.data, node.key)
+                program._ones[node.key].varies = node.varies
+
+    def _renamed(self, ids):
+        if not isinstance(ids, np.ndarray) or not self.program.parts(ids)[1]:
+            return ids
+        ids = ids.copy()
+        for k, i in enumerate(ids.tolist()):
+            ids[k] = self._moved.get(i, i)
+        return ids
+
+    def _any(self, sides):
+        """The disjunction of `sides`; conditions in rows are reduced to their maximum."""
+        program, groups, found = self.program, defaultdict(list), []
+        for side in sides:
+            key = side.key
+            groups[self.form[key] if key in self._moved else ("alone", key)].append(key)
+        for keys in groups.values():
+            if len(keys) < FEWEST:
+                found += [program.node(key) for key in keys]
+                continue
+            ids = np.sort(np.array([self._moved[key] for key in keys], ID))
+            most = program.new("top", (ids,), ids.size, 1)
+            found.append(self._node("lt", program.g.const(0.0), program.node(most.first)))
+        return functools.reduce(lambda a, b: self._node("or", a, b), found)
+
+    def _node(self, op, *args):
+        self.program._next += 2  # a key, and a gap between rows
+        return Node(op, args, None, self.program._next - 2)
+
+
+def alternatives(node):
+    """The conditions of a disjunction; the node itself if the node is no disjunction."""
+    found, todo = {}, [node]
+    while todo:
+        each = todo.pop()
+        if each.op == "or":
+            todo += each.args
+        else:
+            found[each.key] = each
+    return list(found.values())

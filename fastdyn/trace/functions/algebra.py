@@ -1,0 +1,346 @@
+"""Products, sums of products, linear systems, norms and interpolation on symbols."""
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+
+from ..graph.rows import ID
+from ..symbols.arithmetic import call, stored, where
+from ..symbols.complexes import product
+from ..symbols.lift import joint, symbol
+from ..symbols.symbol import HANDLERS, Symbol, graph_of, is_symbolic, refuse, wrap
+from .arrays import array_of
+from .ufuncs import as_numpy, reduced
+
+MOST = 20_000_000  # elements of a product before the sum
+MAX_PIVOTED = 8  # rows of a linear system that is written out with exchanges of rows
+MAX_COLUMNS = 400  # elements of an argument whose linear function is written out as a matrix
+
+
+def matmul(a, b) -> Any:
+    """``a @ b``."""
+    if hasattr(type(a), "multiplied"):
+        return a.multiplied(b)
+    g = graph_of(a, b)
+    a, b = symbol(g, a), symbol(g, b)
+    if not a.many or not b.many:
+        raise ValueError("matmul: an operand has no axes")
+    if a.kind == b.kind == "b":
+        refuse("a product of arrays of truth values")  # such a product is a truth value, not a sum
+    n = a.ids.shape[-1]
+    if n != b.ids.shape[-2 if b.ids.ndim > 1 else 0]:
+        raise ValueError(f"matmul: shapes {a.ids.shape} and {b.ids.shape} do not match")
+    if b.ids.ndim == 1:
+        return _sums(a, b, n)
+    if a.ids.ndim == 1:
+        return _sums(np.swapaxes(b, -1, -2), a, n)
+    columns = np.swapaxes(b, -1, -2)
+    return _sums(np.expand_dims(a, -2), np.expand_dims(columns, -3), n)
+
+
+def _sums(a, b, n):
+    """The sum of products along the last axis; products by constant zeros are left out."""
+    g = a.g
+    shape = np.broadcast_shapes(a.ids.shape, b.ids.shape)
+    if math.prod(shape) > MOST:
+        refuse("a product of two large matrices")
+    g.check(2 * _count_of_terms(g, a, b, shape))
+    if "c" in (a.kind, b.kind):
+        return _complex_sums(a, b, n)
+    if a.kind == "b" or b.kind == "b":
+        a, b = a + 0, b + 0
+    kind = "i" if a.kind == b.kind == "i" else "f"
+    if math.prod(shape) <= max(g.few, 0) or _few_nonzero(g, a, b, shape):
+        rows = [np.broadcast_to(x.ids, shape).reshape(-1, n).tolist() for x in (a, b)]
+        found = [_sum_of_products(g, *pair) for pair in zip(*rows, strict=True)]
+        ids = np.array(found, ID).reshape(shape[:-1])
+        return wrap(g, ids[()], kind)
+    dense = _dense(g, a, b, shape)
+    if dense is not None:
+        return dense
+    return reduced("add", a * b, axis=-1)
+
+
+def _count_of_terms(g, a, b, shape):
+    """The number of products whose factors are not known to be zero."""
+    count = math.prod(shape)
+    for s in (a, b):
+        if g.few == math.inf and count > g.most and s.ids.size <= 2**20 and s.kind != "c":
+            known = g.known(s.ids)
+            if known is not None:
+                count = min(count, np.count_nonzero(np.broadcast_to(known, shape)))
+    return count
+
+
+def _sum_of_products(g, a, b):
+    zero, terms, node = g.const(0.0), [], g.node
+    for i, j in zip(a, b, strict=True):
+        x, y = node(i), node(j)
+        if not ((x.op == "const" and x.data == 0) or (y.op == "const" and y.data == 0)):
+            terms.append(g.mul(x, y))
+    return g.sum(terms).key if terms else zero.key
+
+
+def _few_nonzero(g, a, b, shape):
+    """Whether a product is written out: number by number, or by a matrix of mostly zeros."""
+    if g.few == math.inf:
+        return True
+    count = math.prod(shape)
+    known = [g.known(x.ids) for x in (a, b) if x.ids.ndim > 1 and x.ids.size == count]
+    some = [np.count_nonzero(v) for v in known if v is not None]
+    return bool(some) and min(some) <= min(0.1 * count, 4 * shape[0])
+
+
+def _dense(g, a, b, shape):
+    """A matrix of constants or parameters times a vector, as one row; None for other products."""
+    if len(shape) != 2 or a.ids.shape != shape or b.ids.ndim != 1 or a.varies:
+        return None
+    row = g._row_with(a.ids)
+    if row is None or row.op not in ("par", "const"):
+        return None
+    steps = [int(np.diff(np.take(a.ids, 0, 1 - k)[:2])[0]) if shape[k] > 1 else 0 for k in (0, 1)]
+    grid = int(a.ids[0, 0]) + np.add.outer(
+        np.arange(shape[0]) * steps[0], np.arange(shape[1]) * steps[1]
+    )
+    if not np.array_equal(grid, a.ids):
+        return None
+    data = "dense", *shape, row.first, int(a.ids[0, 0]) - row.first, *steps
+    ids = np.ascontiguousarray(b.ids).copy()
+    return Symbol(g, g.ids(g.row("dense", (shape[0],), (ids,), data)))
+
+
+def _complex_sums(a, b, n):
+    (p, q), (r, s) = (a.part(0), a.part(1)), (b.part(0), b.part(1))
+    if a.kind != "c":
+        return joint(_sums(a, r, n), _sums(a, s, n))
+    if b.kind != "c":
+        return joint(_sums(p, b, n), _sums(q, b, n))
+    return joint(_sums(p, r, n) - _sums(q, s, n), _sums(p, s, n) + _sums(q, r, n))
+
+
+def dot(a, b, out=None):
+    if hasattr(type(a), "multiplied"):
+        return a.multiplied(b)
+    g = graph_of(a, b)
+    a, b = symbol(g, a), symbol(g, b)
+    if not a.many or not b.many or not a.ids.ndim or not b.ids.ndim:
+        return stored(call("multiply", a, b), out)
+    if a.ids.ndim > 1 and b.ids.ndim > 2:
+        refuse("np.dot in more than two dimensions")
+    return stored(matmul(a, b), out)
+
+
+def einsum(subscripts, *operands, optimize=False, out=None, **_):
+    """One product over all indices, summed over the indices that the result lacks."""
+    if not isinstance(subscripts, str) or "." in subscripts:
+        refuse("einsum in this way")
+    left, arrow, right = subscripts.replace(" ", "").partition("->")
+    groups = left.split(",")
+    if not arrow:
+        right = "".join(sorted(c for c in set(left) - {","} if left.count(c) == 1))
+    if len(groups) == 1 and set(groups[0]) == set(right):
+        refuse("a view that np.einsum gives")
+    rest = [c for c in dict.fromkeys(left) if c not in right and c != ","]
+    order: Any = [*right, *rest]
+    arrays: Any = []
+    for group, operand in zip(groups, operands, strict=True):
+        a: Any = array_of(operand)
+        while len(set(group)) < len(group):
+            c = next(c for c in group if group.count(c) > 1)
+            i, j = group.index(c), group.rindex(c)
+            a = np.diagonal(a, 0, i, j)
+            group = group[:i] + group[i + 1 : j] + group[j + 1 :] + c
+        a = a.transpose([group.index(c) for c in order if c in group])
+        lengths = iter(a.ids.shape)
+        arrays.append(a.reshape([next(lengths) if c in group else 1 for c in order]))
+    if len(arrays) == 2 and len(rest) == 1:
+        shape = np.broadcast_shapes(*[a.ids.shape for a in arrays])
+        a, b = map(_squeezed, arrays)
+        return stored(_sums(a, b, shape[-1]), out)
+    term = functools.reduce(lambda x, y: call("multiply", x, y), arrays)
+    if rest:
+        term = reduced("add", term, axis=tuple(range(len(right), len(order))))
+    return stored(term, out)
+
+
+def _squeezed(a):
+    """An array without leading axes of length 1."""
+    while a.ids.ndim > 1 and a.ids.shape[0] == 1:
+        a = a[0]
+    return a
+
+
+def cross(a, b, axisa=-1, axisb=-1, axisc=-1, axis=None):
+    if axis is not None:
+        axisa = axisb = axisc = axis
+    a, b = (np.moveaxis(array_of(v), k, -1) for v, k in ((a, axisa), (b, axisb)))
+    if a.ids.shape[-1] != 3 or b.ids.shape[-1] != 3:
+        refuse("np.cross of vectors in a plane")
+    (u, v, w), (x, y, z) = ([s[..., k] for k in range(3)] for s in (a, b))
+    return np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axisc)
+
+
+def outer(a, b, out=None):
+    a, b = np.ravel(array_of(a)), np.ravel(array_of(b))
+    return stored(call("multiply", a[:, None], b[None, :]), out)
+
+
+def kron(a, b):
+    a, b = array_of(a), array_of(b)
+    n = max(a.ids.ndim, b.ids.ndim)
+    a, b = (s.reshape((1,) * (n - s.ids.ndim) + s.ids.shape) for s in (a, b))
+    wide = a.reshape([m for s in a.ids.shape for m in (s, 1)])
+    tall = b.reshape([m for s in b.ids.shape for m in (1, s)])
+    shape = [p * q for p, q in zip(a.ids.shape, b.ids.shape, strict=True)]
+    return call("multiply", wide, tall).reshape(shape)
+
+
+def norm(x, ord=None, axis=None, keepdims=False):
+    """np.linalg.norm for the orders None, 1, 2, inf and "fro"."""
+    x = array_of(x)
+    of_vectors = x.ids.ndim == 1 if axis is None else np.ndim(axis) == 0
+    if ord in (None, "fro") or (ord == 2 and of_vectors):
+        squares = call("square", x.part(0))
+        if x.kind == "c":
+            squares = squares + call("square", x.part(1))
+        return call("sqrt", reduced("add", squares, axis=axis, keepdims=keepdims))
+    if ord == 1 and of_vectors:
+        return reduced("add", abs(x), axis=axis, keepdims=keepdims)
+    if ord == np.inf and of_vectors:
+        return reduced("maximum", abs(x), axis=axis, keepdims=keepdims)
+    return refuse("this norm")
+
+
+# -- linear systems
+
+
+def solution(a, b, **_):
+    """np.linalg.solve by Gaussian elimination; row exchanges are selections."""
+    a, b = array_of(a), array_of(b)
+    if not is_plain_square(a) or len(b) != len(a) or b.ids.ndim > 2:
+        refuse("np.linalg.solve of several systems, or of shapes that do not match")
+    n = len(a)
+    if a.g.known(a.ids if a.kind != "c" else a.ids["real"]) is not None and a.kind != "c":
+        return matmul(symbol(a.g, np.linalg.inv(a.g.known(a.ids))), b)
+    rows = [[*row] for row in np.concatenate([a, b.reshape(n, -1)], axis=1)]
+    for k in range(n):
+        for i in range(k + 1, n):
+            _larger_first(rows, k, i, n)
+        _refuse_zero(rows[k][k])
+        for i in range(k + 1, n):
+            _eliminate(rows, k, i)
+    found = []
+    for c in range(len(rows[0]) - n):
+        x: list[Any] = [None] * n
+        for i in reversed(range(n)):
+            rest = rows[i][n + c]
+            for j in range(i + 1, n):
+                rest = _less(rest, product(rows[i][j], x[j]))
+            x[i] = rest / rows[i][i]
+        found.append(x)
+    whole = symbol(a.g, found).T
+    return whole[:, 0] if b.ids.ndim == 1 else whole
+
+
+def is_plain_square(a):
+    return a.ids.ndim == 2 and a.ids.shape[0] == a.ids.shape[1]
+
+
+def _less(a, b):
+    return a if b is None else a - b
+
+
+def _zero(s):
+    return s.kind != "c" and s.node.op == "const" and s.node.data == 0
+
+
+def _refuse_zero(pivot):
+    """Raise LinAlgError where a pivot is zero, as LAPACK does."""
+    if pivot.kind != "c":
+        g = pivot.g
+        g.raises_if(g.map("eq", pivot.ids, g.const(0.0).key), _singular)
+
+
+def _singular():
+    np.linalg.inv(np.zeros((1, 1)))
+
+
+def _larger_first(rows, k, i, n):
+    """Exchange rows k and i where row i has the larger pivot."""
+    pivot, other = rows[k][k], rows[i][k]
+    if _zero(other):
+        return
+    if _zero(pivot):
+        rows[k], rows[i] = rows[i], rows[k]
+        return
+    if n > MAX_PIVOTED and (pivot.varies or other.varies):
+        refuse(f"np.linalg.solve of {n} equations")
+    exchanged = abs(other) > abs(pivot)
+    if type(exchanged) is not Symbol:
+        if exchanged:
+            rows[k], rows[i] = rows[i], rows[k]
+        return
+    for j in range(k, len(rows[0])):
+        a, b = rows[k][j], rows[i][j]
+        rows[k][j], rows[i][j] = where(exchanged, b, a), where(exchanged, a, b)
+
+
+def _eliminate(rows, k, i):
+    if _zero(rows[i][k]):
+        return
+    factor = rows[i][k] / rows[k][k]
+    rows[i][k] = symbol(factor.g, 0.0)
+    for j in range(k + 1, len(rows[0])):
+        rows[i][j] = _less(rows[i][j], product(factor, rows[k][j]))
+
+
+def determinant(a, **_):
+    """np.linalg.det, expanded along the first row; refuses more than six rows."""
+    a = array_of(a)
+    if not is_plain_square(a):
+        refuse("several determinants")
+    if len(a) > 6:
+        refuse("the determinant of a large matrix")
+    if len(a) == 1:
+        return a[0, 0]
+    result: Any = 0.0
+    for j in range(len(a)):
+        if a.kind == "c" or not _zero(a[0, j]):
+            minor = a.view_of(np.delete(np.delete(a.ids, 0, 0), j, 1))
+            result = result + (-1.0) ** j * a[0, j] * determinant(minor)
+    return as_numpy(symbol(a.g, result))
+
+
+def linear_in_first(function, a, *args, **kwargs):
+    """Apply a library function, linear in `a`, to an array of symbols, by the function's matrix.
+
+    A function of complex numbers need be linear in their real and imaginary parts only.
+    """
+    a = array_of(a)
+    if a.ids.size > MAX_COLUMNS or is_symbolic([*args, *kwargs.values()]):
+        refuse(f"{function.__name__} of so much that depends on the state", final=True)
+    units, total = np.eye(a.ids.size).reshape(-1, *a.ids.shape), None
+    for unit, part in ((1.0, a.part(0)), (1j, a.part(1)))[: 1 + (a.kind == "c")]:
+        columns = [np.asarray(function(unit * each, *args, **kwargs)) for each in units]
+        matrix = np.array([column.reshape(-1) for column in columns]).T
+        found = matmul(symbol(a.g, matrix), part.reshape(-1)).reshape(columns[0].shape)
+        total = found if total is None else total + found
+    return total
+
+
+# -- sequences
+
+
+FUNCTIONS: dict[Any, Any] = {
+    np.dot: dot, np.einsum: einsum, np.cross: cross, np.outer: outer, np.kron: kron,
+    np.vdot: lambda a, b: matmul(np.conj(np.ravel(array_of(a))), np.ravel(array_of(b))),
+    np.inner: lambda a, b: matmul(array_of(a), np.transpose(array_of(b))),
+    np.linalg.norm: norm, np.linalg.solve: solution, np.linalg.det: determinant,
+    np.linalg.inv: lambda a: solution(a, np.eye(len(a))),
+    np.linalg.multi_dot: lambda arrays, **_: functools.reduce(matmul, arrays),
+    np.linalg.matrix_power: lambda a, n: functools.reduce(matmul, [a] * n) if n > 0 else refuse(
+        "a negative power of a matrix"),
+}  # fmt: skip
+HANDLERS["matmul"] = matmul

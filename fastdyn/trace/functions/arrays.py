@@ -1,0 +1,381 @@
+"""NumPy's functions that make, move, choose and reduce the elements of arrays."""
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from ..graph.rows import ID, PAIR
+from ..symbols.arithmetic import call, cast, stored, to_decimals, where
+from ..symbols.constants import Constants
+from ..symbols.lift import common_kind, joint, number, symbol  # fmt: skip
+from ..symbols.masks import Masked
+from ..symbols.symbol import NOW, Symbol, graph_of, is_symbolic, kind_of, refuse, wrap
+from .ufuncs import as_numpy, reduced
+
+STRUCTURE = {  # functions that only move elements: NumPy's own functions run on ids
+    np.roll, np.reshape, np.ravel, np.transpose, np.swapaxes, np.moveaxis, np.take, np.flip,
+    np.flipud, np.fliplr, np.repeat, np.tile, np.broadcast_to, np.squeeze, np.expand_dims,
+    np.split, np.array_split, np.hsplit, np.vsplit, np.rot90, np.atleast_1d, np.atleast_2d,
+    np.diagonal, np.rollaxis, np.copy, np.delete, np.resize, np.atleast_3d, np.dsplit,
+    np.broadcast_arrays,
+}  # fmt: skip
+JOINING = {np.concatenate, np.stack, np.hstack, np.vstack, np.dstack, np.column_stack, np.block}
+TYPED = {
+    np.array, np.asarray, np.asanyarray, np.ascontiguousarray, np.asfortranarray, np.require,
+}  # fmt: skip
+
+
+def array_of(value) -> Any:
+    """An array-like as a symbol with axes."""
+    s = symbol(graph_of(value) or NOW.g, value)
+    return s if s.many else wrap(s.g, np.array(s.ids, PAIR if s.kind == "c" else ID), s.kind)
+
+
+def structured(function, args, kwargs):
+    """A function of STRUCTURE; the result is a view where NumPy's is a view."""
+    if function is np.broadcast_arrays:
+        every = [array_of(a) for a in args]
+        found = function(*[s.ids for s in every])
+        return [s.view_of(ids) for s, ids in zip(every, found, strict=True)]
+    name, *others = args or (kwargs.pop("a"),)
+    if any(is_symbolic(a) for a in (*others, *kwargs.values())):
+        others = [_plain(a) for a in others]
+        kwargs = {k: _plain(v) for k, v in kwargs.items()}
+    array = array_of(name)
+    found = function(array.ids, *others, **kwargs)
+    if isinstance(found, list | tuple):
+        return type(found)([array.view_of(ids) for ids in found])
+    return array if found is array.ids else array.view_of(found)
+
+
+def _plain(value) -> Any:
+    if isinstance(value, list | tuple):
+        return type(value)([_plain(v) for v in value])
+    return value.plain() if type(value) is Symbol else value
+
+
+def joined(function, arrays, *args, dtype=None, out=None, casting=None, **kwargs):
+    """A function of JOINING, on arrays of numbers or truth values."""
+    g = graph_of(arrays)
+
+    def each(value, depth=0):
+        if function is np.block and isinstance(value, list):
+            return [each(v) for v in value]
+        return symbol(g, value)
+
+    every = [each(a) for a in arrays]
+    kinds = {s.kind for s in _leaves(every)}
+    kind = common_kind(kinds) if dtype is None else kind_of(dtype)
+
+    def ids(value):
+        return [ids(v) for v in value] if isinstance(value, list) else np.asarray(
+            cast(g, value, kind, "unsafe"), PAIR if kind == "c" else ID)  # fmt: skip
+
+    found = function([ids(v) for v in every], *args, **kwargs)
+    return stored(wrap(g, found, kind), out)
+
+
+def _leaves(values):
+    for value in values:
+        if isinstance(value, list):
+            yield from _leaves(value)
+        else:
+            yield value
+
+
+def typed(function):
+    """np.array and its kin: an array of an array-like, itself or a copy."""
+
+    def made(value, dtype=None, *args, copy: Any = True, order: Any = "K", ndmin=0, **kwargs):
+        g = graph_of(value)
+        if isinstance(value, map | filter | zip) or hasattr(value, "__next__"):
+            value = list(value)
+            g = graph_of(value)
+        if type(value) is Masked:
+            return value if function is not np.array else refuse("a copy of a selection by a mask")
+        if g is None:
+            plain = (
+                {} if function is not np.array else {"copy": copy, "ndmin": ndmin, "order": order}
+            )
+            return fresh(function(value, dtype, *args, **plain, **kwargs))
+        s = array_of(value)
+        found = s if dtype is None else s.astype(dtype, copy=False)
+        if function in (np.ascontiguousarray, np.asfortranarray, np.require):
+            ids = (
+                function(found.ids, *args, **kwargs)
+                if function is np.require
+                else function(found.ids)
+            )
+            found = found if ids is found.ids else found.view_of(ids)
+        elif function is np.array and copy and (found is s and s is value):
+            found = s.copy(order)
+        elif order in ("C", "F"):
+            ids = np.asarray(found.ids, order=order)
+            found = found if ids is found.ids else found.view_of(ids)
+        return found.view_of(np.array(found.ids, ndmin=ndmin, copy=None)) if ndmin else found
+
+    return made
+
+
+def fresh(array) -> Any:
+    """An array that NumPy made of plain numbers, as one that can hold symbols."""
+    if NOW.g is None:
+        return array
+    if isinstance(array, tuple | list) and any(isinstance(a, np.ndarray) for a in array):
+        return type(array)([fresh(a) for a in array])
+    if type(array) is not np.ndarray:
+        return array
+    if array.dtype.kind in "ib" and array.ndim:
+        return array.view(Constants)
+    return symbol(NOW.g, array) if array.dtype in (float, complex) else array
+
+
+# -- reductions
+
+
+def reduction(name, ufunc):
+    """np.sum, np.max and the like."""
+
+    def function(a, axis=None, dtype=None, out=None, keepdims=False, initial=None, where=True, **_):
+        return reduced(ufunc, array_of(a), axis, dtype, out, keepdims, initial, where)
+
+    return function
+
+
+def mean(a, axis=None, dtype=None, out=None, keepdims=False, *, where: Any = True):
+    a = array_of(a)
+    total = reduced("add", a, axis=axis, dtype=dtype, keepdims=keepdims, where=where)
+    if where is True or where is np._NoValue:
+        count: Any = a.ids.size // max(1, np.size(total.ids) if total.many else 1)
+    else:
+        ones = np.broadcast_to(array_of(where), a.ids.shape)
+        count = reduced("add", ones, axis=axis, keepdims=keepdims)
+    return stored(call("divide", total, count), out)
+
+
+def variance(a, axis=None, dtype=None, out=None, ddof=0, keepdims=False, *, where=True,
+             mean: Any = np._NoValue, correction=np._NoValue):  # fmt: skip
+    if where is not True or correction is not np._NoValue or mean is not np._NoValue:
+        refuse("np.var in this way")
+    a = array_of(a)
+    away = a - _mean(a, axis, keepdims=True)
+    squares = (
+        away * away if a.kind != "c" else call("square", away.real) + call("square", away.imag)
+    )
+    total = reduced("add", squares, axis=axis, keepdims=keepdims)
+    count = a.ids.size // max(1, np.size(total.ids) if total.many else 1)
+    return stored(call("divide", total, float(count - ddof)), out)
+
+
+_mean = mean
+
+
+def deviation(a, *args, out=None, **kwargs):
+    return stored(call("sqrt", variance(a, *args, **kwargs)), out)
+
+
+def average(a, axis=None, weights=None, returned=False, *, keepdims=False):
+    if returned:
+        refuse("np.average with the weights")
+    if weights is None:
+        return mean(a, axis, keepdims=keepdims)
+    a, weights = array_of(a), array_of(weights)
+    if axis is not None and weights.ids.shape != a.ids.shape:
+        shape = [1] * a.ids.ndim
+        shape[axis] = -1
+        weights = weights.reshape(shape)
+    top = reduced("add", a * weights, axis=axis, keepdims=keepdims)
+    return top / reduced("add", np.broadcast_to(weights, a.ids.shape), axis=axis, keepdims=keepdims)
+
+
+def peak_to_peak(a, axis=None, out=None, keepdims=False):
+    ends = [
+        reduced(name, array_of(a), axis=axis, keepdims=keepdims) for name in ("maximum", "minimum")
+    ]
+    return stored(ends[0] - ends[1], out)
+
+
+def count(a, axis=None, *, keepdims=False):
+    return reduced("add", array_of(a) != 0, axis=axis, keepdims=keepdims)
+
+
+def place_of(name):
+    """np.argmax or np.argmin: the first of equal elements, or the first NaN if there is one."""
+
+    def function(a, axis=None, out=None, *, keepdims=False):
+        a = array_of(a)
+        if a.kind == "c":
+            refuse("the largest of complex numbers")
+        if axis is None:
+            a, axis = a.ravel(), 0
+        if not a.ids.shape[axis]:
+            raise ValueError("attempt to get argmax of an empty sequence")
+        best = reduced(name, a, axis=axis, keepdims=True)
+        here = call("logical_or", call("equal", a, best), call("isnan", a))
+        shape = [1] * a.ids.ndim
+        shape[axis] = -1
+        n = a.ids.shape[axis]
+        places = where(here, np.arange(float(n)).reshape(shape), float(n))
+        found = reduced("minimum", places, axis=axis, keepdims=keepdims)
+        return stored(wrap(a.g, found.ids, "i"), out)
+
+    return function
+
+
+def trace(a, offset=0, axis1=0, axis2=1, dtype=None, out=None):
+    return reduced("add", np.diagonal(array_of(a), offset, axis1, axis2), axis=-1, out=out)
+
+
+# -- choices
+
+
+def where_(condition, *choices):
+    if len(choices) != 2:
+        refuse("np.where with one argument")
+    found = where(condition, *choices)
+    if type(found) is Symbol:
+        return as_numpy(found)
+    return np.asarray(found)[()] if isinstance(found, bool | np.bool_) else found
+
+
+def clip(a, a_min=None, a_max=None, out=None, *, min=None, max=None, **_):
+    lowest, highest = (min if a_min is None else a_min), (max if a_max is None else a_max)
+    found = symbol(graph_of(a, lowest, highest), a)
+    if lowest is not None:
+        found = np.maximum(found, lowest)
+    if highest is not None:
+        found = np.minimum(found, highest)
+    return stored(found, out)
+
+
+def choose_first(conditions, choices, default=0):
+    """np.select."""
+    result = default
+    for condition, choice in reversed(list(zip(conditions, choices, strict=True))):
+        result = where(condition, choice, result)
+    return result
+
+
+def piecewise(x, conditions, functions, *args, **kwargs):
+    """np.piecewise: each function gets the elements that its condition selects."""
+    g = graph_of(x, conditions)
+    s = symbol(g, x)
+    if not isinstance(conditions, list | tuple) or not _are_many(conditions, s):
+        conditions = [conditions]
+    masks = [symbol(g, c) for c in conditions]
+    if len(functions) == len(masks) + 1:
+        masks.append(symbol(g, call("logical_not", functools.reduce(
+            lambda a, b: call("logical_or", a, b), masks))))  # fmt: skip
+    if len(functions) != len(masks):
+        raise ValueError("with conditions, there must be as many functions, or one more")
+    if not s.many:
+        values = [f(x, *args, **kwargs) if callable(f) else f for f in functions]
+        result: Any = 0.0
+        for mask, value in zip(masks, values, strict=True):
+            result = where(mask, value, result)
+        return result
+    result = np.zeros_like(s)
+    for mask, value in zip(masks, functions, strict=True):
+        mask = mask if mask.many else wrap(g, np.full(s.ids.shape, mask.ids, ID), "b")
+        mask = mask if mask.kind == "b" else mask != 0
+        if not callable(value):
+            result[mask] = value
+            continue
+        chosen = s[mask]
+        if type(chosen) is Masked or len(chosen):
+            result[mask] = value(chosen, *args, **kwargs)
+    return result
+
+
+def _are_many(conditions, s):
+    first: Any = conditions[0] if len(conditions) else 0
+    many = first.many if type(first) is Symbol else np.ndim(first) > 0
+    return many or not s.many
+
+
+def without_nan(x, copy=True, nan=0.0, posinf=None, neginf=None):
+    largest = np.finfo(float).max
+    up, down = largest if posinf is None else posinf, -largest if neginf is None else neginf
+    found = where(call("equal", x, np.inf), up, where(call("equal", x, -np.inf), down, x))
+    found = where(call("isnan", x), nan, found)
+    return found if copy or not x.many else stored(found, x)
+
+
+def close(a, b, rtol=1e-5, atol=1e-8, equal_nan=False):
+    if equal_nan:
+        refuse("np.isclose of NaN")
+    a, b = (as_numpy(symbol(graph_of(a, b), v)) for v in (a, b))
+    near = abs(a - b) <= atol + rtol * abs(b)
+    finite = call("isfinite", b)
+    return call("logical_or", call("logical_and", near, finite), call("equal", a, b))
+
+
+def rounded(a, decimals=0, out=None):
+    s = as_numpy(symbol(graph_of(a), a))
+    if s.kind == "c":
+        return stored(joint(rounded(s.real, decimals), rounded(s.imag, decimals)), out)
+    return stored(s if s.kind == "i" and decimals >= 0 else to_decimals(s, decimals), out)
+
+
+# -- makers
+
+
+class Joined:
+    """np.r_ and np.c_."""
+
+    def __init__(self, plain, join):
+        self._plain, self._join = plain, join
+
+    def __getitem__(self, key):
+        parts = key if isinstance(key, tuple) else (key,)
+        if any(isinstance(part, str) for part in parts):
+            refuse("np.r_ with an axis") if is_symbolic(list(parts)) else None
+            return fresh(self._plain[key])
+        parts = [self._plain[_bounds(p)] if isinstance(p, slice) else p for p in parts]
+        if not is_symbolic(parts):
+            return fresh(self._plain[tuple(parts)])
+        return self._join([p if np.ndim(getattr(p, "ids", p)) else [number(p)] for p in parts])
+
+
+def _bounds(part):
+    return slice(*[_plain(v) for v in (part.start, part.stop, part.step)])
+
+
+def _in_columns(parts):
+    return joined(np.column_stack, [array_of(p) for p in parts])
+
+
+FUNCTIONS: dict[Any, Any] = {
+    **{f: typed(f) for f in TYPED},
+    **{f: functools.partial(joined, f) for f in JOINING},
+    np.sum: reduction("sum", "add"), np.max: reduction("max", "maximum"),
+    np.min: reduction("min", "minimum"), np.amax: reduction("max", "maximum"),
+    np.amin: reduction("min", "minimum"), np.prod: reduction("prod", "multiply"),
+    np.any: reduction("any", "logical_or"), np.all: reduction("all", "logical_and"),
+    np.mean: mean, np.var: variance, np.std: deviation, np.average: average,
+    np.ptp: peak_to_peak, np.count_nonzero: count, np.trace: trace,
+    np.argmax: place_of("maximum"), np.argmin: place_of("minimum"),
+    np.where: where_, np.clip: clip, np.select: choose_first, np.piecewise: piecewise,
+    np.nan_to_num: without_nan, np.isclose: close,
+    np.allclose: lambda a, b, **kw: np.all(close(a, b, **kw)),
+    np.array_equal: lambda a, b, **_: np.all(call("equal", a, b)),
+    np.round: rounded, np.around: rounded,
+    np.shape: lambda a: _shape(a), np.ndim: lambda a: len(_shape(a)),
+    np.size: lambda a, axis=None: int(np.prod(_shape(a))) if axis is None else _shape(a)[axis],
+    np.real: lambda a: symbol(graph_of(a), a).part(0),
+    np.imag: lambda a: symbol(graph_of(a), a).part(1),
+    np.iscomplexobj: lambda a: symbol(graph_of(a), a).kind == "c",
+    np.isrealobj: lambda a: symbol(graph_of(a), a).kind != "c",
+    np.isscalar: lambda a: type(a) is Symbol and not a.many,
+    np.fromiter: lambda values, dtype=None, count=-1: typed(np.array)(list(values), dtype),
+}  # fmt: skip
+
+
+def _shape(a):
+    s = symbol(graph_of(a), a)
+    return s.ids.shape if s.many else ()
+
+
+INDEXED = {id(np.r_): Joined(np.r_, functools.partial(joined, np.concatenate)),
+           id(np.c_): Joined(np.c_, _in_columns)}  # fmt: skip

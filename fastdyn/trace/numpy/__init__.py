@@ -1,1 +1,0 @@
-"""NumPy's functions, and Python's builtins, on symbols."""

@@ -1,0 +1,139 @@
+"""The graph of a trace with ids, together with the decisions of the current run."""
+
+from typing import Any
+
+import numpy as np
+
+from ..graph.refusal import Abandoned, Refusal
+from ..graph.rows import SHARED, Rows
+from ..graph.values import entries
+from .handlers import is_handled
+
+MAX_DECISIONS = 200
+
+
+class Tracing(Rows):
+    """The graph of a trace, together with the decisions of the current run.
+
+    `script` prescribes the first decisions; `taken` lists all decisions as (node, truth).
+    """
+
+    reads: Any
+    until: Any = None  # the code object of the function that calls the traced function
+    start: Any = None  # time and state of the first call, if known
+
+    def __init__(self, n, few):
+        super().__init__(n, few)
+        self.sizes = self.false
+        self.begin(())
+
+    def begin(self, script):
+        self.script, self.decided, self.taken, self.raising = script, {}, [], self.false
+        self.texts, self.abandoned, self.conditions = False, None, False
+
+    def assume(self, node):
+        """Restrict the code to the current value of a node that parameters determine."""
+        self.reads.assume(node)
+
+    def is_array(self, slots):
+        group = self.reads.groups[self.reads.group(slots[0])]
+        return group.first == slots[0] and group.shape == (len(slots),)
+
+    def table_name(self, ids):
+        """The name of a table of numbers; None if they are no constants, nor parts of one array."""
+        known = self.known(ids)
+        if known is not None:
+            return self.constant_table(np.asarray(known, float))
+        row = self._row_with(ids) if ids.size else None
+        if row is None or row.op != "par":
+            return None
+        steps = np.diff(ids) if ids.size > 1 else np.ones(1, int)
+        if steps[0] <= 0 or (steps != steps[0]).any():
+            return None
+        first, step = row.data.start + int(ids[0]) - row.first, int(steps[0])
+        return self.table_of_slots(range(first, first + step * ids.size, step))
+
+    def constant_table(self, numbers):
+        """The name of a table of constants; a long table is stored beside the code."""
+        if numbers.size <= SHARED:
+            return self.table(numbers)
+        return self.table_of_slots(self.reads.held(numbers))
+
+    def table_of_slots(self, slots):
+        self.tables[f"{slots}"] = slots
+        return f"{slots}"
+
+    def ascending(self, name):
+        """Whether the numbers of a table never decrease; later solves check parameters again."""
+        slots = self.tables[name]
+        known = np.asarray(entries(self.values, slots) if isinstance(slots, range) else slots)
+        found = bool(np.all(known[1:] >= known[:-1]))
+        if found and isinstance(slots, range):
+            group = self.reads.groups[self.reads.group(slots.start)]
+            if self.reads.rows[group.row].step != "known":
+                part = slots.start - group.first, slots.stop - group.first, slots.step
+                self.reads.expect(self.reads.step(group.row, "entries", part), "ascending")
+        return found
+
+    def as_text(self):
+        """A placeholder for the text of a number; only a path that then raises may use the text."""
+        self.texts = True
+        return "..."
+
+    # -- conditions, which are ids or nodes
+
+    def raises_if(self, condition, raising):
+        """Record that the function raises where a condition holds.
+
+        ``raising()`` raises the exception.
+        If the user's code may catch the exception, the condition becomes a decision with two paths.
+        """
+        node = self.node(condition) if type(condition) is int else condition
+        if node is self.false:
+            return
+        if node.op == "const":
+            raising()
+        if self.in_handler():
+            if not node.varies:
+                self.assume(node)
+            if self.decide(node) if node.varies else node.value:
+                raising()
+            return
+        self.raising = self.both(self.raising, node, "or")
+
+    def in_handler(self):
+        """Whether the user's code may catch an exception that is raised now."""
+        return is_handled(self.until)
+
+    def leaves_to_python_if(self, condition):
+        """Leave the call to Python where a condition holds, even if the user catches exceptions."""
+        node = self.node(condition) if type(condition) is int else condition
+        if node is self.true:
+            self.abandon("it leaves the range of its compiled form")
+        if node is not self.false:
+            self.raising = self.both(self.raising, node, "or")
+
+    def stays_below(self, node):
+        """Leave the call to Python where a condition holds; Taylor series ignore the condition.
+
+        Such a condition tells that a number is beyond a limit of accuracy.
+        """
+        self.sizes = self.both(self.sizes, node, "or")
+
+    def abandon(self, why):
+        """Leave the rest of this path to Python."""
+        self.abandoned = why
+        raise Abandoned(why)
+
+    def decide(self, node):
+        """The truth of a condition on this path."""
+        flip = node.op == "not"
+        node = node.args[0] if flip else node
+        if node.key not in self.decided:
+            i = len(self.taken)
+            if i >= MAX_DECISIONS:
+                raise Refusal("it decides too often", final=True, said=False)
+            value = self.script[i] if i < len(self.script) else True
+            self.taken.append((node, value))
+            self.decided[node.key] = value
+        return self.decided[node.key] != flip

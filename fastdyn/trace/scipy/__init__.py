@@ -1,1 +1,0 @@
-"""SciPy's functions and objects on symbols."""
