@@ -27,7 +27,7 @@ MAX_STRAIGHT = 16  # a function of at most so many components has no loops
 def text(traced, symbol):
     """The text of an LLVM module with the pointer form."""
     if traced.n > MAX_STRAIGHT and worth_loops(live([*traced.stored, traced.trace.raising])):
-        with contextlib.suppress(Refusal):
+        with contextlib.suppress(Refusal, RecursionError):  # a long chain of numbers
             ids = np.array([node.key for node in traced.stored], ID)
             return text_in_rows(traced, Plan(program_of(traced, ids)), symbol)
     return _text(symbol, functools.partial(body, traced))

@@ -90,6 +90,7 @@ class Plan:
         firsts, times = np.unique(items, return_counts=True)
         self._read_singly = set(firsts[times >= MOST_USES].tolist())
         self.elements: dict = {}
+        self._levels: dict = {}  # of elements
 
     def array(self, row):
         """The name of the array in which a row lies; None if the row is not in memory.
@@ -265,7 +266,10 @@ class Plan:
             if row.first in self.kept:
                 level = max(level, self.level[row.first] + 1)
             elif row.op not in LEAVES:
-                level = max(level, self._level_of([self.element(node.data)], None))
+                if node.data not in self._levels:  # once, as several numbers read one number
+                    own = self._level_of([self.element(node.data)], None)
+                    self._levels[node.data] = own
+                level = max(level, self._levels[node.data])
         return level
 
     def element(self, i):
