@@ -62,7 +62,7 @@ class Function:
         return self.traced is not None and self.traced.in_batches
 
     def derived(self, place, make) -> Any:
-        """What `make()` derives from this function and its graph, made once: see `notes`."""
+        """The result that `make()` derives from function and graph, once: see `notes`."""
         with GROWING:
             if place not in self.notes:
                 self.notes[place] = make()

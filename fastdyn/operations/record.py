@@ -1,4 +1,4 @@
-"""What is known of an operation of the graph, in one record; everything else reads the records.
+"""The record of an operation of the graph: its derivatives, code, series and names, once.
 
 The rules of a record are formulas of `Value`, for nodes and for whatever else a graph computes:
 `by_rule` applies them.
@@ -28,15 +28,15 @@ class Operation(NamedTuple):
     raises: Callable | None = None  # (function of math, result, *operands): see `domains`
     # The rule (*operands) for the value by other operations; then no more fields are needed.
     formula: Callable | None = None
-    # Of Taylor coefficients: "linear", "product", "quotient", "root", "choice"; "integral" of slope
+    # Taylor coefficients: "linear", "product", "quotient", "root", "choice"; "integral" of slope
     # times derivative of the operand (A. Jorba and M. Zou, Experimental Mathematics 14, 2005,
     # section 3); "": no Taylor series.
     recurrence: str = ""
     series: Callable | None = None  # rule (*operands) for the value, with shorter recurrences
     slopes: Any = None  # `factors` with shorter recurrences, but of less accuracy
     parity: str = ""  # "even" or "odd"
-    # Of the transition at 0 beyond which the function is nearly constant, so that a Taylor series
-    # does not show the transition; 0: nothing of the kind; None: not known.
+    # Width of the transition at 0 beyond which the function is nearly constant, so that a Taylor
+    # series does not show the transition; 0: nothing of the kind; None: not known.
     width: Any = None
     monotone: bool = False  # rises or falls throughout
     kinked: bool = False

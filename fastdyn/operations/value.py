@@ -31,7 +31,7 @@ def call(operation, *values) -> Any:
 
 
 def by_rule(g, rule, *values):
-    """What a rule, or a number in its place, makes of values of a graph."""
+    """The result of a rule, or of a number in its place, for values of a graph."""
     return _of(g, rule(*[Value(g, v) for v in values]) if callable(rule) else rule)
 
 

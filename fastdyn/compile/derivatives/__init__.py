@@ -1,1 +1,1 @@
-"""What is derived from a traced function: Jacobians, sensitivities, switches, forms on vectors."""
+"""Functions derived from a traced one: Jacobians, sensitivities, switches, forms on vectors."""

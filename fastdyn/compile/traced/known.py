@@ -1,4 +1,4 @@
-"""What the process knows of functions: traces, reasons of refusals, code that was wrong."""
+"""The traces of this process, the reasons of its refusals, and the code that was wrong."""
 
 import functools
 from array import array

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...operations import OPERATIONS
 from ..graph.clock import EVERY, look
-from ..graph.expressions import Node
+from ..graph.expressions import Node, alternatives
 from ..graph.rows import ID, Owners, Row
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400  # fewer are faster as straight-line code than in loops
@@ -28,7 +28,7 @@ def worth_loops(nodes):
 
 
 class Program(Owners):
-    """What results depend on.
+    """The numbers that results depend on.
 
     Parameters
     ----------
@@ -338,15 +338,3 @@ class _Settled:
     def _node(self, op, *args):
         self.program._next += 2  # a key, and a gap between rows
         return Node(op, args, None, self.program._next - 2)
-
-
-def alternatives(node):
-    """The conditions of a disjunction; the node itself if the node is no disjunction."""
-    found, todo = {}, [node]
-    while todo:
-        each = todo.pop()
-        if each.op == "or":
-            todo += each.args
-        else:
-            found[each.key] = each
-    return list(found.values())

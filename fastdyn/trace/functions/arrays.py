@@ -318,9 +318,6 @@ def rounded(a, decimals=0, out=None):
     return stored(s if s.kind == "i" and decimals >= 0 else to_decimals(s, decimals), out)
 
 
-# -- makers
-
-
 class Joined:
     """np.r_ and np.c_."""
 

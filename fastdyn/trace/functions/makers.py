@@ -39,19 +39,13 @@ def full_like(a, value, dtype=None, order: Any = "K", subok=True, shape=None, **
     plan = np.empty_like(s.ids if s.many else np.array(s.ids), np.int8, order, shape=shape)
     if kind in "bi" and not is_symbolic(value):
         return np.full_like(plan, value, DTYPES[kind])
-    given = symbol(s.g, value)
-    ids = np.empty_like(plan, PAIR if kind == "c" else ID)
-    ids[...] = cast(s.g, given, kind, "unsafe")
-    return wrap(s.g, ids, kind)
+    return filled(plan, value, kind)
 
 
 def full(shape, value, dtype=None, order: Any = "C", **_):
-    g = NOW.g
-    given = symbol(g, value)
+    given = symbol(NOW.g, value)
     kind = given.kind if dtype is None else kind_of(dtype)
-    ids = np.empty(_plain(shape), PAIR if kind == "c" else ID, order)
-    ids[...] = cast(g, given, kind, "unsafe")
-    return wrap(g, ids, kind)
+    return filled(np.empty(_plain(shape), np.int8, order), given, kind)
 
 
 def spaced(start, stop, num=50, endpoint=True, retstep=False, dtype=None, axis=0):

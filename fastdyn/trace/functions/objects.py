@@ -39,7 +39,7 @@ def is_object(value):
 
 
 def wrapped(value) -> Any:
-    """What a library made of plain values, with stand-ins of its objects."""
+    """The result of a call of a library with plain values, with stand-ins for its objects."""
     return _stand_in(value) if is_object(value) else fresh(value)
 
 

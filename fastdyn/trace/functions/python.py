@@ -12,8 +12,9 @@ import numpy as np
 
 from ...operations import NAMES, OPERATIONS
 from ...operations.value import Value
-from ..symbols.arithmetic import call, choose, to_whole
+from ..symbols.arithmetic import as_numbers, call, choose, to_whole
 from ..symbols.constants import Constants
+from ..symbols.formulas import hypotenuse
 from ..symbols.lift import joint, number, symbol
 from ..symbols.lookup import look_up
 from ..symbols.masks import Masked
@@ -62,13 +63,7 @@ class Float(metaclass=_PlainType):
             return float(value)
         if value.many or value.kind == "c":
             raise TypeError("only length-1 arrays can be converted to Python scalars")
-        return Symbol(value.g, as_float(value), "f", True)
-
-
-def as_float(s):
-    """The ids of a real symbol, truth values as 1.0 and 0.0."""
-    g = s.g
-    return s.ids if s.kind != "b" else g.map("select", s.ids, g.const(1.0).key, g.const(0.0).key)
+        return Symbol(value.g, as_numbers(value.g, value), "f", True)
 
 
 class Int(metaclass=_PlainType):
@@ -282,8 +277,6 @@ def _of_math(name, plain):
 def _hypot(*values):
     if not is_symbolic(values):
         return math.hypot(*values)
-    from ..symbols.formulas import hypotenuse
-
     g = graph_of(*values)
     return Symbol(g, hypotenuse(g, *[Float(symbol(g, v)).ids for v in values]), "f", True)
 

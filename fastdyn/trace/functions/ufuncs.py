@@ -13,18 +13,18 @@ from ..symbols.arithmetic import (
     LOGICAL,
     ON_SYMBOLS,
     SAME,
+    as_numbers,
     as_truth,
     call,
     stored,
     truth,
-    where,
 )
+from ..symbols.arithmetic import where as selected
 from ..symbols.lift import joint, symbol
 from ..symbols.masks import Masked
 from ..symbols.symbol import HANDLERS, Symbol, constant, graph_of, refuse
 
 DTYPES = {None, float, complex, np.float64, np.complex128, np.dtype(float), np.dtype(complex)}
-DIVMOD = {np.divmod}
 EXTREMES = {"maximum": "top", "minimum": "low"}
 START = {"multiply": 1.0, "logical_and": True, "logical_or": False}
 
@@ -46,7 +46,7 @@ def call_ufunc(ufunc, method, args, kwargs):
         else:
             result = elementwise(ufunc, *args)
         if chosen is not True:
-            result = where(chosen, result, 0.0 if out is None else out[0])
+            result = selected(chosen, result, 0.0 if out is None else out[0])
     elif method == "reduce":
         result = reduced(ufunc.__name__, args[0], *args[1:], where=chosen, **kwargs)
     elif method == "accumulate":
@@ -113,17 +113,11 @@ def reduced(name: str, array, axis: Any = 0, dtype=None, out=None, keepdims=Fals
     if where is not True and where is not np._NoValue:
         if name not in ("add", "multiply", *LOGICAL):
             refuse(f"np.{name}.reduce of chosen elements")
-        a = symbol(g, _chosen(where, a, START.get(name, 0.0)))
+        a = symbol(g, selected(where, a, START.get(name, 0.0)))
     found = _reduced(g, name, a, axis, keepdims)
     if initial is not None:
         found = call(name, found, initial)
     return stored(found, out)
-
-
-def _chosen(mask, a, neutral):
-    from ..symbols.arithmetic import where as choose
-
-    return choose(mask, a, neutral)
 
 
 def _reduced(g, name, a, axis, keepdims):
@@ -131,7 +125,7 @@ def _reduced(g, name, a, axis, keepdims):
         kind = "i" if a.kind in "bi" else a.kind
         if a.kind == "c":
             return joint(*[_reduced(g, name, a.part(i), axis, keepdims) for i in (0, 1)])
-        return Symbol(g, g.reduce("sum", _numbers(g, a), axis, keepdims), kind)
+        return Symbol(g, g.reduce("sum", as_numbers(g, a), axis, keepdims), kind)
     if name in EXTREMES and a.kind in "if":
         return Symbol(g, g.reduce(EXTREMES[name], a.ids, axis, keepdims), a.kind)
     if name in ("logical_and", "logical_or") or (name in EXTREMES and a.kind == "b"):
@@ -140,12 +134,6 @@ def _reduced(g, name, a, axis, keepdims):
     if name in ("multiply", "fmax", "fmin", "hypot", "logical_xor", "logaddexp") or a.kind != "b":
         return _halved(name, a, axis, keepdims)
     return refuse(f"np.{name}.reduce of truth values")
-
-
-def _numbers(g, a):
-    if a.kind != "b":
-        return a.ids
-    return g.map("select", a.ids, g.const(1.0).key, g.const(0.0).key)
 
 
 def _of_truths(g, ids, every, axis, keepdims):

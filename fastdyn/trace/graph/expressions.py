@@ -42,11 +42,9 @@ class Graph:
     def __init__(self):
         self._known, self.nodes, self.next = {}, {}, 0  # nodes by key; the next free key
         self.values, self.tables = Values(), {}
-        self.batches: Any = None  # the Table of long arrays, see `trace.batches`
+        self.batches: Any = None  # the graph itself if its long arrays are rows
         self.kept, self.islands = {}, {}  # values kept for later runs; Islands by slot
         self.most = MAX_NODES
-        self.bounds: dict = {}  # upper bounds of whole numbers, see `domains.bound`
-        self.largest_whole = LARGEST_WHOLE
         self.varying: set[int] = set()  # slots whose values differ between trajectories
         self.true, self.false = self.make("const", (), True), self.make("const", (), False)
 
@@ -102,21 +100,12 @@ class Graph:
             return self.true if value else self.false
         return self.make("const", (), float(value))
 
-    def table(self, array):
-        """Store a table, of constants or of the slots of an array; return the table's name."""
-        slots = [getattr(getattr(v, "node", None), "data", None) for v in np.asarray(array).flat]
-        whole = range(slots[0], slots[0] + len(slots)) if isinstance(slots[0], int) else ()
-        if list(whole) == slots and array[0].node.op == "par" and self.is_array(whole):
-            name, content = f"{whole}", whole
-        else:
-            content = np.ascontiguousarray(array, dtype=float)
-            name = hashlib.sha256(content.tobytes()).hexdigest()[:24]
+    def table(self, numbers):
+        """Store a table of constants; return the table's name."""
+        content = np.ascontiguousarray(numbers, dtype=float)
+        name = hashlib.sha256(content.tobytes()).hexdigest()[:24]
         self.tables[name] = content
         return name
-
-    def is_array(self, slots):
-        """Whether these slots are all slots of one array."""
-        return False
 
     def call(self, name, *args, data=None):
         """An operation of `OPERATIONS`, simplified."""
@@ -276,3 +265,15 @@ def live(outputs):
             found[node.key] = node
             todo += node.args
     return [found[key] for key in sorted(found)]
+
+
+def alternatives(condition):
+    """The conditions of a disjunction; the condition itself if it is no disjunction."""
+    found, todo = {}, [condition]
+    while todo:
+        each = todo.pop()
+        if each.op == "or":
+            todo += each.args
+        else:
+            found[each.key] = each
+    return list(found.values())

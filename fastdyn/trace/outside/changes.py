@@ -11,7 +11,7 @@ IGNORED = "__warningregistry__"  # Python notes here the warnings that were show
 
 
 def content(thing):
-    """What a run may change in the copy of an object, in a form that `changed` compares."""
+    """The changeable parts of the copy of an object, in a form that `changed` compares."""
     if type(thing) is Symbol:
         return thing.ids.copy()
     if isinstance(thing, np.ndarray):

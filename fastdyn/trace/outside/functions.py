@@ -180,7 +180,7 @@ def _plain(value):
 
 
 class _Facts(NamedTuple):
-    """What code asks for: see the fields of the same names in `Reads`, and `Functions.copy`."""
+    """The requests of a piece of code: see the equal names in `Reads`, and `Functions.copy`."""
 
     identities: bool
     truths: bool

@@ -90,7 +90,7 @@ class Outside:
     # -- wrapping
 
     def wrap(self, value: Any, row=None) -> Any:
-        """What a traced function gets for a value from outside.
+        """The stand-in that a traced function gets for a value from outside.
 
         Parameters
         ----------

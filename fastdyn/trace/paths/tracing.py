@@ -35,10 +35,6 @@ class Tracing(Rows):
         """Restrict the code to the current value of a node that parameters determine."""
         self.reads.assume(node)
 
-    def is_array(self, slots):
-        group = self.reads.groups[self.reads.group(slots[0])]
-        return group.first == slots[0] and group.shape == (len(slots),)
-
     def table_name(self, ids):
         """The name of a table of numbers; None if they are no constants, nor parts of one array."""
         known = self.known(ids)

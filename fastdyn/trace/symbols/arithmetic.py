@@ -91,7 +91,7 @@ def _real(g, name, given) -> Any:
     if name in ("equal", "not_equal") and all(s.kind == "b" for s in given):
         differ = _logical(g, "logical_xor", given, python)
         return differ if name == "not_equal" else _logical(g, "logical_not", [differ], python)
-    ids = [_as_numbers(g, s) for s in given]
+    ids = [as_numbers(g, s) for s in given]
     if name in FORMULAS:
         found = FORMULAS[name](g, *ids)
     elif name in ON_SYMBOLS:
@@ -116,7 +116,7 @@ def _number(g, ids, s):
     return s if s.kind != "b" else Symbol(g, ids, "i", s.py)
 
 
-def _as_numbers(g, s):
+def as_numbers(g, s):
     """The ids of a symbol, truth values as 1.0 and 0.0."""
     if s.kind != "b":
         return s.ids
@@ -211,7 +211,7 @@ def to_whole(s, how="trunc", python=True):
     """A number, or an array, as whole numbers; beyond 2**31 the call is left to Python."""
     g = s.g
     if s.kind in "bi":
-        return Symbol(g, _as_numbers(g, s), "i", s.py)
+        return Symbol(g, as_numbers(g, s), "i", s.py)
     ids = g.map(how, s.ids)
     size = g.map("abs", ids)
     if not s.many and g.in_handler():
@@ -341,7 +341,7 @@ def where(condition, a, b) -> Any:
         parts = [where(condition, a.part(i), b.part(i)) for i in (0, 1)]
         return joint(*parts)
     kind = "f" if "f" in (a.kind, b.kind) else "i"
-    found = g.map("select", ids, _as_numbers(g, a), _as_numbers(g, b))
+    found = g.map("select", ids, as_numbers(g, a), as_numbers(g, b))
     return Symbol(g, found, kind, python)
 
 
@@ -363,10 +363,10 @@ def cast(g, value, kind, casting) -> Any:
     if s.kind == "c":
         refuse("complex numbers where real ones are needed")
     if kind == "c":
-        return joint(Symbol(g, _as_numbers(g, s)), symbol(g, 0.0)).ids
+        return joint(Symbol(g, as_numbers(g, s)), symbol(g, 0.0)).ids
     if kind == "b":
         return as_truth(g, s)
-    return _as_numbers(g, s) if (kind == "f" or s.kind == "b") else to_whole(s).ids
+    return as_numbers(g, s) if (kind == "f" or s.kind == "b") else to_whole(s).ids
 
 
 def stored(result, out) -> Any:

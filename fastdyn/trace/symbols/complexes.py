@@ -9,8 +9,6 @@ from .arithmetic import call, where
 from .lift import joint
 from .symbol import HANDLERS, Symbol, constant, refuse
 
-PLAIN = {"conj": "conjugate", "true_divide": "divide", "abs": "absolute", "fabs": "absolute"}
-
 
 def _parts(z):
     return z.part(0), z.part(1)
@@ -160,7 +158,7 @@ FUNCTIONS: dict[str, Any] = {
 
 def of_complex(name: str, given) -> Any:
     """An operation on numbers and arrays, some of which are complex."""
-    function = FUNCTIONS.get(PLAIN.get(name, name))
+    function = FUNCTIONS.get(name)
     if function is None:
         refuse(f"{name} of complex numbers")
     given = [s if s.kind != "b" else s + 0.0 for s in given]

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ..graph.rows import ID
-from .arithmetic import _as_numbers, call, where
+from .arithmetic import as_numbers, call, where
 from .lift import common_kind, index, joint, symbol
 from .masks import Masked, chosen
 from .symbol import HANDLERS, Symbol, is_plain, parts_of, refuse, wrap
@@ -154,7 +154,7 @@ def look_up(rows, i, checked=False) -> Any:
 def _entry_of(g, each, i):
     """The entry of a table of numbers of Python or of NumPy; None if they are in no table."""
     kinds, python = {s.kind for s in each}, all(s.py for s in each)
-    ids = np.array([_as_numbers(g, s) for s in each], ID)
+    ids = np.array([as_numbers(g, s) for s in each], ID)
     name = g.table_name(ids)
     if name is None:
         return None

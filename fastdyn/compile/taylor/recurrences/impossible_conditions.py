@@ -6,18 +6,14 @@ too, such a condition never holds: a square, or a sum of squares, is at least ze
 no comparison with NaN is true.
 """
 
+from fastdyn.trace.graph.expressions import alternatives
+
 
 def possible(graph, condition):
     """The condition without those terms of its disjunctions that never hold."""
-    alternatives, todo = {}, [condition]
-    while todo:
-        one = todo.pop()
-        if one.op == "or":
-            todo += one.args
-        else:
-            alternatives[one.key] = one
-    left = [one for _, one in sorted(alternatives.items()) if not _never_holds(one)]
-    if len(left) == len(alternatives):
+    every = sorted(alternatives(condition), key=lambda one: one.key)
+    left = [one for one in every if not _never_holds(one)]
+    if len(left) == len(every):
         return condition
     found = graph.false
     for one in left:
