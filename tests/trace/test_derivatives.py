@@ -4,7 +4,6 @@ What constants of a formula are rounded to (log 2, 1 / b) leaves a few units of 
 """
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -212,13 +211,12 @@ def test_the_pattern_is_that_of_the_equations():
     assert {node.data for node in time_derivative(found.graph, found.outputs)} == {0.0}
 
 
-def test_large_graphs_take_bounded_time():
+def test_large_graphs_have_as_many_nodes_as_terms():
     """Forty bodies: 14 520 entries; a hundred have too many, and are refused."""
     found = traced(bodies, 240)
-    begin = time.perf_counter()
     whole = jacobian(found.graph, found.outputs, 240)
     assert len(whole.nodes) == 120 + 120**2
-    assert time.perf_counter() - begin < 30
+    assert len(found.graph.nodes) < 6 * 120**2
     with pytest.raises(Untraceable, match="too many operations"):
         mean = traced(lambda t, y: y * np.sin(y).sum(), 400)
         jacobian(mean.graph, mean.outputs, 400)

@@ -12,9 +12,10 @@ from fastdyn import code_store
 from fastdyn.trace.graph.refusal import LATEST, NotYet, Refusal, Untraceable, refused_as
 from fastdyn.trace.islands import Address
 from fastdyn.trace.paths.places import line_of_refusal, line_of_write
-from fastdyn.trace.paths.runs import STATE, trace
+from fastdyn.trace.paths.runs import trace
 from fastdyn.trace.reads.program import reader
 from fastdyn.trace.reads.reads import flat
+from fastdyn.trace.symbols.symbol import STATE
 
 from .. import background, memory
 from ..callables import code_of

@@ -87,6 +87,7 @@ class Rows(Owners, Graph):
     def __init__(self, n=0, few=math.inf):
         super().__init__()
         self.few, self.rows, self._firsts, self._arrays = few, [], [], []
+        self._of_arrays: dict = {}
         self.state = self.row("y", (n,))
 
     # -- rows and nodes
@@ -142,11 +143,23 @@ class Rows(Owners, Graph):
                     return row.first + data - row.data.start
         return super().key_of(op, data)
 
-    def array(self, slots, shape):
-        """The ids of an array of parameters."""
-        row = self.row("par", shape, (), slots, varies=any(s in slots for s in self.varying))
-        self._arrays.append(row)
-        return self.ids(row)
+    def array(self, slots, like):
+        """The read-only ids of an array of parameters, which lie in memory as `like` does.
+
+        All paths of a trace share the ids, as their cost for a long table would be that of a solve.
+        """
+        place = slots, like.shape, like.strides, like.dtype == complex
+        found = self._of_arrays.get(place)
+        if found is None:
+            varies = any(s in slots for s in self.varying)
+            row = self.row("par", (len(slots),), (), slots, varies=varies)
+            self._arrays.append(row)
+            ids = self.ids(row)
+            found = np.empty_like(like, PAIR if like.dtype == complex else ID, subok=False)
+            found[...] = ids.view(found.dtype).reshape(like.shape)
+            found.flags.writeable = False
+            self._of_arrays[place] = found
+        return found
 
     def constants(self, array):
         """The ids of an array of constants, which lie in memory as the array does."""

@@ -4,16 +4,12 @@ import types
 
 import numpy as np
 
-from ..symbols.symbol import Symbol
-
 PLAIN = (bool, int, float, complex, str, bytes)
 IGNORED = "__warningregistry__"  # Python notes here the warnings that were shown
 
 
 def content(thing):
     """The changeable parts of the copy of an object, in a form that `changed` compares."""
-    if type(thing) is Symbol:
-        return thing.ids.copy()
     if isinstance(thing, np.ndarray):
         return np.array(thing)
     if isinstance(thing, types.CellType):
@@ -36,7 +32,7 @@ def content(thing):
 def changed(thing, before):
     """Whether the copy of an object differs from its `content` before the run."""
     if isinstance(before, np.ndarray):
-        now = thing.ids if type(thing) is Symbol else np.asarray(thing)
+        now = np.asarray(thing)
         return not np.array_equal(now, before, equal_nan=now.dtype.kind in "fc")
     now = content(thing)
     if isinstance(now, set):

@@ -6,7 +6,6 @@ slots of parameters.
 
 import numpy as np
 
-from ..graph.rows import ID, PAIR
 from ..reads.program import real_numbers
 from ..symbols.constants import Constants
 from ..symbols.lift import symbol
@@ -26,7 +25,8 @@ def number(graph, slot, value):
 def items(graph, slots, like):
     """The symbols of consecutive slots, as numbers of the type of the number `like`."""
     kind, python = "f" if isinstance(like, float) else "i", type(like) in (int, float)
-    return [Symbol(graph, i, kind, python) for i in graph.array(slots, (len(slots),)).tolist()]
+    ids = graph.array(slots, np.empty(len(slots))).tolist()
+    return [Symbol(graph, i, kind, python) for i in ids]
 
 
 def complex_number(outside, value, row):
@@ -46,15 +46,11 @@ def array(outside, value, row):
         refuse(f"an array of {value.size} numbers", final=True, said=False)
     if value.dtype in (float, complex) and not outside.fixed(row) and value.size:
         if value.dtype == float:
-            flat = g.array(reads.parameters(row, value), (value.size,))
-        else:
-            strides = value.strides if value.ndim > 1 else None
-            reads.expect(row, "array", (value.dtype, value.shape, strides))
-            slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(value))
-            flat = g.array(slots, (2 * value.size,)).view(PAIR)
-        ids = np.empty_like(value, ID if value.dtype == float else PAIR)
-        ids[...] = flat.reshape(value.shape)
-        return Symbol(g, ids, "f" if value.dtype == float else "c")
+            return Symbol(g, g.array(reads.parameters(row, value), value))
+        strides = value.strides if value.ndim > 1 else None
+        reads.expect(row, "array", (value.dtype, value.shape, strides))
+        slots = reads.parameters(reads.step(row, "real numbers"), real_numbers(value))
+        return Symbol(g, g.array(slots, value), "c")
     reads.expect(row, "content", value.copy())
     if value.dtype in (float, complex):
         return symbol(g, value)

@@ -24,7 +24,7 @@ from ..functions.stand_ins import IMPURE, PURE, Forbidden, Quiet, root_of, stand
 from ..graph.expressions import LARGEST_WHOLE
 from ..reads.program import OF_LIBRARIES
 from ..reads.reads import MAX_ARRAY, STABLE
-from ..symbols.symbol import refuse
+from ..symbols.symbol import AN_ARRAY, Symbol, refuse
 from . import numbers, objects
 from .changes import changed, content
 from .functions import Functions
@@ -149,7 +149,8 @@ class Outside:
             reads.expect(row, "same", value)
             return stand_in
         if kind is np.ndarray:
-            return self.keep(value, numbers.array(self, value, row), row, "an array")
+            new = numbers.array(self, value, row)
+            return self.keep(value, new, row, "" if type(new) is Symbol else AN_ARRAY)
         thing = object_of(self, value, row)
         if thing is not None:
             return thing

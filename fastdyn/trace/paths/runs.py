@@ -18,12 +18,10 @@ from ..reads.reads import Reads
 from ..symbols.arithmetic import cast
 from ..symbols.lift import symbol
 from ..symbols.masks import Masked
-from ..symbols.symbol import NOW, Symbol
+from ..symbols.symbol import AN_ARRAY, NOW, Symbol
 from .tracing import Tracing
 
 MAX_PATHS = 256  # of eight branches that do not depend on each other
-STATE = "the state that it is given"
-IN_PLACE = {STATE, "an array"}  # objects that machine code can write to
 
 
 class Leaf(NamedTuple):
@@ -146,8 +144,6 @@ def _run(g, script, outside, fun, args, states, shape):
         if type(result) is Masked:
             raise Refusal("it returns a selection by a mask")
         results = states.results(result, shape)
-        if states.written(y):
-            written.append(STATE)
     except Refusal as reason:
         if not outside.writes() or reason.flags["effect"]:
             raise reason.untraceable() from None
@@ -167,7 +163,7 @@ def _run(g, script, outside, fun, args, states, shape):
     if LATEST.refusal:
         raise LATEST.refusal.untraceable()
     if written:
-        effect = not IN_PLACE.issuperset(written)
+        effect = {*written} != {AN_ARRAY}  # machine code can write to an array
         raise Untraceable(f"it changes {written[0]}", final=True, effect=effect, writes=not effect)
     if len(g.taken) < len(script):
         raise Untraceable("it does not decide the same at the same point")
@@ -191,15 +187,12 @@ class States:
 
     def __init__(self, g, zeros, complex_state):
         self.g, self.complex_state = g, complex_state
-        self.ids = np.append(g.ids(g.state), np.full(zeros, g.const(0.0).key, ID))
+        g.given = np.append(g.ids(g.state), np.full(zeros, g.const(0.0).key, ID))
+        g.given.flags.writeable = False
 
     def start(self):
-        ids = self.ids.copy()
+        ids = self.g.given
         return Symbol(self.g, ids.view(PAIR), "c") if self.complex_state else Symbol(self.g, ids)
-
-    def written(self, y):
-        now = np.ascontiguousarray(y.ids).view(ID).reshape(-1)
-        return now.size != self.ids.size or bool((now != self.ids).any())
 
     def results(self, result, shape):
         """The ids of a result."""

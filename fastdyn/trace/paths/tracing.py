@@ -40,13 +40,18 @@ class Tracing(Rows):
         known = self.known(ids)
         if known is not None:
             return self.constant_table(np.asarray(known, float))
-        row = self._row_with(ids) if ids.size else None
+        row = self.row_at(int(ids[0])) if ids.size else None
         if row is None or row.op != "par":
             return None
-        steps = np.diff(ids) if ids.size > 1 else np.ones(1, int)
-        if steps[0] <= 0 or (steps != steps[0]).any():
+        step = int(ids[1]) - int(ids[0]) if ids.size > 1 else 1
+        last = int(ids[0]) + step * (ids.size - 1)
+        if step <= 0 or last >= row.first + row.size:
             return None
-        first, step = row.data.start + int(ids[0]) - row.first, int(steps[0])
+        owner = ids if ids.base is None else ids.base
+        from_outside = owner.flags.c_contiguous and not owner.flags.writeable  # equal steps
+        if not from_outside and (ids != np.arange(ids[0], last + 1, step)).any():
+            return None
+        first = row.data.start + int(ids[0]) - row.first
         return self.table_of_slots(range(first, first + step * ids.size, step))
 
     def constant_table(self, numbers):

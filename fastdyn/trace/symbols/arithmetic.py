@@ -382,7 +382,7 @@ def stored(result, out) -> Any:
     if found.many and shape != out.ids.shape:
         if np.broadcast_shapes(shape, out.ids.shape) != out.ids.shape:
             raise ValueError("non-broadcastable output operand")
-    out.ids[...] = cast(out.g, found, out.kind, "same_kind")
+    out.put(..., cast(out.g, found, out.kind, "same_kind"))
     return out
 
 

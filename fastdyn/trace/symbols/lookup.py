@@ -192,7 +192,7 @@ def store(array, key, value):
         if key.many and key.ids.shape != array.ids.shape:
             refuse("a mask of the state of another shape than the array")
         given = where(key, chosen(key, value), array.copy())
-        array.ids[...] = HANDLERS["cast"](array.g, given, array.kind, "unsafe")
+        array.put(..., HANDLERS["cast"](array.g, given, array.kind, "unsafe"))
         return
     keys = key if isinstance(key, tuple) else (key,)
     if any(type(k) is Symbol and (k.many or k.kind == "b") for k in keys):

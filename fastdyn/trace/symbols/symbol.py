@@ -14,6 +14,7 @@ DTYPES = {kind: np.dtype(of) for kind, of in zip("bifc", (bool, int, float, comp
 PYTHON = dict(zip("bifc", (bool, int, float, complex), strict=True))
 NUMPY: Any = dict(zip("bifc", (np.bool_, np.int64, np.float64, np.complex128), strict=True))
 MAX_INDEX = 8  # a symbol as a plain index gets paths for 0, ..., MAX_INDEX - 1 and -1
+STATE, AN_ARRAY = "the state that it is given", "an array"  # if a function changes them
 HANDLERS: dict[str, Callable] = {}  # NumPy's calls and operators, registered by other files
 
 
@@ -242,7 +243,14 @@ class Symbol:
             raise TypeError(f"'{self._name}' object does not support item assignment")
         if not is_plain(key):
             return HANDLERS["store"](self, key, value)
-        self.ids[key] = HANDLERS["cast"](self.g, value, self.kind, "unsafe")
+        self.put(key, HANDLERS["cast"](self.g, value, self.kind, "unsafe"))
+
+    def put(self, key, ids):
+        """Store ids in the array, which must not be from outside."""
+        if not self.ids.flags.writeable:
+            of_state = np.may_share_memory(self.ids, self.g.given)
+            refuse(f"it changes {STATE if of_state else AN_ARRAY}", final=True, writes=True)
+        self.ids[key] = ids
 
     def item(self, *at):
         if not self.many:

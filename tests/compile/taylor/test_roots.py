@@ -1,7 +1,6 @@
 """Roots of what comes to zero: emptied tanks, starts at zero, ways through it."""
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -135,8 +134,7 @@ def stuck(t, y):
 
 @pytest.mark.parametrize("method", ["auto", "Taylor"])
 def test_sliding_is_noticed(method):
-    began = time.perf_counter()
     run = solve_ivp(stuck, (0, 100), [1.7, 0], method, rtol=1e-6, atol=1e-9)
-    assert time.perf_counter() - began < 30
+    assert run.nfev < 50_000
     if method == "Taylor":
-        assert run.status == -1 and "Required step size" in run.message and run.nfev < 50_000
+        assert run.status == -1 and "Required step size" in run.message
