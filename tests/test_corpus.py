@@ -1,11 +1,7 @@
 """Cases of the corpus have SciPy's answer over their whole span.
 
-Forty are drawn once by a seed: eight of these are in each run, the others are hunts.  All cases:
-
-    python -m pytest -m "" --whole-corpus tests/test_corpus.py
+Eight are in each run, the others are hunts.
 """
-
-import random
 
 import pytest
 import scipy.integrate
@@ -14,20 +10,11 @@ import fastdyn
 from bench.corpus import agreement, load
 
 CASES = load()
-SEED, DRAWN = 2, 40
 LOOSEST = 0.01  # where rounding alone does more, the case tells nothing
 
 
-def pytest_generate_tests(metafunc):
-    """The cases of `test_answer`."""
-    if "name" in metafunc.fixturenames:
-        names = [name for name, case in CASES.items() if not case.random]
-        if not metafunc.config.getoption("--whole-corpus"):
-            names = random.Random(SEED).sample(names, DRAWN)
-        metafunc.parametrize("name", names)
-
-
 @pytest.mark.few(8)
+@pytest.mark.parametrize("name", [name for name, case in CASES.items() if not case.random])
 @pytest.mark.usefixtures("no_wrong_code")
 def test_answer(name):
     """State and status at the end, and for explicit methods the evaluations."""

@@ -78,9 +78,22 @@ def with_a_condition(t, y):
     return [np.where(v * w > 0.2, v - w, np.sqrt(4.0 + v * v * abs(w))) for v, w in pairs]
 
 
+EDGES = np.triu(np.random.default_rng(1).random((20, 20)) < 0.2, 1)
+NEIGHBOURS = [np.flatnonzero(among).tolist() for among in EDGES | EDGES.T]
+
+
+def consensus(t, y):
+    """Sums of few to many terms: some are rows, others single nodes, in no order."""
+    d = np.zeros(20)
+    for i, others in enumerate(NEIGHBOURS):
+        for j in others:
+            d[i] += np.tanh(y[j] - y[i])
+    return d
+
+
 BY_COMPONENTS = [
     (oscillators, 32), (cable, 200), (of_pairs, 64), (reactions, 80), (among_arrays, 160),
-    (with_a_condition, 400),
+    (with_a_condition, 400), (consensus, 20),
 ]  # fmt: skip
 
 

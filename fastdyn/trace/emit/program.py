@@ -13,9 +13,11 @@ import numpy as np
 from ...operations import OPERATIONS
 from ..graph.clock import EVERY, look
 from ..graph.expressions import Node, alternatives
+from ..graph.refusal import Refusal
 from ..graph.rows import ID, Owners, Row
 
 FEWEST_CALLS, FEWEST_NODES = 64, 400  # fewer are faster as straight-line code than in loops
+MOST_SINGLY = 2000  # numbers of a copy that are computed one by one
 FEWEST = 8  # nodes of one form become a row, and so many nodes that one operand reads are packed
 COMMUTE = frozenset(("add", "mul", "eq", "and", "or"))
 
@@ -122,11 +124,11 @@ class Program(Owners):
     def ids(self, row):
         return np.arange(row.first, row.first + row.size, dtype=ID)
 
-    def _replace(self, row, args):
-        if any(new is not old for new, old in zip(args, row.args, strict=True)):
+    def _replace(self, row, args, op=""):
+        if op or any(new is not old for new, old in zip(args, row.args, strict=True)):
             k = bisect_right(self.rows, row.first, key=lambda row: row.first) - 1
             self.rows[k] = Row(
-                row.op, tuple(args), row.data, row.shape, row.first, row.truth, row.varies
+                op or row.op, tuple(args), row.data, row.shape, row.first, row.truth, row.varies
             )
 
     def _in_memory(self, ids):
@@ -140,16 +142,22 @@ class Program(Owners):
     def gather(self, first, ids):
         """Copy the numbers that an operand of a row reads into one new row, which has an order.
 
-        Without a row, the results become a row.
+        Without a row, the results become a row.  A copy of a few numbers of many rows stays without
+        order: it takes the numbers one by one.
         """
         truth = self.is_truth(self.node(int(ids[0])))
         if first is None:
             self.outputs = self.ids(self.new("copy", (ids,), None, ids.size, truth))
         else:
-            every, place = np.unique(ids, return_inverse=True)
-            copy = self.new("copy", (self._packed(every),), None, every.size, truth)
-            row, found = self.row_at(first), self.ids(copy)[place]
-            self._replace(row, [found if a is ids else a for a in row.args])
+            row, (every, place) = self.row_at(first), np.unique(ids, return_inverse=True)
+            packed = self._packed(every)
+            if row.op == "copy" and packed is every and np.array_equal(every, ids):
+                if ids.size > MOST_SINGLY:
+                    raise Refusal("its arrays have too many edges", said=False)
+                self._replace(row, [ids], "pack")
+            else:
+                found = self.ids(self.new("copy", (packed,), None, every.size, truth))[place]
+                self._replace(row, [found if a is ids else a for a in row.args])
         self._find([self.raising])
 
     def _packed(self, ids):
