@@ -18,7 +18,6 @@ from .fingerprint import Constant, Unknown, frozen
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
 FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
 KINDS = {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}  # of NumPy's dtypes
-CODES = {FLOAT: "d", INT: "q"}  # of `struct`
 
 
 def parameter_type(value):

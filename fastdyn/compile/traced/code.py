@@ -15,7 +15,7 @@ from fastdyn.trace.graph.refusal import Refusal, refused_as
 from fastdyn.trace.switching.switches import switches
 
 from ..functions import Function
-from ..parameters import FLOAT, INT, n_words
+from ..parameters import FLOAT, n_words
 
 # Beyond, "auto" takes a pair instead of Taylor.  Processor time of a first call by Taylor on a busy
 # core: 20 oscillators, each coupled to each, 0.8 s (1600 operations); 1000 masses on springs 1.0 s
@@ -180,7 +180,10 @@ class Traced:
 
 
 def kind_of_group(group):
-    """The parameter type of a group; arrays are passed in place, or copied."""
+    """The parameter type of a group; arrays are passed in place, or copied.
+
+    A whole number becomes a float once for each solve, not in each evaluation.
+    """
     if group.shape is not None:
         return ("array", group.dtype, len(group.shape))
-    return INT if group.whole else FLOAT
+    return FLOAT

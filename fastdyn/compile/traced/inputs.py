@@ -23,7 +23,6 @@ def array_of(reads, kinds):
     """A function of a parameter's slot: returns (array of the parameter, place in the array).
 
     The array is ("array", slots) for an element of an array, and ("block", words) for a number.
-    The function returns None for an integer.
     """
     *places, end = places_of(kinds)
 
@@ -31,7 +30,7 @@ def array_of(reads, kinds):
         i = reads.group(slot)
         group = reads.groups[i]
         if group.shape is None:
-            return None if group.whole else (("block", end), places[i])
+            return ("block", end), places[i]
         slots = range(group.first, group.first + math.prod(group.shape))
         return ("array", slots), slot - group.first
 
@@ -55,8 +54,6 @@ class Source:
         group, place = self.reads.groups[i], self._word(i)
         if group.shape is not None:
             return number_at(b, self.table(group.first), INDEX(slot - group.first))
-        if group.whole:
-            return b.sitofp(b.load(place), REAL)
         return b.load(b.bitcast(place, REAL.as_pointer()))
 
     def table(self, slot):

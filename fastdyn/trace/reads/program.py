@@ -201,7 +201,7 @@ class _Writer:
         form, words, lines = "=", [], []
         for group, value in zip(self.reads.groups, self.values, strict=True):
             if group.shape is None:
-                form += "q" if group.whole else "d"
+                form += "d"
                 words.append(value)
             else:
                 form += "q" * (1 + len(group.shape))
