@@ -1,31 +1,29 @@
 """The background thread, which makes code that no solve waits for.
 
-The thread ends when its queue is empty.  While functions run in Python, the thread alternates short
-work with long rests: compiled code that calls Python gives up the interpreter lock at each call,
-and would otherwise wait a switch interval for the lock.  The thread never keeps the interpreter
-from exiting.  A fork waits until the thread has stopped.
+The thread ends when its queue is empty.  Compiled code that calls Python gives up the interpreter
+lock at each call, and then waits a switch interval for the lock: the interval is short while the
+thread runs.  The thread never keeps the interpreter from exiting.  A fork waits until the thread has
+stopped.
 """
 
 import atexit
 import contextlib
 import contextvars
-import functools
+import ctypes
 import gc
 import os
 import sys
 import threading
-import time
 from collections import deque
-from time import perf_counter
 from typing import Any
 
 from fastdyn.code_store import quiet
 from fastdyn.trace.graph.clock import CLOCK
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
-WORK, REST = 0.001, 5.0  # seconds of work before a rest; ratio of a rest to the work before it
-EVENTS = 100  # calls in Python between two looks at the clock
-LONGEST = 0.5  # most seconds of work that count for the length of a rest
+# Seconds for which a function in Python waits for the thread.  6000 calls while Numba compiled took
+# 0.7 s with 1e-4 and 0.8 s with 1e-5, of which 0.3 s in the function.
+SWITCH = 1e-4
 AT_EXIT, AT_FORK = 1.0, 60.0  # seconds to wait for the thread
 MOST_IDLE = 8  # most idle tasks in the queue
 
@@ -34,15 +32,10 @@ _jobs: deque = deque()
 
 
 class _State:
-    """The state of the thread.
-
-    `thread` is None if the queue is empty.  `busy` counts the functions that run in Python now.
-    """
+    """The state of the thread; `thread` is None if the queue is empty."""
 
     thread: threading.Thread | None = None
-    busy = 0
-    stop = exits = False
-    worked, calls = 0.0, 0
+    stop = False
 
 
 _state = _State()
@@ -56,7 +49,7 @@ class Job:
 
     def __init__(self, make, idle=False):
         self.make, self._context, self.idle = make, contextvars.copy_context(), idle
-        self.waiting, self._done = 0, threading.Event()
+        self._done = threading.Event()
         with _lock:
             _jobs.insert(len(_jobs) - (0 if idle else _n_idle()), self)
             _start()
@@ -84,13 +77,7 @@ class Job:
 
     def wait(self, seconds):
         """Wait at most `seconds`; return whether the task is done."""
-        if seconds <= 0 or self._done.is_set():
-            return self._done.is_set()
-        self.waiting += 1
-        try:
-            return self._done.wait(seconds)
-        finally:
-            self.waiting -= 1
+        return self._done.wait(max(seconds, 0.0))
 
 
 def _n_idle():
@@ -122,12 +109,6 @@ def without_collecting():
             gc.enable()
 
 
-def give_way(one):
-    """Count a function that begins (1) or ceases (-1) to run in Python, while the thread rests."""
-    with _lock:
-        _state.busy += one
-
-
 def finish(seconds=120.0):
     """Wait until the queue is empty."""
     thread = _state.thread
@@ -143,11 +124,14 @@ def _start():
 
 def _work():
     quiet.behind()
-    CLOCK.check, _state.worked = _look, perf_counter()
+    CLOCK.check = _look
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(min(SWITCH, interval))
     while True:
         with _lock:
             if not _jobs or _state.stop:
                 _state.thread = None
+                sys.setswitchinterval(interval)
                 return
             job = _jobs[0]
         done = job.run()
@@ -157,61 +141,9 @@ def _work():
 
 
 def _look():
-    """Rest if a function runs in Python; raise OutOfTime if the thread must stop."""
+    """Raise OutOfTime if the thread must stop."""
     if _state.stop:
         raise OutOfTime
-    _rest()
-
-
-def _must_rest():
-    waited_for = bool(_jobs) and _jobs[0].waiting
-    return _state.busy and not waited_for
-
-
-def _rest():
-    worked = perf_counter() - _state.worked
-    if worked < WORK:
-        return
-    if _must_rest() and not _state.stop:
-        time.sleep(REST * min(worked, LONGEST))
-    _state.worked = perf_counter()
-
-
-def watch_numba():
-    """Let the thread also rest within a compilation by Numba: checked at passes and at calls."""
-    _watch_calls()
-    _listen()
-
-
-@functools.cache
-def _listen():
-    import numba  # noqa: F401  # waits for another thread's import; importing a submodule does not
-    from numba.core import event
-
-    class Listener(event.Listener):
-        def on_start(self, event):
-            _watch_calls()
-
-        def on_end(self, event):
-            pass
-
-    event.register("numba:run_pass", Listener())
-
-
-def _watch_calls():
-    """While the thread must rest, check the clock every EVENTS calls; a call then costs double."""
-    if is_here() and _must_rest():
-        sys.setprofile(_on_call)
-
-
-def _on_call(frame, what, argument):
-    _state.calls += 1
-    if _state.calls % EVENTS == 0:
-        if _state.exits:
-            raise SystemExit
-        _rest()
-        if not _must_rest():
-            sys.setprofile(None)
 
 
 def _stopped(seconds):
@@ -222,8 +154,10 @@ def _stopped(seconds):
 
 
 def _at_exit():
-    _state.exits = True
-    give_way(1)
+    thread, _state.stop = _state.thread, True
+    if thread is not None:  # Numba looks at no clock
+        raised = ctypes.c_ulong(thread.ident), ctypes.py_object(SystemExit)
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(*raised)
     _stopped(AT_EXIT)
 
 
@@ -240,7 +174,7 @@ def _in_child():
     for job in _jobs:
         job.end()
     _jobs.clear()
-    _state.thread, _state.stop, _state.busy = None, False, 0
+    _state.thread, _state.stop = None, False
 
 
 atexit.register(_at_exit)

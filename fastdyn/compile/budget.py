@@ -122,20 +122,16 @@ def _against(end, make):
 
 def not_here():
     """Raise NotYet if a clock runs: Numba, which is called next, does not look at clocks."""
-    if background.is_here():
-        background.watch_numba()
-    elif CLOCK.check is not None:
+    if CLOCK.check is not None and not background.is_here():
         raise NotYet("Numba compiles it in another thread")
 
 
 @contextlib.contextmanager
 def in_python(accounts):
-    """The context of a kernel that calls functions in Python; the background thread rests."""
+    """The context of a kernel that calls functions in Python."""
     begin = perf_counter()
-    background.give_way(1)
     try:
         yield
     finally:
-        background.give_way(-1)
         for account in accounts:
             account.in_python += perf_counter() - begin

@@ -108,9 +108,7 @@ def _make(spent, name, function, n):
     """Make an inlined kernel: by LLVM, or by Numba if solves have spent FOR_NUMBA."""
     before, spent.after = spent.after, math.inf
     try:
-        if before >= FOR_NUMBA:
-            background.watch_numba()
-        elif kernel_without_function(name, n) is None:
+        if before < FOR_NUMBA and kernel_without_function(name, n) is None:
             spent.after = FOR_NUMBA
             return
         inlined_kernel(name, function, n)

@@ -9,7 +9,6 @@ import sys
 import textwrap
 import threading
 import time
-import types
 import warnings
 
 import numpy as np
@@ -120,25 +119,12 @@ def test_ctrl_c_ends_the_waiting(monkeypatch):
     go_on.set()
 
 
-@pytest.mark.parametrize("make", [for_numba, lambda: for_tracing(2000)], ids=["Numba", "trace"])
-def test_what_is_made_behind_rests_while_functions_run_in_python(make, monkeypatch):
-    monkeypatch.setattr(budget, "SECONDS", 0.001)
-    spent, rested, run = [], [], background.Job.run
-
-    def timed(job):
-        begin = time.thread_time()
-        done = run(job)
-        spent.append(time.thread_time() - begin)
-        return done
-
-    monkeypatch.setattr(background.Job, "run", timed)
-    monkeypatch.setattr(background, "time", types.SimpleNamespace(sleep=rested.append))
-    fun = make()
-    with budget.in_python([]):
-        y0 = START if fun.__name__ == "looped" else np.ones(2000)
-        fastdyn.solve_ivp(fun, (0, 1e-3), y0)
-        background.finish()
-    assert len(spent) == 1 and sum(rested) > 2 * spent[0]
+def test_threads_take_short_turns_while_code_is_made_behind():
+    before, within = sys.getswitchinterval(), []
+    background.Job(lambda: within.append(sys.getswitchinterval()))
+    background.finish()
+    assert within == pytest.approx([background.SWITCH])
+    assert sys.getswitchinterval() == before > 10 * within[0]
 
 
 def test_the_filters_of_warnings_stay_those_of_the_user(monkeypatch):
