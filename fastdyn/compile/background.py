@@ -2,8 +2,8 @@
 
 The thread ends when its queue is empty.  Compiled code that calls Python gives up the interpreter
 lock at each call, and then waits a switch interval for the lock: the interval is short while the
-thread runs.  The thread never keeps the interpreter from exiting.  A fork waits until the thread has
-stopped.
+thread runs.  The thread never keeps the interpreter from exiting.  A fork waits until the thread
+has stopped.
 """
 
 import atexit

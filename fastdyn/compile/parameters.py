@@ -16,8 +16,8 @@ from .callables import Uncompilable
 from .fingerprint import Constant, Unknown, frozen
 
 ARRAY_DTYPES = {"f8", "f4", "i8", "i4", "b1", "c16"}
-FLOAT, INT, BOOL, COMPLEX = ("float",), ("int",), ("bool",), ("complex",)
-KINDS = {"f": FLOAT, "i": INT, "u": INT, "c": COMPLEX}  # of NumPy's dtypes
+FLOAT, INT = ("float",), ("int",)
+KINDS = {"f": FLOAT, "i": INT, "u": INT}  # of NumPy's dtypes
 
 
 def parameter_type(value):
@@ -26,7 +26,7 @@ def parameter_type(value):
     Returns
     -------
     tuple or Constant
-        FLOAT, INT, BOOL, COMPLEX, ("array", dtype, ndim), or a Constant.  Traces also have
+        FLOAT, INT, ("array", dtype, ndim), or a Constant.  Traces also have
         ("lanes", width).
 
     Raises
@@ -34,8 +34,6 @@ def parameter_type(value):
     Uncompilable
         If compiled code cannot hold the value.
     """
-    if isinstance(value, bool | np.bool_):
-        return BOOL
     if isinstance(value, np.ndarray):
         code = value.dtype.str[1:]
         if (
@@ -45,7 +43,7 @@ def parameter_type(value):
             and value.dtype.isnative
         ):
             return ("array", code, value.ndim)
-    elif type(value) in (int, float, complex) or isinstance(value, np.generic):
+    elif type(value) in (int, float) or isinstance(value, np.generic):
         kind = KINDS.get(np.asarray(value).dtype.kind)
         if kind:
             return kind
@@ -61,9 +59,7 @@ def n_words(parameter_type: Any) -> int:
         return 0
     if parameter_type[0] == "array":
         return 1 + parameter_type[2]
-    if parameter_type[0] == "lanes":
-        return parameter_type[1]
-    return 2 if parameter_type == COMPLEX else 1
+    return parameter_type[1] if parameter_type[0] == "lanes" else 1
 
 
 def pack(parameter_type, value, words, floats, at, keepalive):
@@ -86,9 +82,6 @@ def pack(parameter_type, value, words, floats, at, keepalive):
         return at + 1 + parameter_type[2]
     elif name == "lanes":
         return at + parameter_type[1]
-    elif name == "complex":
-        floats[at : at + 2] = value.real, value.imag
-        return at + 2
     else:
         words[at] = value
     return at + 1

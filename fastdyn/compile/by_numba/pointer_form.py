@@ -8,17 +8,17 @@ The form reads the parameters from the block, stores the result, and notes excep
 # pyright: reportAttributeAccessIssue=false
 
 import functools
+import itertools
 
 import numpy as np
-from llvmlite import ir
-from numba import typeof, types
-from numba.core import cgutils, errors
+from numba import types
+from numba.core import cgutils
 from numba.core.registry import cpu_target
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 from numba.np.numpy_support import from_dtype
 
 from fastdyn.kernels.calls.block import FIRST
-from fastdyn.kernels.calls.calling_convention import array_of
+from fastdyn.kernels.calls.calling_convention import values_of
 from fastdyn.kernels.calls.user_function import FORM
 from fastdyn.kernels.jit_options import OWNING, OWNING_INLINED, njit
 from fastdyn.kernels.state.elementwise import view
@@ -26,14 +26,10 @@ from fastdyn.trace.written import function_of
 
 from .. import function_convention
 from ..callables import Uncompilable
-from ..parameters import BOOL, COMPLEX, FLOAT, INT, Constant, n_words
+from ..parameters import FLOAT, Constant
 from .as_it_is import compiled, dispatcher
 
-NUMBERS = {
-    FLOAT: types.float64, INT: types.int64, BOOL: types.boolean, COMPLEX: types.complex128
-}  # fmt: skip
 ROW = types.Array(types.float64, 1, "C")
-REAL = (types.Float, types.Integer, types.Boolean)
 
 
 def signature():
@@ -47,14 +43,15 @@ def pointer_form(parts, mode, layout):
     `layout` has "t", "y" or the type of a parameter for each positional argument.
     """
     _check_convention()
-    ready = [Constant(k.token, compiled(k.value)) if isinstance(k, Constant) else k for k in layout]
-    values, inner, one_number = _arguments(ready), dispatcher(parts), mode.one_number
-
-    def body(t, y, n, block, out):
-        found = inner(*values(t, _row(y, n, True), block))
-        _store(found, _row(out, 1 if one_number else n, False))
-
-    return _guarded(body, one_number)
+    call, named = _call(layout)
+    length = 1 if mode.one_number else "n"
+    text = f"""def body(t, y, n, block, out):
+    found = parameters(block)
+    store({call}, row(out, {length}, False))
+"""
+    named |= {"inner": dispatcher(parts), "row": _row, "store": _store}
+    named["parameters"] = _parameters(layout)
+    return _guarded(function_of(text, "body", "call of a function", named), mode.one_number)
 
 
 @functools.cache
@@ -105,110 +102,50 @@ def _row(typingctx, pointer, n, readonly):
     return kind(pointer, n, readonly), lambda c, b, s, a: view(c, b, a[0], a[1])
 
 
-# -- the arguments, read from the block
+# -- the arguments, read from the block, and the result
 
 
-def _arguments(layout):
-    """An intrinsic ``values(t, y, block)``: the positional arguments of the user's function."""
+def _parameters(layout):
+    """An intrinsic ``parameters(block)``: the tuple of the parameters in the block."""
+    kinds = [_numba_type(k) for k in layout if k not in ("t", "y") and not isinstance(k, Constant)]
 
     @intrinsic
-    def values(typingctx, t, y, block):
-        whole = types.Tuple(
-            tuple([t if k == "t" else y if k == "y" else _numba_type(k) for k in layout])
-        )
+    def parameters(typingctx, block):
+        whole = types.Tuple(kinds)
 
         def codegen(context, builder, signature, args):
-            parts, at = [], FIRST
-            for kind in layout:
-                if kind == "t":
-                    parts.append(args[0])
-                elif kind == "y":
-                    parts.append(args[1])
-                    if context.enable_nrt:
-                        context.nrt.incref(builder, y, args[1])  # the tuple owns y, too
-                else:
-                    parts.append(_read(context, builder, kind, args[2], at))
-                    at += n_words(kind)
-            return context.make_tuple(builder, whole, parts)
+            given = values_of(context, builder, kinds, cgutils.gep(builder, args[0], FIRST))
+            return context.make_tuple(builder, whole, given)
 
-        return whole(t, y, block), codegen
+        return whole(block), codegen
 
-    return values
+    return parameters
 
 
 def _numba_type(kind):
     """The Numba type of a parameter; arrays are read-only."""
-    if isinstance(kind, Constant):
-        return typeof(kind.value)
-    if kind in NUMBERS:
-        return NUMBERS[kind]
-    return types.Array(from_dtype(np.dtype(kind[1])), kind[2], "C", readonly=True)
+    if kind[0] == "array":
+        return types.Array(from_dtype(np.dtype(kind[1])), kind[2], "C", readonly=True)
+    return types.float64 if kind == FLOAT else types.int64
 
 
-def _read(context, builder, kind, words, at):
-    """The LLVM value of a parameter at word `at`."""
-    ty = _numba_type(kind)
-
-    def word(index, as_type=None):
-        pointer = cgutils.gep(builder, words, index)
-        return builder.load(builder.bitcast(pointer, as_type.as_pointer()) if as_type else pointer)
-
-    if isinstance(ty, types.Dispatcher):  # the type identifies the function
-        return context.get_constant_null(ty)
-    if isinstance(kind, Constant):
-        return context.get_constant_generic(builder, ty, kind.value)
-    if isinstance(ty, types.Array):
-        return array_of(context, builder, ty, (word(at + i) for i in range(1 + ty.ndim)))
-    if kind == COMPLEX:
-        number = context.make_complex(builder, ty)
-        number.real, number.imag = (word(at + i, ir.DoubleType()) for i in (0, 1))
-        return number._getvalue()
-    if kind == FLOAT:
-        return word(at, ir.DoubleType())
-    value = word(at)
-    return builder.icmp_signed("!=", value, value.type(0)) if kind == BOOL else value
-
-
-# -- the result
-
-
-def _store(value, out):
-    """Write a user's result to `out`."""
-    raise TypeError("compiled only")
-
-
-@overload(_store, jit_options=OWNING_INLINED)
-def _stored(value, out):
-    items = value if isinstance(value, types.BaseTuple) else [getattr(value, "dtype", value)]
-    if not all(isinstance(ty, REAL) for ty in items):
-        raise errors.TypingError(f"the result is of type {value}, not real numbers")
-    if isinstance(value, types.BaseTuple):
-        lines = [f"    out[{i}] = value[{i}]\n" for i in range(len(value))]
-        text = f"def stored(value, out):\n    _check(len(value), out)\n{''.join(lines)}"
-        return function_of(text, "stored", "result of a function", {"_check": _check})
-    if isinstance(value, types.List | types.ListType):
-        return lambda value, out: _store(np.array(value), out)
-    if isinstance(value, types.Array) and value.ndim == 1:
-        return _store_row
-    if isinstance(value, types.Array) and value.ndim == 0:
-        return lambda value, out: _store(value[()], out)
-    if isinstance(value, REAL):
-        return _store_number
-    raise errors.TypingError(f"the result is of type {value}, not a row of real numbers")
+def _call(layout):
+    """The text of a call with the arguments of a layout, and the values that the text names."""
+    places, given, named = itertools.count(), [], {}
+    for kind in layout:
+        if isinstance(kind, Constant):
+            given.append(f"constant_{len(named)}")
+            named[given[-1]] = compiled(kind.value)
+        else:
+            own = {"t": "t", "y": "row(y, n, True)"}
+            given.append(own.get(kind) or f"found[{next(places)}]")
+    return f"inner({', '.join(given)})", named
 
 
 @njit(**OWNING_INLINED)
-def _check(n, out):
-    if n != len(out):
+def _store(value, out):
+    """Write a user's result, numbers in a row or a single number, to `out`."""
+    found = np.asarray(value)
+    if found.size != len(out):
         raise ValueError("fun returned a sequence of the wrong length")
-
-
-def _store_row(value, out):
-    _check(len(value), out)
-    for i in range(len(out)):
-        out[i] = value[i]
-
-
-def _store_number(value, out):
-    _check(1, out)
-    out[0] = value
+    out[:] = found
