@@ -29,7 +29,7 @@ from .known import NOTHING, TABLE, Facts, Known, known_trace, leave, left_of, pl
 LONG = 64  # least number of components of a state that is one long array
 OF_CALL = 1e-5  # seconds of the call from Python, which a measured time of code includes
 SLOWER = 1.2  # most time of code that calls libraries, over the time in Python
-LIFTED = ("all", "floats", "none")  # numbers that become parameters, in the order of the trials
+LIFTED = ("all", "none")  # numbers that become parameters, in the order of the trials
 UNDEFINED = "NameError: "  # begin of the reason if a name is not defined
 MAX_KNOWN, MAX_REFUSALS = 16, 3  # most traces, most refusals of a code object
 

@@ -125,7 +125,7 @@ class Outside:
     def _number(self, value, row):
         whole = type(value) is int
         # beyond the largest whole number, a constant is exact
-        if self.fixed(row) or (whole and (self.lifted == "floats" or abs(value) > LARGEST_WHOLE)):
+        if self.fixed(row) or (whole and abs(value) > LARGEST_WHOLE):
             self.reads.expect(row, "equal", value)
             return value
         return numbers.number(self.graph, self.reads.parameters(row, value)[0], value)

@@ -66,7 +66,7 @@ def trace(
         Shape of the result; None for a number.
     varying : collection of int
         Indices (from 1) of the `args` that vary between trajectories; no decision depends on them.
-    lifted : {"all", "floats", "none"}
+    lifted : {"all", "none"}
         The numbers from outside that become parameters of the code.
     zeros : int
         Number of constant zeros appended to the n components.
