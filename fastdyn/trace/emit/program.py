@@ -6,7 +6,6 @@ equal operations to numbers of equal arrays.
 
 import functools
 from bisect import bisect_right
-from collections import defaultdict
 
 import numpy as np
 
@@ -184,7 +183,7 @@ class _Settled:
         self._by_key = {node.key: node for node in self.nodes}
         self._array_of, self._arrays, self._moved = array_of, {}, {}
         self._label()
-        self._mark_and_order([side.key for side in sides])
+        self._choose(sorted(side.key for side in sides))
         for k in sorted(range(len(self.groups)), key=lambda k: self.depth[k]):
             look()
             self._settle(k, list(self.order[k]))
@@ -221,7 +220,7 @@ class _Settled:
             return ("row", row.first), node.data if node.op == "item" else node.key
         return self._array_of(node.data) if node.op == "par" else None
 
-    def _mark_and_order(self, sides):
+    def _choose(self, sides):
         """Choose the forms that become rows, and sort their nodes in the order of reading.
 
         These are forms of many nodes, and forms of which an operand of a row reads several nodes.
@@ -231,26 +230,17 @@ class _Settled:
             len(keys) >= FEWEST and self._by_key[keys[0]].op not in ("t", "par", "island")
             for keys in self.groups
         ]
-        self.order: list = [{} for _ in self.groups]  # dicts serve as ordered sets
-        ends = []
-        arrays = [a for row in program.order for a in row.args if isinstance(a, np.ndarray)]
-        for ids in arrays:
-            if program.parts(ids)[1]:
-                keys = [i for i in ids.tolist() if i in self.form and self.leaf[i] is None]
-                self._mark(keys)
+        ends, self.order = [], [{} for _ in self.groups]  # dicts serve as ordered sets
+        for ids in [a for row in program.order for a in row.args] + [program.outputs]:
+            if isinstance(ids, np.ndarray) and program.parts(ids)[1]:
+                keys = [i for i in ids.tolist() if i in self.form]
                 ends += keys
-        outputs = program.outputs.tolist() if program.parts(program.outputs)[1] else []
-        self._read(ends + [i for i in outputs if i in self.form])
-        self.ordered = {k for k, keys in enumerate(self.order) if keys}
-        self._read(sides)
-
-    def _read(self, ends):
-        """Append the nodes that `ends` depend on to the order of their forms, deepest first."""
-        for key in ends:
+                if ids is not program.outputs:
+                    self._mark([i for i in keys if self.leaf[i] is None])
+        for key in ends + sides:
             self.order[self.form[key]][key] = None
         for k in sorted(range(len(self.depth)), key=lambda k: -self.depth[k]):
-            columns = np.array([self.args[key] for key in self.order[k]]).T.tolist()
-            for column in columns:
+            for column in np.array([self.args[key] for key in self.order[k]]).T.tolist():
                 if self.in_rows[k]:
                     self._mark(column)
                 for key in column:
@@ -277,8 +267,6 @@ class _Settled:
                 row = program.new("island", (given,), ("island", *node.data), node.data[2] + 1)
                 self._moved[key] = row.first
         elif self.in_rows[k]:
-            if k not in self.ordered:
-                keys.sort(key=lambda key: [self._moved.get(a, a) for a in self.args[key]])
             columns = zip(*[self.args[key] for key in keys], strict=True)
             args = tuple([self._operand(column) for column in columns])
             row = program.new(node.op, args, node.data, len(keys), program.is_truth(node))
@@ -329,19 +317,12 @@ class _Settled:
         return ids
 
     def _any(self, sides):
-        """The disjunction of `sides`; conditions in rows are reduced to their maximum."""
-        program, groups, found = self.program, defaultdict(list), []
-        for side in sides:
-            key = side.key
-            groups[self.form[key] if key in self._moved else ("alone", key)].append(key)
-        for keys in groups.values():
-            if len(keys) < FEWEST:
-                found += [program.node(key) for key in keys]
-                continue
-            ids = np.sort(np.array([self._moved[key] for key in keys], ID))
-            most = program.new("top", (ids,), ids.size, 1)
-            found.append(self._node("lt", program.g.const(0.0), program.node(most.first)))
-        return functools.reduce(lambda a, b: self._node("or", a, b), found)
+        """The disjunction of `sides`; of many, it is the maximum of a row."""
+        program, keys = self.program, [self._moved.get(side.key, side.key) for side in sides]
+        if len(keys) >= FEWEST:
+            most = program.new("top", (np.sort(np.array(keys, ID)),), len(keys), 1)
+            return self._node("lt", program.g.const(0.0), program.node(most.first))
+        return functools.reduce(lambda a, b: self._node("or", a, b), map(program.node, keys))
 
     def _node(self, op, *args):
         self.program._next += 2  # a key, and a gap between rows
