@@ -78,10 +78,8 @@ def test_a_write_on_a_path_that_symbols_do_not_take_first():
         return -y
 
     (only,) = said(fun)
-    line = fun.__code__.co_firstlineno
-    assert re.search(
-        rf"it changes a list \({re.escape(__file__)}, line {line}\)", str(only.message)
-    )
+    line = fun.__code__.co_firstlineno + 3
+    assert f"it changes a list ({__file__}, line {line})" in str(only.message)
 
 
 def test_each_partial_and_each_object_warns():

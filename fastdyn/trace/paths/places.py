@@ -1,14 +1,12 @@
 """Finds lines of the user's files, for messages that say why a function is not compiled."""
 
-import math
+import contextlib
 import sys
 
-from ..graph.refusal import Refusal
+from ..graph.refusal import Untraceable
 from ..graph.user_lines import of_user
-from ..outside.surroundings import Outside
-from ..reads.reads import Reads
-from ..symbols.symbol import NOW, Symbol
-from .runs import States, Tracing, _surroundings
+from ..symbols.symbol import NOW
+from .runs import trace
 
 
 def line_of_refusal(error):
@@ -22,34 +20,26 @@ def line_of_refusal(error):
 
 
 def line_of_write(fun, args, n, shape, zeros=0):
-    """The (file, line) of the first write to an object from outside, found by a run on symbols.
+    """The (file, line) of the first write to an object from outside, found by another trace.
 
-    Only the first path is run.  None means that the path has no such write.
+    None means that no path has such a write.
     """
-    g = Tracing(n, math.inf)
-    g.reads = Reads(g, (fun, *args))
-    outside, found, last = Outside(g, g.reads, "none"), [], None
+    found, last = [], None
 
     def watch(frame, event, _):
         nonlocal last
-        if found or not of_user(frame.f_code.co_filename):
+        if found or NOW.g is None or not of_user(frame.f_code.co_filename):
             return None
-        if event != "call" and outside.writes():
+        if event != "call" and NOW.g.outside.writes():
             found.append(last)
         last = frame.f_code.co_filename, frame.f_lineno
         return watch
 
     before = sys.gettrace()
+    sys.settrace(watch)
     try:
-        copy, given = _surroundings(outside, fun, args)
-        y = States(g, zeros, False).start()
-        NOW.g = g
-        sys.settrace(watch)
-        time = Symbol(g, g.make("t").key)
-        copy(time, y.reshape(shape) if shape and len(shape) > 1 else y, *given)
-    except (Refusal, Exception):
-        pass
+        with contextlib.suppress(Untraceable):
+            trace(fun, args, n, shape, (), "none", zeros)
     finally:
         sys.settrace(before)
-        NOW.g = None
     return found[0] if found else None

@@ -124,7 +124,7 @@ def _leaves(g, run):
 
 def _run(g, script, outside, fun, args, states, shape):
     """Run one path; return the results or None, and a list with the message of an exception."""
-    g.until = _run.__code__
+    g.until, g.outside = _run.__code__, outside
     NOW.g = g
     g.begin(script)
     LATEST.refusal = None

@@ -19,6 +19,7 @@ class Tracing(Rows):
     """
 
     reads: Any
+    outside: Any = None  # of the current run
     until: Any = None  # the code object of the function that calls the traced function
     start: Any = None  # time and state of the first call, if known
 
