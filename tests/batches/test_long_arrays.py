@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fastdyn.trace.graph.refusal import Untraceable
-from support.long_arrays import HARD, N, in_batches, program
+from support.long_arrays import HARD, LINKS, N, in_batches, program
 
 CANCELLED = 1e-11  # of the largest component, where terms cancel
 
@@ -34,6 +34,13 @@ def test_random_programs(seed):
     except Untraceable as reason:
         pytest.skip(str(reason))
     check(function, compiled, seed)
+
+
+def test_the_pattern_of_a_sparse_matrix():
+    _, traced = in_batches(lambda t, y: LINKS @ y - y, N)
+    there = np.zeros((N, N), bool)
+    there[traced.pattern] = True
+    assert np.array_equal(there, (LINKS.toarray() != 0) | np.eye(N, dtype=bool))
 
 
 @pytest.mark.few(10)

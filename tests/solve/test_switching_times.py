@@ -187,7 +187,7 @@ def test_each_trajectory_has_times_of_its_own(method, simd, span):
 
 
 def test_long_arrays():
-    """A pulse for all cells, and switching times of each cell."""
+    """A pulse for all cells, switching times of each cell, and those of one of them."""
     starts = np.linspace(1.0, 9.0, 80)
 
     def all_cells(t, y):
@@ -196,10 +196,18 @@ def test_long_arrays():
     def each_cell(t, y):
         return np.where((t > starts) & (t < starts + 0.01), 1.0, 0.0) * (1 - y) - y
 
+    def one_cell(t, y):
+        u = np.where((t > starts) & (t < starts + 0.01), 1.0, 0.0)
+        change = -y
+        change[40] += u[40] * (1 - y[40])
+        return change
+
+    top = 0.5 * (1.0 - math.exp(-0.02))
+    run = solve_ivp(one_cell, (0, 10), np.zeros(80), "Tsit5", rtol=1e-6, atol=1e-9)
+    assert abs(run.y[40, -1] - top * np.exp(starts[40] + 0.01 - 10.0)) < 1e-7
     for fun in (all_cells, each_cell):
         run = solve_ivp(fun, (0, 10), np.zeros(80), "Tsit5", rtol=1e-6, atol=1e-9)
         begins = starts if fun is each_cell else np.full(80, 5.0)
-        top = 0.5 * (1.0 - math.exp(-0.02))
         assert np.abs(run.y[:, -1] - top * np.exp(begins + 0.01 - 10.0)).max() < 1e-7
 
 

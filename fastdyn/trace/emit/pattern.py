@@ -12,7 +12,6 @@ from ..switching.switches import OF_STATE
 
 MOST_A_ROW = 200  # up to this mean number of elements a row, a matrix counts as sparse
 MOST_TIMED = 1024  # elements; the search for switching times takes some 0.1 ms for each
-TIMED, MIXED = "timed", "mixed"
 
 
 class Dense(Exception):
@@ -42,9 +41,6 @@ class Sparsity:
         columns = np.repeat(np.arange(self.n), np.diff(total.indptr))
         return total.indices.astype(np.int64), columns.astype(np.int64)
 
-    def _ones(self, rows, columns, shape):
-        return self._sparse.csr_matrix((np.ones(len(rows), np.int32), (rows, columns)), shape)
-
     def _checked(self, matrix):
         if matrix.nnz > MOST_A_ROW * max(matrix.shape[0], self.n, 1):
             raise Dense
@@ -57,68 +53,51 @@ class Sparsity:
         return self._rows[row.first]
 
     def _of_row(self, row):
+        make, size = self._sparse.csr_matrix, row.size
         if row.op == "y":
             return self._sparse.identity(self.n, np.int32, "csr")
         if row.op in ("dense", "island", "running"):
             raise Dense
-        if row.op == "csr":
-            values = self.program.g.values
-            begins, places = (np.asarray(values[s.start : s.stop]).astype(np.int64)
-                              for s in row.data[2:4])  # fmt: skip
+        if row.op in ("csr", "sum", "top", "low"):
             inner = self._of_ids(row.args[0])
-            ones = np.ones(len(places), np.int32)
-            matrix = self._sparse.csr_matrix((ones, places, begins), (row.size, inner.shape[0]))
-            return self._checked(matrix @ inner)
-        if row.op in ("sum", "top", "low"):
-            inner = self._of_ids(row.args[0])
-            terms = self._ones(np.repeat(np.arange(row.size), row.data), np.arange(inner.shape[0]),
-                               (row.size, inner.shape[0]))  # fmt: skip
-            return self._checked(terms @ inner)
-        total = self._sparse.csr_matrix((row.size, self.n), dtype=np.int32)
-        for a in row.args:
-            if isinstance(a, np.ndarray):
-                found = self._of_ids(a)
+            if row.op == "csr":
+                values = np.asarray(self.program.g.values)
+                begins, places = (values[s.start : s.stop].astype(int) for s in row.data[2:4])
             else:
-                found = self._repeated(np.arange(row.size), self._of_node(a), row.size)
-            total = self._checked(total + found)
+                begins, places = np.arange(size + 1) * row.data, np.arange(inner.shape[0])
+            ones = np.ones(len(places), np.int32)
+            return self._checked(make((ones, places, begins), (size, inner.shape[0])) @ inner)
+        total = make((size, self.n), dtype=np.int32)
+        for a in row.args:
+            ids = a if isinstance(a, np.ndarray) else np.full(size, a)
+            total = self._checked(total + self._of_ids(ids))
         return total
 
     def _of_ids(self, ids):
         """The pattern of numbers, one row for each."""
-        program, size = self.program, ids.size
-        rows, nodes = program.parts(ids)
-        if len(rows) == 1 and not nodes:
-            pattern, at = self._of(rows[0]), ids - rows[0].first
-            if size == rows[0].size and np.array_equal(at, np.arange(size)):
-                return pattern
-            return self._checked(pattern[at])
-        total, owners = self._sparse.csr_matrix((size, self.n), dtype=np.int32), program.owners(ids)
-        for row in rows:
-            here = np.flatnonzero((ids >= row.first) & (ids < row.first + row.size))
-            chosen = self._ones(here, ids[here] - row.first, (size, row.size))
-            total = self._checked(total + chosen @ self._of(row))
-        for i in nodes:
-            total = total + self._repeated(np.flatnonzero(owners == -1 - i), self._of_node(i), size)
-        return self._checked(total)
-
-    def _repeated(self, here, columns, size):
-        """The pattern in which some rows have the same columns."""
-        if len(here) * len(columns) > MOST_A_ROW * max(size, self.n):
+        program, (rows, nodes) = self.program, self.program.parts(ids)
+        owners, at, patterns, begin = program.owners(ids), np.empty(ids.size, int), [], 0
+        for first in (*[row.first for row in rows], *nodes):
+            here = owners == program.owners(np.array([first]))
+            at[here] = begin + ids[here] - first
+            row = program.row_at(first)
+            patterns.append(self._of_node(first) if row is None else self._of(row))
+            begin += patterns[-1].shape[0]
+        found = self._sparse.vstack(patterns, "csr")
+        if np.diff(found.indptr)[at].sum() > MOST_A_ROW * max(ids.size, self.n):
             raise Dense
-        return self._ones(
-            np.repeat(here, len(columns)), np.tile(columns, len(here)), (size, self.n)
-        )
+        return found[at]
 
     def _of_node(self, i):
-        """The components that a single node depends on."""
+        """The pattern of a single node."""
         if i not in self._nodes:
-            found = [np.empty(0, np.int64)]
+            total = self._sparse.csr_matrix((1, self.n), dtype=np.int32)
             for node in live([self.program.node(i)]):
                 at = node.data if node.op == "item" else node.key
                 row = self.program.row_at(at) if node.op in ("y", "item") else None
                 if row is not None:
-                    found.append(self._of(row)[at - row.first].indices)
-            self._nodes[i] = np.unique(np.concatenate(found))
+                    total = self._checked(total + self._of(row)[at - row.first])
+            self._nodes[i] = total
         return self._nodes[i]
 
 
@@ -127,34 +106,22 @@ def timed_nodes(program):
 
     Beyond MOST_TIMED numbers, there are none for the rows.
     """
-    kinds: dict = {}
-
-    def kind_of(below, ops):
-        kinds_below = {kinds.get(x.first if isinstance(x, Row) else -1 - x.key) for x in below}
-        if MIXED in kinds_below or ops & OF_STATE:
-            return MIXED
-        return TIMED if TIMED in kinds_below or "t" in ops else None
-
-    rows, nodes = program.order, program.nodes
-    for node in nodes:
-        if node.op != "item":
-            kinds[-1 - node.key] = kind_of(node.args, {node.op})
-        else:
-            kinds[-1 - node.key] = MIXED
-    wanted, singles = set(), []
-    for row in rows:
-        below = program.below[row.first]
-        kind = kind_of(below, {row.op})
-        if kind == TIMED and row.op not in OPERATIONS:
-            kind = MIXED
-        kinds[row.first] = kind
-        singles += [x for x in below if not isinstance(x, Row)]
-        if kind == MIXED:
-            wanted.update(x.first for x in below if isinstance(x, Row))
+    mixed, timed = set(), set()
     outer, single = program.parts(program.outputs)
-    wanted.update(row.first for row in outer)
-    found = [row for row in rows if row.first in wanted and kinds[row.first] == TIMED]
-    results = [program.node(i) for i in single] + singles
+    wanted = {id(x): x for x in (*outer, *map(program.node, single))}
+    for each in (*program.nodes, *program.order):
+        below = program.below[each.first] if isinstance(each, Row) else each.args
+        if each.op == "item":
+            below = [program.row_at(each.data)]
+        by_time = each.op == "t" or any(id(x) in timed for x in below)
+        unknown = by_time and each.op != "t" and each.op not in OPERATIONS
+        if unknown or each.op in OF_STATE or any(id(x) in mixed for x in below):
+            mixed.add(id(each))
+            wanted.update((id(x), x) for x in below)
+        elif by_time:
+            timed.add(id(each))
+    found = [x for x in wanted.values() if isinstance(x, Row) and id(x) in timed]
+    results = [x for x in wanted.values() if not isinstance(x, Row)]
     if sum(row.size for row in found) > MOST_TIMED:
         return results
     try:
