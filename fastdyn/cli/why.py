@@ -92,7 +92,7 @@ def _size(traced):
     trace = traced.trace
     paths = f"{trace.n_paths} path{'s' * (trace.n_paths > 1)}"
     if traced.in_batches:
-        return f"{traced.n_rows} batches, {paths}"
+        return f"{len(traced.program.order)} batches, {paths}"
     return f"{len(live(trace.outputs))} nodes, {paths}"
 
 

@@ -196,7 +196,7 @@ def links(name, function):
 
 def in_stages(name, function):
     """True if a method evaluates a function for all stages at once, on vectors."""
-    in_vectors = function.traced and function.traced.vector_text and function.mode.in_vectors
+    in_vectors = function.traced and not function.in_batches and function.mode.in_vectors
     return BY_NAME[name].batched and in_vectors
 
 

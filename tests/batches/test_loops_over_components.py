@@ -9,7 +9,6 @@ from scipy.integrate import solve_ivp
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
-from fastdyn.compile.traced.make import of_mode
 from fastdyn.trace.emit import program
 from fastdyn.trace.paths.runs import trace
 from support.pointer_forms import compiled
@@ -102,7 +101,7 @@ BY_COMPONENTS = [
 @pytest.mark.parametrize("batches", [False, True])
 def test_loops_over_components_have_the_values_of_python(fun, n, batches, monkeypatch):
     found = trace(fun, (), n, (n,), batches=batches)
-    text = of_mode(found, DERIVATIVE, n, batches).text("f")
+    text = Traced(found, DERIVATIVE, n, batches).text("f")
     assert "fastdyn_loops" in text
     call = compiled(fun, n, (), True, monkeypatch, batches)
     rng = np.random.default_rng(1)
@@ -122,7 +121,7 @@ def test_the_code_of_a_loop_over_components_grows_with_its_formulas():
 
 def test_the_pattern_of_single_results():
     n = 600
-    traced = of_mode(trace(cable, (), n, (n,), batches=True), DERIVATIVE, n, True)
+    traced = Traced(trace(cable, (), n, (n,), batches=True), DERIVATIVE, n, True)
     rows, columns = traced.pattern
     found = set(zip(rows.tolist(), columns.tolist(), strict=True))
     near = [(2 * i, 2 * j) for i in range(n // 2) for j in (i - 1, i, i + 1) if 0 <= j < n // 2]

@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse
 
 from fastdyn.compile.mode import DERIVATIVE
-from fastdyn.compile.traced.make import of_mode
+from fastdyn.compile.traced.code import Traced
 from fastdyn.trace.paths.runs import trace
 
 from .machine_code import called
@@ -79,7 +79,7 @@ def program(seed):
 def in_batches(function, n, args=(), start=None):
     """The machine code of a function of long arrays, as ``function(t, y)``, and its trace."""
     found = trace(function, args, n, (n,), batches=True, start=start)
-    traced = of_mode(found, DERIVATIVE, n, True)
+    traced = Traced(found, DERIVATIVE, n, True)
     values = list(zip(traced.kinds, traced.trace.reads.close(), strict=True))
     return called(traced.compiled(), values, DERIVATIVE, n), traced
 

@@ -8,7 +8,7 @@ from fastdyn.compile.functions import Function
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.parameters import n_words
 from fastdyn.compile.traced import pointer_form as module
-from fastdyn.compile.traced.make import of_mode
+from fastdyn.compile.traced.code import Traced
 from fastdyn.trace.emit import program
 from fastdyn.trace.paths.runs import trace
 
@@ -19,7 +19,7 @@ def compiled(fun, n, args, loops, monkeypatch, batches=False):
     """``function(t, y)`` in loops, or straight; traced in batches, or not."""
     for each in (module, program):
         monkeypatch.setattr(each, "worth_loops", lambda nodes: loops)
-    traced = of_mode(trace(fun, args, n, (n,), batches=batches), DERIVATIVE, n, batches)
+    traced = Traced(trace(fun, args, n, (n,), batches=batches), DERIVATIVE, n, batches)
     symbol = f"fastdyn_test_{np.random.default_rng().integers(1 << 60)}"
     code, needs = translated(traced.text(symbol), symbol)
     library = load(code, symbol, needs)

@@ -84,9 +84,8 @@ def is_exact(block):
 
 def pattern_of_batches(function, n):
     """The Entries of a function traced in batches; None if dense, or if not traced in batches."""
-    if function is None or function.traced is None or not function.traced.in_batches:
-        return None
-    found = function.traced.pattern if function.traced.n_stored == n else None
+    traced = None if function is None else function.traced
+    found = traced.pattern if traced is not None and traced.n_stored == n else None
     return None if found is None else Entries(*found)
 
 

@@ -8,10 +8,13 @@ import hashlib
 import math
 import sys
 
+import numpy as np
+
 from fastdyn import code_store
 from fastdyn.trace.graph.clock import EVERY, look
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Refusal, refused_as
+from fastdyn.trace.graph.rows import digest as label
 from fastdyn.trace.switching.switches import switches
 
 from ..functions import Function
@@ -25,9 +28,11 @@ OPERANDS = frozenset(("const", "par", "t", "y"))
 
 
 class Traced:
-    """A trace in a mode: the nodes that it stores, and the places of its parameters.
+    """A trace in a mode: the numbers that it stores, and the places of its parameters.
 
-    The pointer form is the compiled function ``function(t, y, n, block, out)``.
+    The pointer form is the compiled function ``function(t, y, n, block, out)``.  Of long arrays,
+    which are traced in batches, it is the only form: kernels do not inline them, and there are no
+    nodes `stored`, no form on vectors and no Taylor series.
 
     Attributes
     ----------
@@ -41,17 +46,27 @@ class Traced:
         The group of each argument.
     n_stored : int
     in_batches : bool
-        Whether long arrays were traced in batches: see `TracedInBatches`.
+        Whether long arrays were traced in batches.
     """
 
-    in_batches = False
-
     @refused_as(Refusal.untraceable)
-    def __init__(self, trace, mode, n):
-        self.trace, self.mode, self.n = trace, mode, n
+    def __init__(self, trace, mode, n, in_batches=False):
+        self.trace, self.mode, self.n, self.in_batches = trace, mode, n, in_batches
         self.kinds = [kind_of_group(group) for group in trace.reads.groups]
         self.at = trace.reads.of_arguments()
-        self._find_results()
+        if in_batches:
+            self._find_rows()
+        else:
+            self._find_results()
+
+    def _find_rows(self):
+        from .pointer_form import Plan, program_of
+
+        self.n_stored, self.program = len(self.trace.outputs), program_of(self, self.trace.outputs)
+        self.plan = Plan(self.program)
+        self.kinds = list(map(kind_of_group, self.trace.reads.groups))  # the plan reads more
+        found = [*self.plan.decisions, *self.plan.single_decisions]
+        self.decisions = found if self.mode.notes_sides else []
 
     def _find_results(self):
         trace, mode, n, g = self.trace, self.mode, self.n, self.trace.graph
@@ -73,7 +88,23 @@ class Traced:
     @functools.cached_property
     def switches(self):
         """The Switches of the function; None if it does not switch with the time alone."""
-        return switches(self.trace.graph, self.stored)
+        if not self.in_batches:
+            return switches(self.trace.graph, self.stored)
+        from fastdyn.trace.emit.pattern import timed_nodes
+
+        return switches(self.trace.graph, timed_nodes(self.program))
+
+    @functools.cached_property
+    def pattern(self):
+        """(rows, columns) of the possible nonzeros of a Jacobian, by columns; None if unknown."""
+        if not self.in_batches:
+            return None
+        from fastdyn.trace.emit.pattern import Dense, Sparsity
+
+        try:
+            return Sparsity(self.program, self.n).of_results()
+        except Dense:
+            return None
 
     @functools.cached_property
     def n_operations(self):
@@ -82,18 +113,37 @@ class Traced:
 
     def key(self):
         """A digest of everything that the code depends on."""
-        g, nodes = self.trace.graph, self._live()
-        names = {node.key: i for i, node in enumerate(nodes)}
-        lines = []
-        for i, node in enumerate(nodes):
+        g, groups = self.trace.graph, self.trace.reads.groups
+        lines, ends = self._rows() if self.in_batches else self._nodes()
+        tables = sorted((name, t) for name, t in g.tables.items() if isinstance(t, range))
+        places = [(group.first, group.shape) for group in groups]
+        text = repr((self.mode, self.n, lines, ends, str(tables), places, self.kinds))
+        return f"traced {hashlib.sha256(text.encode()).hexdigest()}"
+
+    def _nodes(self):
+        """The nodes of the pointer form as data, and which are results."""
+        names, lines = {}, []
+        for i, node in enumerate(self._live()):
             if i % EVERY == 0:
                 look()
+            names[node.key] = i
             lines.append((node.op, [names[a.key] for a in node.args], node.data))
-        ends = [names[node.key] for node in (*self.stored, self.trace.raising)]
-        tables = sorted(name for name, table in g.tables.items() if isinstance(table, range))
-        places = [(group.first, group.shape) for group in self.trace.reads.groups]
-        text = repr((self.mode, self.n, lines, ends, tables, places, self.kinds))
-        return f"traced {hashlib.sha256(text.encode()).hexdigest()}"
+        return lines, [names[node.key] for node in (*self.stored, self.trace.raising)]
+
+    def _rows(self):
+        """The rows and single nodes of the pointer form as data, and which are results."""
+        program, own = self.program, self.trace.graph.next  # from here on: rows of the program
+        lines: list = []
+        for row in program.order:
+            data = row.data
+            if row.op == "const":
+                own_data = row.data.tobytes() if row.first >= own else b""
+                data = hashlib.sha256(own_data).digest()
+            args = [label(a) if isinstance(a, np.ndarray) else a for a in row.args]
+            lines.append((row.op, data, row.shape, row.first, row.truth, args))
+        lines += [(node.key, node.op, [a.key for a in node.args], node.data)
+                  for node in program.nodes]  # fmt: skip
+        return lines, (program.raising.key, label(program.outputs))
 
     def with_outputs(self, outputs, mode, n, raising=None):
         """Other outputs of the same graph as a Traced; without `raising`, they raise as these."""
@@ -106,11 +156,10 @@ class Traced:
         """The compiled Function, from disk or made now."""
         key = self.key()
         code = code_store.assembled(key, self.text)
-        return Function(
-            key, code.address, sum(map(n_words, self.kinds)),
-            self.dispatcher and functools.cache(self.dispatcher), code, self.mode, seconds,
-            self.series and code_store.first_kept(self.series), self,
-        )  # fmt: skip
+        forms = (None, None) if self.in_batches else (self.dispatcher, self.series)
+        build, series = [each and code_store.first_kept(each) for each in forms]
+        size = sum(map(n_words, self.kinds))
+        return Function(key, code.address, size, build, code, self.mode, seconds, series, self)
 
     def text(self, symbol):
         """The text of an LLVM module with the pointer form."""

@@ -16,7 +16,7 @@ class Known:
 
     Attributes
     ----------
-    traced : Traced or TracedInBatches
+    traced : Traced
     function : Function
     held : tuple
         The function and the arguments of the trace, kept alive.

@@ -142,7 +142,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
         fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches,
         start=(near.t0, near.y0),
     )  # fmt: skip
-    traced, given = of_mode(found, mode, n, batches), found.reads.close()
+    traced, given = Traced(found, mode, n, batches), found.reads.close()
     if any(traced.at[j - 1] is None for j in varying):
         raise Untraceable("an argument that varies is no parameter of its code")
     key = traced.key()
@@ -196,14 +196,6 @@ def _fastest(value, bound, near):
     """
     y0 = np.resize(np.asarray(near.y0, float), bound.n)
     return min(timeit.repeat(lambda: value(bound, near.t0, y0), number=1, repeat=3))
-
-
-def of_mode(found, mode, n, batches):
-    if not batches:
-        return Traced(found, mode, n)
-    from .in_rows import TracedInRows
-
-    return TracedInRows(found, mode, n)
 
 
 def _numbers(traced, given):

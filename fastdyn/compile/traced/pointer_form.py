@@ -26,6 +26,8 @@ MAX_STRAIGHT = 16  # a function of at most so many components has no loops
 
 def text(traced, symbol):
     """The text of an LLVM module with the pointer form."""
+    if traced.in_batches:
+        return text_in_rows(traced, traced.plan, symbol)
     if traced.n > MAX_STRAIGHT and worth_loops(live([*traced.stored, traced.trace.raising])):
         with contextlib.suppress(Refusal, RecursionError):  # a long chain of numbers
             ids = np.array([node.key for node in traced.stored], ID)
