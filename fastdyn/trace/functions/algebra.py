@@ -172,47 +172,6 @@ def _squeezed(a):
     return a
 
 
-def cross(a, b, axisa=-1, axisb=-1, axisc=-1, axis=None):
-    if axis is not None:
-        axisa = axisb = axisc = axis
-    a, b = (np.moveaxis(array_of(v), k, -1) for v, k in ((a, axisa), (b, axisb)))
-    if a.ids.shape[-1] != 3 or b.ids.shape[-1] != 3:
-        refuse("np.cross of vectors in a plane")
-    (u, v, w), (x, y, z) = ([s[..., k] for k in range(3)] for s in (a, b))
-    return np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axisc)
-
-
-def outer(a, b, out=None):
-    a, b = np.ravel(array_of(a)), np.ravel(array_of(b))
-    return stored(call("multiply", a[:, None], b[None, :]), out)
-
-
-def kron(a, b):
-    a, b = array_of(a), array_of(b)
-    n = max(a.ids.ndim, b.ids.ndim)
-    a, b = (s.reshape((1,) * (n - s.ids.ndim) + s.ids.shape) for s in (a, b))
-    wide = a.reshape([m for s in a.ids.shape for m in (s, 1)])
-    tall = b.reshape([m for s in b.ids.shape for m in (1, s)])
-    shape = [p * q for p, q in zip(a.ids.shape, b.ids.shape, strict=True)]
-    return call("multiply", wide, tall).reshape(shape)
-
-
-def norm(x, ord=None, axis=None, keepdims=False):
-    """np.linalg.norm for the orders None, 1, 2, inf and "fro"."""
-    x = array_of(x)
-    of_vectors = x.ids.ndim == 1 if axis is None else np.ndim(axis) == 0
-    if ord in (None, "fro") or (ord == 2 and of_vectors):
-        squares = call("square", x.part(0))
-        if x.kind == "c":
-            squares = squares + call("square", x.part(1))
-        return call("sqrt", reduced("add", squares, axis=axis, keepdims=keepdims))
-    if ord == 1 and of_vectors:
-        return reduced("add", abs(x), axis=axis, keepdims=keepdims)
-    if ord == np.inf and of_vectors:
-        return reduced("maximum", abs(x), axis=axis, keepdims=keepdims)
-    return refuse("this norm")
-
-
 # -- linear systems
 
 
@@ -334,13 +293,10 @@ def linear_in_first(function, a, *args, **kwargs):
 
 
 FUNCTIONS: dict[Any, Any] = {
-    np.dot: dot, np.einsum: einsum, np.cross: cross, np.outer: outer, np.kron: kron,
+    np.dot: dot, np.einsum: einsum,
     np.vdot: lambda a, b: matmul(np.conj(np.ravel(array_of(a))), np.ravel(array_of(b))),
     np.inner: lambda a, b: matmul(array_of(a), np.transpose(array_of(b))),
-    np.linalg.norm: norm, np.linalg.solve: solution, np.linalg.det: determinant,
+    np.linalg.solve: solution, np.linalg.det: determinant,
     np.linalg.inv: lambda a: solution(a, np.eye(len(a))),
-    np.linalg.multi_dot: lambda arrays, **_: functools.reduce(matmul, arrays),
-    np.linalg.matrix_power: lambda a, n: functools.reduce(matmul, [a] * n) if n > 0 else refuse(
-        "a negative power of a matrix"),
 }  # fmt: skip
 HANDLERS["matmul"] = matmul

@@ -10,17 +10,16 @@ from ..symbols.arithmetic import call, cast, stored, to_decimals, where
 from ..symbols.constants import Constants
 from ..symbols.lift import common_kind, joint, number, symbol  # fmt: skip
 from ..symbols.masks import Masked
-from ..symbols.symbol import NOW, Symbol, graph_of, is_symbolic, kind_of, refuse, wrap
+from ..symbols.symbol import NOW, PYTHON, Symbol, graph_of, is_symbolic, kind_of, refuse, wrap
 from .ufuncs import as_numpy, reduced
 
 STRUCTURE = {  # functions that only move elements: NumPy's own functions run on ids
     np.roll, np.reshape, np.ravel, np.transpose, np.swapaxes, np.moveaxis, np.take, np.flip,
     np.flipud, np.fliplr, np.repeat, np.tile, np.broadcast_to, np.squeeze, np.expand_dims,
-    np.split, np.array_split, np.hsplit, np.vsplit, np.rot90, np.atleast_1d, np.atleast_2d,
-    np.diagonal, np.rollaxis, np.copy, np.delete, np.resize, np.atleast_3d, np.dsplit,
+    np.split, np.array_split, np.hsplit, np.vsplit, np.rot90,
+    np.diagonal, np.rollaxis, np.copy, np.delete, np.resize, np.dsplit,
     np.broadcast_arrays,
 }  # fmt: skip
-JOINING = {np.concatenate, np.stack, np.hstack, np.vstack, np.dstack, np.column_stack, np.block}
 TYPED = {
     np.array, np.asarray, np.asanyarray, np.ascontiguousarray, np.asfortranarray, np.require,
 }  # fmt: skip
@@ -55,33 +54,13 @@ def _plain(value) -> Any:
     return value.plain() if type(value) is Symbol else value
 
 
-def joined(function, arrays, *args, dtype=None, out=None, casting=None, **kwargs):
-    """A function of JOINING, on arrays of numbers or truth values."""
+def joined(arrays, axis=0, out=None, *, dtype=None, casting=None):
+    """np.concatenate, of numbers or of truth values."""
     g = graph_of(arrays)
-
-    def each(value, depth=0):
-        if function is np.block and isinstance(value, list):
-            return [each(v) for v in value]
-        return symbol(g, value)
-
-    every = [each(a) for a in arrays]
-    kinds = {s.kind for s in _leaves(every)}
-    kind = common_kind(kinds) if dtype is None else kind_of(dtype)
-
-    def ids(value):
-        return [ids(v) for v in value] if isinstance(value, list) else np.asarray(
-            cast(g, value, kind, "unsafe"), PAIR if kind == "c" else ID)  # fmt: skip
-
-    found = function([ids(v) for v in every], *args, **kwargs)
-    return stored(wrap(g, found, kind), out)
-
-
-def _leaves(values):
-    for value in values:
-        if isinstance(value, list):
-            yield from _leaves(value)
-        else:
-            yield value
+    every = [array_of(a) for a in arrays]
+    kind = common_kind({s.kind for s in every}) if dtype is None else kind_of(dtype)
+    ids = [np.asarray(cast(g, s, kind, "unsafe"), PAIR if kind == "c" else ID) for s in every]
+    return stored(wrap(g, np.concatenate(ids, axis), kind), out)
 
 
 def typed(function):
@@ -175,27 +154,6 @@ def deviation(a, *args, out=None, **kwargs):
     return stored(call("sqrt", variance(a, *args, **kwargs)), out)
 
 
-def average(a, axis=None, weights=None, returned=False, *, keepdims=False):
-    if returned:
-        refuse("np.average with the weights")
-    if weights is None:
-        return mean(a, axis, keepdims=keepdims)
-    a, weights = array_of(a), array_of(weights)
-    if axis is not None and weights.ids.shape != a.ids.shape:
-        shape = [1] * a.ids.ndim
-        shape[axis] = -1
-        weights = weights.reshape(shape)
-    top = reduced("add", a * weights, axis=axis, keepdims=keepdims)
-    return top / reduced("add", np.broadcast_to(weights, a.ids.shape), axis=axis, keepdims=keepdims)
-
-
-def peak_to_peak(a, axis=None, out=None, keepdims=False):
-    ends = [
-        reduced(name, array_of(a), axis=axis, keepdims=keepdims) for name in ("maximum", "minimum")
-    ]
-    return stored(ends[0] - ends[1], out)
-
-
 def count(a, axis=None, *, keepdims=False):
     return reduced("add", array_of(a) != 0, axis=axis, keepdims=keepdims)
 
@@ -249,14 +207,6 @@ def clip(a, a_min=None, a_max=None, out=None, *, min=None, max=None, **_):
     return stored(found, out)
 
 
-def choose_first(conditions, choices, default=0):
-    """np.select."""
-    result = default
-    for condition, choice in reversed(list(zip(conditions, choices, strict=True))):
-        result = where(condition, choice, result)
-    return result
-
-
 def piecewise(x, conditions, functions, *args, **kwargs):
     """np.piecewise: each function gets the elements that its condition selects."""
     g = graph_of(x, conditions)
@@ -294,23 +244,6 @@ def _are_many(conditions, s):
     return many or not s.many
 
 
-def without_nan(x, copy=True, nan=0.0, posinf=None, neginf=None):
-    largest = np.finfo(float).max
-    up, down = largest if posinf is None else posinf, -largest if neginf is None else neginf
-    found = where(call("equal", x, np.inf), up, where(call("equal", x, -np.inf), down, x))
-    found = where(call("isnan", x), nan, found)
-    return found if copy or not x.many else stored(found, x)
-
-
-def close(a, b, rtol=1e-5, atol=1e-8, equal_nan=False):
-    if equal_nan:
-        refuse("np.isclose of NaN")
-    a, b = (as_numpy(symbol(graph_of(a, b), v)) for v in (a, b))
-    near = abs(a - b) <= atol + rtol * abs(b)
-    finite = call("isfinite", b)
-    return call("logical_or", call("logical_and", near, finite), call("equal", a, b))
-
-
 def rounded(a, decimals=0, out=None):
     s = as_numpy(symbol(graph_of(a), a))
     if s.kind == "c":
@@ -339,40 +272,31 @@ def _bounds(part):
     return slice(*[_plain(v) for v in (part.start, part.stop, part.step)])
 
 
-def _in_columns(parts):
-    return joined(np.column_stack, [array_of(p) for p in parts])
+def _type_of(value):
+    if type(value) is Symbol:
+        return PYTHON[value.kind]() if value.py else value.dtype
+    return value
 
 
 FUNCTIONS: dict[Any, Any] = {
     **{f: typed(f) for f in TYPED},
-    **{f: functools.partial(joined, f) for f in JOINING},
+    np.concatenate: joined,
     np.sum: reduction("sum", "add"), np.max: reduction("max", "maximum"),
-    np.min: reduction("min", "minimum"), np.amax: reduction("max", "maximum"),
-    np.amin: reduction("min", "minimum"), np.prod: reduction("prod", "multiply"),
+    np.min: reduction("min", "minimum"),
+    np.prod: reduction("prod", "multiply"),
     np.any: reduction("any", "logical_or"), np.all: reduction("all", "logical_and"),
-    np.mean: mean, np.var: variance, np.std: deviation, np.average: average,
-    np.ptp: peak_to_peak, np.count_nonzero: count, np.trace: trace,
+    np.mean: mean, np.var: variance, np.std: deviation,
+    np.count_nonzero: count, np.trace: trace,
     np.argmax: place_of("maximum"), np.argmin: place_of("minimum"),
-    np.where: where_, np.clip: clip, np.select: choose_first, np.piecewise: piecewise,
-    np.nan_to_num: without_nan, np.isclose: close,
-    np.allclose: lambda a, b, **kw: np.all(close(a, b, **kw)),
-    np.array_equal: lambda a, b, **_: np.all(call("equal", a, b)),
+    np.where: where_, np.clip: clip, np.piecewise: piecewise,
     np.round: rounded, np.around: rounded,
-    np.shape: lambda a: _shape(a), np.ndim: lambda a: len(_shape(a)),
-    np.size: lambda a, axis=None: int(np.prod(_shape(a))) if axis is None else _shape(a)[axis],
-    np.real: lambda a: symbol(graph_of(a), a).part(0),
-    np.imag: lambda a: symbol(graph_of(a), a).part(1),
-    np.iscomplexobj: lambda a: symbol(graph_of(a), a).kind == "c",
-    np.isrealobj: lambda a: symbol(graph_of(a), a).kind != "c",
+    np.result_type: lambda *values: np.result_type(*map(_type_of, values)),
     np.isscalar: lambda a: type(a) is Symbol and not a.many,
     np.fromiter: lambda values, dtype=None, count=-1: typed(np.array)(list(values), dtype),
 }  # fmt: skip
 
 
-def _shape(a):
-    s = symbol(graph_of(a), a)
-    return s.ids.shape if s.many else ()
-
-
-INDEXED = {id(np.r_): Joined(np.r_, functools.partial(joined, np.concatenate)),
-           id(np.c_): Joined(np.c_, _in_columns)}  # fmt: skip
+INDEXED = {
+    id(np.r_): Joined(np.r_, joined),
+    id(np.c_): Joined(np.c_, lambda parts: np.column_stack([array_of(p) for p in parts])),
+}

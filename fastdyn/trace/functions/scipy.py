@@ -10,7 +10,7 @@ import numpy as np
 from ..symbols.arithmetic import call, where
 from ..symbols.lift import symbol
 from ..symbols.symbol import graph_of, refuse
-from .algebra import determinant, linear_in_first, norm, solution
+from .algebra import determinant, linear_in_first, solution
 from .arrays import array_of
 from .fourier import TRANSFORMS
 from .interpolators import evaluated
@@ -196,7 +196,8 @@ WRITTEN_OUT: dict[str, dict[str, Any]] = {
     "scipy.fftpack": {name: TRANSFORMS[name] for name in ("fft", "ifft", "fft2", "ifft2")},
     "scipy.interpolate": {"splev": evaluated},
     "scipy.linalg": {"solve": solution, "inv": lambda a: solution(a, np.eye(len(a))),
-                     "det": determinant, "norm": norm},
+                     "det": determinant,
+                     "norm": lambda a, *more, **named: np.linalg.norm(array_of(a), *more, **named)},
     "scipy.ndimage": {"correlate": _filter(False), "convolve": _filter(True),
                       "correlate1d": _filter(False, True), "convolve1d": _filter(True, True),
                       "laplace": laplace},

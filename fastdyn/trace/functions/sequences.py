@@ -1,15 +1,14 @@
 """Sorting, differences, running sums, interpolation and searches on symbols."""
 
-import math
 from typing import Any
 
 import numpy as np
 
-from ..symbols.arithmetic import call, stored, where
+from ..symbols.arithmetic import call, where
 from ..symbols.lift import joint, symbol
 from ..symbols.symbol import Symbol, graph_of, is_symbolic, refuse
 from .arrays import array_of
-from .ufuncs import as_numpy, reduced
+from .ufuncs import as_numpy
 
 MAX_SORTED = 32  # 496 comparisons of neighbours
 
@@ -31,86 +30,6 @@ def in_order(a, axis: Any = -1, *more, **options):
     return np.moveaxis(np.stack(rows), 0, -1 if axis is None else axis)
 
 
-def median(a, axis: Any = None, out=None, overwrite_input=False, keepdims=False):
-    if keepdims or np.ndim(axis):
-        refuse("np.median in this way")
-    ordered = in_order(a, axis)
-    rows = np.moveaxis(ordered, -1 if axis is None else axis, 0)
-    half = len(rows) // 2
-    middle = rows[half] if len(rows) % 2 else (rows[half - 1] + rows[half]) / 2.0
-    nan = reduced("logical_or", call("isnan", rows), axis=0)
-    return stored(where(nan, math.nan, middle), out)
-
-
-def gradient_of(f: Any, *spacing: Any, axis=None, edge_order=1):
-    f = array_of(f)
-    axes = range(f.ids.ndim) if axis is None else [int(a) % f.ids.ndim for a in np.atleast_1d(axis)]
-    if edge_order not in (1, 2) or len(spacing) > len(axes):
-        refuse("np.gradient in this way")
-    steps = list(spacing or (1.0,))
-    if len(steps) == 1:
-        steps *= len(axes)
-    found = [_slope(f, i, h, edge_order) for i, h in zip(axes, steps, strict=True)]
-    return found[0] if len(found) == 1 else tuple(found)
-
-
-def _has_axes(value):
-    return value.many if type(value) is Symbol else np.ndim(value) > 0
-
-
-def _slope(f, axis, h: Any, order):
-    n = f.ids.shape[axis]
-    if n < order + 1:
-        raise ValueError("Shape of array too small to calculate a numerical gradient")
-    inner = (slice(None),) * axis
-
-    def at(key):
-        return f[(*inner, key)]
-
-    if _has_axes(h):
-        gaps: Any = np.diff(h)
-        known = gaps.plain() if type(gaps) is Symbol and not gaps.varies else gaps
-        if not isinstance(known, np.ndarray) or order != 1:
-            refuse("np.gradient on a grid that depends on the state")
-        if (known == known[0]).all():
-            return _slope(f, axis, float(known[0]), order)
-        shape = [1] * f.ids.ndim
-        shape[axis] = -1
-        a, b = known[:-1].reshape(shape), known[1:].reshape(shape)
-        middle = (-b / (a * (a + b))) * at(slice(None, -2)) + ((b - a) / (a * b)) * at(
-            slice(1, -1)) + (a / (b * (a + b))) * at(slice(2, None))  # fmt: skip
-        ends = known[0], known[-1]
-    else:
-        middle = (at(slice(2, None)) - at(slice(None, -2))) / (2.0 * h)
-        ends = h, h
-    result = np.zeros_like(f) if f.kind in "fc" else np.zeros_like(f, dtype=float)
-    result[(*inner, slice(1, -1))] = middle
-    if order == 1:
-        result[(*inner, 0)] = (at(1) - at(0)) / ends[0]
-        result[(*inner, -1)] = (at(-1) - at(-2)) / ends[1]
-    else:
-        a, b, c = -1.5 / h, 2.0 / h, -0.5 / h
-        result[(*inner, 0)] = a * at(0) + b * at(1) + c * at(2)
-        a, b, c = 0.5 / h, -2.0 / h, 1.5 / h
-        result[(*inner, -1)] = a * at(-3) + b * at(-2) + c * at(-1)
-    return result
-
-
-def trapezoid(y, x=None, dx=1.0, axis=-1):
-    y = np.moveaxis(array_of(y), axis, -1)
-    steps = dx if x is None else np.diff(array_of(x) if is_symbolic(x) else x)
-    return reduced("add", steps * (y[..., 1:] + y[..., :-1]) / 2.0, axis=-1)
-
-
-def polynomial(p, x):
-    """np.polyval."""
-    coefficients = list(array_of(p)) if is_symbolic(p) else list(np.asarray(p))
-    result: Any = np.zeros_like(x)
-    for c in coefficients:
-        result = result * x + c
-    return result
-
-
 def _accumulate(name):
     def function(a, axis=None, dtype=None, out=None, **_):
         a = array_of(a)
@@ -120,12 +39,10 @@ def _accumulate(name):
     return function
 
 
-def _interpolated(x, xp, fp, left=None, right=None, period=None):
-    """np.interp."""
+def interpolated(x, xp, fp, left=None, right=None):
+    """The functions in C behind np.interp."""
     g = graph_of(x, xp, fp, left, right)
     x, xp, fp = (as_numpy(symbol(g, v)) for v in (x, xp, fp))
-    if period is not None:
-        return _periodic(x, xp, fp, float(period))
     n = len(xp)
     if len(fp) != n:
         raise ValueError("fp and xp are not of the same length.")
@@ -133,7 +50,7 @@ def _interpolated(x, xp, fp, left=None, right=None, period=None):
         ends = [
             [None if v is None else symbol(g, v).part(i) for v in (left, right)] for i in (0, 1)
         ]
-        return joint(*[_interpolated(x, xp, fp.part(i), *ends[i]) for i in (0, 1)])
+        return joint(*[interpolated(x, xp, fp.part(i), *ends[i]) for i in (0, 1)])
     names = _table(g, xp), _table(g, fp)
     if n == 0 or None in names or not g.ascending(names[0]):
         refuse("np.interp in a table that does not increase")
@@ -152,18 +69,6 @@ def _table(g, s):
         return None
     name = g.table_name(s.ids)
     return g.constant_table(s.plain() + 0.0) if name is None and not s.varies else name
-
-
-def _periodic(x, xp, fp, period):
-    if period == 0:
-        raise ValueError("period must be a non-zero value")
-    period, knots, heights = abs(period), xp.plain(), fp.plain()
-    knots = knots % period
-    order = np.argsort(knots)
-    knots, heights = knots[order], heights[order]
-    knots = np.concatenate([knots[-1:] - period, knots, knots[:1] + period])
-    heights = np.concatenate([heights[-1:], heights, heights[:1]])
-    return _interpolated(np.remainder(x, period), knots, heights)
 
 
 def whereabouts(a, v, side="left", sorter=None):
@@ -207,24 +112,8 @@ def bisected(plain, side):
     return function
 
 
-def _sinc(x):
-    s = as_numpy(symbol(graph_of(x), x))
-    angle = s * math.pi
-    return where(call("equal", s, 0.0), 1.0, call("sin", angle) / angle)
-
-
-def angle(z, deg=False):
-    z = symbol(graph_of(z), z)
-    found = call("arctan2", z.part(1), z.part(0))
-    return found * (180.0 / math.pi) if deg else found
-
-
-TRAPEZOID: Any = getattr(np, "trapezoid", None) or vars(np)["trapz"]  # "trapz" before NumPy 2
-
-
 FUNCTIONS: dict[Any, Any] = {
     np.cumsum: _accumulate("add"), np.cumprod: _accumulate("multiply"),
-    np.sort: in_order, np.median: median, np.gradient: gradient_of, TRAPEZOID: trapezoid,
-    np.polyval: polynomial, np.interp: _interpolated, np.searchsorted: whereabouts,
-    np.digitize: binned, np.sinc: _sinc, np.angle: angle,
+    np.sort: in_order, np.partition: lambda a, kth, *axis, **named: in_order(a, *axis, **named),
+    np.searchsorted: whereabouts, np.digitize: binned,
 }  # fmt: skip

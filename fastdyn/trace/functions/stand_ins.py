@@ -5,10 +5,12 @@ import cmath
 import logging
 import math
 import sys
+import types
 from collections.abc import Iterator, ValuesView
 from typing import Any
 
 import numpy as np
+from numpy._core import multiarray
 
 from .. import islands
 from ..graph.refusal import LATEST, OutOfTime, Refusal
@@ -16,10 +18,11 @@ from ..symbols.lift import symbol
 from ..symbols.masks import WHY, Masked
 from ..symbols.symbol import HANDLERS, NOW, Symbol, graph_of, is_symbolic, of_numpy, refuse
 from . import algebra, arrays, makers, scipy, sequences
-from .arrays import INDEXED, JOINING, STRUCTURE, structured
+from .arrays import INDEXED, STRUCTURE, structured
 from .makers import MAKERS
 from .objects import plain_of, wrapped
 from .python import BISECT, BUILTINS, CMATH, MATH, impure, vectorized
+from .source import Sources
 
 PURE = set(
     "numpy scipy builtins math cmath numba operator _operator functools itertools collections "
@@ -60,30 +63,35 @@ def call_function(function, args, kwargs):
     if function in STRUCTURE:
         return structured(function, args, kwargs)
     own = FUNCTIONS.get(function) or scipy.written_out(function)
-    if own is None:
+    source: Any = None if own else SOURCES.of(function)
+    if source is function:
         return _other(function, args, kwargs)
     before, raising = LATEST.refusal, NOW.g.raising
     try:
-        found = own(*args, **kwargs)
+        found = (own or source)(*args, **kwargs)
     except OutOfTime:
         raise
     except (Refusal, TypeError, AttributeError):  # C code raises TypeError on symbols
-        if NOW.g.start is None or not _is_pure(function):
+        if _vary(args, kwargs) and (NOW.g.start is None or not _is_pure(function)):
             raise
         LATEST.refusal, NOW.g.raising = before, raising
-        return islands.island(function, args, kwargs)
-    if function in JOINING or function in MAKERS or function in arrays.TYPED:
+        return _other(function, args, kwargs)
+    if source or function in MAKERS or function in arrays.TYPED:
         return found
     return laid_out(function, args, kwargs, found)
 
 
 def _other(function, args, kwargs):
-    """A function without a stand-in: on constants at once, else called from the code."""
-    if not any(s.varies for s in symbols_in([args, kwargs])):
+    """A function without a form: on constants at once, else called from the code."""
+    if not _vary(args, kwargs):
         return wrapped(function(*plain_of(args), **plain_of(kwargs)))
     if not _is_pure(function):
         refuse(f"{function.__name__} of what depends on the state")
     return islands.island(function, args, kwargs)
+
+
+def _vary(*values):
+    return any(s.varies for s in symbols_in(values))
 
 
 def _is_pure(function):
@@ -188,6 +196,10 @@ class Quiet:
         return lambda *_, **__: None
 
 
+def _broadcast(*values):
+    return np.broadcast(*[arrays.array_of(v).ids for v in values])
+
+
 def _error_state(**how):
     """np.errstate."""
     if not {"ignore", "warn", None}.issuperset(how.values()):
@@ -210,6 +222,12 @@ STAND_INS: dict[int, Any] = {
     if callable(function) and not isinstance(function, type) and name[0] != "_"
 }
 STAND_INS |= INDEXED
+STAND_INS[id(np.broadcast)] = _broadcast
+STAND_INS |= {
+    id(function): sequences.interpolated
+    for name, function in vars(multiarray).items()
+    if name in ("interp", "interp_complex")
+}
 STAND_INS |= {id(np.errstate): _error_state, id(np.seterr): _seterr, id(np.geterr): _geterr}
 STAND_INS[id(np.vectorize)] = vectorized
 STAND_INS |= {id(getattr(np, name)): impure(f"numpy.{name}") for name in OF_FILES}
@@ -223,6 +241,16 @@ def stand_in_of(value):
     """The stand-in of a function or class of a library; None for any other value."""
     found = STAND_INS.get(id(value))
     return scipy.stand_in_of(value, LibraryFunction) if found is None else found
+
+
+def _in_source(value):
+    """What the source of NumPy gets for a value; None for a value that is rebuilt, or stays."""
+    if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] not in PURE:
+        return Forbidden(value.__name__)
+    return stand_in_of(value)
+
+
+SOURCES = Sources(_in_source)
 
 
 def root_of(thing):
@@ -245,7 +273,7 @@ def _sort(self, axis=-1, **more):
 
 for _name in (
     "sum mean max min std var prod any all dot clip round ptp cumsum cumprod trace argmax argmin "
-    "searchsorted nonzero argsort"
+    "searchsorted"
 ).split():
     setattr(Symbol, _name, _by_function(_name))
 setattr(Symbol, "sort", _sort)  # noqa: B010

@@ -201,18 +201,27 @@ def store(array, key, value):
 
 
 class Flat:
-    """The elements of an array, to be iterated over."""
+    """The elements of an array in C's order."""
 
     def __init__(self, array):
         self._array = array
 
-    def __iter__(self):
-        return iter(self._array.ravel())
+    def __len__(self):
+        return self._array.ids.size
+
+    def __getitem__(self, key):
+        return self._array.flatten()[key]
+
+    def __setitem__(self, key, value):
+        a = self._array
+        ids = np.array(HANDLERS["cast"](a.g, value, a.kind, "unsafe"), a.ids.dtype)
+        at = np.arange(a.ids.size)[key]
+        a.put(np.unravel_index(at, a.ids.shape), np.resize(ids, np.shape(at)))
 
     def _refused(self, *_) -> Any:
         refuse("`flat` of an array that depends on the state")
 
-    __getitem__ = __setitem__ = __len__ = __array__ = __getattr__ = _refused
+    __array__ = __getattr__ = _refused
 
 
 HANDLERS.update(item=item, store=store, flat=Flat)

@@ -111,6 +111,7 @@ class Symbol:
     size = of_numpy(lambda self: self.ids.size if self.many else 1)
     itemsize = of_numpy(lambda self: self.dtype.itemsize)
     nbytes = of_numpy(lambda self: self.itemsize * self.size)
+    flags = of_numpy(lambda self: self.view_of(self.ids).ids.flags if self.many else np.True_.flags)
     T = of_numpy(lambda self: self.transpose() if self.many else self)
 
     def view_of(self, ids):

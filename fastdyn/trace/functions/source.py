@@ -1,0 +1,57 @@
+"""NumPy's functions that are written in Python, rebuilt over the stand-ins of what they call."""
+
+import builtins
+import types
+from typing import Any
+
+from .python import BUILTINS
+
+
+class _Module:
+    """A module in rebuilt source."""
+
+    def __init__(self, sources, module):
+        self._sources, self._module = sources, module
+
+    def __getattr__(self, name):
+        value = self._sources.inside(getattr(self._module, name))
+        setattr(self, name, value)
+        return value
+
+
+class _Globals(dict):
+    """The globals of the rebuilt functions of a module; a name is looked up when it is used."""
+
+    def __init__(self, sources, outer):
+        super().__init__(__builtins__={**vars(builtins), **BUILTINS}, __name__=outer["__name__"])
+        self._sources, self._outer = sources, outer
+
+    def __missing__(self, name):
+        self[name] = self._sources.inside(self._outer[name])
+        return self[name]
+
+
+class Sources:
+    """Rebuilt functions; ``stand_in(value)`` is the stand-in of a value, or None."""
+
+    def __init__(self, stand_in):
+        self._stand_in, self._made = stand_in, {}
+
+    def inside(self, value) -> Any:
+        """What rebuilt source gets for a value of a module."""
+        found = self._stand_in(value)
+        if found is not None:
+            return found
+        return _Module(self, value) if isinstance(value, types.ModuleType) else self.of(value)
+
+    def of(self, value) -> Any:
+        """A function of NumPy that is written in Python, rebuilt; any other value unchanged."""
+        f = getattr(value, "_implementation", value)
+        if type(f) is not types.FunctionType or f.__module__.partition(".")[0] != "numpy":
+            return value
+        if f not in self._made:
+            names = self._made.setdefault(f.__module__, _Globals(self, f.__globals__))
+            new = types.FunctionType(f.__code__, names, f.__name__, f.__defaults__, f.__closure__)
+            new.__kwdefaults__ = f.__kwdefaults__
+            self._made[f] = new
+        return self._made[f]
