@@ -1,5 +1,6 @@
 """Fourier transforms of short arrays, by transforms of the factors of the length."""
 
+import functools
 import math
 from typing import Any
 
@@ -9,10 +10,10 @@ from ..symbols.lift import joint
 from ..symbols.symbol import Symbol, constant, refuse
 from .algebra import _sums
 from .arrays import array_of
+from .ufuncs import OF_ROWS
 
 LONGEST = 256  # compiled code calls the library for longer arrays
 LARGEST_FACTOR = 32  # a prime length takes its square: 1000 products
-NORMS = {None: (0.0, 1.0), "backward": (0.0, 1.0), "ortho": (0.5, 0.5), "forward": (1.0, 0.0)}
 
 
 def transformed(z: Any, sign) -> Any:
@@ -63,56 +64,29 @@ def _resized(z, n) -> Any:
     return np.concatenate([z, np.zeros((*z.ids.shape[:-1], n - z.ids.shape[-1]))], axis=-1)
 
 
-def transform(name):
-    """fft, ifft, rfft or irfft of np.fft and scipy.fft."""
-    inverse = name[0] == "i"
-
-    def of_array(a, n=None, axis=-1, norm=None, **more):
-        if any(v is not None and v is not False for v in more.values()):
-            refuse(f"{name} with options")
-        if norm not in NORMS:
-            raise ValueError(f"Invalid norm value {norm}")
-        z = np.moveaxis(array_of(a), axis, -1)
-        size = 2 * (z.ids.shape[-1] - 1) if n is None and name == "irfft" else n
-        size = z.ids.shape[-1] if size is None else int(size)
-        if not z.ids.size or size < 1 or size > LONGEST:
-            refuse(f"{name} of so much", final=True)
-        # 3 transforms, because most functions also transform back
-        z.g.check(15 * z.ids.size // z.ids.shape[-1] * size * size.bit_length())
-        if z.kind != "c" or name == "rfft":
-            z = z.real if z.kind in "fc" else z + 0.0
-            z = joint(z, constant(z.g, 0.0, z.ids))
-        if name == "irfft":  # of a spectrum, whose other half is its conjugate
-            z = _resized(z, size // 2 + 1).copy()
-            z.imag[..., 0] = 0.0
-            if size % 2 == 0:
-                z.imag[..., -1] = 0.0
-            z = np.concatenate([z, np.conj(z[..., 1 : (size + 1) // 2])[..., ::-1]], axis=-1)
-        found: Any = transformed(_resized(z, size), 1.0 if inverse else -1.0)
-        found = found.real if name == "irfft" else found
-        found = found[..., : size // 2 + 1] if name == "rfft" else found
-        scale = size ** -NORMS[norm][inverse]
-        return np.moveaxis(found if scale == 1.0 else found * scale, -1, axis)
-
-    return of_array
+def transform(name, given, factor, axes, out):
+    """A ufunc behind np.fft, with the place of its factor, along the axis ``axes[0]``."""
+    (axis,), (out,) = axes[0], out
+    z, m = np.moveaxis(array_of(given), axis, -1), out.shape[axis]
+    size = {"rfft_n_even": 2 * (m - 1), "rfft_n_odd": 2 * m - 1}.get(name, m)
+    if not z.ids.size or size > LONGEST:
+        refuse(f"{name} of so much", final=True)
+    # 3 transforms, because most functions also transform back
+    z.g.check(15 * z.ids.size // z.ids.shape[-1] * size * size.bit_length())
+    if z.kind != "c":
+        z = z if z.kind == "f" else z + 0.0
+        z = joint(z, constant(z.g, 0.0, z.ids))
+    if name == "irfft":  # of a spectrum, whose other half is its conjugate
+        z = _resized(z, size // 2 + 1).copy()
+        z.imag[..., 0] = 0.0
+        if size % 2 == 0:
+            z.imag[..., -1] = 0.0
+        z = np.concatenate([z, np.conj(z[..., 1 : (size + 1) // 2])[..., ::-1]], axis=-1)
+    found: Any = transformed(_resized(z, size), 1.0 if name in ("ifft", "irfft") else -1.0)
+    found = (found.real if name == "irfft" else found)[..., :m]
+    out[...] = np.moveaxis(found if factor == 1 else found * factor, -1, axis)
+    return out
 
 
-def over_axes(one, axes=None):
-    """A transform along several axes, each by the transform `one`."""
-
-    def function(a, s=None, axes: Any = axes, norm=None, **more):
-        if s is not None:
-            refuse("a Fourier transform with a shape")
-        for axis in range(array_of(a).ids.ndim) if axes is None else axes:
-            a = one(a, None, axis, norm, **more)
-        return a
-
-    return function
-
-
-FFT, INVERSE = transform("fft"), transform("ifft")
-TRANSFORMS = {
-    "fft": FFT, "ifft": INVERSE, "rfft": transform("rfft"), "irfft": transform("irfft"),
-    "fft2": over_axes(FFT, (-2, -1)), "fftn": over_axes(FFT),
-    "ifft2": over_axes(INVERSE, (-2, -1)), "ifftn": over_axes(INVERSE),
-}  # fmt: skip
+for _name in ("fft", "ifft", "rfft_n_even", "rfft_n_odd", "irfft"):
+    OF_ROWS[_name] = functools.partial(transform, _name)

@@ -10,9 +10,9 @@ import numpy as np
 from ..symbols.arithmetic import call, where
 from ..symbols.lift import symbol
 from ..symbols.symbol import graph_of, refuse
+from . import fourier  # noqa: F401  # registers the functions behind np.fft
 from .algebra import determinant, linear_in_first, solution
 from .arrays import array_of
-from .fourier import TRANSFORMS
 from .interpolators import evaluated
 from .objects import plain_of, wrapped
 from .rotation import Rotations
@@ -181,19 +181,30 @@ def convolve(a, v, mode="full"):
     return _convolved(*((v, a) if len(v) > len(a) else (a, v)), mode)
 
 
+def _transform(name):
+    """A Fourier transform of SciPy by NumPy's, whose name is the same."""
+
+    def function(x, *more, norm=None, overwrite_x=False, workers=None):
+        return getattr(np.fft, name)(array_of(x), *more, norm=norm)
+
+    return function
+
+
 # -- dispatch
 
-OF_FFT = set("dct idct dst idst diff hilbert rfft2 rfftn irfft2 irfftn".split())
+OF_FFT = set("dct idct dst idst diff hilbert".split())
+TRANSFORMS = [f"{inverse}{real}fft{axes}" for inverse in ("", "i") for real in ("", "r")
+              for axes in ("", "2", "n")]  # fmt: skip
 LINEAR: dict[str, Any] = {  # functions that are linear in their first argument
-    **dict.fromkeys(("numpy.fft", "scipy.fft", "scipy.fftpack"), OF_FFT),
+    **dict.fromkeys(("scipy.fft", "scipy.fftpack"), OF_FFT),
     "scipy.ndimage": set("gaussian_filter gaussian_filter1d gaussian_laplace uniform_filter "
                          "uniform_filter1d sobel".split()),
 }  # fmt: skip
 LIBRARIES = {f"scipy.{name}" for name in "fft fftpack linalg ndimage signal special".split()}
 WITH_EFFECTS = {"set_workers", "set_backend", "set_global_backend", "register_backend"}
 WRITTEN_OUT: dict[str, dict[str, Any]] = {
-    "numpy": {"convolve": convolve}, "numpy.fft": TRANSFORMS, "scipy.fft": TRANSFORMS,
-    "scipy.fftpack": {name: TRANSFORMS[name] for name in ("fft", "ifft", "fft2", "ifft2")},
+    "numpy": {"convolve": convolve}, "scipy.fft": {name: _transform(name) for name in TRANSFORMS},
+    "scipy.fftpack": {name: _transform(name) for name in ("fft", "ifft", "fft2", "ifft2")},
     "scipy.interpolate": {"splev": evaluated},
     "scipy.linalg": {"solve": solution, "inv": lambda a: solution(a, np.eye(len(a))),
                      "det": determinant,

@@ -26,6 +26,7 @@ from ..symbols.symbol import HANDLERS, Symbol, constant, graph_of, refuse
 
 DTYPES = {None, float, complex, np.float64, np.complex128, np.dtype(float), np.dtype(complex)}
 EXTREMES = {"maximum": "top", "minimum": "low"}
+OF_ROWS: dict[str, Any] = {}  # functions of rows of arrays (*arrays, options), by their names
 START = {"multiply": 1.0, "logical_and": True, "logical_or": False}
 
 
@@ -33,6 +34,8 @@ def call_ufunc(ufunc, method, args, kwargs):
     """``ufunc(*args)``, or the method `method` of the ufunc, such as "reduce"."""
     if any(type(a) is Masked for a in args):
         return _of_masked(ufunc, method, args, kwargs)
+    if method == "__call__" and ufunc.__name__ in OF_ROWS:
+        return OF_ROWS[ufunc.__name__](*args, **kwargs)
     out, chosen = kwargs.pop("out", None), kwargs.pop("where", True)
     for option in ("casting", "subok", "order"):
         kwargs.pop(option, None)
