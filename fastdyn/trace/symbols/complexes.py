@@ -3,8 +3,6 @@
 import math
 from typing import Any
 
-import numpy as np
-
 from .arithmetic import call, where
 from .lift import joint
 from .symbol import HANDLERS, Symbol, constant, refuse
@@ -41,28 +39,20 @@ def _mul(x, y):
     like = x if x.many else y
     real = _sum(product(a, c), product(b, d), like, True)
     imag = _sum(product(a, d), product(b, c), like)
-    return joint(*_spread(real, imag))
-
-
-def _spread(real, imag):
-    """Real and imaginary part with one shape."""
-    if real.many == imag.many and np.shape(real.ids) == np.shape(imag.ids):
-        return real, imag
-    a, b = np.broadcast_arrays(real.ids, imag.ids)
-    return Symbol(real.g, a.copy()), Symbol(real.g, b.copy())
+    return joint(real, imag)
 
 
 def _div(x, y):
     if y.kind != "c" or _is_zero(y.part(1)):
-        return joint(*_spread(x.part(0) / y.part(0), x.part(1) / y.part(0)))
+        return joint(x.part(0) / y.part(0), x.part(1) / y.part(0))
     c, d = _parts(y)
     size = c * c + d * d
     top = _mul(x, _conj(y))
-    return joint(*_spread(top.part(0) / size, top.part(1) / size))
+    return joint(top.part(0) / size, top.part(1) / size)
 
 
 def _conj(z):
-    return joint(*_spread(z.part(0), -z.part(1))) if z.kind == "c" else z
+    return joint(z.part(0), -z.part(1)) if z.kind == "c" else z
 
 
 def _phase(z):
@@ -75,7 +65,7 @@ def _abs(z):
 
 def _exp(z):
     size = call("exp", z.part(0))
-    return joint(*_spread(size * call("cos", z.part(1)), size * call("sin", z.part(1))))
+    return joint(size * call("cos", z.part(1)), size * call("sin", z.part(1)))
 
 
 def _log(z):
@@ -98,7 +88,7 @@ def _by_angles(f, g, h, k, minus=False):
     def function(z):
         a, b = _parts(z)
         imag = call(h, a) * call(k, b)
-        return joint(*_spread(call(f, a) * call(g, b), -imag if minus else imag))
+        return joint(call(f, a) * call(g, b), -imag if minus else imag)
 
     return function
 
@@ -120,13 +110,11 @@ def power(base, exponent):
     found = _exp(_mul(_log(base), exponent))
     zero = call("logical_and", call("equal", base.part(0), 0.0), call("equal", base.part(1), 0.0))
     at_zero = where(call("greater", exponent.part(0), 0.0), 0.0, math.nan)
-    return joint(*_spread(*[where(zero, at_zero, part) for part in _parts(found)]))
+    return joint(*[where(zero, at_zero, part) for part in _parts(found)])
 
 
 def _real_pair(op):
-    return lambda x, y: joint(
-        *_spread(call(op, x.part(0), y.part(0)), call(op, x.part(1), y.part(1)))
-    )
+    return lambda x, y: joint(call(op, x.part(0), y.part(0)), call(op, x.part(1), y.part(1)))
 
 
 def _equal(x, y):

@@ -84,7 +84,8 @@ def joint(real, imag) -> Any:
     g = real.g
     if not real.many and not imag.many:
         return Symbol(g, (real.ids, imag.ids), "c", real.py and imag.py)
-    ids = np.empty_like(real.ids if real.many else imag.ids, PAIR)
+    like = max(real.ids, imag.ids, key=np.size)
+    ids = np.empty_like(like, PAIR, shape=np.broadcast_shapes(*map(np.shape, (real.ids, imag.ids))))
     ids["real"], ids["imag"] = real.ids, imag.ids
     return Symbol(g, ids, "c")
 

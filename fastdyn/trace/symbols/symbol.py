@@ -111,7 +111,7 @@ class Symbol:
     size = of_numpy(lambda self: self.ids.size if self.many else 1)
     itemsize = of_numpy(lambda self: self.dtype.itemsize)
     nbytes = of_numpy(lambda self: self.itemsize * self.size)
-    flags = of_numpy(lambda self: self.view_of(self.ids).ids.flags if self.many else np.True_.flags)
+    flags = of_numpy(lambda self: np.asarray(self.ids).flags)
     T = of_numpy(lambda self: self.transpose() if self.many else self)
 
     def view_of(self, ids):
@@ -261,9 +261,7 @@ class Symbol:
         return wrap(self.g, self.ids.item(*at), self.kind, True)
 
     def tolist(self):
-        if not self.many:
-            return self.item()
-        if not self.ids.ndim:
+        if not self.many or not self.ids.ndim:
             return self.item()
         return [self[i].tolist() for i in range(len(self))]
 
