@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fastdyn.trace.graph.refusal import Untraceable
+from fastdyn.trace.paths.runs import trace
 from support.long_arrays import in_batches
 
 LENGTHS = 3, 40, 100
@@ -183,3 +184,32 @@ def test_an_expression_is_taken_at_every_length_or_at_none(expression):
                 y = np.random.default_rng(seed).normal(size=n)
                 np.testing.assert_allclose(compiled(0.3, y), f(0.3, y), rtol=1e-9, atol=1e-9)
     assert len(set(taken.values())) == 1, taken
+
+
+WRITTEN_IN_PYTHON = """
+np.cov(y, y * y)
+np.fft.fftshift(y)
+np.kron(y, y)
+np.linalg.norm(np.outer(y, y), axis=1)
+np.median(y[:5])
+np.nansum(y)
+np.pad(y, 1, mode="linear_ramp")
+np.select([y > 1.0], [y], y * y)
+np.tensordot(np.outer(y, y), y, 1)
+np.unwrap(y)
+""".strip().splitlines()
+
+
+@pytest.mark.parametrize("expression", WRITTEN_IN_PYTHON)
+@pytest.mark.parametrize("n", [5, 40])
+def test_the_source_of_numpy_is_traced(expression, n):
+    f = numbers(expression)
+    compiled = in_batches(f, n)[0]  # refuses islands, which need the start
+    y = np.random.default_rng(n).normal(size=n)
+    np.testing.assert_allclose(compiled(0.3, y), f(0.3, y), rtol=1e-12, atol=1e-12)
+
+
+def test_a_number_from_outside_that_only_the_source_of_numpy_meets_stays_a_parameter():
+    a, b = np.array([1.0, 2.0, 3.0]), np.array([0.5, -1.0, 2.0])
+    found = trace(lambda t, y: y + np.cross(a, b), (), 3, (3,))
+    assert len(found.graph.values) >= 6 and not found.graph.tables
