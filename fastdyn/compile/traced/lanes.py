@@ -1,5 +1,6 @@
 """A trace as a Taylor kernel on vectors, with a trajectory in each lane."""
 
+import functools
 from typing import Any
 
 from llvmlite import ir
@@ -36,11 +37,12 @@ def text(traced, symbol, order, kinds, width):
     if len(plan.steps) > MAX_STEPS:
         raise NotSmooth(f"a function of more than {MAX_STEPS} formulas, in vectors,")
     module, raises = ir.Module(), raising is not graph.false
-    _invariants(module, traced, plan, kinds, width)
-    _slopes(module, traced, kinds, width)
+    define = functools.partial(_define, module, traced, kinds, width)
+    define("fastdyn_invariants", ("block", "out"), list(plan.invariants.values()))
+    define("fastdyn_slopes", ("t", "y", "block", "out"), traced.stored)
     functions(module, plan, width)
-    if raises:
-        _raises(module, traced, raising, kinds, width)
+    if raises:  # 1.0 in the lanes where the function raises, else 0.0
+        define("fastdyn_raises", ("t", "y", "block"), [raising])
     looks = is_deceptive(plan)
     driver = OfTrajectories(Single(plan), order, width, raises, looks, *by_processor(width))
     return f"{module}\n{driver(symbol, set(module.globals))}"
@@ -59,64 +61,37 @@ class _Rows(VectorSource):
     """The inputs of the form on vectors, with the state in memory."""
 
     def y(self, i):
-        return _vector(self.builder, self._y, i, self.t.type)
+        at = _place(self.builder, self._y, i, self.t.type)
+        value = self.builder.load(at)
+        value.align = 8
+        return value
 
 
-def _vector(builder, pointer, i, kind):
+def _place(builder, pointer, i, kind):
     at = builder.gep(pointer, [INDEX(i * kind.count)])
-    value = builder.load(builder.bitcast(at, kind.as_pointer()))
-    value.align = 8
-    return value
+    return builder.bitcast(at, kind.as_pointer())
 
 
-def _emitter(function, traced, kinds, kind, t, y, block):
+def _define(module, traced, kinds, width, name, given, nodes):
+    """Define a function that stores nodes at `out`, or that returns the number of one truth."""
+    kind, numbers, words = ir.VectorType(REAL, width), REAL.as_pointer(), WORD.as_pointer()
+    types = {"t": kind, "y": numbers, "block": words, "out": numbers}
+    stores = "out" in given
+    form = ir.FunctionType(ir.VoidType() if stores else kind, [types[each] for each in given])
+    function = ir.Function(module, form, name)
+    place = {"t": ir.Constant(kind, ir.Undefined), "y": None}
+    place |= zip(given, function.args, strict=True)
     builder = ir.IRBuilder(function.append_basic_block())
-    source = _Rows(builder, traced, t, y, block, kinds)
-
-    def in_vectors(name, values):
-        return by_formula(builder, name, values)
-
-    return builder, Emitter(builder, traced.trace.graph, kind, source, in_vectors)
-
-
-def _invariants(module, traced, plan, kinds, width):
-    """``fastdyn_invariants(block, out)``: the values that do not change within a solve."""
-    kind = ir.VectorType(REAL, width)
-    form = ir.FunctionType(ir.VoidType(), [WORD.as_pointer(), REAL.as_pointer()])
-    function = ir.Function(module, form, "fastdyn_invariants")
-    block, out = function.args
-    nothing = ir.Constant(kind, ir.Undefined)
-    builder, emitter = _emitter(function, traced, kinds, kind, nothing, None, block)
-    _stored(builder, emitter.nodes(list(plan.invariants.values())), out)
-
-
-def _slopes(module, traced, kinds, width):
-    """``fastdyn_slopes(t, y, block, out)``: the function itself."""
-    kind = ir.VectorType(REAL, width)
-    places = [REAL.as_pointer(), WORD.as_pointer(), REAL.as_pointer()]
-    form = ir.FunctionType(ir.VoidType(), [kind, *places])
-    function = ir.Function(module, form, "fastdyn_slopes")
-    builder, emitter = _emitter(function, traced, kinds, kind, *function.args[:3])
-    _stored(builder, emitter.nodes(traced.stored), function.args[3])
-
-
-def _stored(builder, values, out):
-    """Emit: store vectors one behind the other, and return."""
+    source = _Rows(builder, traced, place["t"], place["y"], place["block"], kinds)
+    in_vectors = functools.partial(by_formula, builder)
+    values = Emitter(builder, traced.trace.graph, kind, source, in_vectors).nodes(nodes)
+    if not stores:
+        builder.ret(builder.uitofp(values[0], kind))
+        return
     for i, value in enumerate(values):
-        at = builder.gep(out, [INDEX(i * value.type.count)])
-        stored: Any = builder.store(value, builder.bitcast(at, value.type.as_pointer()))
+        stored: Any = builder.store(value, _place(builder, place["out"], i, kind))
         stored.align = 8
     builder.ret_void()
-
-
-def _raises(module, traced, raising, kinds, width):
-    """``fastdyn_raises(t, y, block)``: 1.0 in the lanes where the function raises, else 0.0."""
-    kind = ir.VectorType(REAL, width)
-    form = ir.FunctionType(kind, [kind, REAL.as_pointer(), WORD.as_pointer()])
-    function = ir.Function(module, form, "fastdyn_raises")
-    builder, emitter = _emitter(function, traced, kinds, kind, *function.args)
-    (truth,) = emitter.nodes([raising])
-    builder.ret(builder.uitofp(truth, kind))
 
 
 def functions(module, plan, width):
