@@ -5,16 +5,28 @@ import operator
 
 import numpy as np
 
-from .domains import outside
+from .domains import LARGEST, outside
 from .record import Operation, add
 from .value import select
 
+
+def _below_zero(a):
+    """Whether the sign of a number is set, also that of a zero."""
+    return (a < 0.0) | ((a == 0.0) & (1.0 / a < 0.0))
+
+
+def _by_sign(a, below, above, at):
+    """`below`, `above` or `at` by the sign of a; NaN stays."""
+    return select(a < 0.0, below, select(a > 0.0, above, select(a == 0.0, at, a)))
+
+
 add(
     Operation("add", operator.add, (1.0, 1.0), "fadd", "+", recurrence="linear"),
-    Operation("sub", operator.sub, (1.0, -1.0), "fsub", "-", recurrence="linear"),
+    Operation("sub", operator.sub, (1.0, -1.0), "fsub", "-", recurrence="linear",
+              aliases=("subtract",)),
     Operation("neg", np.negative, (-1.0,), "fneg", recurrence="linear"),
     Operation("mul", operator.mul, (lambda o, a, b: b, lambda o, a, b: a), "fmul", "*",
-              recurrence="product"),
+              recurrence="product", aliases=("multiply",)),
     Operation("div", np.true_divide, (lambda o, a, b: 1 / b, lambda o, a, b: -(o * (1 / b))),
               "fdiv", "/", cost=4, recurrence="quotient"),
     Operation("sqrt", np.sqrt, (lambda o, a: 0.5 / o,), "llvm.sqrt", cost=4, in_math=math.sqrt,
@@ -33,4 +45,24 @@ add(
     Operation("select", lambda c, a, b: np.where(c, a, b)[()],
               (0.0, lambda o, c, a, b: select(c, 1.0, 0.0), lambda o, c, a, b: select(c, 0.0, 1.0)),
               "select", recurrence="choice", decision=lambda o, c, a, b: c),
+    # functions of NumPy by these operations
+    Operation("positive", formula=lambda a: a, aliases=("conjugate",)),
+    Operation("square", formula=lambda a: a * a),
+    Operation("reciprocal", formula=lambda a: 1.0 / a),
+    Operation("greater", formula=lambda a, b: a > b),
+    Operation("greater_equal", formula=lambda a, b: a >= b),
+    Operation("not_equal", formula=lambda a, b: a != b),
+    Operation("maximum", formula=lambda a, b: select((b <= a) | (a != a), a, b)),
+    Operation("minimum", formula=lambda a, b: select((a <= b) | (a != a), a, b)),
+    Operation("fmax", formula=lambda a, b: select((b <= a) | (b != b), a, b)),
+    Operation("fmin", formula=lambda a, b: select((a <= b) | (b != b), a, b)),
+    Operation("sign", formula=lambda a: _by_sign(a, -1.0, 1.0, 0.0)),
+    Operation("heaviside", formula=lambda a, at: _by_sign(a, 0.0, 1.0, at)),
+    Operation("signbit", formula=_below_zero),
+    Operation("copysign", formula=lambda a, b: select(_below_zero(b), -abs(a), abs(a))),
+    Operation("isnan", formula=lambda a: a != a),
+    Operation("isinf", formula=lambda a: abs(a) == math.inf),
+    Operation("isfinite", formula=lambda a: abs(a) <= LARGEST),
+    Operation("deg2rad", formula=lambda a: a * (math.pi / 180.0)),
+    Operation("rad2deg", formula=lambda a: a * (180.0 / math.pi)),
 )  # fmt: skip

@@ -46,7 +46,7 @@ for _name, _operation, _reflected in (
 ):  # fmt: skip
     setattr(Value, f"__{_name}__", lambda a, b, op=_operation: call(op, a, b))
     setattr(Value, f"__{_reflected}__", lambda a, b, op=_operation: call(op, b, a))
-exp, log, log1p, sin, cos, sinh, cosh, sqrt, floor, rint, power, select = (
+exp, log, log1p, sin, cos, sinh, cosh, sqrt, floor, rint, fmod, power, select = (
     partial(call, name)
-    for name in "exp log log1p sin cos sinh cosh sqrt floor rint pow select".split()
+    for name in "exp log log1p sin cos sinh cosh sqrt floor rint fmod pow select".split()
 )

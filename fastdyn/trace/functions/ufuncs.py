@@ -9,7 +9,6 @@ from ...operations import NAMES
 from ..graph.rows import ID
 from ..symbols import operators  # noqa: F401  # registers the operators
 from ..symbols.arithmetic import (
-    FORMULAS,
     LOGICAL,
     ON_SYMBOLS,
     SAME,
@@ -78,7 +77,7 @@ def _no_options(name, options):
 def is_known(ufunc):
     """Whether a ufunc is an operation, or has a formula."""
     name = SAME.get(ufunc.__name__, ufunc.__name__)
-    return name in FORMULAS or name in ON_SYMBOLS or name in NAMES or name in LOGICAL or name in (
+    return name == "hypot" or name in ON_SYMBOLS or name in NAMES or name in LOGICAL or name in (
         "invert", "bitwise_and", "bitwise_or", "bitwise_xor")  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ...operations import NAMES
 from ...operations.domains import LARGEST
 from ..graph.domains import divided_by_zero, too_large_a_power, zero_to_a_negative_power
-from .formulas import COMPARISONS, FORMULAS, OnIds, divided
+from .formulas import OnIds, divided, hypotenuse
 from .lift import joint, symbol
 from .symbol import HANDLERS, PYTHON, Symbol, graph_of, refuse
 
@@ -29,7 +29,9 @@ SAME: dict[str, str] = {  # other names of operations
 }  # fmt: skip
 LOGICAL = frozenset(("logical_and", "logical_or", "logical_xor", "logical_not"))
 BITS = {"bitwise_and": "logical_and", "bitwise_or": "logical_or", "bitwise_xor": "logical_xor"}
-TRUE_OR_FALSE = frozenset("isnan isinf isfinite signbit".split())
+TRUE_OR_FALSE = frozenset(
+    "isnan isinf isfinite signbit less less_equal greater greater_equal equal not_equal".split()
+)
 ON_WHOLE: dict[str, Any] = {  # operations that whole numbers of Python compute exactly
     "add": operator.add, "subtract": operator.sub, "multiply": operator.mul,
     "divide": operator.truediv, "floor_divide": operator.floordiv, "remainder": operator.mod,
@@ -40,6 +42,7 @@ ON_WHOLE: dict[str, Any] = {  # operations that whole numbers of Python compute 
     "bitwise_xor": operator.xor, "invert": operator.invert, "divmod": divmod,
     "left_shift": operator.lshift, "right_shift": operator.rshift,
 }  # fmt: skip
+KEEP_WHOLE = {*ON_WHOLE, "conjugate", "square", "maximum", "minimum", "sign"} - {"divide"}
 
 
 def call(name: str, *values) -> Any:
@@ -92,12 +95,12 @@ def _real(g, name, given) -> Any:
         differ = _logical(g, "logical_xor", given, python)
         return differ if name == "not_equal" else _logical(g, "logical_not", [differ], python)
     ids = [as_numbers(g, s) for s in given]
-    if name in FORMULAS:
-        found = FORMULAS[name](g, *ids)
-    elif name in ON_SYMBOLS:
+    if name in ON_SYMBOLS:
         return ON_SYMBOLS[name](
             kind, python, *[_number(g, i, s) for i, s in zip(ids, given, strict=True)]
         )
+    elif name == "hypot":
+        found = hypotenuse(g, *ids)
     elif name in NAMES:
         found = OnIds(g).call(NAMES[name], *ids)
     else:
@@ -160,12 +163,9 @@ def truth(g, ids, python=False):
 
 
 def _python_kind(name, given):
-    if name in COMPARISONS or name in TRUE_OR_FALSE:
+    if name in TRUE_OR_FALSE:
         return "b"
-    kinds = {s.kind for s in given}
-    if "f" in kinds or name in ("divide", "hypot") or (name in NAMES and name not in FORMULAS):
-        return "f"
-    return "i"
+    return "i" if name in KEEP_WHOLE and "f" not in {s.kind for s in given} else "f"
 
 
 def numpy_kind(name, given):
