@@ -237,3 +237,24 @@ def test_whole_numbers_that_no_float_is():
     agrees(fun, 2)
     for k in (2**54 + 1, -(2**54) - 1, 2**70 + 1, np.int64(-(2**63)), 2):
         agrees(fun, k)
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+def test_a_long_constant_beside_an_event_in_python():
+    """The constant is an array stored beside the code, and the event may change what `fun` uses."""
+    gain = np.ones(3)
+
+    def fun(t, y):
+        return np.linspace(0.1, 1.0, 130) * (1.0 - y) * gain.mean()
+
+    def half(t, y):
+        gain[:] = 2.0
+        return y[-1] - 0.5
+
+    mine, theirs = (
+        solve(fun, (0.0, 2.0), np.zeros(130), events=half)
+        for solve in (fastdyn.solve_ivp, reference)
+        if gain.fill(1.0) is None
+    )
+    assert np.allclose(mine.t_events[0], theirs.t_events[0], rtol=1e-12)
+    assert np.allclose(mine.y, theirs.y, rtol=1e-12)

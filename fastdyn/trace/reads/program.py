@@ -113,7 +113,7 @@ class _Writer:
             if row >= 0 and row not in needed:
                 needed.add(row)
                 todo.append(reads.rows[row].parent)
-        return sorted(needed)
+        return [i for i in range(len(reads.rows)) if i in needed]  # the user may change `sorted`
 
     def _named(self, thing):
         """The name of an object in the source."""
