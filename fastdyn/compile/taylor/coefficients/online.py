@@ -139,7 +139,7 @@ class Online(Formulas):
             for step in self.plan.steps if step.node.key in self.timed
             for _, _, g in step.parts
         }  # fmt: skip
-        self._tables = Tables(self.text, self.scale, self.last + 1)
+        self._tables = Tables(self.text, self.last + 1)
         self.leaf = self._first()
         self.store(1)
         self.add_order(self.order(1, min(1, self.registers), True))
@@ -156,7 +156,7 @@ class Online(Formulas):
         half = self.text.mul(self.scale, hexadecimal(0.5))
         self.ahead = {i: self.text.mul(half, found[j]) for i, j in self.chains.items()}
         for i, (f, core) in enumerate(self.plan.outputs):
-            if core is not None and self.exact:
+            if core is not None:
                 self._pace(f, 2 if i in self.chains.values() else 1)
         return found
 
@@ -176,7 +176,7 @@ class Online(Formulas):
         f, core = self.plan.outputs[i]
         if core is None:
             return None
-        return order.next(v[core.key], self.factor(f), self.exact and self._pace(f, ahead), ahead)
+        return order.next(v[core.key], self._pace(f, ahead), ahead)
 
     def store(self, k):
         """Store the coefficients of order k of all states; k is a number or an LLVM value."""

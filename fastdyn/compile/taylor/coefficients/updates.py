@@ -166,10 +166,7 @@ class Updates:
     def _weights_of(self, exponent, r):
         text, wide, order, width = self.text, self.wide, self.order, self.width
         lanes = range(r * width + 1, (r + 1) * width + 1)
-        i, e_i = (
-            "<" + ", ".join(f"double {hexadecimal(f * j)}" for j in lanes) + ">"
-            for f in (1.0, exponent)
-        )
+        i, e_i = (text.constant([f * j for j in lanes]) for f in (1.0, exponent))
         k = text.splat(order.number, width)
         e_k = text.splat(text.mul(hexadecimal(exponent), order.number), width)
         weights = [wide.sub(a, b) for a, b in ((e_k, i), (e_i, k))]

@@ -130,10 +130,14 @@ class Text(Lines):
 
     # -- vectors
 
+    def constant(self, numbers):
+        """A vector of constants."""
+        return f"<{', '.join([f'double {hexadecimal(x)}' for x in numbers])}>"
+
     def splat(self, x, width):
         kind = f"<{width} x double>"
         if x.startswith("0x"):
-            return f"<{', '.join([f'double {x}'] * width)}>"
+            return self.constant([number(x)] * width)
         one = self.new(f"insertelement {kind} poison, double {x}, i64 0")
         zeros = f"<{width} x i32> zeroinitializer"
         return self.new(f"shufflevector {kind} {one}, {kind} poison, {zeros}")
