@@ -46,9 +46,10 @@ class Kernel:
     fill_room: Any
     codes = ("ptr @series",)  # the words of the codes that the loop calls
     loop, n_words, block_at = "series", 8, 5
+    lanes = LANES
 
     def __init__(self, plan, order, width, fused):
-        self.plan, self.order, self.width, self.lanes = plan, order, width, LANES
+        self.plan, self.order, self.width = plan, order, width
         self.series, self.frame, self.size = Text(fused), Text(fused), 0
         self.frame.declarations = self.series.declarations
 
@@ -58,9 +59,9 @@ class Kernel:
         self.size += -(-count // LINE) * LINE
         return place
 
-    def make_room(self, lanes, watched):
-        """Reserve the arrays and the table of watched numbers."""
-        self.arrays = self.room(d.N_ARRAYS * lanes)
+    def make_room(self, lanes, watched, before=0):
+        """Reserve the arrays, with some numbers before, and the table of watched numbers."""
+        self.arrays = before + self.room(before + d.N_ARRAYS * lanes)
         self.table = self.room(d.N_OF_WATCHED * watched)
 
     def emit(self, symbol, declared, flags, states, watched, truth="false"):
@@ -193,12 +194,12 @@ class OfOrders(Kernel):
         self.frame.put("call void @fastdyn_invariants(ptr %block, ptr %room)")
 
 
-class OfElements(Kernel):
-    """The kernel of a large system, with nodes of equal formulas in vectors: see `rows.py`.
+class OfRows(Kernel):
+    """The kernel of a plan in vectors of nodes: see `rows.py`.
 
     Parameters
     ----------
-    plan : bundles.Bundles
+    plan : bundles.Bundles or bundles.Single
     order, width : int
     raises, deceptive : bool
         Whether the function may raise, and whether series and function are compared inside each
@@ -207,94 +208,76 @@ class OfElements(Kernel):
         See `Text` and `places.Places`.
     """
 
+    before = 0  # vectors of the loop before its arrays
+
     def __init__(self, plan, order, width, raises, deceptive, fused, together):
         super().__init__(plan, order, width, fused)
-        self.flags = d.DECEPTIVE * deceptive | d.MAY_RAISE * raises
-        self.places = Places(plan, order, width, together)
-
-    def __call__(self, symbol, declared):
-        plan, width, at = self.plan, self.width, self.places.at
-        wide = self.series.of(width)
-        rows = Rows(plan, self.order, wide, "%room", self.places)
-        rows.begin(wide.splat("%t", width), wide.splat("%scale", width))
-        rows.emit()
-        self.room(self.places.size)
+        self.flags, self.raises = d.DECEPTIVE * deceptive | d.MAY_RAISE * raises, raises
+        places = Places(plan, order, width, together)
+        self.rows = Rows(plan, order, self.series.of(width), "%room", places)
+        self.room(places.size)
         holds = list(filter(None, map(held, plan.steps)))
-        lanes = [node.data for vector in plan.states for node in vector.nodes]
-        watched = [(d.HOLDS, hold.width, hold.share) for hold in holds for _ in range(width)]
-        self.make_room(len(lanes), len(watched))
-        states, of_watched = (
-            [at[node.key] + i for node in nodes for i in range(0, width, LANES)]
+        self.states, self.held = (
+            [places.at[node.key] + i for node in nodes for i in range(0, width, self.lanes)]
             for nodes in (plan.states, [hold.node for hold in holds])
         )
-        return self.emit(
-            symbol, declared, self.flags, (width, states, lanes), (width, of_watched, watched)
-        )
+        self.watched = [(d.HOLDS, one.width, one.share) for one in holds for _ in range(width)]
+        self.make_room(len(self.states) * self.lanes, len(self.watched), self.before * width)
+
+    def __call__(self, symbol, declared):
+        self.rows.begin(*self.start(self.rows.text))
+        self.rows.emit()
+        states = self.width, self.states, self.plan.components
+        watched = self.width, self.held, self.watched
+        return self.emit(symbol, declared, self.flags, states, watched)
+
+    def start(self, text):
+        """The time and the unit of time of the series."""
+        raise NotImplementedError
+
+
+class OfElements(OfRows):
+    """The kernel of a large system, with nodes of equal formulas in the lanes."""
+
+    def start(self, text):
+        return [text.splat(x, self.width) for x in ("%t", "%scale")]
 
     def fill_room(self):
         """Store each invariant in the lanes that need it."""
         text, plan = self.frame, self.plan
-        constants = {node.key: node for f in plan.factors for node in f.nodes if node.op == "const"}
-        keys = [*plan.invariants, *constants]
-        found = [node.key for f in plan.factors for node in f.nodes]
-        if not found:
-            return
-        pool = text.slot("double", len(keys))
-        text.put(f"call void @fastdyn_invariants(ptr %block, ptr {pool})")
-        if constants:
-            table = text.table("constants", [node.data for node in constants.values()])
-            with text.each(len(constants)) as i:
-                target = text.at(text.at(pool, len(plan.invariants)), i)
-                text.store(text.load(text.at(table, i)), target)
-        at = {key: i for i, key in enumerate(keys)}
-        table = text.indices("factors", [at[key] for key in found])
-        with text.each(len(found)) as i:
-            text.store(text.load(text.at(pool, text.index(table, i))), text.at("%room", i))
+        at = {key: i for i, key in enumerate(plan.invariants)}
+        found = [at[node.key] for f in plan.factors for node in f.nodes]
+        if found:
+            pool, table = text.slot("double", len(at)), text.indices("factors", found)
+            text.put(f"call void @fastdyn_invariants(ptr %block, ptr {pool})")
+            with text.each(len(found)) as i:
+                text.store(text.load(text.at(pool, text.index(table, i))), text.at("%room", i))
 
 
-class OfTrajectories(Kernel):
+class OfTrajectories(OfRows):
     """The kernel of a plan with a trajectory in each lane.
 
-    The module has ``fastdyn_slopes(t, y, block, out)`` and, if `raises`,
+    The module has ``fastdyn_slopes(t, y, block, out)`` and, if the function may raise,
     ``fastdyn_raises(t, y, block)``, which is 1 in lanes where the function raises.
-
-    Parameters
-    ----------
-    plan : bundles.Single
-    order, width, raises, deceptive, fused, together
-        As in `OfElements`.
     """
 
     codes = "ptr @series", "ptr @ask"
     loop, n_words, block_at = "lanes", 11, 8
+    before = d.N_OF_LANES
 
-    def __init__(self, plan, order, width, raises, deceptive, fused, together):
-        super().__init__(plan, order, width, fused)
-        self.raises, self.lanes = raises, width
-        self.flags = d.DECEPTIVE * deceptive | d.MAY_RAISE * raises
-        self.places = Places(plan, order, width, together)
-
-    def __call__(self, symbol, declared):
-        plan, width, at = self.plan, self.width, self.places.at
-        n, wide = len(plan.states), self.series.of(width)
-        self.room(self.places.size)
+    def __init__(self, plan, order, width, *given):
+        self.lanes = width
+        super().__init__(plan, order, width, *given)
         self.block = self.room(1)
-        self.arrays = self.room((d.N_OF_LANES + d.N_ARRAYS * n) * width)
-        holds = list(filter(None, map(held, plan.steps)))
-        self.table = self.room(d.N_OF_WATCHED * width * len(holds))
-        rows = Rows(plan, self.order, wide, "%room", self.places)
-        rows.begin(*[wide.load(self._of_lanes(wide, name)) for name in (d.TIMES, d.UNITS)])
-        rows.emit()
-        watched = [(d.HOLDS, hold.width, hold.share) for hold in holds for _ in range(width)]
-        states = width, [at[node.key] for node in plan.states], range(n)
-        watched = width, [at[hold.node.key] for hold in holds], watched
-        return self.emit(symbol, declared, self.flags, states, watched)
 
-    def _of_lanes(self, text, row):
-        return text.at("%room", self.arrays + row * self.width)
+    def start(self, text):
+        return [text.load(self._of_lanes(text, name)) for name in (d.TIMES, d.UNITS)]
+
+    def _of_lanes(self, text, name):
+        return text.at("%room", self.arrays - (d.N_OF_LANES - name) * self.width)
 
     def _array(self, text, name):
-        return self._of_lanes(text, d.N_OF_LANES + name * len(self.plan.states))
+        return text.at("%room", self.arrays + name * len(self.states) * self.width)
 
     def functions(self):
         """The code ``ask``."""

@@ -35,14 +35,12 @@ def text(traced, symbol, order, fine):
     plan = large or plan
     if not large and size_of(plan) > MAX_WITH_KINKS:
         raise NotSmooth(f"a function of more than {MAX_WITH_KINKS} formulas with conditions")
-    module = _invariants(traced, plan)
-    raises = raising is not graph.false
-    driver = (
-        _large(module, plan, order, raises)
-        if large
-        else OfOrders(plan, order, fine, by_processor(4)[0])
-    )
-    return f"{module}\n{driver(symbol, set(module.globals))}"
+    if large:
+        module, kernel = _large(traced, plan, order, raising is not graph.false)
+    else:
+        module = _invariants(traced, plan)
+        kernel = OfOrders(plan, order, fine, by_processor(4)[0])
+    return f"{module}\n{kernel(symbol, set(module.globals))}"
 
 
 def size_of(plan):
@@ -57,11 +55,13 @@ def plan_of_rows(traced, plan):
     return plan if plan.is_smooth() else None
 
 
-def _large(module, plan, order, raises):
+def _large(traced, plan, order, raises):
     lanes = width()
-    functions(module, plan, lanes)
     bundles = Bundles(plan, lanes)
-    return OfElements(bundles, order, lanes, raises, is_deceptive(plan), *by_processor(lanes))
+    module = _invariants(traced, bundles)
+    functions(module, plan, lanes)
+    deceptive = is_deceptive(plan)
+    return module, OfElements(bundles, order, lanes, raises, deceptive, *by_processor(lanes))
 
 
 @refused_as(NotSmooth)

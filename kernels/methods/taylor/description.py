@@ -15,10 +15,10 @@ lane.
 WIDTH, STRIDE, N_VECTORS, ARRAYS, FLAGS = range(5)
 N_WATCHED, STRIDE_OF_WATCHED, WATCHED, TABLES = range(5, 9)
 
-# With a trajectory in each lane, all vectors are components.  The times and the units of the series
-# are the first two vectors of ARRAYS; behind them is 1 for a lane where the function raises.  The
-# code ``int64 ask(double, double, double *room)`` calls the function at the times in TIMES and at
-# the states in NOW, for the slopes GIVEN.
+# With a trajectory in each lane, all vectors are components.  Three vectors lie before ARRAYS: the
+# times, the units of the series, and 1 for a lane where the function raises.  The code
+# ``int64 ask(double, double, double *room)`` calls the function at the times in TIMES and at the
+# states in NOW, for the slopes GIVEN.
 TIMES, UNITS, RAISES, N_OF_LANES = range(4)
 
 # FLAGS: rtol may be near rounding; series and function are compared inside each step; the function

@@ -85,17 +85,17 @@ def _refuse(refused, share, h, t, before):
 @njit(**INLINED)
 def _array(words, name, i):
     """The place of a component in an array."""
-    return words[ARRAYS] + (N_OF_LANES + name * words[N_VECTORS] + i) * words[WIDTH]
+    return words[ARRAYS] + (name * words[N_VECTORS] + i) * words[WIDTH]
 
 
 @njit(**INLINED)
 def _of_lanes(form, room, words, name):
-    return vector_at(form, room, words[ARRAYS] + name * words[WIDTH])
+    return vector_at(form, room, words[ARRAYS] + (name - N_OF_LANES) * words[WIDTH])
 
 
 @njit(**INLINED)
 def _store(form, room, words, name, value):
-    keep_vector(form, room, words[ARRAYS] + name * words[WIDTH], value)
+    keep_vector(form, room, words[ARRAYS] + (name - N_OF_LANES) * words[WIDTH], value)
 
 
 def _length(form, order):

@@ -19,6 +19,8 @@ class Single:
     Attributes
     ----------
     states : list of Node
+    components : list of int
+        The component in each lane of the states.
     time : Node or None
     steps, rates : list
     factors : list of Node
@@ -31,7 +33,8 @@ class Single:
 
     def __init__(self, plan):
         g, self.level = plan.graph, plan.level
-        self.states = [g.make("y", (), i) for i in range(len(plan.outputs))]
+        self.components = range(len(plan.outputs))
+        self.states = [g.make("y", (), i) for i in self.components]
         self.time, self.factors = g.make("t"), list(plan.invariants.values())
         self.steps, self.timed = plan.steps, timed(plan)
         self.rates = [
@@ -81,23 +84,17 @@ class Bundles:
     ----------
     plan : Plan
     lanes : int
-
-    Attributes
-    ----------
-    places_of_states : list of (Bundle, int)
-        The vector and the lane of each state.
     """
 
     def __init__(self, plan, lanes):
         self._lanes, self._known, self._lane = lanes, {}, {}
-        self.invariants = plan.invariants
+        self.graph = plan.graph
         self._gathers, self._factors, self.level, self.timed = [], {}, {}, set()
         plan = self._plan = spread(plan)
         states, groups = alike(plan, lanes)
         y = [plan.graph.make("y", (), i) for i in range(len(plan.outputs))]
         time, in_time = plan.graph.make("t"), timed(plan)
         self.states = [self._new([y[i] for i in chunk]) for chunk in states]
-        self.places_of_states = [self._lane[node.key] for node in y]
         whole = self._new([time])
         for group in groups:
             node = self._new([step.node for step in group], plan.level[group[0].node.key])
@@ -109,6 +106,9 @@ class Bundles:
         self.steps = sorted([*made, *self._gathers], key=lambda s: self.level[s.node.key])
         self.time = whole if self._uses_time else None
         self.factors = list(self._factors.values())
+        lanes = {node.key: node for f in self.factors for node in f.nodes}
+        self.invariants = plan.invariants | lanes
+        self.components = [node.data for vector in self.states for node in vector.nodes]
 
     # -- vectors
 
