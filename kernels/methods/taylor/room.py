@@ -3,10 +3,22 @@
 from ...calls.block import RAISED_WORD
 from ...calls.user_function import address_of, call_function
 from ...jit_options import INLINED, INTERNAL, njit
-from ...state.record import STAGE, Y_OLD, K, Y
+from ...state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y
 from ...state.rows import slot
-from ...state.series import HIGHEST
-from .description import ARRAYS, BEFORE, GIVEN, N_VECTORS, NOW, STRIDE, TABLES, WIDTH
+from ...state.series import HIGHEST, LOW
+from .description import (
+    ABSOLUTE,
+    ARRAYS,
+    BEFORE,
+    GIVEN,
+    LOW_NOW,
+    N_VECTORS,
+    NOW,
+    RELATIVE,
+    STRIDE,
+    TABLES,
+    WIDTH,
+)
 
 
 @njit(**INLINED)
@@ -22,40 +34,35 @@ def place_of(words, name, u):
 
 
 @njit(**INTERNAL)
-def read(work, row, room, words, name):
-    """Copy a row of `work` into an array."""
-    lanes = TABLES + words[N_VECTORS]
-    for u in range(words[N_VECTORS]):
-        place = place_of(words, name, u)
-        for lane in range(words[WIDTH]):
-            i = words[lanes + u * words[WIDTH] + lane]
-            room[place + lane] = work[row, i] if i >= 0 else 0.0
+def enter(room, words, work):
+    """Copy state, rounding error and tolerances from the rows of `work`."""
+    n, width = words[N_VECTORS], words[WIDTH]
+    for u in range(n):
+        for lane in range(width):
+            i, at = words[TABLES + n + u * width + lane], words[ARRAYS] + u * width + lane
+            if i >= 0:
+                room[words[TABLES + u] + lane] = work[Y, i]
+                room[at + LOW_NOW * n * width] = work[LOW, i]
+                room[at + RELATIVE * n * width] = work[RTOL, i]
+                room[at + ABSOLUTE * n * width] = work[ATOL, i]
 
 
 @njit(**INTERNAL)
-def write(room, words, name, work, row):
-    """Copy an array into a row of `work`."""
-    lanes = TABLES + words[N_VECTORS]
-    for u in range(words[N_VECTORS]):
-        place = place_of(words, name, u)
-        for lane in range(words[WIDTH]):
-            i = words[lanes + u * words[WIDTH] + lane]
+def leave(room, words, work, order, moved):
+    """Copy the state into the rows of `work`; if a step was taken, its series and start, too."""
+    n, width, stride = words[N_VECTORS], words[WIDTH], words[STRIDE]
+    for u in range(n):
+        for lane in range(width):
+            i, at = words[TABLES + n + u * width + lane], words[ARRAYS] + u * width + lane
+            place = words[TABLES + u] + lane
+            before = at + BEFORE * n * width if moved else place
             if i >= 0:
-                work[row, i] = room[place + lane]
-
-
-@njit(**INTERNAL)
-def write_series(room, words, work, order):
-    """Copy the series from the state BEFORE into rows of `work`."""
-    write(room, words, BEFORE, work, Y_OLD)
-    write(room, words, BEFORE, work, K)
-    lanes = TABLES + words[N_VECTORS]
-    for u in range(words[N_VECTORS]):
-        for lane in range(words[WIDTH]):
-            i, place = words[lanes + u * words[WIDTH] + lane], words[TABLES + u] + lane
-            if i >= 0:
+                work[Y, i], work[Y_OLD, i] = room[place], room[before]
+                work[LOW, i] = room[at + LOW_NOW * n * width]
+            if i >= 0 and moved:
+                work[K, i] = room[before]
                 for k in range(1, order + 1):
-                    work[K + k, i] = room[place + k * words[STRIDE]]
+                    work[K + k, i] = room[place + k * stride]
                 for k in range(order + 1, HIGHEST + 1):
                     work[K + k, i] = 0.0
 
@@ -63,9 +70,18 @@ def write_series(room, words, work, order):
 @njit(**INTERNAL)
 def asked(block, t, room, words, work, name):
     """Call the function at a state; whether the function raises.  The derivative goes to GIVEN."""
-    write(room, words, name, work, Y)
+    n, width = words[N_VECTORS], words[WIDTH]
+    for u in range(n):
+        for lane in range(width):
+            i = words[TABLES + n + u * width + lane]
+            if i >= 0:
+                work[Y, i] = room[place_of(words, name, u) + lane]
     call_function(address_of(block), t, slot(None, work, Y), slot(None, work, STAGE))
-    read(work, STAGE, room, words, GIVEN)
+    for u in range(n):
+        for lane in range(width):
+            i = words[TABLES + n + u * width + lane]
+            if i >= 0:
+                room[array(words, GIVEN) + u * width + lane] = work[STAGE, i]
     return block[RAISED_WORD] != 0
 
 

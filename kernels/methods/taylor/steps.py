@@ -12,11 +12,10 @@ from numba.extending import intrinsic
 from ...jit_options import INLINED, INTERNAL, njit
 from ...state.elementwise import ROW, data_of
 from ...state.layout import Form
-from ...state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, Y
-from ...state.series import LOW, SCALE
+from ...state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL
+from ...state.series import SCALE
 from .accuracy import DITHER, GOLDEN, ROUND_OFF
 from .description import (
-    ABSOLUTE,
     BEFORE,
     CHOSEN,
     DECEPTIVE,
@@ -29,7 +28,6 @@ from .description import (
     N_WATCHED,
     NOW,
     PREDICTED,
-    RELATIVE,
     ROOTED,
     WATCHED,
     WIDTH,
@@ -38,7 +36,7 @@ from .kinks import kinks
 from .lengths import allowed, landed, lengths, logarithm, longest, retry, smaller, unit_of
 from .polynomials import sums
 from .proof import DOUBT, SHORTER, WITHIN, differ, proofs
-from .room import asked, copy, read, write, write_series
+from .room import asked, copy, enter, leave
 from .tangent import FINER, SHARE, follow, span, tangent
 
 AT_REST = 2.0**-40  # steps shorter than this share of the time count as steps at a jump
@@ -101,29 +99,6 @@ def _take_back(room, words):
     copy(room, words, LOW_BEFORE, LOW_NOW)
 
 
-@njit(**INTERNAL)
-def _enter(room, words, work):
-    """Read the rows of `work`; returns the logarithm of the tolerance."""
-    for row, name in ((Y, NOW), (LOW, LOW_NOW), (RTOL, RELATIVE), (ATOL, ABSOLUTE)):
-        read(work, row, room, words, name)
-    return logarithm(work[RTOL, 0] + work[ATOL, 0])
-
-
-@njit(**INTERNAL)
-def _leave(status, scale, t, block, room, words, work, order):
-    """Store the rows of `work`; returns the status."""
-    write(room, words, NOW, work, Y)
-    write(room, words, LOW_NOW, work, LOW)
-    work[SCALE, 0] = scale
-    if status != STEP_TOO_SMALL:
-        write_series(room, words, work, order)
-    elif asked(block, t, room, words, work, NOW):
-        status = RAISED
-    if status == RAISED or status == STEP_TOO_SMALL:
-        write(room, words, NOW, work, Y_OLD)
-    return status
-
-
 @njit(**INLINED)
 def _count(s, t, t_old, h, taken, refused):
     s.t, s.t_old, s.h = t, t_old, h
@@ -149,7 +124,8 @@ def kernel(order, width):
         t, t_old, h = s.t, s.t_old, s.h
         if s.direction * (t - t_end) >= 0.0:
             return FINISHED
-        tolerance = _enter(room, words, work)
+        enter(room, words, work)
+        tolerance = logarithm(work[RTOL, 0] + work[ATOL, 0])
         cap, pending, scale, taken, refused, status = math.inf, 0.0, 1.0, 0, 0, STEP_TOO_SMALL
         while True:
             scale, finer = unit_of(h), 1.0
@@ -199,7 +175,10 @@ def kernel(order, width):
             if doubtful:
                 _take_back(room, words)
                 t, pending, cap, refused, taken = t_old, 0.0, h * SHORTER, refused + 1, taken - 1
-        status = _leave(status, scale, t, block, room, words, work, order)
+        if status == STEP_TOO_SMALL and asked(block, t, room, words, work, NOW):
+            status = RAISED
+        work[SCALE, 0] = scale
+        leave(room, words, work, order, status == FINISHED or status == RUNNING)
         _count(s, t, t_old, h, taken, refused)
         return status
 
