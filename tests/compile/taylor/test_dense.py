@@ -8,7 +8,7 @@ import pytest
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.taylor.recurrences.operations import Integral
-from fastdyn.compile.taylor.recurrences.plan import FEW_CALLS, Plan
+from fastdyn.compile.taylor.recurrences.plan import Plan
 from fastdyn.compile.taylor.text import lines
 from fastdyn.compile.traced import series
 from fastdyn.compile.traced.code import MANY_OPERATIONS, Traced
@@ -74,10 +74,9 @@ def test_elements_of_a_matrix_are_copied_in_a_loop():
 
 @pytest.mark.parametrize("n", [7, 12])
 def test_sines_of_both_signs_share_a_recurrence(n):
-    """In plans with many calls only: others keep their bits."""
     pairs = n * (n - 1) // 2
     calls = sum(isinstance(step, Integral) for step in plan(Network(n), n).steps)
-    assert calls == 2 * n + (2 if n * n > FEW_CALLS else 4) * pairs
+    assert calls == 2 * n + 2 * pairs
 
 
 def test_a_dense_matrix_has_like_nodes_in_the_lanes(monkeypatch):

@@ -77,12 +77,6 @@ def n_partial(step, timed):
     return BLOCK * max([c.key[1] + 1 for c in convolutions(step, timed)], default=0)
 
 
-def middle_out(numbers):
-    """Orders from the middle to both ends: the terms at the ends become known last."""
-    numbers = list(numbers)
-    return sorted(numbers, key=lambda j: abs(2 * j - numbers[0] - numbers[-1]))
-
-
 class Convolutions:
     """Emits sums for `rows.Rows`."""
 
@@ -98,15 +92,7 @@ class Convolutions:
     def early(self, c, order):
         """The sum of an order that is known when the code is emitted."""
         total = None
-        if c.of_square:
-            for j in middle_out(range(1, (order + 1) // 2)):
-                total = self._product(c, j, order - j, order, total)
-            total = total and self.text.add(total, total)
-            if order % 2 == 0:
-                middle = self.rows.row(c.a, order // 2)
-                total = self.text.fma(middle, middle, total)
-            return total
-        for j in middle_out(range(1, order)):
+        for j in range(1, order):
             total = self._product(c, j, order - j, order, total)
         return total
 

@@ -4,7 +4,6 @@ import math
 from collections import Counter
 
 from fastdyn.operations import OPERATIONS
-from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import refused_as
 
 from . import deceptive
@@ -18,9 +17,6 @@ SUMS = frozenset(("add", "sub", "mul"))
 # takes 3 us with like nodes in the lanes, else 7; a matrix of 63 x 63 has 500 terms, which take 3 s
 # in straight-line code.
 TERMS = 4
-# Above, f(x) and f(-x) share a recurrence: in a network of oscillators, sin(a - b) and sin(b - a).
-# That halves the plan, and may change the last bits, which plans with fewer calls keep.
-FEW_CALLS = 60
 
 
 def sums_of_terms(steps):
@@ -66,8 +62,7 @@ class Plan:
 
     @refused_as(NotSmooth)
     def __init__(self, graph, outputs, raising):
-        n_calls = sum(OPERATIONS[node.op].elementary for node in live(outputs))
-        self.graph, self.rewrite = graph, Rewriter(graph, n_calls > FEW_CALLS)
+        self.graph, self.rewrite = graph, Rewriter(graph)
         graph.most = math.inf  # the size of this function has been accepted
         self.one, self.scaled = graph.const(1.0), Scaled(self.rewrite)
         self.uses: Counter = Counter()

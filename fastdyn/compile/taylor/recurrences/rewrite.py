@@ -29,11 +29,12 @@ class Rewriter:
     The result has the operation "power" (`data`: the exponent) and the operations "const", "par",
     "t", "y", "add", "sub", "neg", "mul", "div", "sqrt", "select", conditions, and functions with
     `slopes`.  Invariants, which depend on neither state nor time, are not changed.
-    With `pairs`, f(x) and f(-x) share a recurrence if f is even or odd.
+    If f is even or odd, f(x) and f(-x) share a recurrence: in a network of oscillators, sin(a - b)
+    and sin(b - a).
     """
 
-    def __init__(self, graph, pairs=False):
-        self.graph, self._pairs, self.const = graph, pairs, graph.const
+    def __init__(self, graph):
+        self.graph, self.const = graph, graph.const
         self._invariant, self._done = {}, {}
 
     def is_invariant(self, node):
@@ -159,7 +160,7 @@ class Rewriter:
             return by_rule(self, operation.series, *args)
         if not operation.recurrence:
             raise NotSmooth(operation.words or f"`{name}`")
-        if self._pairs and args[0].op == "neg" and operation.parity:
+        if args[0].op == "neg" and operation.parity:
             found = g.call(name, *args[0].args)
             return g.neg(found) if operation.parity == "odd" else found
         return g.call(name, *args)
