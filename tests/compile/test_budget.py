@@ -1,5 +1,6 @@
 """No solve waits long for compiled code: it runs in Python, and a later one finds the code."""
 
+import itertools
 import math
 import os
 import random
@@ -13,9 +14,10 @@ import warnings
 
 import numpy as np
 import pytest
+import scipy.integrate
 
 import fastdyn
-from fastdyn.compile import background, budget
+from fastdyn.compile import background, budget, memory
 from fastdyn.compile.bind import bind
 from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
@@ -228,3 +230,48 @@ def test_code_that_is_there_is_used_while_other_code_is_made(monkeypatch):
     assert not is_compiled()
     scope["g"] = before
     assert is_compiled()
+
+
+HEARD: list = []
+
+
+def writes(t, y):
+    HEARD.append(t)
+    return [-y[0]]
+
+
+def decides_often(t, y):
+    for v in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
+        if y[0] > v and t > v:
+            HEARD.append(v)
+    return [-y[0]]
+
+
+def of_many(t, y):
+    return [-float(np.cos(np.arange(100.0) * 1e-3 * y[0]).sum()) * 0.01]
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning")
+@pytest.mark.parametrize("fun", [writes, decides_often, of_many])
+@pytest.mark.parametrize("last", range(6))
+def test_the_end_of_the_time_never_leaves_a_solve(fun, last, monkeypatch):
+    """Wherever the time is over, the solve goes on in Python."""
+    looked = itertools.count()
+
+    def against(end, make):
+        def check():
+            if next(looked) >= last:
+                raise OutOfTime
+
+        before, CLOCK.check = CLOCK.check, check
+        try:
+            return make()
+        finally:
+            CLOCK.check = before
+
+    monkeypatch.setattr(budget, "SECONDS", 60.0)
+    monkeypatch.setattr(budget, "_against", against)
+    memory.forget()
+    run = fastdyn.solve_ivp(fun, (0, 1), [1.0])
+    expected = scipy.integrate.solve_ivp(fun, (0, 1), [1.0])
+    assert np.allclose(run.y, expected.y, rtol=1e-12)
