@@ -231,14 +231,8 @@ class Rows(Owners, Graph):
         return self.ids(self.row(op, shape, operands, data, truth, varies))
 
     def _simpler(self, op, operands):
-        """The operand that an operation returns unchanged; None if there is none."""
+        """The operand that a decision surely returns; None if there is none (LLVM finds others)."""
         a, b = operands[0], operands[-1]
-        if op == "mul":
-            return b if self._is(a, 1.0) else a if self._is(b, 1.0) else None
-        if op == "div" and self._is(b, 1.0):
-            return a
-        if op == "sub" and self._is(b, 0.0):
-            return a
         if op == "select" and a in (self.true.key, self.false.key) if type(a) is int else False:
             return operands[1] if a == self.true.key else operands[2]
         if op in ("and", "or"):
@@ -249,14 +243,6 @@ class Rows(Owners, Graph):
                 if type(one) is int and one in (end, neutral):
                     return one if one == end else other
         return None
-
-    def _is(self, i, value):
-        """Whether an operand is a positive constant."""
-        node = self.nodes.get(i) if type(i) is int else None
-        return (
-            node is not None and node.op == "const" and type(node.data) is float
-            and node.data == value and math.copysign(1.0, node.data) > 0
-        )  # fmt: skip
 
     def known(self, ids) -> Any:
         """The values of constants; None if some of the ids are no constants."""
@@ -294,12 +280,11 @@ class Rows(Owners, Graph):
         """Whether the first of the ids is that of a truth value."""
         i = ids if type(ids) is int else int(ids.flat[0])
         node = self.nodes.get(i)
-        if node is None or node.op == "item":
-            return self.row_of(i).truth
-        while node.op == "select":
+        while node is not None and node.op == "select":
             node = node.args[1]
-        return OPERATIONS[node.op].truth or (node.op == "const" and type(node.data) is bool) or (
-            node.op == "item" and self.row_of(node.data).truth)  # fmt: skip
+        if node is None or node.op == "item":
+            return self.row_of(i if node is None else node.data).truth
+        return OPERATIONS[node.op].truth or (node.op == "const" and type(node.data) is bool)
 
     # -- reductions
 
@@ -321,15 +306,7 @@ class Rows(Owners, Graph):
                 operand = np.full(ids.size, operand, ID)
             row = self.row(op, shape, (operand,), count, False, self.varies(operand))
             found = self.ids(row) if shape else row.first
-        if keepdims:
-            whole = [1 if i in axes else n for i, n in enumerate(self._before(kept, axes, shape))]
-            return np.asarray(found, ID).reshape(whole)
-        return found
-
-    @staticmethod
-    def _before(kept, axes, shape):
-        lengths = dict(zip(kept, shape, strict=True))
-        return [lengths.get(i, 1) for i in range(len(kept) + len(axes))]
+        return np.expand_dims(np.asarray(found, ID), tuple(axes)) if keepdims else found
 
     def _in_turn(self, op, rows, count):
         if count == 0:

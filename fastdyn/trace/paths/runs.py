@@ -197,10 +197,7 @@ class States:
     def results(self, result, shape):
         """The ids of a result."""
         g, size = self.g, 1 if shape is None else int(np.prod(shape))
-        try:
-            s = symbol(g, result)
-        except ValueError:
-            s = self._of_parts(result)
+        s = symbol(g, result)
         if not s.many and size > 1 and not isinstance(result, list | tuple | np.ndarray):
             s = Symbol(g, np.full(size, s.ids, ID), s.kind) if s.kind != "c" else s
         flat = np.asarray(s.ids).reshape(-1) if s.many else s.ids
@@ -215,11 +212,6 @@ class States:
             return np.array(ids, ID).reshape(-1)
         return np.ascontiguousarray(ids).reshape(-1).view(ID)
 
-    def _of_parts(self, result):
-        """A list of numbers and arrays, which are joined."""
-        flat = [symbol(self.g, v) for v in _flat(result)]
-        return symbol(self.g, flat)
-
     def chosen(self, node, yes, no):
         """Select the results `yes` or `no` by a condition."""
         return self.g.map("select", node.key, yes, no) if (yes != no).any() else yes
@@ -227,14 +219,6 @@ class States:
     def lost(self, n):
         """The results of a path that raises or is left to Python: n times NaN."""
         return np.full(n, self.g.const(math.nan).key, ID)
-
-
-def _flat(value):
-    if isinstance(value, np.ndarray):
-        return list(value.reshape(-1)) if value.ndim else [value[()]]
-    if isinstance(value, list | tuple):
-        return [v for each in value for v in _flat(each)]
-    return [value]
 
 
 def _merged(states, leaves, depth, n):
