@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from ..functions.python import BUILTINS, impure, vectorized
 from ..functions.stand_ins import IMPURE, PURE, root_of
 from ..reads.reads import STABLE
-from ..symbols.symbol import refuse
+from ..symbols.symbol import Symbol, refuse
 
 ORIGINAL = dict(vars(builtins))
 # Instructions that look into the dict of globals itself, past `Scope.__missing__`.
@@ -121,15 +121,32 @@ class Functions:
         new.cell_contents = outside.wrap(content, row)
         outside.watch("a variable of an outer function", new)
 
+    def _remembered(self, cached, row):
+        """The stand-in of a function with `lru_cache`; refuses arguments that are not known."""
+        reads = self.outside.reads
+
+        def of_known(*args, **named):
+            given = tuple(map(_plain, args)), tuple((k, _plain(v)) for k, v in named.items())
+            before = cached.cache_info()
+            found = cached(*given[0], **dict(given[1]))
+            held = cached.cache_info().misses == before.misses
+            if not before.currsize:  # else the cache would keep the value of this trace
+                cached.cache_clear()
+            return self.outside.wrap(found, reads.step(row if held else None, "remembered", given))
+
+        return of_known
+
     def wrapper(self, value, row):
-        """A method, a partial, or what Numba's or NumPy's wrapper wraps; None for another value."""
+        """A method, a partial, or what a wrapper of a function wraps; None for any other value."""
         kind, outside, reads = type(value), self.outside, self.outside.reads
-        if kind is functools._lru_cache_wrapper:
-            refuse("it calls a function with a cache of its results", final=True)
         # hasattr would call `__getattr__`, which may accept any name
-        for name in ("py_func", "pyfunc"):
-            if name in getattr(value, "__dict__", ()) or name in vars(kind):
+        for name in ("py_func", "pyfunc", "__wrapped__"):
+            static = name in getattr(value, "__dict__", ()) or name in vars(kind)
+            wraps = name != "__wrapped__" or kind is functools._lru_cache_wrapper
+            if static and wraps:
                 reads.expect(row, "type", kind)
+                if name == "__wrapped__":
+                    return outside.keep(value, self._remembered(value, row), row)
                 if name == "pyfunc":
                     reads.expect(reads.step(row, "attribute", "otypes"), "equal", None)
                     if value.otypes is not None or value.excluded or value.signature:
@@ -151,6 +168,15 @@ class Functions:
             outside.watch("a keyword", new.keywords)
             return new
         return None
+
+
+def _plain(value):
+    """Convert an argument of a cached function to a plain number or text."""
+    if type(value) is Symbol and not value.many and not value.varies:
+        return value.plain()
+    if not isinstance(value, bool | int | float | str | None):
+        refuse("it keeps what it gave")
+    return value
 
 
 class _Facts(NamedTuple):

@@ -29,6 +29,7 @@ STEPS = {  # from a parent to a part of the parent
     "real parts": "contiguous({parent}.real).reshape(-1)",
     "entries": "ravel({parent})[slice(*{key})]",
     "itself": "{parent}",
+    "remembered": "remembered({parent}, *{key})",
     "island": "{key}.address",
 }
 ABSENT = {  # steps to what may be missing
@@ -245,6 +246,20 @@ def real_numbers(value):
     return np.ascontiguousarray(value, dtype=complex).reshape(-1).view(float)
 
 
+def _remembered(cached, args, named):
+    """The value that a function of ``functools.lru_cache`` holds; KeyError if there is none."""
+    before = cached.cache_info()
+    if not before.currsize:  # a call would be the first to fill the cache
+        raise KeyError(args)
+    try:
+        found = cached(*args, **dict(named))
+    except Exception as error:
+        raise KeyError(args) from error
+    if cached.cache_info().misses != before.misses:
+        raise KeyError(args)
+    return found
+
+
 def _computed(compute, node, args, given):
     with np.errstate(all="ignore"):
         return float(compute(node, [np.asarray(a)[()] for a in args], flat(given)))
@@ -286,6 +301,6 @@ OF_LIBRARIES = {"builtins", "numpy", "numpy.dtypes", "operator", "fractions"}
 NAMES: dict[str, Any] = {
     "MISSING": MISSING, "content": _content, "numbers": numbers, "as_base": as_base,
     "real_numbers": real_numbers, "contiguous": np.ascontiguousarray, "ravel": np.ravel,
-    "computed": _computed, "equal": equal, "same": same,
+    "remembered": _remembered, "computed": _computed, "equal": equal, "same": same,
     "equal_arrays": _equal_arrays, "ndarray": np.ndarray, "__builtins__": dict(vars(builtins)),
 }  # fmt: skip
