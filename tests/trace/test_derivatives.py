@@ -12,12 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import erf, erfc
 
 from fastdyn.systems import SYSTEMS
-from fastdyn.trace.graph.derivatives import (
-    jacobian,
-    parameter_derivatives,
-    partials,
-    time_derivative,
-)
+from fastdyn.trace.graph.derivatives import entries, jacobian, partials, time_derivative
 from fastdyn.trace.graph.evaluate import evaluate
 from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.graph.refusal import Untraceable
@@ -206,7 +201,7 @@ def test_the_pattern_is_that_of_the_equations():
     assert len(whole.nodes) == 3 * n
     assert set(np.unique((whole.rows - whole.columns) % n)) == {0, 1, n - 1}
     assert len(live(whole.nodes)) < 5 * n + 10  # parts in common are there once
-    by_k = parameter_derivatives(found.graph, found.outputs, [0])
+    by_k = entries(partials(found.graph, found.outputs, [found.graph.make("par", (), 0)]))
     assert np.array_equal(by_k.rows, np.arange(n)) and not by_k.columns.any()
     assert {node.data for node in time_derivative(found.graph, found.outputs)} == {0.0}
 

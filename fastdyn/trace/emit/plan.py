@@ -282,22 +282,16 @@ class Plan:
 
     def _results(self):
         """Yield the loops of the results; results that are alone go to `single`."""
-        program, size = self.program, self.program.outputs.size
+        size = self.program.outputs.size
         root = Root("out", 0, (1,), 0, (1,), "", 0, (1,))
         for piece in self._boxes([root], (size,), Piece) if size else ():
-            start, strides = piece.found
-            row, shape, steps = program.row_at(start), piece.shape, piece.steps
+            (start, strides), shape = piece.found, piece.shape
             if math.prod(shape) == 1:
                 self.single.append((piece.place, start))
                 continue
-            if row is not None and len(row.shape) > 1 and strides == (1,):
-                inner = row_major(row.shape)[0]  # the rows of an array are a loop within a loop
-                if (start - row.first) % inner == 0 and shape[0] % inner == 0:
-                    shape = shape[0] // inner, *row.shape[1:]
-                    strides = row_major(shape)
-                    steps = tuple([s * steps[0] for s in strides])
             order = row_major(shape)
-            yield self._loop(shape, Root("out", start, strides, piece.place, steps, "", 0, order))
+            root = Root("out", start, strides, piece.place, piece.steps, "", 0, order)
+            yield self._loop(shape, root)
 
     # -- loops that run together
 

@@ -49,12 +49,6 @@ def time_derivative(graph, outputs):
 
 
 @refused_as(_too_many)
-def parameter_derivatives(graph, outputs, slots):
-    """The Entries of d outputs / d parameters; column j belongs to the parameter ``slots[j]``."""
-    return entries(partials(graph, outputs, [graph.make("par", (), slot) for slot in slots]))
-
-
-@refused_as(_too_many)
 def along(graph, outputs, velocities):
     """The nodes of the derivatives of the outputs along a motion of the inputs.
 

@@ -28,16 +28,6 @@ FUNCTIONS = (types.FunctionType, staticmethod, classmethod, property, functools.
 OF_C = (types.GetSetDescriptorType, types.MemberDescriptorType)
 
 
-class Unwritten:
-    """The base of stand-ins of outside objects; refuses writes, because they would be lost."""
-
-    def _written(self, *_) -> Any:
-        refuse("it changes an object", effect=True)
-
-    __setattr__ = __delattr__ = __setitem__ = __delitem__ = _written
-    __iadd__ = __isub__ = __imul__ = __itruediv__ = _written
-
-
 def is_instance(value, kind):
     """Whether a value is an object of a user's class, or a namespace."""
     if isinstance(value, types.SimpleNamespace):
@@ -53,8 +43,9 @@ def module_of(outside, module, row):
         return Forbidden(module.__name__)
     found, reads = {}, outside.reads
 
-    class Module(Unwritten):
+    class Module:
         __slots__ = ()
+        __setattr__ = __delattr__ = lambda *_: refuse("it changes an object", effect=True)
         __class__: Any = property(lambda _: types.ModuleType)
         __dict__: Any = property(lambda _: refuse("it uses the variables of a module", effect=True))
 
