@@ -176,7 +176,7 @@ class Loops(Memory):
             body(WORD(count - WIDTH), mask)
         for store, total in zip(reduced, totals, strict=True):
             value = self._across(store.reduction, self.builder.load(total))
-            self._combine_at(store, value, ks)
+            self._put_at(store, value, ks)
 
     def _make(self, box, values, depths, depth, inner, ks):
         """Emit the values of a depth; with `inner`, on vectors along this axis."""
@@ -226,9 +226,6 @@ class Loops(Memory):
 
     def _item(self, i):
         """The value of one number of a row, outside loops."""
-        row = self.plan.program.row_at(i)
-        if row.first in self.plan.kept:
-            return self._load(self._at[row.first], WORD(i - row.first), row.truth)
         values: list = []
         for v in self.plan.element(i).values:
             values.append(self._value(v, values, None, ()))
@@ -263,8 +260,6 @@ class Loops(Memory):
             if store in totals:
                 total = totals[store]
                 b.store(self._combined(store.reduction, b.load(total), value), total)
-            elif store.reduction:
-                self._combine_at(store, value, ks)
             else:
                 self._put_at(store, value, ks)
 
@@ -278,26 +273,20 @@ class Loops(Memory):
                 for lane in range(WIDTH)]  # fmt: skip
 
     def _put_at(self, store, value, ks):
-        for part, place in self._lanes(store, value, ks):
-            self.put(part, self._array(store.target), place)
-
-    def _combine_at(self, store, value, ks):
-        """Combine the stored element with a value, and store the result in its place."""
+        """Store a value in its place; a reduction combines it with what is there."""
         b, array = self.builder, self._array(store.target)
         for part, place in self._lanes(store, value, ks):
-            vector = isinstance(part.type, ir.VectorType)
-            before = self.vector(array, place) if vector else b.load(b.gep(array, [place]))
-            self.put(self._combined(store.reduction, before, part), array, place)
+            if store.reduction:
+                vector = isinstance(part.type, ir.VectorType)
+                before = self.vector(array, place) if vector else b.load(b.gep(array, [place]))
+                part = self._combined(store.reduction, before, part)
+            self.put(part, array, place)
 
     def _fill(self, store):
-        target, value = self._at[store.target], REAL(IDENTITY[store.reduction])
-        size = self.plan.kept[store.target].size
-        if size < WIDTH:
-            for i in range(size):
-                self.put(value, target, INDEX(i))
-            return
-        with self.each(WORD(size), WIDTH) as k:
-            self.put(self.splat(value), target, k)
+        size, value = self.plan.kept[store.target].size, REAL(IDENTITY[store.reduction])
+        width = WIDTH if size >= WIDTH else 1
+        with self.each(WORD(size), width) as k:
+            self.put(self.splat(value) if width > 1 else value, self._at[store.target], k)
 
     def _room(self, kind):
         with self.builder.goto_entry_block():

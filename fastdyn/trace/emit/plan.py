@@ -260,12 +260,7 @@ class Plan:
     def _level_of_nodes(self, nodes):
         level = 0
         for node in live(nodes):
-            if node.op != "item":
-                continue
-            row = self.program.row_at(node.data)
-            if row.first in self.kept:
-                level = max(level, self.level[row.first] + 1)
-            elif row.op not in LEAVES:
+            if node.op == "item":
                 if node.data not in self._levels:  # once, as several numbers read one number
                     own = self._level_of([self.element(node.data)], None)
                     self._levels[node.data] = own
