@@ -156,7 +156,7 @@ def _stopped(seconds):
 def _at_exit():
     thread, _state.stop = _state.thread, True
     if thread is not None:  # Numba looks at no clock
-        raised = ctypes.c_ulong(thread.ident), ctypes.py_object(SystemExit)
+        raised = ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit)
         ctypes.pythonapi.PyThreadState_SetAsyncExc(*raised)
     _stopped(AT_EXIT)
 
