@@ -10,13 +10,12 @@ from ..graph.rows import ID
 from ..symbols.arithmetic import call, stored, where
 from ..symbols.complexes import product
 from ..symbols.lift import joint, symbol
-from ..symbols.symbol import HANDLERS, Symbol, graph_of, is_symbolic, refuse, wrap
+from ..symbols.symbol import HANDLERS, Symbol, graph_of, refuse, wrap
 from .arrays import array_of
 from .ufuncs import as_numpy, reduced
 
 MOST = 20_000_000  # elements of a product before the sum
 MAX_PIVOTED = 8  # rows of a linear system that is written out with exchanges of rows
-MAX_COLUMNS = 400  # elements of an argument whose linear function is written out as a matrix
 
 
 def matmul(a, b) -> Any:
@@ -270,26 +269,6 @@ def determinant(a, **_):
             minor = a.view_of(np.delete(np.delete(a.ids, 0, 0), j, 1))
             result = result + (-1.0) ** j * a[0, j] * determinant(minor)
     return as_numpy(symbol(a.g, result))
-
-
-def linear_in_first(function, a, *args, **kwargs):
-    """Apply a library function, linear in `a`, to an array of symbols, by the function's matrix.
-
-    A function of complex numbers need be linear in their real and imaginary parts only.
-    """
-    a = array_of(a)
-    if a.ids.size > MAX_COLUMNS or is_symbolic([*args, *kwargs.values()]):
-        refuse(f"{function.__name__} of so much that depends on the state", final=True)
-    units, total = np.eye(a.ids.size).reshape(-1, *a.ids.shape), None
-    for unit, part in ((1.0, a.part(0)), (1j, a.part(1)))[: 1 + (a.kind == "c")]:
-        columns = [np.asarray(function(unit * each, *args, **kwargs)) for each in units]
-        matrix = np.array([column.reshape(-1) for column in columns]).T
-        found = matmul(symbol(a.g, matrix), part.reshape(-1)).reshape(columns[0].shape)
-        total = found if total is None else total + found
-    return total
-
-
-# -- sequences
 
 
 FUNCTIONS: dict[Any, Any] = {

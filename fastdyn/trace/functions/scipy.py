@@ -1,4 +1,4 @@
-"""SciPy's functions on symbols: written out, by the matrix of a linear function, or as islands."""
+"""SciPy's functions on symbols: written out, or as islands."""
 
 import functools
 import math
@@ -11,7 +11,7 @@ from ..symbols.arithmetic import call, where
 from ..symbols.lift import symbol
 from ..symbols.symbol import graph_of, refuse
 from . import fourier  # noqa: F401  # registers the functions behind np.fft
-from .algebra import determinant, linear_in_first, solution
+from .algebra import determinant, solution
 from .arrays import array_of
 from .interpolators import evaluated
 from .objects import plain_of, wrapped
@@ -192,14 +192,8 @@ def _transform(name):
 
 # -- dispatch
 
-OF_FFT = set("dct idct dst idst diff hilbert".split())
 TRANSFORMS = [f"{inverse}{real}fft{axes}" for inverse in ("", "i") for real in ("", "r")
               for axes in ("", "2", "n")]  # fmt: skip
-LINEAR: dict[str, Any] = {  # functions that are linear in their first argument
-    **dict.fromkeys(("scipy.fft", "scipy.fftpack"), OF_FFT),
-    "scipy.ndimage": set("gaussian_filter gaussian_filter1d gaussian_laplace uniform_filter "
-                         "uniform_filter1d sobel".split()),
-}  # fmt: skip
 LIBRARIES = {f"scipy.{name}" for name in "fft fftpack linalg ndimage signal special".split()}
 WITH_EFFECTS = {"set_workers", "set_backend", "set_global_backend", "register_backend"}
 WRITTEN_OUT: dict[str, dict[str, Any]] = {
@@ -225,10 +219,7 @@ def package_of(function):
 
 def written_out(function):
     """The form of a library function on symbols; None if there is none."""
-    name, package = getattr(function, "__name__", ""), package_of(function)
-    if name in LINEAR.get(package, ()):
-        return functools.partial(linear_in_first, function)
-    return WRITTEN_OUT.get(package, {}).get(name)
+    return WRITTEN_OUT.get(package_of(function), {}).get(getattr(function, "__name__", ""))
 
 
 def is_pure(function):
