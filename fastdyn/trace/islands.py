@@ -68,6 +68,13 @@ def nested(function, value) -> Any:
     return function(value)
 
 
+def leaves(value):
+    """The parts of a value that are no list, tuple or dict."""
+    found: list = []
+    nested(found.append, value)
+    return found
+
+
 class Given:
     """The arguments of a call: the `ids` of their numbers; `key` identifies all else."""
 
@@ -117,24 +124,17 @@ class Result:
         if like.dtype not in (float, complex):
             what = f"{like.dtype} array" if like.ndim else type(value).__name__
             raise TypeError(f"a library gives an object of type {what}")
+        begin = self.size
         self.size += like.size * (1 + (like.dtype == complex))
-        size = like.size * (1 + (like.dtype == complex))
-        return Part(self.size - size, self.size, like, type(value) in (float, complex))
+        return Part(begin, self.size, like, type(value) in (float, complex))
 
     def store(self, value, numbers):
-        """Copy the numbers of a result; raise TypeError if its form is another."""
-        values: list = []
-        nested(values.append, value)
-        values.reverse()
-
-        def one(part):
-            now = values.pop()
+        """Copy the numbers of a result; raise TypeError or ValueError if its form is another."""
+        for part, now in zip(leaves(self.parts), leaves(value), strict=True):
             if isinstance(part, Part):
                 part.write(now, numbers)
             elif type(now) is not type(part) or now != part:
                 raise TypeError("a library gives another constant than before")
-
-        nested(one, self.parts)
 
 
 class Island:
@@ -249,10 +249,7 @@ def _first(g, function, given, ids, name):
             result = Result(found)
         except TypeError as other:
             refuse(str(other))
-        given_arrays, arrays = [], []
-        nested(given_arrays.append, [args, kwargs])
-        nested(arrays.append, found)
-        pairs = itertools.product(arrays, given_arrays)
+        pairs = itertools.product(leaves(found), leaves([args, kwargs]))
         if any(np.may_share_memory(a, b) for a, b in pairs if isinstance(a, np.ndarray)):
             refuse(f"a view that {name} gives")
         return result
