@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ..graph.rows import ID
-from .arithmetic import as_numbers, call, where
-from .lift import common_kind, index, joint, symbol
+from .arithmetic import call, where
+from .lift import index, joint, symbol
 from .masks import Masked, chosen
 from .symbol import HANDLERS, Symbol, is_plain, parts_of, refuse, wrap
 
@@ -142,25 +141,13 @@ def look_up(rows, i, checked=False) -> Any:
         refuse("a list of other things than numbers, at an index that depends on the state")
     g = i.g
     each = [symbol(g, v) for v in rows]
-    if not any(s.many or s.kind == "c" for s in each):
-        found = _entry_of(g, each, i)
-        if found is not None:
-            return found
+    if not any(s.many for s in each):
+        array = symbol(g, list(rows))
+        found = _entry(array, array.ids, i)
+        return wrap(g, found.ids, found.kind, all(s.py for s in each))
     if len(rows) > MAX_CHOICES:
         refuse("a long list of parameters, at an index that depends on the state")
     return _selected(each, i)
-
-
-def _entry_of(g, each, i):
-    """The entry of a table of numbers of Python or of NumPy; None if they are in no table."""
-    kinds, python = {s.kind for s in each}, all(s.py for s in each)
-    ids = np.array([as_numbers(g, s) for s in each], ID)
-    name = g.table_name(ids)
-    if name is None:
-        return None
-    kind = common_kind(kinds)
-    found = Symbol(g, g.map("table", i.ids, data=name), "i" if kind == "b" else kind, python)
-    return call("not_equal", found, 0) if kind == "b" else found
 
 
 def _by_elements(array, keys):
