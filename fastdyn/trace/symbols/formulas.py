@@ -2,6 +2,7 @@
 
 import functools
 import operator
+from typing import Any
 
 from ...operations import OPERATIONS
 from ...operations.value import Value, by_rule, floor, fmod, select, sqrt
@@ -25,7 +26,7 @@ class OnIds:
 
 def hypotenuse(g, *ids):
     """The square root of a sum of squares, valid if no square overflows or underflows."""
-    values = [Value(OnIds(g), i) for i in ids]
+    values: list[Any] = [Value(OnIds(g), i) for i in ids]
     squares = functools.reduce(operator.add, [v * v for v in values])
     some = functools.reduce(operator.or_, [v != 0.0 for v in values])
     for beyond in (squares > LARGE, (squares < SMALL) & some):
@@ -33,7 +34,7 @@ def hypotenuse(g, *ids):
     return sqrt(squares).of
 
 
-def divided(g, x, y):
+def divided(g, x: Any, y: Any):
     """x // y and x % y; the caller has handled division by zero.
 
     The quotient is computed from the remainder of C's fmod, because fmod is exact, and a rounded
