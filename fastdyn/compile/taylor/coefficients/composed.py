@@ -39,19 +39,18 @@ class _Terms:
 class Composed(Online):
     """The series of a plan's only output, from the stored series of the state."""
 
-    def _chains(self):
-        self.used = sorted(a.data for a in self.plan.leaves().values() if a.op == "y")
-        return {}
+    @property
+    def used(self):
+        """The components that the function uses."""
+        return sorted(a.data for a in self.plan.leaves().values() if a.op == "y")
 
     def _first(self):
-        self.ahead = {}
         return self._coefficients(1)
 
     def store(self, k):
         """Store nothing: `_Terms` stores the coefficients."""
 
     def _next(self, v, order):
-        self.ahead = {}
         later = 2 if order.first else self.text.new(f"add i64 {order.k}, 1")
         return self._coefficients(later)
 

@@ -14,7 +14,7 @@ The loop over k is not unrolled.  It is split into phases by the number of regis
 """
 
 from ..recurrences.listing import timed
-from ..text.instructions import ZERO, hexadecimal
+from ..text.instructions import ZERO
 from ..text.loops import Loops
 from .formulas import Formulas
 from .order import Order, Tables
@@ -97,20 +97,8 @@ class Online(Formulas):
         self.rows, self.row, self.scale, self.last = rows, row, scale, order - 1
         self.lanes = max((order - 1) // 2, 1)
         self.registers = -(-self.lanes // width)
-        self.n = len(plan.outputs)
-        self.chains, self.timed = self._chains(), timed(plan)
-        self.previous, self.slope = {}, {}
+        self.timed, self.previous, self.slope = timed(plan), {}, {}
         self.updates = Updates(self)
-
-    def _chains(self):
-        """{i: j} with y_i' = y_j, y_j' no state: y_j' gives y_i two orders ahead."""
-        one, rates = self.plan.one, self.plan.outputs
-        return {
-            i: core.data
-            for i, (f, core) in enumerate(rates)
-            if core is not None and core.op == "y" and f is one and core.data != i
-            and (rates[core.data][1] is None or rates[core.data][1].op != "y")
-        }  # fmt: skip
 
     def begin(self, t, y):
         """Compute order 0 from the values of time and state."""
@@ -152,31 +140,10 @@ class Online(Formulas):
 
     def _first(self):
         """The coefficients of order 1 of the states, by index."""
-        found = {i: self.text.mul(self.scale, slope) for i, slope in enumerate(self._slopes())}
-        half = self.text.mul(self.scale, hexadecimal(0.5))
-        self.ahead = {i: self.text.mul(half, found[j]) for i, j in self.chains.items()}
-        for i, (f, core) in enumerate(self.plan.outputs):
-            if core is not None:
-                self._pace(f, 2 if i in self.chains.values() else 1)
-        return found
-
-    def _pace(self, f, ahead):
-        """scale f, or for ahead = 2 scale^2 f, computed once, before the loops over orders."""
-        if (f.key, ahead) not in self._paced:
-            below = self.scale if ahead == 1 else self._pace(f, 1)
-            other = self.factor(f) if ahead == 1 else self.scale
-            self._paced[f.key, ahead] = self.text.mul(below, other)
-        return self._paced[f.key, ahead]
-
-    def _rate(self, i, v, order, ahead=1):
-        """The next coefficient of y_i, from v, the coefficients of the present order.
-
-        For ahead = 2, the coefficient two orders ahead of the state whose derivative is y_i.
-        """
-        f, core = self.plan.outputs[i]
-        if core is None:
-            return None
-        return order.next(v[core.key], self._pace(f, ahead), ahead)
+        for f, core in self.plan.outputs:  # scale f, computed before the loops over orders
+            if core is not None and f.key not in self._paced:
+                self._paced[f.key] = self.text.mul(self.scale, self.factor(f))
+        return {i: self.text.mul(self.scale, slope) for i, slope in enumerate(self._slopes())}
 
     def store(self, k):
         """Store the coefficients of order k of all states; k is a number or an LLVM value."""
@@ -231,8 +198,7 @@ class Online(Formulas):
 
     def _next(self, v, order):
         """The next coefficients of the states, by index."""
-        found = {
-            i: self.ahead[i] if i in self.chains else self._rate(i, v, order) for i in range(self.n)
+        return {
+            i: None if core is None else order.next(v[core.key], self._paced[f.key])
+            for i, (f, core) in enumerate(self.plan.outputs)
         }
-        self.ahead = {i: self._rate(j, v, order, 2) for i, j in self.chains.items()}
-        return found

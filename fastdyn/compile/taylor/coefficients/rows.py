@@ -5,13 +5,13 @@ node has a place in the workspace; its coefficient of order k lies k vectors beh
 Order 1 is computed first, then the other orders in blocks of four: see `convolutions.py`.
 """
 
-from fractions import Fraction
 from typing import Any
 
 from ..recurrences.operations import Integral
 from ..text.instructions import ONE, ZERO, hexadecimal
 from .convolutions import BLOCK, Convolutions, Late
 from .formulas import FormulasOfRows
+from .order import rest
 
 
 class Rows:
@@ -146,26 +146,21 @@ class Rows:
         (self.v, self._inverses), self.in_loop = outer, False
 
     def over(self, value, order, factor=ONE):
-        """factor value / order, without bias of rounding in low orders.
-
-        The rounding error of a reciprocal has the same sign in all steps: the errors would add up.
-        """
+        """factor value / order; without bias of rounding in low orders, see `order.rest`."""
         text = self.text
         if value is None:
             return None
         if (order, factor) not in self._inverses:
             found = self._inverse(order)
             self._inverses[order, factor] = [text.mul(x, factor) for x in found]
-        inverse, rest = self._inverses[order, factor]
-        return text.fma(value, inverse, text.mul(value, rest))
+        inverse, error = self._inverses[order, factor]
+        return text.fma(value, inverse, text.mul(value, error))
 
     def _inverse(self, order):
         """1 / order as a number, and its rounding error."""
         text = self.text
         if not isinstance(order, Late):
-            inverse = 1.0 / order
-            rest = float(Fraction(1, order) - Fraction(inverse))
-            return hexadecimal(inverse), hexadecimal(rest) if rest else None
+            return hexadecimal(1.0 / order), hexadecimal(rest(order)) if rest(order) else None
         table = text.table("inverses", [1.0 / max(k, 1) for k in range(self.last + 2)])
         place = text.at(text.at(table, self.k), order.i)
         return text.splat(text.load(place, "double"), text.lanes), None

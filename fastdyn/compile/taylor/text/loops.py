@@ -45,7 +45,7 @@ class Loops:
         The value is ``values[key]``.  Of each list of registers, the first `here` are passed.
         """
         one = self.series
-        for part in ("leaf", "ahead", "previous"):
+        for part in ("leaf", "previous"):
             values = getattr(one, part)
             for key in values:
                 yield (part, key), values, key, "double"
