@@ -34,13 +34,14 @@ def hypotenuse(g, *ids):
     return sqrt(squares).of
 
 
-def divided(g, x: Any, y: Any):
+def divided(g, x, y):
     """x // y and x % y; the caller has handled division by zero.
 
     The quotient is computed from the remainder of C's fmod, because fmod is exact, and a rounded
     quotient is not.
     """
-    x, y = (Value(OnIds(g), i) for i in (x, y))
+    values: Any = [Value(OnIds(g), i) for i in (x, y)]
+    x, y = values
     rest = fmod(x, y)
     other = ((rest < 0.0) & (y > 0.0)) | ((rest > 0.0) & (y < 0.0))
     exact = (x - rest) / y
