@@ -99,6 +99,23 @@ def _take_back(room, words):
     copy(room, words, LOW_BEFORE, LOW_NOW)
 
 
+@njit(**INTERNAL)
+def _enter(room, words, work):
+    """Read the rows of `work`; returns the logarithm of the tolerance."""
+    enter(room, words, work)
+    return logarithm(work[RTOL, 0] + work[ATOL, 0])
+
+
+@njit(**INTERNAL)
+def _leave(status, scale, t, block, room, words, work, order):
+    """Store the rows of `work`; returns the status."""
+    if status == STEP_TOO_SMALL and asked(block, t, room, words, work, NOW):
+        status = RAISED
+    work[SCALE, 0] = scale
+    leave(room, words, work, order, status == FINISHED or status == RUNNING)
+    return status
+
+
 @njit(**INLINED)
 def _count(s, t, t_old, h, taken, refused):
     s.t, s.t_old, s.h = t, t_old, h
@@ -124,8 +141,7 @@ def kernel(order, width):
         t, t_old, h = s.t, s.t_old, s.h
         if s.direction * (t - t_end) >= 0.0:
             return FINISHED
-        enter(room, words, work)
-        tolerance = logarithm(work[RTOL, 0] + work[ATOL, 0])
+        tolerance = _enter(room, words, work)
         cap, pending, scale, taken, refused, status = math.inf, 0.0, 1.0, 0, 0, STEP_TOO_SMALL
         while True:
             scale, finer = unit_of(h), 1.0
@@ -175,10 +191,7 @@ def kernel(order, width):
             if doubtful:
                 _take_back(room, words)
                 t, pending, cap, refused, taken = t_old, 0.0, h * SHORTER, refused + 1, taken - 1
-        if status == STEP_TOO_SMALL and asked(block, t, room, words, work, NOW):
-            status = RAISED
-        work[SCALE, 0] = scale
-        leave(room, words, work, order, status == FINISHED or status == RUNNING)
+        status = _leave(status, scale, t, block, room, words, work, order)
         _count(s, t, t_old, h, taken, refused)
         return status
 
