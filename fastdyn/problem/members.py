@@ -7,7 +7,7 @@ import numpy as np
 
 from fastdyn.compile.bind import bind, bind_matrix
 from fastdyn.compile.functions import with_callback
-from fastdyn.compile.parameters import pack
+from fastdyn.compile.parameters import FLOAT, pack
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.calls.block import FIRST, RAISED_WORD
@@ -155,7 +155,11 @@ class Members:
             return self._in_python(fun, mode, n, announce), [
                 (FIRST + column, column) for column in range(len(self.varying))
             ]
-        return bound, [(bound.word(j), column) for column, j in enumerate(self.varying)]
+        floats = [bound.values[bound.at[j]][0] == FLOAT for j in self.varying]
+        return bound, [
+            (bound.word(j), column + len(floats) * floats[column])
+            for column, j in enumerate(self.varying)
+        ]
 
     def _in_python(self, fun, mode, n, announce):
         """Bind a function that stays in Python, and reads its arguments from the block."""

@@ -50,7 +50,8 @@ class Sources:
         if type(f) is not types.FunctionType or f.__module__.partition(".")[0] != "numpy":
             return value
         if f not in self._made:
-            names = self._made.setdefault(f.__module__, _Globals(self, f.__globals__))
+            own = f.__globals__["__name__"]  # `__module__` names where NumPy offers the function
+            names = self._made.setdefault(own, _Globals(self, f.__globals__))
             new = types.FunctionType(f.__code__, names, f.__name__, f.__defaults__, f.__closure__)
             new.__kwdefaults__ = f.__kwdefaults__
             self._made[f] = new

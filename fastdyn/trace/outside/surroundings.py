@@ -47,6 +47,7 @@ class Outside:
         self.graph, self.reads, self.lifted = graph, reads, lifted
         self.functions, self.things, self._made = Functions(self), {}, {}
         self.watched: list = []
+        self.stored: list = []  # the kinds of arrays of ids that the run changed
 
     @contextlib.contextmanager
     def numbers_fixed(self, fixed=True):
@@ -257,4 +258,4 @@ class Outside:
             if what == OF_ENUMERATION:  # the user's own
                 thing.clear()
                 thing.update(before)
-        return [what for what, *_ in written]
+        return self.stored + [what for what, *_ in written]

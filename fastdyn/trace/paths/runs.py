@@ -18,7 +18,7 @@ from ..reads.reads import Reads
 from ..symbols.arithmetic import cast
 from ..symbols.lift import symbol
 from ..symbols.masks import Masked
-from ..symbols.symbol import AN_ARRAY, NOW, Symbol
+from ..symbols.symbol import AN_ARRAY, NOW, STATE, Symbol
 from .tracing import Tracing
 
 MAX_PATHS = 256  # of eight branches that do not depend on each other
@@ -163,7 +163,7 @@ def _run(g, script, outside, fun, args, states, shape):
     if LATEST.refusal:
         raise LATEST.refusal.untraceable()
     if written:
-        effect = {*written} != {AN_ARRAY}  # machine code can write to an array
+        effect = not {STATE, AN_ARRAY}.issuperset(written)  # machine code can write to these
         raise Untraceable(f"it changes {written[0]}", final=True, effect=effect, writes=not effect)
     if len(g.taken) < len(script):
         raise Untraceable("it does not decide the same at the same point")

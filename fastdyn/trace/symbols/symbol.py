@@ -247,10 +247,13 @@ class Symbol:
         self.put(key, HANDLERS["cast"](self.g, value, self.kind, "unsafe"))
 
     def put(self, key, ids):
-        """Store ids in the array, which must not be from outside."""
+        """Store ids in the array; a store to an array from outside ends with a refusal."""
         if not self.ids.flags.writeable:
             of_state = np.may_share_memory(self.ids, self.g.given)
-            refuse(f"it changes {STATE if of_state else AN_ARRAY}", final=True, writes=True)
+            self.g.outside.stored.append(STATE if of_state else AN_ARRAY)
+            for array in (self.ids.base, self.ids):  # the run goes on: what else does it change?
+                if array is not None:
+                    array.flags.writeable = True
         self.ids[key] = ids
 
     def item(self, *at):
