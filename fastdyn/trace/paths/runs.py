@@ -155,7 +155,7 @@ def _run(g, script, outside, fun, args, states, shape):
     except Exception as raised:
         errors.append(f"{type(raised).__name__}: {raised}")
     finally:
-        NOW.g = None
+        NOW.g = g.outside = None  # a graph lives as long as its code
     if g.abandoned:
         results = None
         errors.append(g.abandoned)

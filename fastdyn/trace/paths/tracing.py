@@ -7,6 +7,7 @@ import numpy as np
 from ..graph.refusal import Abandoned, Refusal
 from ..graph.rows import SHARED, Rows
 from ..graph.values import entries
+from ..symbols.symbol import AN_ARRAY, STATE
 from .handlers import is_handled
 
 MAX_DECISIONS = 200
@@ -20,6 +21,7 @@ class Tracing(Rows):
 
     reads: Any
     outside: Any = None  # of the current run
+    given: Any = None  # the ids of the state
     until: Any = None  # the code object of the function that calls the traced function
     start: Any = None  # time and state of the first call, if known
 
@@ -35,6 +37,15 @@ class Tracing(Rows):
     def assume(self, node):
         """Restrict the code to the current value of a node that parameters determine."""
         self.reads.assume(node)
+
+    def unlock(self, ids):
+        """Note a store to ids from outside, and allow it: the run may change more before it ends.
+
+        The ids belong to all paths, but the trace is refused.
+        """
+        self.outside.stored.append(STATE if np.may_share_memory(ids, self.given) else AN_ARRAY)
+        for array in [each for each in (ids.base, ids) if each is not None]:
+            array.flags.writeable = True
 
     def table_name(self, ids):
         """The name of a table of numbers; None if they are no constants, nor parts of one array."""

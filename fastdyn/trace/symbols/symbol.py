@@ -249,11 +249,7 @@ class Symbol:
     def put(self, key, ids):
         """Store ids in the array; a store to an array from outside ends with a refusal."""
         if not self.ids.flags.writeable:
-            of_state = np.may_share_memory(self.ids, self.g.given)
-            self.g.outside.stored.append(STATE if of_state else AN_ARRAY)
-            for array in (self.ids.base, self.ids):  # the run goes on: what else does it change?
-                if array is not None:
-                    array.flags.writeable = True
+            self.g.unlock(self.ids)
         self.ids[key] = ids
 
     def item(self, *at):
