@@ -12,7 +12,7 @@ import threading
 from time import perf_counter
 from typing import Any
 
-from fastdyn.trace.graph.clock import CLOCK
+from fastdyn.trace.graph.clock import CLOCK, checked_by
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
 from . import background, memory
@@ -113,11 +113,8 @@ def _against(end, make):
         if perf_counter() > end:
             raise OutOfTime
 
-    before, CLOCK.check = CLOCK.check, check
-    try:
+    with checked_by(check):
         return make()
-    finally:
-        CLOCK.check = before
 
 
 def not_here():

@@ -155,9 +155,10 @@ class Members:
             return self._in_python(fun, mode, n, announce), [
                 (FIRST + column, column) for column in range(len(self.varying))
             ]
-        floats = [bound.values[bound.at[j]][0] == FLOAT for j in self.varying]
+        kinds = [bound.values[bound.at[j]][0] for j in self.varying]
+        n = len(kinds)  # columns of `words`; behind them are the same numbers as floats
         return bound, [
-            (bound.word(j), column + len(floats) * floats[column])
+            (bound.word(j), column + n if kinds[column] == FLOAT else column)
             for column, j in enumerate(self.varying)
         ]
 

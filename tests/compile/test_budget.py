@@ -23,7 +23,7 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.compile.traced.code import Traced
 from fastdyn.compile.traced.make import Near, traced_function
 from fastdyn.run import solve_problem
-from fastdyn.trace.graph.clock import CLOCK
+from fastdyn.trace.graph.clock import CLOCK, checked_by
 from fastdyn.trace.graph.refusal import NotYet, OutOfTime
 
 TEXT = """
@@ -258,16 +258,13 @@ def test_the_end_of_the_time_never_leaves_a_solve(fun, last, monkeypatch):
     """Wherever the time is over, the solve goes on in Python."""
     looked = itertools.count()
 
-    def against(end, make):
-        def check():
-            if next(looked) >= last:
-                raise OutOfTime
+    def check():
+        if next(looked) >= last:
+            raise OutOfTime
 
-        before, CLOCK.check = CLOCK.check, check
-        try:
+    def against(end, make):
+        with checked_by(check):
             return make()
-        finally:
-            CLOCK.check = before
 
     monkeypatch.setattr(budget, "SECONDS", 60.0)
     monkeypatch.setattr(budget, "_against", against)

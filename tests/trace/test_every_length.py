@@ -173,6 +173,12 @@ def numbers(expression):
     return space["f"]
 
 
+def agree(compiled, f, n, seed, tolerance):
+    """The code and the function have the same values at a drawn state."""
+    y = np.random.default_rng(seed).normal(size=n)
+    np.testing.assert_allclose(compiled(0.3, y), f(0.3, y), rtol=tolerance, atol=tolerance)
+
+
 @pytest.mark.parametrize("expression", EXPRESSIONS)
 def test_an_expression_is_taken_at_every_length_or_at_none(expression):
     f, taken = numbers(expression), {}
@@ -183,8 +189,7 @@ def test_an_expression_is_taken_at_every_length_or_at_none(expression):
             taken[n] = True
         if taken[n]:
             for seed in range(3):
-                y = np.random.default_rng(seed).normal(size=n)
-                np.testing.assert_allclose(compiled(0.3, y), f(0.3, y), rtol=1e-9, atol=1e-9)
+                agree(compiled, f, n, seed, 1e-9)
     assert len(set(taken.values())) == 1, taken
 
 
@@ -207,8 +212,7 @@ np.unwrap(y)
 def test_the_source_of_numpy_is_traced(expression, n):
     f = numbers(expression)
     compiled: Any = in_batches(f, n)[0]  # refuses islands, which need the start
-    y = np.random.default_rng(n).normal(size=n)
-    np.testing.assert_allclose(compiled(0.3, y), f(0.3, y), rtol=1e-12, atol=1e-12)
+    agree(compiled, f, n, n, 1e-12)
 
 
 def test_numbers_from_outside_stay_parameters_in_the_source_of_numpy():

@@ -38,7 +38,7 @@ class Sources:
         self._stand_in, self._made = stand_in, {}
 
     def inside(self, value) -> Any:
-        """What rebuilt source gets for a value of a module."""
+        """The value of a module as rebuilt source gets it: a stand-in, or a rebuilt function."""
         found = self._stand_in(value)
         if found is not None:
             return found

@@ -223,11 +223,9 @@ STAND_INS: dict[int, Any] = {
 }
 STAND_INS |= INDEXED
 STAND_INS[id(np.broadcast)] = _broadcast
-STAND_INS |= {
-    id(function): sequences.interpolated
-    for name, function in vars(multiarray).items()
-    if name in ("interp", "interp_complex")
-}
+STAND_INS |= dict.fromkeys(
+    (id(multiarray.interp), id(multiarray.interp_complex)), sequences.interpolated
+)
 STAND_INS |= {id(np.errstate): _error_state, id(np.seterr): _seterr, id(np.geterr): _geterr}
 STAND_INS[id(np.vectorize)] = vectorized
 STAND_INS |= {id(getattr(np, name)): impure(f"numpy.{name}") for name in OF_FILES}
@@ -244,7 +242,7 @@ def stand_in_of(value):
 
 
 def _in_source(value):
-    """What the source of NumPy gets for a value; None for a value that is rebuilt, or stays."""
+    """The stand-in that NumPy's rebuilt source gets for a value; None if there is none."""
     if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] not in PURE:
         return Forbidden(value.__name__)
     return stand_in_of(value)

@@ -4,6 +4,7 @@ The code that builds, compares or emits a graph calls `look`.  The callback may 
 Each thread has its own callback, or none.
 """
 
+import contextlib
 import threading
 from typing import Any
 
@@ -21,3 +22,13 @@ def look():
     """Call this thread's callback, if there is one."""
     if CLOCK.check is not None:
         CLOCK.check()
+
+
+@contextlib.contextmanager
+def checked_by(check):
+    """Within the context, `check` is this thread's callback."""
+    before, CLOCK.check = CLOCK.check, check
+    try:
+        yield
+    finally:
+        CLOCK.check = before

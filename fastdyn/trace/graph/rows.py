@@ -148,8 +148,7 @@ class Rows(Owners, Graph):
 
         All paths of a trace share the ids, as their cost for a long table would be that of a solve.
         """
-        place = slots, like.shape, like.strides, like.dtype == complex
-        found = self._of_arrays.get(place)
+        found = self._of_arrays.get(slots)
         if found is None:
             varies = any(s in slots for s in self.varying)
             row = self.row("par", (len(slots),), (), slots, varies=varies)
@@ -158,7 +157,7 @@ class Rows(Owners, Graph):
             found = np.empty_like(like, PAIR if like.dtype == complex else ID, subok=False)
             found[...] = ids.view(found.dtype).reshape(like.shape)
             found.flags.writeable = False
-            self._of_arrays[place] = found
+            self._of_arrays[slots] = found
         return found
 
     def constants(self, array):

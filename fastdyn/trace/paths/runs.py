@@ -128,7 +128,7 @@ def _run(g, script, outside, fun, args, states, shape):
     NOW.g = g
     g.begin(script)
     LATEST.refusal = None
-    results, errors, written = None, [], []
+    results, errors = None, []
     try:
         copy, given = _surroundings(outside, fun, args)
         y = states.start()
@@ -159,7 +159,7 @@ def _run(g, script, outside, fun, args, states, shape):
     if g.abandoned:
         results = None
         errors.append(g.abandoned)
-    written += outside.writes()
+    written = outside.writes()
     if LATEST.refusal:
         raise LATEST.refusal.untraceable()
     if written:
