@@ -19,7 +19,6 @@ from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.rare import raise_failure
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
-from fastdyn.trace.islands import Island, islands_of, raise_interrupts
 
 from . import output
 from .begin import (
@@ -92,7 +91,7 @@ class LaidOut(PythonBetween):
         self._image = np.zeros(plan.head, np.int64)
         self._advance, self._n_steps = plan.at["kernels.advance"], plan.at["n_steps"]
         self._lay_out(plan)
-        called = *(b.callback for b in self.bounds), self._matrices.solver, *islands_of(self.bounds)
+        called = *(b.callback for b in self.bounds), self._matrices.solver
         self._callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
         self.switching = switching_of(problem, bound)
@@ -252,9 +251,8 @@ class LaidOut(PythonBetween):
         raise_failure()
         if status == RAISED:
             for called in self._callbacks:
-                if called.exception is not None and not isinstance(called, Island):
+                if called.exception is not None:
                     raise called.exception
-            raise_interrupts(islands_of(self.bounds))
             with self.not_repeated():
                 raise_kept(self.bounds, self.problem)
             self.mass.raise_kept()

@@ -2,13 +2,12 @@
 
 The folders:
 
-- graph: the expressions.
-- reads: the values from outside that must still hold at a later call.
-- symbols: the objects that replace numbers.
-- numpy, scipy: library functions on symbols.
+- graph: nodes, which are numbers, and rows, which are arrays of numbers with ids.
+- symbols: the objects that replace numbers and arrays.
+- functions: functions of Python, NumPy and SciPy on symbols.
 - outside: copies of the function's surroundings.
+- reads: the values from outside that must still hold at a later call.
 - paths: one run of the function for each path through its branches.
-- batches: long arrays.
-- islands: calls of library functions that have no formula.
+- switching: the times and the states at which a function switches.
 - emit: machine code.
 """

@@ -86,8 +86,7 @@ FUNCTIONS = {
 
 @pytest.mark.few(8)
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_code_is_the_function(name, monkeypatch):
-    monkeypatch.setattr("fastdyn.compile.traced.make._is_slower", lambda *_: False)
+def test_code_is_the_function(name):
     fun = FUNCTIONS[name]
     y = RNG.normal(size=N) + 1j * RNG.normal(size=N)
     bound = bind(fun, (), COMPLEX_NUMBERS, 2 * N, Near(0.0, 1.0, y.view(float), True))

@@ -76,8 +76,8 @@ FUNCTIONS = {
     "concatenated": lambda t, y: np.concatenate([y[1:], np.array([-halved(y[0])])]),
     "partial": functools.partial(keyword_only, m=2.0),
 }
-IN_PYTHON = {  # what Numba as it is does not hold: keyword-only arguments, lists, objects
-    FUNCTIONS[name] for name in ("default", "required", "list", "method")
+IN_PYTHON = {  # Numba as it is holds no keyword-only arguments, lists, objects, joined lists
+    FUNCTIONS[name] for name in "default keyword required list method stacked concatenated".split()
 }
 PROBLEM = {"t_span": (0, 0.5), "y0": [1.0, 0.5], "rtol": 1e-8}
 

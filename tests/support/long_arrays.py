@@ -76,9 +76,9 @@ def program(seed):
     return scope["f"], lines
 
 
-def in_batches(function, n, args=(), start=None):
+def in_batches(function, n, args=()):
     """The machine code of a function of long arrays, as ``function(t, y)``, and its trace."""
-    found = trace(function, args, n, (n,), batches=True, start=start)
+    found = trace(function, args, n, (n,), batches=True)
     traced = Traced(found, DERIVATIVE, n, True)
     values = list(zip(traced.kinds, traced.trace.reads.close(), strict=True))
     return called(traced.compiled(), values, DERIVATIVE, n), traced

@@ -41,7 +41,7 @@ class Switched:
 
     def _found(self):
         size = len(live(self.outputs))
-        if self.graph.islands or size > LARGEST:
+        if size > LARGEST:
             return []
         try:
             found = switches(self.graph, self.outputs, self.n)
@@ -85,7 +85,7 @@ def has_switches(function):
         traced = function.traced
         nodes = decisions(traced.trace.graph, traced.stored, ())
         ops = {each.op for each in live(traced.stored)}
-        others = "island" in ops or any(OPERATIONS[op].tables or OPERATIONS[op].whole for op in ops)
+        others = any(OPERATIONS[op].tables or OPERATIONS[op].whole for op in ops)
         found = function.notes["has switches"] = 0 < len(nodes) <= FEW and not others
     return found
 

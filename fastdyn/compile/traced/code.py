@@ -177,11 +177,8 @@ class Traced:
         NotSmooth
             If the function has no Taylor series.
         """
-        from ..taylor.recurrences.rewrite import NotSmooth
         from .series import text, text_of_event
 
-        if self.trace.graph.islands:
-            raise NotSmooth("a call of a library")
         key, given = f"series {order} {fine} {self.key()}", (order, fine)
         if self.mode.one_number:
             text, given = text_of_event, (order,)
@@ -200,11 +197,8 @@ class Traced:
 
     def lane_series(self, order, kinds, width):
         """The Taylor kernel with a trajectory in each lane of a vector."""
-        from ..taylor.recurrences.rewrite import NotSmooth
         from .lanes import text
 
-        if self.trace.graph.islands:
-            raise NotSmooth("a call of a library")
         key = f"series in lanes {order} {width} {kinds} {self.key()}"
         return code_store.assembled(
             key, lambda symbol: text(self, symbol, order, kinds, width), True

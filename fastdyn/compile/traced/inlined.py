@@ -41,8 +41,6 @@ def dispatcher(traced):
 @refused_as(Uncompilable)
 def vector_text(traced, symbol, n, width, exact, kinds=None):
     """See `Traced.vector_text`."""
-    if traced.trace.graph.islands:
-        raise Uncompilable("it calls a library, which vectors cannot")
     if traced.trace.error:
         raise Uncompilable(f"it can raise ({traced.trace.error}), which vectors cannot")
     g, vector = traced.trace.graph, ir.VectorType(REAL, width)

@@ -10,7 +10,6 @@ import numpy as np
 
 from fastdyn import code_store
 from fastdyn.trace.graph.refusal import LATEST, NotYet, Refusal, Untraceable, refused_as
-from fastdyn.trace.islands import Address
 from fastdyn.trace.paths.places import line_of_refusal, line_of_write
 from fastdyn.trace.paths.runs import trace
 from fastdyn.trace.reads.program import reader
@@ -19,7 +18,7 @@ from fastdyn.trace.symbols.symbol import STATE
 
 from .. import background, memory
 from ..callables import code_of
-from ..compare import Different, compare_around, machine_value, python_value
+from ..compare import Different, compare_around, machine_value
 from ..functions import with_code
 from ..sentences import located
 from . import elimination
@@ -27,8 +26,6 @@ from .code import Traced
 from .known import NOTHING, TABLE, Facts, Known, known_trace, leave, left_of, place_of
 
 LONG = 64  # least number of components of a state that is one long array
-OF_CALL = 1e-5  # seconds of the call from Python, which a measured time of code includes
-SLOWER = 1.2  # most time of code that calls libraries, over the time in Python
 LIFTED = ("all", "none")  # numbers that become parameters, in the order of the trials
 UNDEFINED = "NameError: "  # begin of the reason if a name is not defined
 MAX_KNOWN, MAX_REFUSALS = 16, 3  # most traces, most refusals of a code object
@@ -138,10 +135,7 @@ def made(function):
 @refused_as(Refusal.untraceable)
 def _traced(fun, args, mode, n, near, varying, lifted, batches):
     own, shape, zeros = mode.shapes(n)
-    found = trace(
-        fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches,
-        start=(near.t0, near.y0),
-    )  # fmt: skip
+    found = trace(fun, args, own, shape, varying, lifted, zeros, mode.complex_numbers, batches)
     traced, given = Traced(found, mode, n, batches), found.reads.close()
     if any(traced.at[j - 1] is None for j in varying):
         raise Untraceable("an argument that varies is no parameter of its code")
@@ -152,7 +146,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
     parameters = list(zip(traced.kinds, given, strict=True))
     bound = with_code(function, lambda t, y: fun(t, y, *args), [], parameters, mode, n)
     if new:
-        function.seconds = _fastest(machine_value, bound, near)
+        function.seconds = _seconds(bound, near)
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS
         _functions.put(key, function, size)
     place, values = _compared_place(traced, function, fun, given), _numbers(traced, given)
@@ -169,33 +163,18 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
             if wrong:
                 leave(fun, args, mode, str(different), wrong)
             raise Untraceable(str(different), final=wrong)
-        calls = list(found.graph.islands.values())
-        dense = traced.in_batches and mode.complex_numbers  # libraries may multiply faster
-        if (calls or dense) and _is_slower(bound, near, 0.0 if calls else OF_CALL):
-            raise Untraceable(_said_of(calls), final=True)
         now = np.flatnonzero(values == 0)
         unseen = _verified.put(place, now if unseen is None else np.intersect1d(now, unseen))
     return traced, function, given, unseen
 
 
-def _said_of(islands):
-    if not islands:
-        return "its products of matrices take as long in Python"
-    return located(f"{islands[0].name} takes as long in Python", islands[0].place)
-
-
-def _is_slower(bound, near, more):
-    """Whether an evaluation at the start takes longer than in Python."""
-    return bound.function.seconds > more + SLOWER * _fastest(python_value, bound, near)
-
-
-def _fastest(value, bound, near):
+def _seconds(bound, near):
     """The time of an evaluation at the start: an upper bound, because Python makes the call.
 
     The time of machine code holds for all values, because no loop of a trace depends on values.
     """
     y0 = np.resize(np.asarray(near.y0, float), bound.n)
-    return min(timeit.repeat(lambda: value(bound, near.t0, y0), number=1, repeat=3))
+    return min(timeit.repeat(lambda: machine_value(bound, near.t0, y0), number=1, repeat=3))
 
 
 def _numbers(traced, given):
@@ -204,7 +183,6 @@ def _numbers(traced, given):
 
 
 def _compared_place(traced, function, fun, given):
-    """The key of a comparison: the function, the types of its numbers, its libraries."""
+    """The key of a comparison: the function, the types of its numbers."""
     same = tuple(traced.trace.reads.pattern.values())
-    islands = tuple([v.of for v in given if type(v) is Address])
-    return function.key, code_of(fun), tuple(map(type, given)), same, islands
+    return function.key, code_of(fun), tuple(map(type, given)), same

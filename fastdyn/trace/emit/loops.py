@@ -8,7 +8,6 @@ import numpy as np
 from llvmlite import ir
 
 from ..graph.clock import look
-from .islands import call_island
 from .memory import VECTOR, WIDTH, Memory
 from .numbers import BIT, INDEX, REAL, WORD, Emitter
 
@@ -107,9 +106,6 @@ class Loops(Memory):
         nodes = [self.plan.program.node(i) for i in row.args[0].tolist()]
         for k, value in enumerate(self._one.nodes(nodes)):
             self.put(value, self._at[row.first], WORD(k))
-
-    def _island(self, row):
-        call_island(self.builder, self.source, row.data[1:], self._given(row), self._at[row.first])
 
     def _running(self, row):
         b, x, total = self.builder, self._given(row), self._room(REAL)

@@ -13,7 +13,8 @@ from ...operations import OPERATIONS
 from ...operations.special import IN_C
 from ..graph.clock import EVERY, look
 from ..graph.expressions import live
-from .islands import BIT, INDEX, REAL, WORD, call_island, rooms
+
+REAL, WORD, BIT, INDEX = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.IntType(32)
 
 
 class Emitter:
@@ -70,10 +71,6 @@ class Emitter:
             return self.source.parameter(node.data)
         if op == "item":  # one element of a batch
             return self.source.item(node.data)
-        if op == "island":
-            return self._island(node, args)
-        if op == "entry":
-            return b.load(b.gep(args[0], [INDEX(node.data)]))
         operation = OPERATIONS[op]
         if operation.elementary:
             return self.function(op, args)
@@ -86,13 +83,6 @@ class Emitter:
         if operation.llvm:
             return getattr(b, operation.llvm)(*args)
         return self._by_lanes(getattr(self, f"_{op}"), node.data, args[0])
-
-    def _island(self, node, args):
-        """Emit the call of a library; return the address of the results."""
-        given, found = rooms(self.builder, node.data)
-        for i, value in enumerate(args):
-            self.builder.store(value, self.builder.gep(given, [INDEX(i)]))
-        return call_island(self.builder, self.source, node.data, given, found)
 
     def _intrinsic(self, name, args):
         kind = args[0].type

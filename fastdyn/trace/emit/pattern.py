@@ -56,7 +56,7 @@ class Sparsity:
         make, size = self._sparse.csr_matrix, row.size
         if row.op == "y":
             return self._sparse.identity(self.n, np.int32, "csr")
-        if row.op in ("dense", "island", "running"):
+        if row.op in ("dense", "running"):
             raise Dense
         if row.op in ("csr", "sum", "top", "low"):
             inner = self._of_ids(row.args[0])

@@ -14,7 +14,7 @@ from ..graph.refusal import Refusal
 from .pull import Box, Cut, Fold, Kept, Root, Scattered, Store, Value, affine, row_major, view
 
 REDUCTIONS = frozenset(("sum", "top", "low"))
-ALONE = frozenset(("pack", "csr", "running", "island"))  # rows with code of their own
+ALONE = frozenset(("pack", "csr", "running"))  # rows with code of their own
 LEAVES = frozenset(("y", "par", "block", "const"))
 COSTLY = 16  # a row of this cost or more, with several users, is kept in memory
 MOST_USES, DEEP = 8, 10**6

@@ -59,7 +59,7 @@ class Program(Owners):
             _Settled(self, sides, array_of)
             self._find([self.raising])
         for row in self.order:
-            if row.op in ("dense", "csr", "running", "island"):
+            if row.op in ("dense", "csr", "running"):
                 self._replace(row, [self._in_memory(row.args[0])])
             else:
                 self._replace(row, [self._packed(a) for a in row.args])
@@ -213,8 +213,6 @@ class _Settled:
         """(array, place in the array) of a leaf; None for the result of an operation."""
         if node.op == "const":
             return ("const", type(node.data)), None
-        if node.op == "entry":
-            return ("island", node.args[0].key), node.data
         row = self.program.row_at(node.data if node.op == "item" else node.key)
         if row is not None:
             return ("row", row.first), node.data if node.op == "item" else node.key
@@ -227,7 +225,7 @@ class _Settled:
         """
         program = self.program
         self.in_rows = [
-            len(keys) >= FEWEST and self._by_key[keys[0]].op not in ("t", "par", "island")
+            len(keys) >= FEWEST and self._by_key[keys[0]].op not in ("t", "par")
             for keys in self.groups
         ]
         ends, self.order = [], [{} for _ in self.groups]  # dicts serve as ordered sets
@@ -261,11 +259,6 @@ class _Settled:
             if leaf[0][0] != "const":
                 first = self._first_of(*leaf[0])
                 self._moved.update({key: first + self.leaf[key][1] for key in keys})
-        elif node.op == "island":
-            for key in keys:
-                given = np.array([self._moved.get(a, a) for a in self.args[key]], ID)
-                row = program.new("island", (given,), ("island", *node.data), node.data[2] + 1)
-                self._moved[key] = row.first
         elif self.in_rows[k]:
             columns = zip(*[self.args[key] for key in keys], strict=True)
             args = tuple([self._operand(column) for column in columns])
@@ -275,8 +268,6 @@ class _Settled:
     def _first_of(self, kind, data):
         if kind == "row":
             return 0
-        if kind == "island":
-            return self._moved[data]
         if (kind, data) not in self._arrays:
             size = data if kind == "block" else len(data)
             op = "par" if kind == "array" else kind
@@ -301,7 +292,7 @@ class _Settled:
             program._replace(row, [self._renamed(a) for a in row.args])
         program.outputs = self._renamed(program.outputs)
         for node in self.nodes:
-            if node.op == "entry" or (node.key in moved and self.leaf[node.key] is None):
+            if node.key in moved and self.leaf[node.key] is None:
                 program._ones[node.key] = program.node(moved[node.key])
             elif node.args:
                 args = tuple([program._ones.get(a.key, a) for a in node.args])

@@ -70,7 +70,7 @@ def transform(name, given, factor, axes, out):
     z, m = np.moveaxis(array_of(given), axis, -1), out.shape[axis]
     size = {"rfft_n_even": 2 * (m - 1), "rfft_n_odd": 2 * m - 1}.get(name, m)
     if not z.ids.size or size > LONGEST:
-        refuse(f"{name} of so much", final=True)
+        refuse(f"it calls {name} of so many numbers", final=True)
     # 3 transforms, because most functions also transform back
     z.g.check(15 * z.ids.size // z.ids.shape[-1] * size * size.bit_length())
     if z.kind != "c":

@@ -1,4 +1,4 @@
-"""SciPy's functions on symbols: written out, or as islands."""
+"""SciPy's functions on symbols, written out."""
 
 import functools
 import math
@@ -194,8 +194,6 @@ def _transform(name):
 
 TRANSFORMS = [f"{inverse}{real}fft{axes}" for inverse in ("", "i") for real in ("", "r")
               for axes in ("", "2", "n")]  # fmt: skip
-LIBRARIES = {f"scipy.{name}" for name in "fft fftpack linalg ndimage signal special".split()}
-WITH_EFFECTS = {"set_workers", "set_backend", "set_global_backend", "register_backend"}
 WRITTEN_OUT: dict[str, dict[str, Any]] = {
     "numpy": {"convolve": convolve}, "scipy.fft": {name: _transform(name) for name in TRANSFORMS},
     "scipy.fftpack": {name: _transform(name) for name in ("fft", "ifft", "fft2", "ifft2")},
@@ -220,12 +218,6 @@ def package_of(function):
 def written_out(function):
     """The form of a library function on symbols; None if there is none."""
     return WRITTEN_OUT.get(package_of(function), {}).get(getattr(function, "__name__", ""))
-
-
-def is_pure(function):
-    """Whether a function may be called from the code."""
-    package, name = package_of(function), getattr(function, "__name__", "")
-    return package in LIBRARIES and name not in WITH_EFFECTS
 
 
 def stand_in_of(value, made):

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy._core import multiarray
 
-from .. import islands
 from ..graph.refusal import LATEST, OutOfTime, Refusal
 from ..symbols.lift import symbol
 from ..symbols.masks import WHY, Masked
@@ -72,7 +71,7 @@ def call_function(function, args, kwargs):
     except OutOfTime:
         raise
     except (Refusal, TypeError, AttributeError):  # C code raises TypeError on symbols
-        if _vary(args, kwargs) and (NOW.g.start is None or not _is_pure(function)):
+        if _vary(args, kwargs):
             raise
         LATEST.refusal, NOW.g.raising = before, raising
         return _other(function, args, kwargs)
@@ -82,22 +81,14 @@ def call_function(function, args, kwargs):
 
 
 def _other(function, args, kwargs):
-    """A function without a form: on constants at once, else called from the code."""
-    if not _vary(args, kwargs):
-        return wrapped(function(*plain_of(args), **plain_of(kwargs)))
-    if not _is_pure(function):
-        refuse(f"{function.__name__} of what depends on the state")
-    return islands.island(function, args, kwargs)
+    """A function without a form, on constants."""
+    if _vary(args, kwargs):
+        refuse(f"it calls {function.__name__}")
+    return wrapped(function(*plain_of(args), **plain_of(kwargs)))
 
 
 def _vary(*values):
     return any(s.varies for s in symbols_in(values))
-
-
-def _is_pure(function):
-    """Whether a function may be called from the code."""
-    of_numpy = scipy.package_of(function).startswith("numpy")
-    return (of_numpy and function.__name__ not in REFUSED) or scipy.is_pure(function)
 
 
 def symbols_in(value):

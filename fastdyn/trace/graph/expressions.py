@@ -43,7 +43,7 @@ class Graph:
         self._known, self.nodes, self.next = {}, {}, 0  # nodes by key; the next free key
         self.values, self.tables = Values(), {}
         self.batches: Any = None  # the graph itself if its long arrays are rows
-        self.kept, self.islands = {}, {}  # values kept for later runs; Islands by slot
+        self.kept = {}  # values kept for later runs
         self.most = MAX_NODES
         self.varying: set[int] = set()  # slots whose values differ between trajectories
         self.true, self.false = self.make("const", (), True), self.make("const", (), False)
@@ -77,7 +77,7 @@ class Graph:
         elif node.op == "par":
             node.varies = node.data in self.varying
             node.value = self.values[node.data]
-        elif node.args and node.op != "island" and not any(a.varies for a in node.args):
+        elif node.args and not any(a.varies for a in node.args):
             tables = ranges_of(node, self.tables)
             if any(slot in table for table in tables for slot in self.varying):
                 return
@@ -89,8 +89,6 @@ class Graph:
     def compute(self, node, args, values=None):
         """Compute a node from the values of the operands, which are numbers or arrays."""
         data, operation = node.data, OPERATIONS[node.op]
-        if node.op == "island":
-            return self.islands[data[0]].values(args)
         if operation.tables:
             data = contents(node, self.tables, self.values if values is None else values)
         return operation.value(*args) if data is None else operation.value(data, *args)

@@ -52,7 +52,6 @@ class Trace(NamedTuple):
 @refused_as(Refusal.untraceable)
 def trace(
     fun, args, n, shape, varying=(), lifted="all", zeros=0, complex_state=False, batches=False,
-    start=None,
 ):  # fmt: skip
     """Trace ``fun(t, y, *args)``.
 
@@ -75,8 +74,6 @@ def trace(
         the imaginary part of component i.  Results alternate in this way, unless `shape` is None.
     batches : bool
         Whether operations on long arrays are rows.  The outputs are then ids, not nodes.
-    start : tuple, optional
-        The (time, state) of the first call, in real numbers.
 
     Raises
     ------
@@ -84,7 +81,6 @@ def trace(
     """
     size = n * (1 + complex_state)
     g = Tracing(size, FEW if batches else math.inf)
-    g.start = start
     if not batches and size >= g.most:  # refuse before any node is made
         raise Untraceable("its state is too long", final=True, said=False)
     g.reads = Reads(g, (fun, *args), varying)

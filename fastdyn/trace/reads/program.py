@@ -30,7 +30,6 @@ STEPS = {  # from a parent to a part of the parent
     "entries": "ravel({parent})[slice(*{key})]",
     "itself": "{parent}",
     "remembered": "remembered({parent}, *{key})",
-    "island": "{key}.address",
 }
 ABSENT = {  # steps to what may be missing
     "item": "{parent}.get({key}, MISSING)",

@@ -22,7 +22,7 @@ from . import divisions
 from .divisions import FAR, NOISE, ROUNDINGS, Divisions, Parameters, TooMany
 from .straight_lines import compares, straight_lines
 
-OF_STATE = frozenset(("y", "item", "arg", "island", "entry"))
+OF_STATE = frozenset(("y", "item", "arg"))
 NEAR = 1e-9  # distance of the points that show a jump at an end, as a share of the span
 
 
