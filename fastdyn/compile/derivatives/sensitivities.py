@@ -10,6 +10,8 @@ Mueller, "Calculation of Lyapunov exponents for dynamic systems with discontinui
 Solitons & Fractals 5(9), 1995.
 """
 
+import math
+
 import numpy as np
 
 from fastdyn.trace.graph.derivatives import partials
@@ -18,6 +20,7 @@ from fastdyn.trace.graph.refusal import Untraceable, refused_as
 from fastdyn.trace.reads.reads import flat
 
 from ..callables import Uncompilable
+from ..compare import seconds_of
 from ..functions import with_code
 from ..mode import DERIVATIVE, SALTATION, SENSITIVITIES
 from ..traced.known import why
@@ -102,7 +105,10 @@ def _bound(fun, args, mode, near, extended, as_mode, located, said):
         return (extended if own is fun else extended._replace(fun=own))(t, z, *given)
 
     size = extended.n * (1 + extended.n_directions)
-    return with_code(function, as_written, keepalive, values, as_mode, size, at)
+    bound = with_code(function, as_written, keepalive, values, as_mode, size, at)
+    if function.seconds == math.inf:
+        function.seconds = seconds_of(bound, near.t0, near.y0)
+    return bound
 
 
 def decides(bound):
@@ -122,8 +128,7 @@ def _extended(base, groups, n, mode, located):
     traced = base.traced
     columns = [slot for group in groups for slot in _columns(traced.trace.reads, group, n)]
     outputs = _outputs(traced.trace.graph, traced.stored, columns, n, located)
-    size, slower = n * (1 + len(columns)), 1 + 2 * len(columns)
-    function = traced.with_outputs(outputs, mode, size).compiled(base.seconds * slower)
+    function = traced.with_outputs(outputs, mode, n * (1 + len(columns))).compiled()
     if mode is SENSITIVITIES:
         own = traced.trace._replace(outputs=traced.stored)
         slots = {slot for slot in columns if slot is not None}

@@ -3,7 +3,6 @@
 import gc
 import re
 import threading
-import timeit
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from fastdyn.trace.symbols.symbol import STATE
 
 from .. import background, memory
 from ..callables import code_of
-from ..compare import Different, compare_around, machine_value
+from ..compare import Different, compare_around, seconds_of
 from ..functions import with_code
 from ..sentences import located
 from . import elimination
@@ -146,7 +145,7 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
     parameters = list(zip(traced.kinds, given, strict=True))
     bound = with_code(function, lambda t, y: fun(t, y, *args), [], parameters, mode, n)
     if new:
-        function.seconds = _seconds(bound, near)
+        function.seconds = seconds_of(bound, near.t0, near.y0)
         size = 1 + len(traced.trace.graph.nodes) // NODES + n // COMPONENTS
         _functions.put(key, function, size)
     place, values = _compared_place(traced, function, fun, given), _numbers(traced, given)
@@ -166,15 +165,6 @@ def _traced(fun, args, mode, n, near, varying, lifted, batches):
         now = np.flatnonzero(values == 0)
         unseen = _verified.put(place, now if unseen is None else np.intersect1d(now, unseen))
     return traced, function, given, unseen
-
-
-def _seconds(bound, near):
-    """The time of an evaluation at the start: an upper bound, because Python makes the call.
-
-    The time of machine code holds for all values, because no loop of a trace depends on values.
-    """
-    y0 = np.resize(np.asarray(near.y0, float), bound.n)
-    return min(timeit.repeat(lambda: machine_value(bound, near.t0, y0), number=1, repeat=3))
 
 
 def _numbers(traced, given):
