@@ -332,6 +332,11 @@ class Solver:
             self._misses = 0
         return result
 
+    def prepare(self, problem):
+        """Prepare a run before the first solve."""
+        self._most = 1
+        self.count(problem)
+
     def count(self, problem):
         """Count a solve that went the long way; perhaps prepare a run for more solves like it.
 

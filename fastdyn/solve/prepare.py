@@ -17,12 +17,15 @@ from fastdyn.problem.options.docstrings import filled
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.second_order_and_pairs import mode_for
+from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.loop import announce
 from fastdyn.run.ready import ReadyRun, Solver
 from fastdyn.run.solve_problem import run_of, solve_problem
 
 from .discrete import PreparedWithDiscrete
 from .many import Ends, solve_many
+from .repeated import WithSensitivities
+from .sensitivities import extended, solve_with_sensitivities
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
@@ -79,14 +82,17 @@ def prepare(
     options = {"compile": "inlined", **options}
     asked = checked(fun, t_span, y0, method, t_eval, dense_output, events, False, args, options)
     if asked.discrete is None:
-        return Prepared(_problem(asked), given)
+        return _prepared(asked, given)
     longer, n = with_discrete_states(asked)
-    return PreparedWithDiscrete(Prepared(_problem(longer), None), longer.y0, n, (_again, (given,)))
+    return PreparedWithDiscrete(_prepared(longer, None), longer.y0, n, (_again, (given,)))
 
 
-def _problem(asked):
+def _prepared(asked, given):
     method = compiled_method("prepare", asked, "; solve_ivp takes the rest")
-    return validate.problem(asked, method, mode_for(asked, method))
+    if asked.sensitivity is not None:
+        check_method(asked, method)
+    problem = validate.problem(asked, method, mode_for(asked, method))
+    return Prepared(problem, given, asked.sensitivity)
 
 
 def _again(given):
@@ -100,10 +106,16 @@ class Prepared:
     Results do not share memory.  Several threads may call the solver at once.
     """
 
-    def __init__(self, problem, given):
+    def __init__(self, problem, given, sensitivity=None):
         self._problem, self._shape, self._given = problem, problem.y0.shape, given
         self._others = [function for function, _ in between_steps(problem)]
-        self._solver = _Solver(problem)
+        self._sensitivity = sensitivity
+        if sensitivity is None:
+            self._solver: Solver = _Solver(problem)
+        else:
+            extended(problem, sensitivity)  # raises if there are no derivatives
+            self._solver = WithSensitivities(problem, {}, sensitivity)
+        self._solver.prepare(problem)
 
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
@@ -134,7 +146,10 @@ class Prepared:
         result = self._solver.solve(p.fun, y0, args, self._others)
         if result is None:
             problem = p._replace(y0=y0, args=args)
-            result = solve_problem(problem)
+            if self._sensitivity is None:
+                result = solve_problem(problem)
+            else:
+                result = solve_with_sensitivities(problem, self._sensitivity)
             self._solver.count(problem)
         return result
 
@@ -165,6 +180,8 @@ class Prepared:
             If lengths do not agree, or shapes do not fit the solver.
         """
         p = self._problem
+        if self._sensitivity is not None:
+            raise ValueError("`many` computes no sensitivities: call the solver in a loop.")
         if p.dense_output:
             raise ValueError("`many` keeps no interpolants: prepare without `dense_output`.")
         members = Members(p.y0 if y0s is None else y0s, p.args if args is None else tuple(args))
@@ -202,8 +219,7 @@ class _Solver(Solver):
 
     def __init__(self, problem):
         super().__init__()
-        self.problem, self._most = problem, 1
-        self.count(problem)
+        self.problem = problem
 
     def ready(self, problem):
         run = run_of(problem)

@@ -44,7 +44,7 @@ def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, ar
 def note(asked, method, problem):
     """After the solve of Arguments the long way, prepare for more calls of the kind."""
     a = asked
-    if not _may_come_again(problem, a.options, a.sensitivity):
+    if not _may_come_again(problem, a.options):
         return
     try:
         kind = _kind(
@@ -82,7 +82,7 @@ def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, optio
     )  # fmt: skip
 
 
-def _may_come_again(problem, options, sensitivity):
+def _may_come_again(problem, options):
     p, times = problem, problem.t_eval
     known = [OPTIONS[name] for name in options if name in OPTIONS]
     if len(known) < len(options) or not np.isfinite(p.tf):
@@ -95,8 +95,6 @@ def _may_come_again(problem, options, sensitivity):
         return False  # the form q'' = a(t, q) is checked at each call
     if times is not None and not (times.dtype == float and len(times)):
         return False
-    if sensitivity is not None and (p.events or p.method.series):
-        return False
     plain = p.rtol.__class__ is float is p.atol.__class__  # an rtol that is raised is an array
     return plain and (p.atol > 0 or not p.method.error_order)
 
@@ -107,7 +105,7 @@ class Repeated(Solver):
     def __init__(self, problem, options):
         super().__init__()
         events = [event for event, *_ in problem.events or ()]
-        self.codes = [function.__code__ for function in (problem.fun, *events)]
+        self.codes = [getattr(f, "__code__", None) for f in (problem.fun, *events)]
         self._options = options
 
     def ready(self, problem):
@@ -124,6 +122,8 @@ class Repeated(Solver):
             return []
         fun = problem.fun.fun if problem.mode.sensitivities else problem.fun
         functions = fun, *[event for event, *_ in problem.events or ()]
+        if len(functions) < len(run.bounds):  # functions that act between steps
+            return []
         sizes = _sizes(problem) if problem.method.series else None
         given = functions, problem.args, self.finish, check, sizes, self._options
         return [ReadyRun(run, common, *given)]
@@ -164,6 +164,8 @@ class WithSensitivities(Repeated):
 
     def ready(self, problem):
         p = problem
+        if p.events or p.method.series:
+            return []
         found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
         self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]
         self.problem, longer = stripped(p), with_sensitivities(p, found)

@@ -26,10 +26,8 @@ JUMPS = (
 
 def solve_with_sensitivities(problem, sensitivity):
     """The result of a problem, with the field `sensitivity`."""
-    directions = directions_of(sensitivity, problem.fun, problem.y0, problem.args)
-    longer = with_sensitivities(problem, directions)
+    directions, longer, run = extended(problem, sensitivity)
     try:
-        run = run_of(longer)
         if decides(run.bounds[0]):
             whole = _watched(longer, len(problem.y0))
         else:
@@ -37,6 +35,22 @@ def solve_with_sensitivities(problem, sensitivity):
     except (Uncompilable, GaveUp) as reason:
         raise ValueError(NEEDS.format(reason)) from None
     return parted(whole, len(problem.y0), directions)
+
+
+def extended(problem, sensitivity):
+    """The directions that `sensitivity` names, the longer problem, and a Run of this problem.
+
+    Raises
+    ------
+    ValueError
+        If the names are wrong, or the function has no derivatives.
+    """
+    directions = directions_of(sensitivity, problem.fun, problem.y0, problem.args)
+    longer = with_sensitivities(problem, directions)
+    try:
+        return directions, longer, run_of(longer)
+    except (Uncompilable, GaveUp) as reason:
+        raise ValueError(NEEDS.format(reason)) from None
 
 
 def _watched(problem, n):
