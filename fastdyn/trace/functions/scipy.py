@@ -184,8 +184,10 @@ def convolve(a, v, mode="full"):
 def _transform(name):
     """A Fourier transform of SciPy by NumPy's, whose name is the same."""
 
-    def function(x, *more, norm=None, overwrite_x=False, workers=None):
-        return getattr(np.fft, name)(array_of(x), *more, norm=norm)
+    def function(x, *more, overwrite_x=False, workers=None, **named):
+        if overwrite_x or len(more) > 2:
+            refuse(f"{name} in this way")
+        return getattr(np.fft, name)(array_of(x), *more, **named)
 
     return function
 

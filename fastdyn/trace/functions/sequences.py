@@ -10,24 +10,43 @@ from ..symbols.symbol import Symbol, graph_of, is_symbolic, refuse
 from .arrays import array_of
 from .ufuncs import as_numpy
 
-MAX_SORTED = 32  # 496 comparisons of neighbours
+MAX_SORTED = 32  # 191 exchanges; compiling takes a second for 100 numbers, 3 s for 1000
 
 
 def in_order(a, axis: Any = -1, *more, **options):
-    """np.sort: exchanges of neighbours; NaN comes last."""
+    """np.sort by a network of exchanges; NaN comes last."""
     if any(v is not None for v in (*more, *options.values())):
         refuse("np.sort with options")
     a = array_of(a)
-    a = a.ravel() if axis is None else a
-    rows = list(np.moveaxis(a, -1 if axis is None else axis, 0))
+    a, axis = (a.ravel(), 0) if axis is None else (a, axis)
+    rows: Any = np.moveaxis(a, axis, 0).copy()
     if len(rows) > MAX_SORTED:
         refuse("np.sort of so much that depends on the state")
-    for end in range(len(rows) - 1, 0, -1):
-        for i in range(end):
-            x, y = rows[i], rows[i + 1]
-            exchanged = call("logical_or", call("less", y, x), call("isnan", x))
-            rows[i], rows[i + 1] = where(exchanged, y, x), where(exchanged, x, y)
-    return np.moveaxis(np.stack(rows), 0, -1 if axis is None else axis)
+    for low, high in _exchanges(len(rows)):
+        x, y = rows[low], rows[high]
+        exchanged = call("logical_or", call("less", y, x), call("isnan", x))
+        rows[low], rows[high] = where(exchanged, y, x), where(exchanged, x, y)
+    return np.moveaxis(rows, 0, axis)
+
+
+def _exchanges(n):
+    """The pairs of places that each pass of a sorting network compares.
+
+    This is Batcher's merge exchange: D. E. Knuth, "The Art of Computer Programming", volume 3,
+    section 5.2.2, algorithm M.
+    """
+    first = 1 << (n - 1).bit_length() >> 1
+    p = first
+    while p:
+        q, r, d = first, 0, p
+        while True:
+            low = np.arange(n - d)
+            low = low[low & p == r]
+            yield low, low + d
+            if q == p:
+                break
+            d, q, r = q - p, q // 2, p
+        p //= 2
 
 
 def _accumulate(name):

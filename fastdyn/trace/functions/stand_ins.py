@@ -70,8 +70,8 @@ def call_function(function, args, kwargs):
         found = (own or source)(*args, **kwargs)
     except OutOfTime:
         raise
-    except (Refusal, TypeError, AttributeError):  # C code raises TypeError on symbols
-        if _vary(args, kwargs):
+    except (Refusal, TypeError, AttributeError) as error:  # C code raises TypeError on symbols
+        if isinstance(error, Refusal) and _vary(args, kwargs):
             raise
         LATEST.refusal, NOW.g.raising = before, raising
         return _other(function, args, kwargs)
