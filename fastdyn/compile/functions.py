@@ -16,7 +16,7 @@ from .mode import DERIVATIVE, Mode
 from .parameters import n_words, pack_all
 from .python_callback import Callback
 
-GROWING = threading.Lock()  # one thread at a time may extend a graph
+GROWING = threading.RLock()  # one thread at a time may extend a graph
 
 
 @dataclass(eq=False, slots=True)

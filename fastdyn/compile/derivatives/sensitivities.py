@@ -25,7 +25,9 @@ from ..functions import with_code
 from ..mode import DERIVATIVE, SALTATION, SENSITIVITIES
 from ..traced.known import why
 from ..traced.make import Near, traced_function
+from .columns import Columns
 
+MOST_STRAIGHT = 16  # numbers, up to which kernels inline the function
 DECISIONS = "decisions"  # a key of a Function's notes
 
 
@@ -127,13 +129,34 @@ def _extended(base, groups, n, mode, located):
     """The Function that extends the Function `base`."""
     traced = base.traced
     columns = [slot for group in groups for slot in _columns(traced.trace.reads, group, n)]
-    outputs = _outputs(traced.trace.graph, traced.stored, columns, n, located)
-    function = traced.with_outputs(outputs, mode, n * (1 + len(columns))).compiled()
+    size, slots = n * (1 + len(columns)), {slot for slot in columns if slot is not None}
+    graph = traced.trace.graph
+    if mode is SALTATION or size <= MOST_STRAIGHT:
+        outputs = _outputs(graph, traced.stored, columns, n, located)
+        function = traced.with_outputs(outputs, mode, size).compiled()
+    else:
+        function = _in_columns(traced, mode, columns, n).compiled()
     if mode is SENSITIVITIES:
         own = traced.trace._replace(outputs=traced.stored)
-        slots = {slot for slot in columns if slot is not None}
         function.notes[DECISIONS] = own, decisions(own.graph, own.outputs, slots)
     return function
+
+
+def _in_columns(traced, mode, columns, n):
+    """The Columns of the variational equations of a Traced."""
+    graph, own, m = traced.trace.graph, traced.stored[:n], len(columns)
+    found, places, _ = _partials(graph, own, columns, n, False)
+    by_state = [(i, k) for i, row in enumerate(found) for k in sorted(row) if k < n]
+    by_parameter = [
+        (i, j, places[slot]) for i, row in enumerate(found) for j, slot in enumerate(columns)
+        if places.get(slot) in row
+    ]  # fmt: skip
+    elements = [found[i][k] for i, k in by_state] + [found[i][k] for i, _, k in by_parameter]
+    factors = traced.with_outputs([*own, *elements], mode, n * (1 + m))
+    pairs = [(i, j) for i, j, _ in by_parameter]
+    return Columns(
+        factors, mode, n, m, by_state, pairs, lambda: _outputs(graph, own, columns, n, False)
+    )
 
 
 def _columns(reads, group, n):
@@ -144,17 +167,23 @@ def _columns(reads, group, n):
     return range(first, first + (1 if shape is None else int(np.prod(shape))))
 
 
+def _partials(graph, outputs, columns, n, with_time):
+    """The partial derivatives of nodes; the places in them by slots, and the place of the time."""
+    slots = sorted({column for column in columns if column is not None})
+    inputs = [graph.make("y", (), i) for i in range(n)]
+    inputs += [graph.make("par", (), slot) for slot in slots]
+    by_time, places = len(inputs), {slot: n + k for k, slot in enumerate(slots)}
+    found = partials(graph, outputs, [*inputs, graph.make("t")] if with_time else inputs)
+    return found, places, by_time
+
+
 def _outputs(graph, stored, columns, n, located):
     """The nodes of the function's n numbers, and of their derivatives by directions, row by row.
 
     For an event, `stored` has the new state and the nodes of f, f+ and g.
     """
     m, g = len(columns), graph
-    slots = sorted({column for column in columns if column is not None})
-    inputs = [g.make("y", (), i) for i in range(n)]
-    inputs += [g.make("par", (), slot) for slot in slots]
-    by_time, places = len(inputs), {slot: n + k for k, slot in enumerate(slots)}
-    found = partials(g, stored, [*inputs, g.make("t")] if located else inputs)
+    found, places, by_time = _partials(g, stored, columns, n, located)
     state = [[g.make("y", (), n + i * m + j) for j in range(m)] for i in range(n)]
 
     def along(row, j):

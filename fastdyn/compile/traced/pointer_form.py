@@ -24,15 +24,20 @@ from .inputs import Source, array_of
 MAX_STRAIGHT = 16  # a function of at most so many components has no loops
 
 
-def text(traced, symbol):
-    """The text of an LLVM module with the pointer form."""
+def text(traced, symbol, around=lambda body: body):
+    """The text of an LLVM module with the pointer form.
+
+    ``around(body)`` is the function that emits the pointer form, where `body` emits code that
+    stores all that is traced.
+    """
     if traced.in_batches:
         return text_in_rows(traced, traced.plan, symbol)
     if traced.n > MAX_STRAIGHT and worth_loops(live([*traced.stored, traced.trace.raising])):
         with contextlib.suppress(Refusal, RecursionError):  # a long chain of numbers
             ids = np.array([node.key for node in traced.stored], ID)
-            return text_in_rows(traced, Plan(program_of(traced, ids)), symbol)
-    return _text(symbol, functools.partial(body, traced))
+            plan = Plan(program_of(traced, ids))
+            return _text(symbol, around(functools.partial(_in_rows, traced, plan)))
+    return _text(symbol, around(functools.partial(body, traced)))
 
 
 def _text(symbol, body):
