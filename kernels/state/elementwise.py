@@ -18,7 +18,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..jit_options.arrays import borrowed, field_of
+from ..lean.arrays import borrowed, field_of
 from ..vector.instructions import FUSE, constant
 from ..vector.number import Vector
 

@@ -10,7 +10,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ..jit_options import INTERNAL, njit
-from ..jit_options.arrays import borrowed, shape_of
+from ..lean.arrays import borrowed, shape_of
 from .elementwise import ROW, data_of, length_of, load, view
 
 

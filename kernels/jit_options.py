@@ -6,7 +6,7 @@ import numba
 from numba import config
 
 try:
-    from .lean import Lean
+    from .lean.pipeline import Lean
 except (ImportError, AttributeError):  # a Numba whose inner parts differ: its own pipeline
     LEAN = {}
 else:

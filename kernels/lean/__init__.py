@@ -1,0 +1,1 @@
+"""Numba's own passes that kernels need, and arrays that own no memory."""
