@@ -20,7 +20,7 @@ from .callables import Uncompilable, Y, parts_of
 from .compare import compare_around
 from .derivatives.jacobian_block import constant_block, constant_function
 from .derivatives.switched import Part
-from .functions import Bound, with_callback, with_code
+from .functions import BASE, Bound, with_callback, with_code
 from .mode import CONSTANT
 from .parameters import pack_all
 from .python_callback import Callback
@@ -146,16 +146,19 @@ def rebind(bound, fun, args):
     function = bound.function
     if function is None or bound.mode.constant:
         return function is not None
-    if numpy_errors_are_heard() or left_of(fun, args, bound.mode)[0]:
+    mode, n, varying, base = bound.mode, bound.n, (), function.notes.get(BASE, function)
+    if base is not function:
+        fun, mode, n, varying = fun.as_traced()
+    if numpy_errors_are_heard() or left_of(fun, args, mode)[0]:
         return False
     known = bound.seen.get("known")
     if known is not None and _read(known, bound, fun, args):
         return True
-    found = known_trace(fun, args, bound.mode, bound.n, (), function.in_batches)
-    if found is not None and found[0].function is function:
+    found = known_trace(fun, args, mode, n, varying, function.in_batches)
+    if found is not None and found[0].function is base:
         bound.seen["known"] = found[0]
         return _read(found[0], bound, fun, args)
-    if made(function):
+    if base is not function or made(function):
         return False
     try:
         found, parameters = compiled_function(parts_of(fun, args), bound.mode)

@@ -16,6 +16,7 @@ from .mode import DERIVATIVE, Mode
 from .parameters import n_words, pack_all
 from .python_callback import Callback
 
+BASE = "base"  # in the notes of a Function for sensitivities: the Function that it extends
 GROWING = threading.RLock()  # one thread at a time may extend a graph
 
 

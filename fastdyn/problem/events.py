@@ -105,5 +105,6 @@ def of_own(event, n):
         return event(t, y[:n], *args)
 
     watched.__name__ = getattr(event, "__name__", "event")
+    watched.__qualname__ = getattr(event, "__qualname__", "event")
     setattr(watched, AS_GIVEN, event)
     return watched

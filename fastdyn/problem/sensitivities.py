@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.mode import JUMP, SENSITIVITIES, Mode
+from fastdyn.compile.mode import DERIVATIVE, JUMP, SENSITIVITIES, Mode
 from fastdyn.compile.python_callback import evaluate
 
 from .events import of_own
@@ -43,6 +43,10 @@ class Variational(NamedTuple):
         """The positions of the arguments among the directions."""
         return tuple(sorted({j for j in self.directions if j}))
 
+    def as_traced(self):
+        """What is traced: function, mode, length of the state, arguments that vary."""
+        return self.fun, self.mode, self.n, self.positions()
+
     def __call__(self, t, z, *args):
         """Call the function alone, which may raise: Python cannot compute the sensitivities."""
         own = evaluate(lambda t, y: self.fun(t, y, *args), self.mode, t, z[: self.n])
@@ -62,6 +66,11 @@ class Saltation(NamedTuple):
     def n_together(self):
         """The number of results of `together`."""
         return self.n if self.event is None else 3 * self.n + 1
+
+    def as_traced(self):
+        """What is traced: function, mode, length of the state, arguments that vary."""
+        positions = tuple(sorted({j for j in self.directions if j}))
+        return self.together(), DERIVATIVE, self.n_together(), positions
 
     def together(self):
         """One function, for one trace: the new state, f before and behind, the event."""

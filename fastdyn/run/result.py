@@ -76,6 +76,14 @@ ALL_FIELDS = (
         only="`sensitivity`",
     ),
     Field(
+        "event_sensitivity", "list of EventSensitivity or None",
+        "For each event, the derivatives of its k times, `t`, and of the states there before "
+        "`on_event` acts, `y`: dicts by the names of `sensitivity`, of shapes (..., k) and "
+        "(n, ..., k).  None for an event that cannot be traced or differentiated; inf or nan where "
+        "the event function touches zero without crossing it.",
+        only="`sensitivity` and events",
+    ),
+    Field(
         "error_estimate", "ndarray, shape (n, n_points)",
         "An estimate of y minus the exact solution.", only="`error_estimate`",
     ),

@@ -111,7 +111,20 @@ def parted(whole, n):
     result.y_events = at_events and [y[:, :n] if y.size else y for y in at_events]
     result.discrete_events = at_events and [y[:, n:] if y.size else y for y in at_events]
     if "sensitivity" in whole:
-        found = result.sensitivity = {name: s[:n] for name, s in whole.sensitivity.items()}
-        if "y0" in found:
-            found["y0"], found["discrete"] = np.split(found["y0"], [n], axis=1)
+        result.sensitivity = _of_parts({k: s[:n] for k, s in whole.sensitivity.items()}, n, 1)
+    if "event_sensitivity" in whole:
+        result.event_sensitivity = [
+            each and type(each)(
+                _of_parts(each.t, n, 0), _of_parts({k: s[:n] for k, s in each.y.items()}, n, 1)
+            )
+            for each in whole.event_sensitivity
+        ]  # fmt: skip
     return result
+
+
+def _of_parts(found, n, axis):
+    """Derivatives by name, those with respect to the longer initial state in its two parts."""
+    if "y0" not in found:
+        return found
+    y0, discrete = np.split(found["y0"], [n], axis=axis)
+    return {**found, "y0": y0, "discrete": discrete}

@@ -108,8 +108,9 @@ def solve_ivp(
     Sensitivities solve S' = df/dy S + df/dp, with exact derivatives of a traced `fun`, in one
     system with y: n (1 + m) numbers for m directions.  The steps keep y and each column of S in
     tolerance; `atol` of a column is that of y per unit of its direction (per its value, if above
-    1).  At events, S is the derivative at a fixed time; events that act change S, too.  If `fun`
-    jumps as the state passes a limit, S would jump, which is not computed: ValueError.
+    1).  At events, S is the derivative at a fixed time; `event_sensitivity` has the derivatives of
+    the times of events, and of the states there.  Events that act change S, too.  If `fun` jumps as
+    the state passes a limit, S would jump, which is not computed: ValueError.
 
     Examples
     --------

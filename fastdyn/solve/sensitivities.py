@@ -1,9 +1,14 @@
 """Solutions and their derivatives with respect to the initial state and the parameters."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from fastdyn.compile.compare import machine_value
+from fastdyn.compile.derivatives.event_times import time_derivatives
 from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.compile.sentences import GaveUp, Uncompilable
+from fastdyn.compile.traced.make import Near
 from fastdyn.problem.sensitivities import directions_of, with_sensitivities
 from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial
@@ -34,7 +39,63 @@ def solve_with_sensitivities(problem, sensitivity):
             whole = result_of(longer, run.solve(longer.y0), run)
     except (Uncompilable, GaveUp) as reason:
         raise ValueError(NEEDS.format(reason)) from None
-    return parted(whole, len(problem.y0), directions)
+    result = parted(whole, len(problem.y0), directions)
+    if whole["t_events"]:
+        result["event_sensitivity"] = _at_events(problem, whole, directions, run.bounds[0])
+    return result
+
+
+class EventSensitivity(NamedTuple):
+    """The derivatives at the times of an event, k of them, each by the names of the directions.
+
+    Attributes
+    ----------
+    t : dict of str to ndarray
+        The derivatives of the times, shape (..., k).
+    y : dict of str to ndarray
+        Those of the states at these times, before `on_event` acts, shape (n, ..., k).
+    """
+
+    t: dict
+    y: dict
+
+
+def _at_events(problem, whole, directions, bound):
+    """An EventSensitivity for each event and schedule; None for an event without derivatives."""
+    p, n, found = problem, len(problem.y0), []
+    near, positions = Near(p.t0, p.tf, p.y0), tuple([d.position for d in directions])
+    functions = [event for event, *_ in p.events or ()]
+    functions += [None] * (len(whole["t_events"]) - len(functions))
+    m = sum([d.size for d in directions])
+    for event, t, z in zip(functions, whole["t_events"], whole["y_events"], strict=True):
+        z = z.reshape(len(t), n * (1 + m))
+        y, s = z[:, :n].T, np.moveaxis(z[:, n:].reshape(len(t), n, m), 0, -1)
+        rate, moved = np.full((n, len(t)), np.nan), np.zeros(s.shape[1:])  # schedules do not move
+        for k in range(len(t)):
+            value = machine_value(bound, t[k], z[k])
+            if value is not None:
+                rate[:, k] = value[:n]
+        if event is not None and len(t):
+            moved = time_derivatives(event, p.args, near, positions, (t, y, rate, s))
+        if moved is None:
+            found.append(None)
+            continue
+        states = s
+        if event is not None:
+            with np.errstate(all="ignore"):
+                states = s + rate[:, None] * moved
+        found.append(EventSensitivity(_by_name(moved, directions), _by_name(states, directions)))
+    return found
+
+
+def _by_name(columns, directions):
+    """The parts of (..., m, k) by the names of the directions, each in the shape of its value."""
+    found, begin, (*before, _, k) = {}, 0, columns.shape
+    for d in directions:
+        end = begin + d.size
+        found[d.name] = columns[..., begin:end, :].reshape(*before, *d.value.shape, k)
+        begin = end
+    return found
 
 
 def extended(problem, sensitivity):
@@ -81,12 +142,8 @@ def parted(whole, n, directions):
         result["y"], columns = states[:n], states[n:].reshape(n, -1, k)
     else:  # SciPy's empty output is a list
         columns = np.empty((n, sum([d.size for d in directions]), 0))
-    found, begin = {}, 0
-    for d in directions:
-        end = begin + d.size
-        found[d.name] = columns[:, begin:end].reshape(n, *d.value.shape, k)
-        begin = end
-    result["sensitivity"], sol, at_events = found, whole["sol"], whole["y_events"]
+    result["sensitivity"] = _by_name(columns, directions)
+    sol, at_events = whole["sol"], whole["y_events"]
     if sol is not None:
         result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans)
     if at_events is not None:

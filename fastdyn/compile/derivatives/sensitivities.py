@@ -21,7 +21,7 @@ from fastdyn.trace.reads.reads import flat
 
 from ..callables import Uncompilable
 from ..compare import seconds_of
-from ..functions import with_code
+from ..functions import BASE, with_code
 from ..mode import DERIVATIVE, SALTATION, SENSITIVITIES
 from ..traced.known import why
 from ..traced.make import Near, traced_function
@@ -128,7 +128,7 @@ def jump_of(bound, times, solution):
 def _extended(base, groups, n, mode, located):
     """The Function that extends the Function `base`."""
     traced = base.traced
-    columns = [slot for group in groups for slot in _columns(traced.trace.reads, group, n)]
+    columns = [slot for group in groups for slot in slots_of(traced.trace.reads, group, n)]
     size, slots = n * (1 + len(columns)), {slot for slot in columns if slot is not None}
     graph = traced.trace.graph
     if mode is SALTATION or size <= MOST_STRAIGHT:
@@ -136,6 +136,7 @@ def _extended(base, groups, n, mode, located):
         function = traced.with_outputs(outputs, mode, size).compiled()
     else:
         function = _in_columns(traced, mode, columns, n).compiled()
+    function.notes[BASE] = base
     if mode is SENSITIVITIES:
         own = traced.trace._replace(outputs=traced.stored)
         function.notes[DECISIONS] = own, decisions(own.graph, own.outputs, slots)
@@ -159,7 +160,7 @@ def _in_columns(traced, mode, columns, n):
     )
 
 
-def _columns(reads, group, n):
+def slots_of(reads, group, n):
     """The direction of each column of a group: a parameter's slot; None, n times, for the start."""
     if group is None:
         return [None] * n

@@ -8,6 +8,7 @@ gets the address of this code, or of a callback of the Python function.
 import numpy as np
 
 from fastdyn.compile.bind import bind, rebind
+from fastdyn.compile.functions import BASE
 from fastdyn.compile.python_callback import Callback
 from fastdyn.compile.traced.known import known_trace
 from fastdyn.compile.traced.make import Near
@@ -128,6 +129,11 @@ class Followed:
             raise CannotFollow(
                 f"`{getattr(self.fun, '__name__', 'fun')}` reads what other functions of the "
                 'solve change, and its Jacobian is that of before: give `jac="2-point"`.'
+            )
+        if BASE in own.function.notes:
+            raise CannotFollow(
+                f"`{getattr(own.keepalive[0], '__name__', 'fun')}` reads what another function of "
+                "the solve changes, and its sensitivities are those of the function before."
             )
         self._n_made += known_trace(self.fun, self._args, own.mode, n) is None
         refused = "it changes too often" if self._n_made > MOST_MADE else None
