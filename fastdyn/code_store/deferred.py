@@ -12,7 +12,7 @@ from numba.core import callconv, codegen, cpu, dispatcher, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.environment import lookup_environment
 
-from fastdyn.kernels.jit_options import jit_enabled
+from fastdyn.kernels.jit.options import jit_enabled
 
 from .target import ENVIRONMENT
 

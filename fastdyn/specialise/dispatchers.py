@@ -23,7 +23,7 @@ from fastdyn.kernels.calls.velocity_force import (
 )
 from fastdyn.kernels.ensemble import scheduler
 from fastdyn.kernels.ensemble.watched import already
-from fastdyn.kernels.jit_options import INTERNAL, njit
+from fastdyn.kernels.jit.options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.splitting import cubic_of_pair
 from fastdyn.kernels.methods.taylor import lanes as taylor_lanes

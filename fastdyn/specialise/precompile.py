@@ -30,7 +30,7 @@ def write(level):
         with deferred():
             dispatcher, signature = make(dispatchers)
             code, needs, arguments = emit_object.of(dispatcher, signature, symbol)
-        if "malloc" in needs:  # memory that nothing would free: see kernels/lean/pipeline.py
+        if "malloc" in needs:  # memory that nothing would free: see kernels/jit/pipeline.py
             raise Unsealable(f"the kernel {key!r} allocates memory")
         data = packed({"symbol": symbol, "needs": needs, "arguments": arguments, "key": key}, code)
         (folder / f"{symbol.removeprefix('fastdyn_')}.o").write_bytes(data)

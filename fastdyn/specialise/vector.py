@@ -14,7 +14,7 @@ from fastdyn.compile.sentences import Uncompilable, explain
 from fastdyn.compile.taylor.recurrences.rewrite import NotSmooth
 from fastdyn.kernels.algebra.elimination_structure import MOST_PRODUCTS, structure
 from fastdyn.kernels.ensemble import events_and_folds
-from fastdyn.kernels.jit_options import INLINED, njit
+from fastdyn.kernels.jit.options import INLINED, njit
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.methods.method import Derivatives
 from fastdyn.kernels.state.lane_fields import N_FIELDS

@@ -12,7 +12,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from fastdyn.kernels.calls.user_function import address_of, words_at
-from fastdyn.kernels.jit_options import INLINED, njit
+from fastdyn.kernels.jit.options import INLINED, njit
 
 
 @njit(**INLINED)

@@ -22,7 +22,7 @@ from ..calls.block import (
 )  # fmt: skip
 from ..calls.calling_convention import invoke
 from ..calls.user_function import words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.rows import after, numbers_from
 from . import lapack
 from .factorise_complex import factorise_complex, solve_complex

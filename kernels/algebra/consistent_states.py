@@ -20,7 +20,7 @@ from ..calls.block import (
     WORDS_OF_ACTION,
 )
 from ..calls.user_function import call_function, raised, words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.rows import copy_row
 from ..vector.scalar_or_vector import spacing
 from .pencil import (

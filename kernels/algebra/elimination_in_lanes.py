@@ -9,7 +9,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.elementwise import data_of, load
 from ..vector.instructions import FUSE, constant
 from . import straight_line

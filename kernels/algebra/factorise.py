@@ -12,7 +12,7 @@ columns overlap only outside of the band, and the storage is LAPACK's for band m
 factorisation takes n lower (lower + upper) operations.
 """
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.rows import after
 
 LONG = 8  # from this length on, two slices speed up a loop over a column

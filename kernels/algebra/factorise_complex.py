@@ -4,7 +4,7 @@ A complex matrix or row is two real arrays, the real and the imaginary parts.  T
 element of a column with the largest |re| + |im|, as in LAPACK.
 """
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.rows import after
 from .factorise import LONG
 

@@ -7,7 +7,7 @@ from numba import types
 from numba.core import errors
 from numba.extending import intrinsic, overload
 
-from ..jit_options import OWNING
+from ..jit.options import OWNING
 from ..vector.emit import Lanes
 from .constrained import CONTRADICTORY, constrained, constraints_solved
 from .linear import SINGULAR, SingularMatrixError, linear_solved, solve_linear

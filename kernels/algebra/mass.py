@@ -7,7 +7,7 @@ column * n + row, and the numbers.  The address 0 in place of the words stands f
 
 from ..calls.block import LOWER, PLACES, UPPER, N
 from ..calls.user_function import numbers_at, words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.rows import after
 
 

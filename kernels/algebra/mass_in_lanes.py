@@ -10,7 +10,7 @@ from numba.extending import intrinsic
 
 from ..calls.block import MASS, PLACES, N
 from ..calls.user_function import words_at
-from ..jit_options import INLINED, njit
+from ..jit.options import INLINED, njit
 from ..vector.instructions import splat
 from .elimination_in_lanes import make_product
 

@@ -35,7 +35,7 @@ from ..calls.block import (
 )
 from ..calls.calling_convention import invoke
 from ..calls.user_function import words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.rows import after, numbers_from
 from . import lapack
 from .factorise import add_matrix_product, factorise, solve

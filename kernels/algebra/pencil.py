@@ -22,7 +22,7 @@ from ..calls.block import (
     WORDS_OF_PENCIL,
 )
 from ..calls.user_function import call_function, numbers_at, raised
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from .factorise import factorise, solve
 
 STEP = float(np.finfo(float).eps) ** (1 / 3)  # of a central difference, relative to a component

@@ -13,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..lean.arrays import borrowed, field_of, shape_of
+from ..jit.arrays import borrowed, field_of, shape_of
 
 WORD = ir.IntType(64)
 

@@ -3,7 +3,7 @@
 The argument `mass` of each function is the address of the words of M, the word MASS of the block.
 """
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from .block import CHANGE, EVALUATIONS, PENCIL, SETTLE
 from .user_function import call_function, call_with, raised, words_at
 

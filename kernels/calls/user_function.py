@@ -14,7 +14,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.elementwise import ROW, data_of, length_of
 from .block import ADDRESS, RAISED_WORD
 

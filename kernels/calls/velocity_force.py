@@ -5,7 +5,7 @@ The words VELOCITY and FORCE of the block of a pair are the addresses of the two
 
 from numba import carray
 
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.elementwise import halves, join
 from .block import FORCE, RAISED_WORD, VELOCITY, WORDS_OF_PAIR
 from .user_function import call_function, inlined, raised

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..calls.user_function import evaluate
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import Y
 from ..state.rows import copy_row
 

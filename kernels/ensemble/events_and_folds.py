@@ -1,6 +1,6 @@
 """Events and folds on vectors of trajectories."""
 
-from ..jit_options import INLINED, njit
+from ..jit.options import INLINED, njit
 from ..vector.scalar_or_vector import select
 from .lanes import field, leave
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..calls.user_function import words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..output.extrema import MAX, MIN
 from ..state.lane_fields import (
     ACCEPTED,

@@ -8,7 +8,7 @@ lane whose trajectory is finished.
 
 import numpy as np
 
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..output.extrema import turning
 from ..state.elementwise import apply
 from ..state.lane_fields import (

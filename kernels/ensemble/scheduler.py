@@ -14,7 +14,7 @@ from numba.extending import intrinsic
 from ..calls.block import RAISED_WORD
 from ..calls.calling_convention import invoke
 from ..calls.user_function import words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..output.dense_output import polynomial
 from ..output.extrema import note_state, note_step
 from ..state.elementwise import data_of

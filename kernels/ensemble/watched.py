@@ -1,7 +1,7 @@
 """Calls `watch` for the trajectory of a lane, after or instead of the step of a vector kernel."""
 
 from ..calls.calling_convention import invoke
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..output.arguments import Events, Kernels, Output
 from ..state.record import FINISHED, RUNNING, Solve
 from .arguments import ALREADY, DENSE_ROWS, START, WATCH

@@ -6,7 +6,7 @@ measured as a complex number, as in SciPy.
 
 import numpy as np
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import ATOL, RTOL, Y
 from ..stepping.first_step import forget, make_hairer
 from ..stepping.step_size import Norm, larger

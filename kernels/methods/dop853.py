@@ -7,7 +7,7 @@ II.6, as printed in the authors' program DOP853 to 30 digits.
 
 import numpy as np
 
-from ..jit_options import INLINED, njit
+from ..jit.options import INLINED, njit
 from ..state.elementwise import weigh
 from ..vector.scalar_or_vector import select
 from .explicit import pair

@@ -8,7 +8,7 @@ the interpolant needs are evaluated only in steps that contain an output time.
 from functools import partial
 
 from ..ensemble import lanes
-from ..jit_options import INLINED, njit
+from ..jit.options import INLINED, njit
 from ..output.dense_output import cubic
 from ..state.elementwise import weigh
 from ..stepping import adaptive, first_step, fixed

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..calls.velocity_force import velocity_by_pointer
 from ..ensemble import lanes
-from ..jit_options import INLINED, njit
+from ..jit.options import INLINED, njit
 from ..output.dense_output import cubic, hermite
 from ..state.elementwise import apply, assign, halves, join
 from ..state.record import Y_OLD, K, Y

@@ -8,7 +8,7 @@ stage as the paper does.
 import linecache
 import textwrap
 
-from ..jit_options import INLINED, njit
+from ..jit.options import INLINED, njit
 from ..output.dense_output import F
 from ..state.elementwise import combine, weigh
 from ..state.record import STAGE, Y_OLD, K, Y

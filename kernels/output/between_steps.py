@@ -12,7 +12,7 @@ a step with events takes three quarters (RK45, two components).
 """
 
 from ..calls.calling_convention import invoke
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import (
     BORDER,
     EVENT,

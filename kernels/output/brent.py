@@ -4,7 +4,7 @@ R. P. Brent, "Algorithms for Minimization without Derivatives" (1973), chapter 4
 """
 
 from ..calls.user_function import call_function, raised
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from .dense_output import polynomial
 
 TOLERANCE = 4 * 2.220446049250313e-16  # absolute and relative, as in SciPy

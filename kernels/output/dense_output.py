@@ -10,7 +10,7 @@ order adds rows.  The polynomial meets both ends of the step to round-off.
 
 from ..calls.block import RAISED_WORD
 from ..calls.calling_convention import invoke
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.layout import Form
 from ..state.record import RAISED, RUNNING, Y_OLD, K, Y
 from ..state.rows import keep_vector, numbers_of, vector_at

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..calls.user_function import evaluate
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import RAISED, RUNNING, Y
 from ..state.rows import copy_row
 from .brent import crossing, crossing_from_zero, resolution

@@ -5,7 +5,7 @@ step only if the slope changes sign in the step.  The maximum is at most the mea
 both ends at the middle of the step; this bound is compared first, in all lanes at once.
 """
 
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.elementwise import apply
 from ..state.record import Y
 from ..state.reduce import add, reduce_components

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..calls.calling_convention import invoke
 from ..calls.user_function import evaluate
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import FINISHED, RAISED, RUNNING, Y
 from ..state.rows import copy_row, slot
 

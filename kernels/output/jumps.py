@@ -6,7 +6,7 @@ from ..calls.block import MASS, RAISED_WORD
 from ..calls.calling_convention import invoke
 from ..calls.consistent import rates_of
 from ..calls.user_function import evaluate
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import (
     ATOL,
     BAD_JUMP,

@@ -2,7 +2,7 @@
 
 from ..calls.calling_convention import call_kernel
 from ..calls.user_function import address_of, words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import FINISHED, FULL, RAISED, RUNNING, STEP_LIMIT, STEP_TOO_SMALL
 from ..state.rows import copy_row
 from .arguments import BEGUN, COUNT, FRESH, GIVEN_UP, NEXT, Launch

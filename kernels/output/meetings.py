@@ -5,7 +5,7 @@ this time, before the schedules act.  Rounding may put the zero before or behind
 """
 
 from ..calls.user_function import evaluate
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import K, Y
 from .brent import resolution
 from .dense_output import polynomial

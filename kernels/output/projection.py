@@ -2,7 +2,7 @@
 
 from ..calls.block import RAISED_WORD
 from ..calls.user_function import by_pointer, evaluate
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import RAISED, RUNNING, K, Y
 from ..state.rows import copy_row, slot
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..calls.user_function import numbers_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import EVENT, RAISED, RUNNING, Y
 from ..state.rows import copy_row, slot
 from .dense_output import polynomial

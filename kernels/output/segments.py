@@ -3,7 +3,7 @@
 from ..calls.block import MASS
 from ..calls.consistent import made_consistent
 from ..calls.user_function import evaluate
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import RAISED, K, Y
 from ..state.rows import slot
 from .projection import derive

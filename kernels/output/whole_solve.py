@@ -2,7 +2,7 @@
 
 from ..calls.calling_convention import call_kernel, invoke
 from ..calls.user_function import words_at
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import BAD_STATE, FINISHED, RUNNING, Y
 from ..state.rows import copy_row
 from .arguments import FRESH, JACOBIAN, NOTHING, Y0

@@ -18,7 +18,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..lean.arrays import borrowed, field_of
+from ..jit.arrays import borrowed, field_of
 from ..vector.instructions import FUSE, constant
 from ..vector.number import Vector
 

@@ -8,7 +8,7 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..vector.instructions import splat
 from ..vector.number import Vector
 from .elementwise import ROW, data_of, element, length_of, load

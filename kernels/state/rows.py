@@ -9,8 +9,8 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..jit_options import INTERNAL, njit
-from ..lean.arrays import borrowed, shape_of
+from ..jit.arrays import borrowed, shape_of
+from ..jit.options import INTERNAL, njit
 from .elementwise import ROW, data_of, length_of, load, view
 
 

@@ -12,7 +12,7 @@ shorter than the step before.
 
 import numpy as np
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from .snapshot_table import LEFT, PLACE, SIZE, STATE, STRIDE, TIME
 
 SHORTER = 0.8

@@ -1,7 +1,7 @@
 """The loop for embedded pairs: any step, any controller, any storage of the state."""
 
 from ..calls.block import RAISED_WORD
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.elementwise import assign
 from ..state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL, Y_OLD, K, Y
 from ..state.rows import fetch, keep, slot

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..calls.block import FIRST, GROUPS, N_ENTRIES, RAISED_WORD
 from ..calls.user_function import words_at
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import ATOL, STAGE, Y
 from ..state.rows import copy_row, slot
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..calls.block import MASS, RAISED_WORD
 from ..calls.consistent import evaluations_since, is_consistent, rates_of
 from ..calls.user_function import by_pointer
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.elementwise import halves
 from ..state.record import ATOL, NON_FINITE, RAISED, RTOL, RUNNING, STAGE, K, Y
 from ..state.rows import slot

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..calls.block import RAISED_WORD
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.elementwise import assign
 from ..state.record import FINISHED, NON_FINITE, RAISED, RUNNING, Y_OLD, K, Y
 from ..state.reduce import add, reduce_components

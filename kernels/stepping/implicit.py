@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from ..state.record import ATOL, FINISHED, RTOL, RUNNING
 from ..vector.scalar_or_vector import spacing
 

@@ -33,7 +33,7 @@ from ..calls.user_function import (
     raised,
     words_at,
 )
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.record import BAD_JACOBIAN, RAISED, RUNNING
 from ..state.rows import numbers_from, slot
 from .differences import column_difference, differences_in_groups

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.reduce import add, reduce_components
 from ..vector.scalar_or_vector import power, select, spacing
 

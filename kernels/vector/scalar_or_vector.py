@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
-from ..jit_options import INLINED, INTERNAL, njit
+from ..jit.options import INLINED, INTERNAL, njit
 from .emit import Lanes, bits, real, where, word
 from .instructions import splat
 from .number import Mask, Vector

@@ -58,7 +58,7 @@ import numba.core.compiler
 if {missing}:
     del numba.core.typed_passes.BaseNativeLowering
 import fastdyn
-from fastdyn.kernels.jit_options import INTERNAL
+from fastdyn.kernels.jit.options import INTERNAL
 assert ("pipeline_class" in INTERNAL) != {missing}
 r = fastdyn.solve_ivp(lambda t, y: (y[1], -y[0]), (0, 9), [1.0, 0.0], events=lambda t, y: y[0])
 print(r.y.tobytes().hex(), r.t_events[0].tobytes().hex())

@@ -6,7 +6,7 @@ import pytest
 from fastdyn import solve_ensemble, solve_ivp
 from fastdyn.compile import memory
 from fastdyn.kernels.algebra import lapack
-from fastdyn.kernels.jit_options import njit
+from fastdyn.kernels.jit.options import njit
 from fastdyn.linear_solvers.straight_elimination import FULL, straight_routines
 from fastdyn.run import solve_problem
 from fastdyn.run.matrices import layouts as matrices

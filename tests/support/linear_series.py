@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fastdyn import code_store
-from fastdyn.kernels.jit_options import INTERNAL, njit
+from fastdyn.kernels.jit.options import INTERNAL, njit
 from fastdyn.kernels.methods import BY_NAME
 from fastdyn.kernels.methods.method import Facts, method
 from fastdyn.kernels.output.arguments import MOST_ROOTS

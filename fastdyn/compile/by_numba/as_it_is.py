@@ -19,7 +19,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.typed_passes import NopythonTypeInference
 
-from fastdyn.kernels.jit_options import OWNING, OWNING_INLINED, njit
+from fastdyn.kernels.jit.options import OWNING, OWNING_INLINED, njit
 
 from ..callables import EMPTY, Uncompilable, is_jitted
 from ..fingerprint import of_library, outside

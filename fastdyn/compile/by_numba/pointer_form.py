@@ -20,7 +20,7 @@ from numba.np.numpy_support import from_dtype
 from fastdyn.kernels.calls.block import FIRST
 from fastdyn.kernels.calls.calling_convention import values_of
 from fastdyn.kernels.calls.user_function import FORM
-from fastdyn.kernels.jit_options import OWNING, OWNING_INLINED, njit
+from fastdyn.kernels.jit.options import OWNING, OWNING_INLINED, njit
 from fastdyn.kernels.state.elementwise import view
 from fastdyn.trace.written import function_of
 

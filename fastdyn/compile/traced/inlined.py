@@ -9,7 +9,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from fastdyn.kernels.calls.user_function import FORM
-from fastdyn.kernels.jit_options import INTERNAL, njit
+from fastdyn.kernels.jit.options import INTERNAL, njit
 from fastdyn.kernels.vector.instructions import FUSE
 from fastdyn.trace.emit.numbers import REAL, WORD, Emitter
 from fastdyn.trace.graph.refusal import refused_as

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...output.dense_output import F as DENSE
 from ...state.record import K
 from ...state.rows import scratch

@@ -14,7 +14,7 @@ import numpy as np
 from ...algebra.mass import add_product, widened
 from ...algebra.matrices import factorise_sum, matrix_rows, solve_sum
 from ...calls.block import MASS, RAISED_WORD
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...output.arguments import JACOBIAN
 from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, K, Y
 from ...state.rows import copy_row

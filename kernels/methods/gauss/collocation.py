@@ -14,7 +14,7 @@ The stages of a component lie side by side, so that the processor loads the stag
 import numpy as np
 
 from ...calls.block import RAISED_WORD
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.layout import Form
 from ...state.record import FINISHED, NON_FINITE, NOT_CONVERGED, RAISED, RUNNING, Y_OLD, Y
 from ...state.rows import keep_vector, numbers_of, slot, vector_at

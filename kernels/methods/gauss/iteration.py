@@ -1,7 +1,7 @@
 """One iteration of an implicit step: stages from increments, increments from stages."""
 
 from ...calls.block import RAISED_WORD
-from ...jit_options import INLINED, njit
+from ...jit.options import INLINED, njit
 from ...state.elementwise import halves
 from ...state.layout import Form
 from ...state.record import STAGE, K

@@ -20,7 +20,7 @@ from functools import partial
 
 import numpy as np
 
-from ...jit_options import INLINED, njit
+from ...jit.options import INLINED, njit
 from ...state.rows import numbers_of
 from ...stepping import first_step
 from ..method import method

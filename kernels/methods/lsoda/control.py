@@ -5,7 +5,7 @@ L. Petzold, "Automatic selection of methods for solving stiff and nonstiff syste
 Stat. Comput. 4 (1983): steps that stability allows, and the change of the family.
 """
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from .corrector import EPS
 from .past import CHANGE, FOUND, KEPT, Z, norm
 from .table import ADAMS, BDF, CONSTANT, CORRECTION, HIGHER, LOWER, ORDERS, STABLE

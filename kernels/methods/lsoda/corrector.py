@@ -11,7 +11,7 @@ from ...algebra.factorise import bandwidths
 from ...algebra.matrices import factorise_sum, matrix_at, matrix_rows, solve_sum
 from ...calls.block import FIRST, GROUPS, JACOBIAN, N_ENTRIES
 from ...calls.user_function import words_at
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import BAD_JACOBIAN, RAISED, RUNNING
 from ...state.rows import copy_row
 from ...stepping.differences import evaluate_row

@@ -3,7 +3,7 @@
 K. Radhakrishnan and A. C. Hindmarsh, "Description and use of LSODE", NASA RP-1327 (1993).
 """
 
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...output.dense_output import F as DENSE
 from ...output.dense_output import nest
 from ...state.record import Y_OLD, K, Y

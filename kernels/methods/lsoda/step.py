@@ -8,7 +8,7 @@ The size of the next step is chosen when a step is accepted.  The Nordsieck arra
 new size when the next step begins: until then, the array gives the polynomial of the last step.
 """
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ...output.arguments import NOTHING
 from ...state.record import (
     ATOL,

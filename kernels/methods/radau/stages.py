@@ -11,7 +11,7 @@ from ...algebra.complex_matrices import factorise_complex_sum, solve_complex_sum
 from ...algebra.mass import add_product, widened
 from ...algebra.matrices import factorise_sum, matrix_rows, solve_sum
 from ...calls.block import MASS, RAISED_WORD
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import RAISED, RUNNING, STAGE, Y_OLD, K, Y
 from ...stepping.differences import evaluate_row, keep_factors
 from ...stepping.implicit import n_components, scaled_squares

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...algebra.mass import add_product
 from ...calls.block import MASS, RAISED_WORD
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...output.arguments import JACOBIAN
 from ...output.dense_output import F as DENSE
 from ...state.record import RAISED, RUNNING, STAGE, STEP_TOO_SMALL, Y_OLD, Y

@@ -8,7 +8,7 @@ order rises only after steps of equal size.
 
 import numpy as np
 
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from .past import (
     BETA,
     CLIMBS,

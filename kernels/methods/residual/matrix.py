@@ -23,7 +23,7 @@ from ...calls.block import (
     TIME,
 )
 from ...calls.user_function import address_of, call_with, words_at
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import BAD_JACOBIAN, RAISED, RUNNING, SINGULAR, STAGE
 from ...state.rows import copy_row, numbers_from, slot
 from ...stepping.differences import evaluate_row

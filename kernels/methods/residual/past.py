@@ -11,7 +11,7 @@ import numpy as np
 from numba import carray
 
 from ...calls.user_function import address_of, numbers_at
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...output.dense_output import F as DENSE
 from ...output.dense_output import nest
 from ...state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y

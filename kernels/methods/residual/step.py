@@ -12,7 +12,7 @@ import numpy as np
 
 from ...algebra.matrices import solve_sum
 from ...calls.block import RAISED_WORD
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import (
     NO_TOLERANCE,
     NOT_CONVERGED,

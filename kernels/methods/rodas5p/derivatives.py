@@ -5,7 +5,7 @@ import numpy as np
 from ...algebra.mass import widened
 from ...calls.block import JACOBIAN, MASS, N_ENTRIES
 from ...calls.user_function import words_at
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ...state.record import RAISED, RUNNING, K, Y
 from ...stepping.differences import evaluate_row, first_factors, keep_factors
 from ...stepping.jacobian import clear_matrix, entries_at, evaluate_jacobian, is_constant, is_exact

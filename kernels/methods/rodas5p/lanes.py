@@ -9,7 +9,7 @@ import numpy as np
 from ...algebra.elimination_in_lanes import make_elimination, make_product
 from ...algebra.mass_in_lanes import make_mass_product, make_numbers
 from ...ensemble import lanes
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.elementwise import apply, combine, weigh
 from ...state.record import K
 from ...state.reduce import add, reduce_components

@@ -9,7 +9,7 @@ the matrix M / (h gamma) - df/dy once, solves 8 systems with the factors, and do
 from ...algebra.mass import add_product
 from ...algebra.matrices import add_jacobian_product, factorise_sum, matrix_rows, solve_sum
 from ...calls.block import MASS
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...output.dense_output import F
 from ...state.elementwise import combine, weigh
 from ...state.record import ATOL, RAISED, RTOL, RUNNING, SINGULAR, STAGE, STEP_TOO_SMALL, Y_OLD, Y

@@ -5,7 +5,7 @@ The polynomials are series of an order, with the coefficients c[place], c[place 
 
 import math
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 
 ROUNDS = 100  # most rounds of a search; a step then ends before the change
 BEYOND = 2.0**-50  # distance from a change to the step's end, as a share of step and time

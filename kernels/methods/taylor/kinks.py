@@ -7,7 +7,7 @@ takes.  The arguments of roots must not touch zero, and some numbers must not mo
 `fastdyn/compile/taylor/recurrences/deceptive.py`.
 """
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ...state.rows import keep_vector, vector_at
 from ...vector.scalar_or_vector import any_lane, select
 from .accuracy import SMALLEST

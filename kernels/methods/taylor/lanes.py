@@ -4,7 +4,7 @@ The function is called after each step, for the proof: see `steps.py`.
 """
 
 from ...ensemble.lanes import field, leave
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.lane_fields import (
     ACCEPTED,
     LIMIT,

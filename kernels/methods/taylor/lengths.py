@@ -13,7 +13,7 @@ import math
 
 from numba.extending import intrinsic
 
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.rows import keep_vector, vector_at
 from ...vector.emit import Lanes, bits, fma, polynomial, real, where
 from ...vector.scalar_or_vector import select

@@ -3,7 +3,7 @@
 `fastdyn/compile/taylor` makes the series and the loop over steps for each function.
 """
 
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import RUNNING, Y_OLD, K, Y
 from ...state.series import HIGHEST, LOW, N_ROWS, SCALE
 from ...stepping.first_step import plain

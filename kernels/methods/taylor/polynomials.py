@@ -8,7 +8,7 @@ LLVM, because it fuses by itself the product that the next sum does not wait for
 
 from numba.extending import intrinsic
 
-from ...jit_options import INLINED, njit
+from ...jit.options import INLINED, njit
 from ...state.rows import vector_at
 from ...vector.instructions import intrinsic_of, splat
 

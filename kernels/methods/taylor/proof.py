@@ -8,7 +8,7 @@ constant at this point: for such functions, slopes are also compared inside the 
 """
 
 from ...calls.block import RAISED_WORD
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.rows import keep_vector, vector_at
 from .description import (
     ARRAYS,

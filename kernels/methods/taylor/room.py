@@ -2,7 +2,7 @@
 
 from ...calls.block import RAISED_WORD
 from ...calls.user_function import address_of, call_function
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.record import ATOL, RTOL, STAGE, Y_OLD, K, Y
 from ...state.rows import slot
 from ...state.series import HIGHEST, LOW

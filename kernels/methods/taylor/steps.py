@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from ...jit_options import INLINED, INTERNAL, njit
+from ...jit.options import INLINED, INTERNAL, njit
 from ...state.elementwise import ROW, data_of
 from ...state.layout import Form
 from ...state.record import ATOL, FINISHED, RAISED, RTOL, RUNNING, STEP_TOO_SMALL

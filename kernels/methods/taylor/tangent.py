@@ -8,7 +8,7 @@ the tolerance.
 
 import math
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ...state.rows import keep_vector, vector_at
 from .description import GIVEN, N_VECTORS, NOW, STRIDE, TABLES, WIDTH
 from .lengths import landed, smaller, weigh

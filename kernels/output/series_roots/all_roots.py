@@ -18,7 +18,7 @@ value of the event function, and no crossing is lost between two steps.
 import numpy as np
 
 from ...calls.calling_convention import invoke
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ...state.rows import rows_on_stack, slot
 from ..arguments import MOST_ROOTS, MOST_TERMS
 from ..brent import resolution

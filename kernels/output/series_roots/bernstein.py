@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ..arguments import MOST_TERMS as MOST  # the highest degree
 
 DEGREE, LOW, HIGH, NOISE, HEAD = range(5)

@@ -5,7 +5,7 @@ A note is an event and a time.  Notes lie in the output of events, behind the co
 
 import numpy as np
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ..dense_output import polynomial
 from ..events import ENDLESS, FAILED, NONE, PENDING, SIGN, ends_run, evaluate_all, never_ends
 from ..meetings import APART, ROUNDING, near

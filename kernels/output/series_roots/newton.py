@@ -1,6 +1,6 @@
 """One root of a polynomial on [0, 1], to round-off, by Newton's method."""
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from .bernstein import UNIT
 
 N_ITERATIONS = 120  # two iterations halve the interval

@@ -19,7 +19,7 @@ has different signs on both sides, otherwise a graze.
 
 import numpy as np
 
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from .bernstein import (
     DEGREE,
     HEAD,

@@ -7,7 +7,7 @@ of the event function is computed from this expansion.
 
 from ...calls.calling_convention import invoke
 from ...calls.user_function import evaluate
-from ...jit_options import INTERNAL, njit
+from ...jit.options import INTERNAL, njit
 from ...state.record import K
 from ...state.rows import copy_row, slot
 from ..arguments import MOST_ROOTS, MOST_TERMS

@@ -6,7 +6,7 @@ import numba
 from numba import config
 
 try:
-    from .lean.pipeline import Lean
+    from .pipeline import Lean
 except (ImportError, AttributeError):  # a Numba whose inner parts differ: its own pipeline
     LEAN = {}
 else:

@@ -1,1 +1,0 @@
-"""Numba's own passes that kernels need, and arrays that own no memory."""
