@@ -26,14 +26,19 @@ if TYPE_CHECKING:
     from fastdyn.dae.solve import solve_dae
     from fastdyn.drift.energy import energy_drift
     from fastdyn.ensemble.solve import solve_ensemble
+    from fastdyn.fitting import Fit, Free, Record, fit
     from fastdyn.solve.phases import Phase, solve_phases
     from fastdyn.solve.prepare import prepare
     from fastdyn.solve.stepper import Stepper
 
 _LAZY = {  # name: module, imported when the name is first asked for
+    "Fit": "fastdyn.fitting",
+    "Free": "fastdyn.fitting",
     "Phase": "fastdyn.solve.phases",
+    "Record": "fastdyn.fitting",
     "Stepper": "fastdyn.solve.stepper",
     "energy_drift": "fastdyn.drift.energy",
+    "fit": "fastdyn.fitting",
     "prepare": "fastdyn.solve.prepare",
     "solve_dae": "fastdyn.dae.solve",
     "solve_ensemble": "fastdyn.ensemble.solve",
@@ -56,10 +61,10 @@ _MOVED = {  # deprecated since 0.1.0: name: the folder that has the name now
 }
 
 __all__ = [
-    "METHODS", "CompileWarning", "OdeResult", "OdeSolution", "Phase", "SingularMatrixError",
-    "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__", "analysis", "at",
-    "constrained", "energy_drift", "every", "prepare", "solve_dae", "solve_ensemble", "solve_ivp",
-    "solve_phases", "systems",
+    "METHODS", "CompileWarning", "Fit", "Free", "OdeResult", "OdeSolution", "Phase", "Record",
+    "SingularMatrixError", "Stepper", "StiffnessWarning", "SwitchingWarning", "__version__",
+    "analysis", "at", "constrained", "energy_drift", "every", "fit", "prepare", "solve_dae",
+    "solve_ensemble", "solve_ivp", "solve_phases", "systems",
 ]  # fmt: skip
 
 

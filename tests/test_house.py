@@ -53,7 +53,7 @@ def test_functions_have_few_parameters(folder):
 
 
 def test_folders_can_be_taken_in():
-    for folder, most in (("fastdyn", 23), ("kernels", 10)):
+    for folder, most in (("fastdyn", 24), ("kernels", 10)):
         names = {p.name for p in (ROOT / folder).iterdir()} - {"__pycache__"}
         assert len(names) <= most, sorted(names)
     counts = collections.Counter(

@@ -1,0 +1,255 @@
+"""Parameters to be fitted, and their places in initial states and arguments."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+FIXED = -1  # the parameter of a number that is not fitted
+
+
+class Free:
+    """A number that is fitted, in place of a fixed one in `y0` or `args` of a `Record`.
+
+    One Free in several places, of one record or of several, is one parameter.
+
+    Parameters
+    ----------
+    start : float or array_like
+        Where the fit starts. An array is fitted as a whole, and takes the place of an array.
+    low, high : float or array_like
+        Bounds of the value; by default none.
+    name : str, optional
+        By default the name of the argument, or the place, such as ``y0[1]``.
+    prior : tuple of two numbers, optional
+        Mean and standard deviation of what is known beforehand, a normal distribution.
+    """
+
+    def __init__(self, start, low=-np.inf, high=np.inf, name=None, prior=None):
+        self.start = _numbers(start, "start")
+        if not np.isfinite(self.start).all() or not self.start.size:
+            raise ValueError(f"`start` of a Free must be finite numbers; got {start!r}.")
+        self.low, self.high = self._like_start(low, "low"), self._like_start(high, "high")
+        if not (self.low < self.high).all():
+            raise ValueError(f"A Free needs low < high; got low={low!r}, high={high!r}.")
+        if not ((self.low <= self.start) & (self.start <= self.high)).all():
+            raise ValueError(
+                f"The start {start!r} of a Free is outside of its bounds {low!r} and {high!r}."
+            )
+        if name is not None and not isinstance(name, str):
+            raise TypeError(f"`name` of a Free must be text; got {name!r}.")
+        self.name, self.prior = name, None if prior is None else self._known(prior)
+
+    def _like_start(self, value, name):
+        found = _numbers(value, name)
+        if np.isnan(found).any():
+            raise ValueError(f"`{name}` of a Free is nan.")
+        try:
+            return np.broadcast_to(found, self.start.shape)
+        except ValueError:
+            raise ValueError(
+                f"`{name}` of a Free must have the shape of its start, {self.start.shape}; got "
+                f"{found.shape}."
+            ) from None
+
+    def _known(self, prior):
+        try:
+            mean, deviation = prior
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"`prior` of a Free is (mean, standard deviation); got {prior!r}."
+            ) from None
+        mean, deviation = self._like_start(mean, "prior"), self._like_start(deviation, "prior")
+        if not (np.isfinite(mean).all() and np.isfinite(deviation).all() and (deviation > 0).all()):
+            raise ValueError(
+                "`prior` of a Free needs a finite mean, and a finite standard deviation above 0; "
+                f"got {prior!r}."
+            )
+        return mean, deviation
+
+    def no_prior(self):
+        """The mean and the deviation of a prior that says nothing."""
+        return np.zeros(self.start.shape), np.full(self.start.shape, np.inf)
+
+    def __repr__(self):
+        start = self.start.item() if not self.start.ndim else f"array of {self.start.shape}"
+        return f"Free({start})" if self.name is None else f"Free({start}, name={self.name!r})"
+
+
+def _numbers(value, name):
+    """A new array of floats; TypeError for what is no real number."""
+    try:
+        found = np.array(value)
+    except ValueError:
+        found = np.array(None)
+    if found.dtype.kind not in "fiu":
+        raise TypeError(f"`{name}` of a Free must be real numbers; got {value!r}.")
+    return found.astype(float)
+
+
+class Template:
+    """An initial state or an argument some of whose numbers are parameters.
+
+    Attributes
+    ----------
+    fixed : ndarray
+        The numbers; 0 where a parameter stands.
+    index : ndarray of int
+        The parameter of each number, or FIXED.
+    """
+
+    def __init__(self, fixed, index):
+        self.fixed, self.index = fixed, index
+        self.free = index != FIXED
+
+    def at(self, x):
+        """The array at the parameters x; a float if it has no dimensions."""
+        if not self.index.ndim:
+            return float(x[self.index])
+        found = self.fixed.copy()
+        found[self.free] = x[self.index[self.free]]
+        return found
+
+    def columns(self, by_value, n_parameters):
+        """Derivatives by the parameters, of shape (n, n_parameters, n_times).
+
+        `by_value` are the derivatives by each number, of shape (n, *fixed.shape, n_times).
+        """
+        flat, index = by_value.reshape(len(by_value), -1, by_value.shape[-1]), self.index.ravel()
+        found = np.zeros((len(by_value), n_parameters, by_value.shape[-1]))
+        for j in np.flatnonzero(index != FIXED):  # a parameter may stand in two places
+            found[:, index[j]] += flat[:, j]
+        return found
+
+
+class Places(NamedTuple):
+    """The parameters in one record: `y0` and each of `args` are a Template, or a fixed value."""
+
+    y0: Any
+    args: tuple
+
+    def at(self, x):
+        """(y0, args) at the parameters x."""
+        y0 = self.y0.at(x) if isinstance(self.y0, Template) else self.y0.copy()
+        return y0, tuple([a.at(x) if isinstance(a, Template) else a for a in self.args])
+
+    def asked(self):
+        """The Template of each direction of the sensitivities, by its name."""
+        found = {"y0": self.y0, **{f"args[{j}]": a for j, a in enumerate(self.args)}}
+        return {name: each for name, each in found.items() if isinstance(each, Template)}
+
+
+class Parameters:
+    """All parameters of a fit, in the order in which they are first met.
+
+    Attributes
+    ----------
+    names : list of str
+    start, low, high, mean, deviation : ndarray, shape (n_parameters,)
+        `deviation` is infinite without a prior.
+    """
+
+    def __init__(self):
+        self.frees: list[Free] = []
+        self._first, self._labels = {}, []
+        self._size = 0
+
+    def places(self, y0, args, labels, mark):
+        """The Places of a record; `labels` name y0 and the arguments, `mark` the record."""
+        found = [
+            self._template(v, label, mark) for v, label in zip((y0, *args), labels, strict=True)
+        ]
+        return Places(found[0], tuple(found[1:]))
+
+    def _template(self, value, label, mark):
+        held = value if isinstance(value, Free) else _with_free(value, label)
+        if held is None:
+            return value
+        if isinstance(held, Free):
+            first = self._index(held, label, mark)
+            index = first + np.arange(held.start.size).reshape(held.start.shape)
+            return Template(np.zeros(held.start.shape), index)
+        fixed, index = np.zeros(held.shape), np.full(held.shape, FIXED)
+        for at in np.ndindex(held.shape):
+            place = f"{label}[{', '.join(map(str, at))}]"
+            if not isinstance(held[at], Free):
+                fixed[at] = _number_beside(held[at], place)
+            elif held[at].start.ndim:
+                raise ValueError(f"{place} is a Free of an array: within a list, give numbers.")
+            else:
+                index[at] = self._index(held[at], place, mark)
+        return Template(fixed, index)
+
+    def _index(self, free, label, mark):
+        """The place of a Free among the parameters."""
+        if id(free) not in self._first:
+            self._first[id(free)] = self._size
+            self.frees.append(free)
+            self._labels.append((free.name or label, "" if free.name else mark))
+            self._size += free.start.size
+        return self._first[id(free)]
+
+    def close(self):
+        """Name the parameters, after all records; refuse two of one name."""
+        labels = [label for label, _ in self._labels]
+        self.names = []
+        for free, (label, mark) in zip(self.frees, self._labels, strict=True):
+            one = label + (mark if labels.count(label) > 1 else "")
+            at = [list(i) for i in np.ndindex(free.start.shape)] if free.start.ndim else [""]
+            self.names += [f"{one}{i}" for i in at]
+        twice = {name for name in self.names if self.names.count(name) > 1}
+        if twice:
+            raise ValueError(
+                f"Two parameters are called {twice.pop()!r}: give each Free a `name` of its own, "
+                "or the same Free if they are one parameter."
+            )
+        if not self.names:
+            raise ValueError(
+                "There is nothing to fit: put `Free(start)` in place of a number in `y0` or `args` "
+                "of a Record."
+            )
+        self.start, self.low, self.high = (
+            np.concatenate([getattr(free, name).ravel() for free in self.frees])
+            for name in ("start", "low", "high")
+        )
+        known = [free.prior or free.no_prior() for free in self.frees]
+        self.mean, self.deviation = (
+            np.concatenate([each.ravel() for each in of_all]) for of_all in zip(*known, strict=True)
+        )
+
+
+def _with_free(value, label) -> Any:
+    """A list, tuple or array as an array of objects if a Free is in it, else None."""
+    if isinstance(value, dict):
+        if any(isinstance(v, Free) for v in value.values()):
+            raise TypeError(f"{label} is a dict with a Free: give lists, arrays or numbers.")
+        return None
+    if not isinstance(value, list | tuple | np.ndarray) or not _holds_free(value):
+        return None
+    try:
+        held = np.array(value, dtype=object)
+    except ValueError:
+        held = np.array(None)
+    if not held.ndim or any(isinstance(v, list | tuple | np.ndarray) for v in held.flat):
+        raise ValueError(f"{label} holds a Free among lists of unequal lengths.")
+    return held
+
+
+def has_free(value):
+    """Whether a value is a Free, or a list or array with one."""
+    return isinstance(value, Free) or (
+        isinstance(value, list | tuple | np.ndarray) and _holds_free(value)
+    )
+
+
+def _holds_free(value):
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        return False
+    return any(map(has_free, value.flat if isinstance(value, np.ndarray) else value))
+
+
+def _number_beside(value, place):
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise TypeError(f"{place} stands beside a Free and must be a number; got {value!r}.")
+    if not np.isreal(value):
+        raise TypeError(f"{place} stands beside a Free and must be real; got {value!r}.")
+    return float(value.real)

@@ -1,0 +1,133 @@
+"""The motion of one record at given parameters, and its derivatives by the parameters."""
+
+import contextlib
+
+import numpy as np
+
+from fastdyn.kernels.methods import METHODS
+from fastdyn.solve.ivp import solve_ivp
+
+MOST_STEPS = 100_000  # a trial far from the data may need steps without end
+TOLERANCES = {"rtol": 1e-8, "atol": 1e-10}
+OWN = (  # options that the fit sets
+    "args", "dense_output", "discrete", "error_estimate", "sensitivity", "t_eval", "checkpoint",
+    "callback", "on_interrupt",
+)  # fmt: skip
+
+
+class Failed(Exception):
+    """A motion that ends early, or whose numbers are not finite; the message says why."""
+
+
+def options_of(options):
+    """Options of the solves, with the defaults of a fit."""
+    for name in OWN:
+        if name in options:
+            raise TypeError(f"`{name}` is no option here: the fit sets it.")
+    given = {"method": "DOP853", "max_steps": MOST_STEPS, **options}
+    return given if has_constant_steps(given["method"]) else {**TOLERANCES, **given}
+
+
+def has_constant_steps(name):
+    """Whether a method, by its name, has no tolerances."""
+    method = METHODS.get(name) if isinstance(name, str) else None
+    return method is not None and not method.error_order
+
+
+class Motion:
+    """Solves from the initial state of one record.
+
+    Parameters
+    ----------
+    fun : callable
+    places : free.Places
+    parameters : free.Parameters
+    t0 : float
+    options : dict
+        Of `solve_ivp`.
+    differences : bool
+        Whether derivatives are central differences.
+
+    Attributes
+    ----------
+    accuracy : float
+        Relative error of the derivatives.
+    """
+
+    def __init__(self, fun, places, parameters, t0, options, differences):
+        self.fun, self.places, self.parameters, self.t0 = fun, places, parameters, t0
+        self.options, self.differences = options, differences
+        self._asked = places.asked()
+        self._names = tuple(self._asked)
+        rtol = options.get("rtol", TOLERANCES["rtol"])
+        accuracy = max(float(np.max(rtol)), np.finfo(float).eps)
+        self._step = accuracy ** (1 / 3)  # balances the error of solves and of the formula
+        self.accuracy = self._step**2 if differences else accuracy
+
+    def probe(self, x):
+        """Call the function in Python, so that mistakes of the user are raised as they are."""
+        y0, args = self.places.at(x)
+        with np.errstate(all="ignore"), contextlib.suppress(ArithmeticError, ValueError):
+            self.fun(self.t0, y0, *args)
+
+    def states(self, x, times):
+        """y at increasing times not before t0, of shape (n, n_times); Failed if there is none."""
+        return self._solved(x, times).y
+
+    def slopes(self, x, times):
+        """(y, dy / dx), of shapes (n, n_times) and (n, n_parameters, n_times), or Failed."""
+        if self.differences:
+            return self._by_differences(x, times)
+        if not self._names:  # this record has fixed values only
+            y = self.states(x, times)
+            return y, np.zeros((len(y), len(x), len(times)))
+        result = self._solved(x, times, sensitivity=self._names)
+        by_value = result.sensitivity.values()
+        parts = [
+            template.columns(found, len(x))
+            for template, found in zip(self._asked.values(), by_value, strict=True)
+        ]
+        slopes = sum(parts[1:], parts[0])
+        if not np.isfinite(slopes).all():
+            raise Failed("its derivatives by the parameters are not finite")
+        return result.y, slopes
+
+    def _solved(self, x, times, **more):
+        y0, args = self.places.at(x)
+        try:
+            result = solve_ivp(
+                self.fun, (self.t0, times[-1]), y0, t_eval=times, args=args, **self.options, **more
+            )
+        except (ArithmeticError, ValueError) as error:  # outside of the domain of the function
+            raise Failed(f"{type(error).__name__}: {error}") from error
+        if len(result.t) < len(times):
+            raise Failed(result.message)
+        if not np.isfinite(result.y).all():
+            raise Failed("its state is not finite")
+        return result
+
+    def _by_differences(self, x, times):
+        y, p = self.states(x, times), self.parameters
+        slopes = np.zeros((len(y), len(x), len(times)))
+        for i in self.used():
+            h = self._step * (max(abs(x[i]), abs(p.start[i])) or 1.0)
+            ends, states = [], []
+            for moved in (min(x[i] + h, p.high[i]), max(x[i] - h, p.low[i])):
+                ends.append(moved)
+                states.append(self.states(np.r_[x[:i], moved, x[i + 1 :]], times))
+            slopes[:, i] = (states[0] - states[1]) / (ends[0] - ends[1])
+        return y, slopes
+
+    def used(self):
+        """The parameters of this record."""
+        found = [template.index[template.free] for template in self._asked.values()]
+        return np.unique(np.concatenate([np.empty(0, int), *found]))
+
+    def tighter(self, factor, least):
+        """A Motion with tolerances divided by a factor; None for constant steps."""
+        if has_constant_steps(self.options["method"]):
+            return None
+        rtol, atol = (np.asarray(self.options[name], float) / factor for name in ("rtol", "atol"))
+        options = {**self.options, "rtol": np.maximum(rtol, least)[()], "atol": atol[()]}
+        given = self.fun, self.places, self.parameters, self.t0, options, self.differences
+        return Motion(*given)

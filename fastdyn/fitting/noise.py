@@ -1,0 +1,109 @@
+"""The noise of a series of values: residuals of unit variance, and their slopes.
+
+The squares of the residuals of a series add up to its deviance, twice the logarithm of the
+likelihood's distance from that of a perfect model; a fit minimises the sum of all.
+"""
+
+import numpy as np
+
+POISSON = "poisson"
+LEAST_MEAN = 1e-12  # of a count: below, and for a negative model, the logarithm is taken here
+NEAR = 1e-6  # relative distance of model and count, below which the root's slope is its limit
+
+
+class Normal:
+    """Normal noise of known standard deviations, a number or one for each value."""
+
+    def __init__(self, deviation):
+        self.deviation = deviation
+
+    def residuals(self, model, data, there):
+        """(residuals, their slopes by the model, roots of Fisher's information) of the values."""
+        scale = 1.0 / np.broadcast_to(self.deviation, there.shape)[there]
+        return (model - data) * scale, scale, scale
+
+
+class Unknown:
+    """Normal noise of one unknown standard deviation, for the series of one `group`.
+
+    `deviation` is the present estimate.
+    """
+
+    def __init__(self, group):
+        self.group, self.deviation = group, 1.0
+
+    def residuals(self, model, data, there):
+        """As of `Normal`."""
+        scale = np.full(data.shape, 1.0 / self.deviation)
+        return (model - data) * scale, scale, scale
+
+
+class Poisson:
+    """Counts, each with the model as its mean: residuals are signed roots of the deviance."""
+
+    def residuals(self, model, data, there):
+        """As of `Normal`."""
+        mean = np.maximum(model, LEAST_MEAN)
+        d = mean - data
+        logarithm = data * np.log(np.maximum(data, LEAST_MEAN) / mean)
+        root = np.sqrt(2.0 * np.maximum(d + logarithm, 0.0))
+        found = np.sign(d) * root
+        information = 1.0 / np.sqrt(mean)
+        near = np.abs(d) <= NEAR * mean
+        slope = np.where(near, information, d / (mean * np.where(near | (root == 0), 1.0, found)))
+        return found, slope, information
+
+
+def noise_of(noise, values, groups):
+    """The noise of each series, from the argument `noise` of a Record.
+
+    Parameters
+    ----------
+    noise : None, number, "poisson", array_like, or a list of these, one for each series
+    values : ndarray, shape (n_series, n_times)
+    groups : list
+        What names the group of each series whose noise is unknown.
+    """
+    n_series = len(values)
+    each = [noise] * n_series
+    if isinstance(noise, list | tuple | np.ndarray) and (n_series > 1 or np.ndim(noise) != 1):
+        if len(noise) != n_series:
+            raise ValueError(
+                f"`noise` must have one entry for each of the {n_series} series; got {len(noise)}."
+            )
+        each = list(noise)
+    elif isinstance(noise, list | tuple) and len(noise) == 1:
+        each = list(noise)
+    given = zip(each, values, groups, strict=True)
+    return [_of_series(one, row, group, i) for i, (one, row, group) in enumerate(given)]
+
+
+def _of_series(noise, values, group, i):
+    if noise is None:
+        return Unknown(group)
+    there = ~np.isnan(values)
+    if isinstance(noise, str):
+        if noise != POISSON:
+            raise ValueError(
+                f"`noise={noise!r}` is unknown; give standard deviations, 'poisson', or None."
+            )
+        wrong = values[there & ~((values >= 0) & (values == np.floor(values)))]
+        if wrong.size:
+            raise ValueError(
+                f"Series {i} has the value {wrong[0]:g}, and `noise='poisson'` is for counts 0, 1, "
+                "2, ...: give standard deviations for anything else."
+            )
+        return Poisson()
+    try:
+        deviation = np.asarray(noise, float)
+        if deviation.ndim > 1 or isinstance(noise, bool):
+            raise TypeError
+        deviation = np.broadcast_to(deviation, values.shape)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"`noise` of series {i} must be a standard deviation, or one for each of the "
+            f"{len(values)} times; got {noise!r}."
+        ) from None
+    if not (np.isfinite(deviation[there]).all() and (deviation[there] > 0).all()):
+        raise ValueError(f"`noise` of series {i} must be finite standard deviations above 0.")
+    return Normal(np.array(deviation))
