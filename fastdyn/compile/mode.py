@@ -40,6 +40,8 @@ class Mode:
         Whether the function is the user's derivative extended by sensitivities.
     saltation : bool
         Whether the function is a change of the state extended by sensitivities.
+    adds : bool
+        Whether the function adds its results, in any number, to the numbers in `out`.
     acts_at_events : bool
         Whether the function gives the state after an event, and may write to y.
     acts_on_state : bool
@@ -71,6 +73,7 @@ class Mode:
     residual: bool = False
     sensitivities: bool = False
     saltation: bool = False
+    adds: bool = False
     acts_at_events: bool = False
     acts_on_state: bool = False
     long_arrays: bool = False
@@ -93,7 +96,8 @@ class Mode:
     @property
     def compared(self):
         """Whether machine code is compared with the function at states of a solution."""
-        return not (self.constant or self.entries or self.sensitivities or self.saltation)
+        of_others = self.entries or self.sensitivities or self.saltation or self.adds
+        return not (self.constant or of_others)
 
     def shapes(self, n):
         """(length of the user's y, shape of the user's result, number of zeros behind y).
@@ -145,6 +149,7 @@ COMPLEX_COLUMN = _mode("complex column", complex_numbers=True, column=True, acts
 COMPLEX_EVENT = _mode("complex event", complex_numbers=True, one_number=True)
 SENSITIVITIES = _mode("variational", sensitivities=True)
 SALTATION = _mode("saltation", argument="on_event", saltation=True)
+VJP = _mode("vjp", adds=True)  # of (t, [y, k]): k df/dy, and k df/dp for parameters p
 MOMENTS: dict[tuple, Mode] = {
     moments: _mode(" ".join(moments), moments=moments)
     for moments in (("mean",), ("rms",), ("mean", "rms"))

@@ -13,7 +13,7 @@ class Arguments(NamedTuple):
     """The arguments of a solver; those that no method changes are checked.
 
     `validate.problem` makes a Problem of them, for one method.  `options` has the options that end
-    in the Problem; the three that change the problem as a whole are fields.
+    in the Problem; the four that change the problem as a whole are fields.
     """
 
     fun: Any
@@ -29,6 +29,7 @@ class Arguments(NamedTuple):
     options: Mapping[str, Any] = {}
     discrete: Any = None
     sensitivity: Any = None
+    adjoint: Any = None
     error_estimate: Any = None
     looked_up: bool = True  # whether `repeated.solved` has seen these arguments, and found nothing
     given_y0: Any = None  # as the user gave it: SciPy calls events with this object
@@ -56,7 +57,7 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
         fun=fun, t0=t0, tf=tf, y0=state, method=method, t_eval=t_eval, dense_output=dense_output,
         events=events, vectorized=vectorized, args=validate.extra_arguments(args), options=options,
         discrete=pop("discrete", None), sensitivity=pop("sensitivity", None),
-        error_estimate=pop("error_estimate", None), given_y0=y0,
+        adjoint=pop("adjoint", None), error_estimate=pop("error_estimate", None), given_y0=y0,
     )  # fmt: skip
 
 

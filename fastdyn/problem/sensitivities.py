@@ -1,4 +1,4 @@
-"""Derivatives of the solution: the option `sensitivity`, checked, and the extended problem."""
+"""Derivatives of the solution: `sensitivity` and `adjoint`, checked, and the extended problem."""
 
 import inspect
 import math
@@ -8,11 +8,19 @@ import numpy as np
 
 from fastdyn.compile.mode import DERIVATIVE, JUMP, SENSITIVITIES, Mode
 from fastdyn.compile.python_callback import evaluate
+from fastdyn.kernels.methods import METHODS
 
 from .events import of_own
 from .options.table import refused_among
 
 START, ARGUMENTS = "y0", "args"
+
+NOT_WITH_ADJOINT = {  # fields of Arguments
+    "sensitivity": "it and `vjp` are two ways to the same derivatives",
+    "dense_output": "`vjp` takes derivatives by `y`; give the times as `t_eval`",
+    "error_estimate": "its second pass has other steps",
+    "vectorized": "",
+}
 
 
 class Direction(NamedTuple):
@@ -92,28 +100,28 @@ class Saltation(NamedTuple):
         return np.concatenate([own, np.zeros(len(z) - self.n)])
 
 
-def directions_of(sensitivity, fun, y0, args):
-    """The Directions that `sensitivity` names."""
-    given = (sensitivity,) if isinstance(sensitivity, str) else sensitivity
+def directions_of(wanted, fun, y0, args, option="sensitivity"):
+    """The Directions that an option names."""
+    given = (wanted,) if isinstance(wanted, str) else wanted
     try:
         given = list(given)
     except TypeError:
-        given = [sensitivity]
+        given = [wanted]
     names, general, found = _names(fun, args), _general(args), {}
     for name in given:
         if name == START:
             found[START] = Direction(START, 0, y0)
         elif name == ARGUMENTS:
-            found |= {n: _of_argument(n, j, args) for j, n in enumerate(names, 1)}
+            found |= {n: _of_argument(n, j, args, option) for j, n in enumerate(names, 1)}
         elif name in names or name in general:
             j = (names if name in names else general).index(name) + 1
-            found[names[j - 1]] = _of_argument(names[j - 1], j, args)
+            found[names[j - 1]] = _of_argument(names[j - 1], j, args, option)
         else:
             known = ", ".join(map(repr, (START, ARGUMENTS, *names)))
-            raise ValueError(f"`sensitivity={name!r}` is unknown; choose from {known}.")
+            raise ValueError(f"`{option}={name!r}` is unknown; choose from {known}.")
     directions = [each for each in found.values() if each.size]
     if not directions:
-        raise ValueError("`sensitivity` names nothing: give 'y0', 'args', or names of arguments.")
+        raise ValueError(f"`{option}` names nothing: give 'y0', 'args', or names of arguments.")
     return directions
 
 
@@ -136,14 +144,14 @@ def _names(fun, args):
     return names
 
 
-def _of_argument(name, position, args):
+def _of_argument(name, position, args, option):
     value = args[position - 1]
     number = isinstance(value, float | int | np.floating | np.integer)
     if isinstance(value, bool) or not (
         number or (isinstance(value, np.ndarray) and value.dtype == float)
     ):
         raise TypeError(
-            f"`sensitivity` with respect to {name!r} needs a number or an array of floats; got "
+            f"`{option}` with respect to {name!r} needs a number or an array of floats; got "
             f"{type(value).__name__}"
             + (f" of {value.dtype}." if isinstance(value, np.ndarray) else ".")
         )
@@ -167,6 +175,30 @@ def check_method(asked, method):
     for name, reason in refused_among(asked.options, "sensitivity"):
         raise ValueError(
             f"`sensitivity` and `{name}` do not go together{f': {reason}' if reason else ''}."
+        )
+
+
+def check_adjoint(asked, method):
+    """Refuse methods, states and options without an adjoint."""
+    if method is None or not method.is_pair:
+        name = repr(asked.method) if method is None else method.name
+        pairs = [m.name for m in METHODS.values() if m.is_pair]
+        raise ValueError(
+            "`adjoint` goes back over the steps of an embedded explicit pair "
+            f"({', '.join(pairs)}), and {name} is none: take one of these, or `sensitivity`."
+        )
+    if asked.y0.dtype.kind == "c":
+        raise ValueError("`adjoint` is for real states: split a complex one into its parts.")
+    if not asked.y0.size or asked.t0 == asked.tf or abs(asked.tf) == float("inf"):
+        raise ValueError("`adjoint` needs a state, and a span that is finite and not empty.")
+    if asked.t_eval is not None and not len(asked.t_eval):
+        raise ValueError("`adjoint` differentiates outputs, and `t_eval` is empty.")
+    others = [(name, reason) for name, reason in NOT_WITH_ADJOINT.items() if getattr(asked, name)]
+    if asked.events is not None:
+        others.append(("events", "derivatives through events are those of `sensitivity`"))
+    for name, reason in [*others, *refused_among(asked.options, "adjoint")]:
+        raise ValueError(
+            f"`adjoint` and `{name}` do not go together{f': {reason}' if reason else ''}."
         )
 
 

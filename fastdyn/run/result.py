@@ -84,6 +84,13 @@ ALL_FIELDS = (
         only="`sensitivity` and events",
     ),
     Field(
+        "vjp", "callable",
+        "``vjp(g)`` returns the derivatives of a number by the initial state and by arguments, as "
+        "a dict, from the derivatives `g` of the number by `y`, of shape (n, n_points): see "
+        "`fastdyn.solve.adjoint.vjp.Vjp`.",
+        only="`adjoint`",
+    ),
+    Field(
         "error_estimate", "ndarray, shape (n, n_points)",
         "An estimate of y minus the exact solution.", only="`error_estimate`",
     ),

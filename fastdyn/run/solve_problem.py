@@ -46,8 +46,8 @@ def verify(bound, probe, n):
         verified.add(n)
 
 
-def run_of(problem):
-    """A Run with the functions of a problem compiled, and evaluated once."""
+def run_of(problem, kind: type[Run] = Run):
+    """A Run with the functions of a problem compiled, and evaluated once; `kind` is its class."""
     p = problem
     n = len(p.y0)
     if p.domain is not None or p.nonnegative is not None:
@@ -63,7 +63,7 @@ def run_of(problem):
     if _between_steps(p):
         leave_writers_to_scipy(p, bound, others)
     asked = p.mode.second_order and bound.function is None  # in `check_second_order`, twice
-    return Run(p, bound, others, 2 if asked else 0)
+    return kind(p, bound, others, 2 if asked else 0)
 
 
 def in_time(problem):

@@ -41,6 +41,9 @@ def solved(asked, slides=True):
     """
     if not (isinstance(asked.method, str) and asked.method == "auto"):
         return solved_by(asked, asked.method)
+    if asked.adjoint is not None:
+        name = _pair(asked)
+        return _named(solved_by(asked, name), name, "`adjoint` goes back over the steps of a pair.")
     if refused_among(asked.options, "again"):
         return _explicit(asked)
     try:

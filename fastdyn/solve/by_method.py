@@ -7,7 +7,7 @@ from fastdyn.problem import validate
 from fastdyn.problem.complex_states import on_pairs
 from fastdyn.problem.mass import refuse
 from fastdyn.problem.second_order_and_pairs import mode_for
-from fastdyn.problem.sensitivities import check_method
+from fastdyn.problem.sensitivities import check_adjoint, check_method
 from fastdyn.run.enough_memory import KeepsBands
 from fastdyn.run.solve_problem import solve_problem
 
@@ -24,7 +24,7 @@ def solved(asked, name):
     kind: Any = name
     if asked.method == "auto":  # steps end at switching times, and large functions have no series
         kind = "auto", name
-    if not (asked.looked_up and name is asked.method):
+    if asked.adjoint is None and not (asked.looked_up and name is asked.method):
         found = repeated.solved(
             asked.fun, (asked.t0, asked.tf), asked.y0, kind, asked.t_eval, asked.dense_output,
             asked.events, asked.vectorized, asked.args,
@@ -35,17 +35,23 @@ def solved(asked, name):
     method = validate.method_named(name)
     if asked.sensitivity is not None:
         check_method(asked, method)
+    if asked.adjoint is not None:
+        check_adjoint(asked, method)
     refuse(asked.options, method, asked.y0)
     problem = _problem(asked, method)
     if problem is None:
         return by_scipy(asked, name)
     try:
+        if asked.adjoint is not None:
+            from .adjoint.solve import solve_with_adjoint  # imports Numba
+
+            return solve_with_adjoint(problem, asked.adjoint)
         if asked.sensitivity is None:
             result = solve_problem(problem)
         else:
             result = solve_with_sensitivities(problem, asked.sensitivity)
     except (KeepsBands, WritesToState) as reason:
-        if asked.sensitivity is not None:
+        if asked.sensitivity is not None or asked.adjoint is not None:
             raise
         begun_again(problem, reason)
         return by_scipy(asked, name)

@@ -37,7 +37,7 @@ from fastdyn.kernels.output.series_roots.all_roots import find_all
 from fastdyn.kernels.output.whole_solve import launch, whole_solve
 from fastdyn.kernels.state.layout import Form
 from fastdyn.kernels.state.record import RUNNING
-from fastdyn.kernels.stepping import first_step
+from fastdyn.kernels.stepping import backward, first_step
 from fastdyn.kernels.stepping.jacobian import other_jacobian
 
 from .signatures import (
@@ -54,10 +54,12 @@ from .signatures import (
     OTHER_FACTORS,
     OTHER_JACOBIAN,
     OTHER_SOLUTION,
+    REPLAY,
     SERIES,
     SERIES_IN_LANES,
     START,
     SURVEYING,
+    SWEEP,
     WATCH,
     WHOLE_SOLVE,
     kernel_of,
@@ -86,6 +88,8 @@ FOR_ALL = {  # kernels that serve all methods and functions
     "open survey": (open_survey, OPEN_SURVEY),
     "survey": (survey, SURVEYING),
     "already": (already, ADVANCE),
+    "sweep": (backward.sweep, SWEEP),
+    "replay": (backward.replay, REPLAY),
     "other jacobian": (other_jacobian, OTHER_JACOBIAN),
     "other factors": (other_factors, OTHER_FACTORS),
     "other solution": (other_solution, OTHER_SOLUTION),

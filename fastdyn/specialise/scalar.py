@@ -145,6 +145,8 @@ all_roots_kernel = kernel_for_all("all roots")
 open_survey_kernel = kernel_for_all("open survey")
 survey_kernel = kernel_for_all("survey")
 already_kernel = kernel_for_all("already")
+sweep_kernel = kernel_for_all("sweep")
+replay_kernel = kernel_for_all("replay")
 
 
 def every_kernel(names_for_all):

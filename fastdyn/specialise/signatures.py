@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from numba import from_dtype, typeof, types
 
+from fastdyn.kernels.methods.adjoint import Memory, Seeds, Steps, Terms
+from fastdyn.kernels.methods.adjoint import Table as Coefficients
 from fastdyn.kernels.output.arguments import (
     EVENTS,
     OUTPUT,
@@ -74,4 +76,10 @@ MANY = kernel_of(
 )
 WHOLE_SOLVE = kernel_of(Begin(0, 0, 0, ROW, 0), *WATCHING)
 OPEN_SURVEY = kernel_of(STUDIED, 0.0, ROW, ROW)
+TERMS = Terms(WORDS, WORDS, ROW)
+OF_STEPS = Coefficients(0, ROW, TERMS, TERMS, TERMS, WORDS, TABLE), Steps(ROW, ROW, WORDS), 0, TABLE
+SWEEP = kernel_of(
+    *OF_STEPS, Seeds(ROW, WORDS, TABLE, ROW), WORDS, WORDS, Memory(TABLE, TABLE, ROW, ROW)
+)
+REPLAY = kernel_of(*OF_STEPS, WORDS, TABLE)
 SURVEYING = kernel_of(0, SOLVE, np.empty(0, SURVEY), STUDIED, Bins(ROW, CUBE, ROW, TABLE), ROW, 0)

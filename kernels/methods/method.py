@@ -116,6 +116,11 @@ class Facts(NamedTuple):
         return MOST_ROOTS if self.series else 1
 
     @property
+    def is_pair(self):
+        """True for an embedded explicit Runge-Kutta pair."""
+        return bool(self.error_order and self.stable_to) and not self.series
+
+    @property
     def like_matlab(self):
         """True if MATLAB's rules control the step, with the largest error as norm."""
         return self.start == "matlab"

@@ -8,8 +8,6 @@ import math
 import numpy as np
 import pytest
 from mpmath import mp
-from scipy.interpolate import CubicSpline
-from scipy.special import erf, erfc
 
 from fastdyn.systems import SYSTEMS
 from fastdyn.trace.graph.derivatives import entries, jacobian, partials, time_derivative
@@ -19,10 +17,9 @@ from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.paths.runs import trace
 from support.branching import drawn
 from support.in_digits import differences, exactly
+from support.of_numbers import FP, ONE, TWO, XP
 
 EPS = np.finfo(float).eps
-SPLINE = CubicSpline([-3.0, -1.0, 0.5, 4.0], [1.0, 0.2, 0.7, -0.4])
-XP, FP = np.array([-4.0, -1.0, 0.3, 2.0, 5.0]), np.array([0.3, 1.0, -0.5, 0.2, 0.9])
 
 
 def traced(fun, n, args=(), varying=()):
@@ -51,33 +48,11 @@ def check(found, n, y, t=0.3, slots=None):
         assert mp.isnan(b) or abs(a - b) <= 64 * EPS * scale
 
 
-ONE = {
-    "sqrt": np.sqrt, "cbrt": np.cbrt, "sin": np.sin, "cos": np.cos, "tan": np.tan,
-    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh,
-    "tanh": np.tanh, "asinh": np.arcsinh, "acosh": lambda x: np.arccosh(1 + x),
-    "atanh": np.arctanh, "exp": np.exp, "exp2": np.exp2, "expm1": np.expm1, "log": np.log,
-    "log2": np.log2, "log10": np.log10, "log1p": np.log1p, "erf": erf, "erfc": erfc,
-    "abs": abs, "floor": np.floor, "rint": np.rint, "-5/2": lambda x: x**-2.5,
-    "7/2": lambda x: x**3.5, "5": lambda x: x**5, "1.3": lambda x: x**1.3, "-1": lambda x: 1 / x,
-    "spline": SPLINE, "interp": lambda x: np.interp(x, XP, FP), "mod": lambda x: x % 0.1,
-    "sign": np.sign, "clip": lambda x: np.clip(x, 0.2, 0.5), "sinc": np.sinc,
-}  # fmt: skip
-
-
 @pytest.mark.parametrize("name", ONE)
 def test_functions_of_one_number(name):
     found = traced(lambda t, y: [ONE[name](y[0])], 1)
     for x in (0.37, 0.91):
         check(found, 1, [x])
-
-
-TWO = {
-    "product": lambda a, b: a * b, "quotient": lambda a, b: a / b, "atan2": np.arctan2,
-    "power": lambda a, b: a**b, "fmod": np.fmod, "hypot": np.hypot, "max": np.maximum,
-    "min": min, "mod": lambda a, b: a % b, "where": lambda a, b: np.where(a < b, a * b, b),
-    "nested": lambda a, b: (a - b) - ((a + 2 * b) - (3 * a - b)),
-    "floor division": lambda a, b: a // b, "copysign": np.copysign,
-}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", TWO)
@@ -170,6 +145,12 @@ def test_slopes_at_points_of_their_own(fun, expected):
     zero = found.graph.const(0.0)
     values = at(found, [node or zero for node in rows], [0.0, 0.0])
     assert tuple(values) == expected
+
+
+def test_a_question_for_nan_is_no_point():
+    found = traced(lambda t, y: [y[0] * y[1] if y[0] == y[0] else 0.0, y[0]], 2)
+    rows = dense(jacobian(found.graph, found.outputs, 2), (2, 2))[0]
+    assert tuple(at(found, list(rows), [3.0, 2.0])) == (2.0, 3.0)
 
 
 def test_an_infinite_slope_is_not_hidden():

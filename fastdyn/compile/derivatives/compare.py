@@ -13,6 +13,10 @@ from fastdyn.trace.graph.expressions import live
 from fastdyn.trace.reads.reads import flat
 
 from ..compare import Different, agree, called, machine_value, python_value
+from ..function_convention import call, code_at
+from ..mode import DERIVATIVE
+from ..python_callback import evaluate as evaluated
+from .sensitivities import DECISIONS
 
 APART = 1e-2  # relative deviation beyond the errors of differences
 EPS = np.finfo(float).eps
@@ -20,6 +24,7 @@ NOISE = 1e3 * EPS  # rounding of a difference, relative to its terms
 HIDDEN = 10 * EPS  # rounding of a function, relative to the largest number in its evaluation
 STEPS = EPS ** (1 / 3) * np.array([1.0, 0.1, 0.01])
 ASIDE = 1e-3  # share of a component by which a state is moved from a kink on which it may lie
+TINY = np.finfo(float).tiny
 SMALLEST = 1e-4  # least size of a component, as a share of its largest size along the solution
 MOST, FEWEST = 3, 2  # number of compared states; least number of states that must differ
 
@@ -51,6 +56,11 @@ def compare_sensitivities(bound, equations, args, times, states):
         The states include the sensitivities.
     """
     _compare(bound, times, states, lambda *at: _of_solution(bound, equations, args, *at))
+
+
+def compare_vjp(product, fun, args, times, states):
+    """Raise OtherDerivative if k J of a `vjp.Product` contradicts differences of ``fun(t, y)``."""
+    _compare(product.bound, times, states, lambda *at: _of_product(product, fun, args, *at))
 
 
 @np.errstate(all="ignore")
@@ -108,33 +118,64 @@ def _of_solution(bound, equations, args, t, z, sizes, span, rng):
         raise Different(bound, t, z[:n], real[:n], rates[:n])
     columns, slopes = z[n:].reshape(n, m), rates[n:].reshape(n, m)
     most = np.where(columns == 0.0, np.inf, sizes[:n, None] / np.abs(columns)).min(axis=0)
-    w = np.minimum(most, _sizes(equations, args)) * rng.uniform(0.1, 1.0, m)
+    w = np.minimum(most, _sizes(equations.directions, n, args)) * rng.uniform(0.1, 1.0, m)
     w[~np.isfinite(w)] = 0.0
 
     def at(h):
         moved = np.concatenate([z[:n] + h * (columns @ w), z[n:]])
         try:
-            return equations(t, moved, *_moved(equations, args, h * w))[:n]
+            return equations(t, moved, *_moved(equations.directions, n, args, h * w))[:n]
         except Exception:
             return None
 
     return slopes @ w, np.abs(slopes) @ w, at
 
 
-def _sizes(equations, args):
+def _of_product(product, fun, args, t, y, sizes, span, rng):
+    """The `derivative` of `_compare` for k J v, with random k and v."""
+    n = len(y)
+    y = y + ASIDE * sizes * rng.uniform(-1.0, 1.0, n)
+    k = rng.uniform(0.1, 1.0, n) * rng.choice([-1.0, 1.0], n)
+    try:
+        rates = evaluated(_with(fun, args), DERIVATIVE, t, y.copy())
+    except Exception:
+        return None
+    k /= np.maximum(np.abs(rates), SMALLEST * np.abs(rates).max()) + TINY
+    w = _sizes(product.positions, n, args) * rng.uniform(0.1, 1.0, product.m)
+    v = np.concatenate([sizes * rng.uniform(0.1, 1.0, n), w])
+    found = np.zeros(n + product.m)
+    function = code_at(product.bound.function.address)
+    call(function, t, np.concatenate([y, k]), product.bound.block, found)
+    terms = found * v
+
+    def at(h):
+        moved = _moved(product.positions, n, args, h * w)
+        try:
+            return np.array([k @ evaluated(_with(fun, moved), DERIVATIVE, t, y + h * v[:n])])
+        except Exception:
+            return None
+
+    return np.array([terms.sum()]), np.array([np.abs(terms).sum()]), at
+
+
+def _with(fun, args):
+    return lambda t, y: fun(t, y, *args)
+
+
+def _sizes(positions, n, args):
     """The size of the parameter of each direction; inf for a component of the initial state."""
     found = []
-    for position in equations.directions:
-        value = np.abs(args[position - 1]).ravel() if position else np.full(equations.n, np.inf)
+    for position in positions:
+        value = np.abs(args[position - 1]).ravel() if position else np.full(n, np.inf)
         found.append(np.where(value == 0.0, 1.0, value))
-    return np.concatenate(found)
+    return np.concatenate(found) if found else np.empty(0)
 
 
-def _moved(equations, args, steps):
+def _moved(positions, n, args, steps):
     """The arguments, moved along the directions; initial states are no arguments."""
     args, at = list(args), 0
-    for position in equations.directions:
-        size = np.size(args[position - 1]) if position else equations.n
+    for position in positions:
+        size = np.size(args[position - 1]) if position else n
         if position:
             value = args[position - 1]
             args[position - 1] = value + steps[at : at + size].reshape(np.shape(value))[()]
@@ -144,9 +185,11 @@ def _moved(equations, args, steps):
 
 def _largest(bound, t, y, results):
     """The size of the largest number that the function computes for its results."""
-    traced = bound.function.traced
-    nodes, values = live(traced.stored[: len(results)]), flat([value for _, value in bound.values])
-    found = evaluate(traced.trace.graph, [], np.array([t]), y[:, None], values, nodes)[1]
+    function = bound.function
+    own = function.notes[DECISIONS][0].outputs if DECISIONS in function.notes else None
+    nodes = live(own or function.traced.stored[: len(results)])
+    graph, values = function.traced.trace.graph, flat([value for _, value in bound.values])
+    found = evaluate(graph, [], np.array([t]), y[:, None], values, nodes)[1]
     sizes = np.abs(np.asarray(found, float))
     return float(sizes[np.isfinite(sizes)].max(initial=0.0))
 

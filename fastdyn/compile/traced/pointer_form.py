@@ -14,7 +14,7 @@ from fastdyn.trace.emit.numbers import BIT, INDEX, REAL, WORD, Emitter
 from fastdyn.trace.emit.plan import Plan
 from fastdyn.trace.emit.program import Program, worth_loops
 from fastdyn.trace.emit.sides import Sides
-from fastdyn.trace.graph.expressions import live
+from fastdyn.trace.graph.expressions import is_zero, live
 from fastdyn.trace.graph.refusal import Refusal
 from fastdyn.trace.graph.rows import ID
 
@@ -53,7 +53,12 @@ def body(traced, builder, t, y, n, block, out):
     emitter = Emitter(builder, graph, REAL, source)
     *values, raises = emitter.nodes([*stored, raising])
     for i, value in enumerate(values):
-        builder.store(value, builder.gep(out, [INDEX(i)]))
+        place = builder.gep(out, [INDEX(i)])
+        if traced.mode.adds:
+            if is_zero(stored[i]):
+                continue
+            value = builder.fadd(builder.load(place), value)
+        builder.store(value, place)
     if traced.decisions:
         _note_sides(builder, emitter.nodes(traced.decisions), block)
     _note_fault(traced, builder, raises, t, y, block, out)
@@ -104,7 +109,7 @@ def _in_rows(traced, plan, builder, t, y, n, block, out):
     source = Source(inner, traced, time, state, own, traced.kinds)
     sides = Sides(inner, MOST_DECISIONS) if traced.mode.notes_sides else None
     loops = Loops(inner, plan, source, functools.partial(by_formula, inner), sides)
-    raises = loops.store(results)
+    raises = loops.store(results, traced.mode.adds)
     if sides is not None:
         sides.store(inner.gep(own, [INDEX(SIDES)]))
     inner.ret(raises)

@@ -17,6 +17,7 @@ SITUATIONS = {
     "SciPy": "a solver class of SciPy's, and problems that are left to SciPy",
     "discrete": "a solve with `discrete`: the longer Jacobian has another band",
     "sensitivity": "a solve with `sensitivity`",
+    "adjoint": "a solve with `adjoint`",
     "again": "a solve that may begin anew with another method: its effects come twice",
     "second pass": "the pass of `error_estimate` that gives no result of its own",
     "repetition": "a run of a system repeated up to its end, for a dense output",
@@ -261,17 +262,21 @@ ALL_OPTIONS = (
         "``project(t, y, *args)`` returns the state at the end of each step to its constraints or "
         "its energy, at the cost of one more evaluation of `fun`.  States at the times of `t_eval` "
         "are projected, too; states of `sol` are not.",
-        refused=_not("energy_drift", "solve_dae", "complex", "SciPy", "sensitivity"),
+        refused=_not("energy_drift", "solve_dae", "complex", "SciPy", "sensitivity", "adjoint"),
     ),
     Option(
         "domain", "",
         "``domain(t, y, *args)`` returns whether `fun` is defined; `nonnegative`, True, indices or "
         "bools, names the components that must not become negative.",
-        refused=_not("energy_drift", "solve_dae", "complex", "SciPy", sensitivity=BORDER),
+        refused=_not(
+            "energy_drift", "solve_dae", "complex", "SciPy", sensitivity=BORDER, adjoint=BORDER
+        ),
     ),
     Option(
         "nonnegative", "", "", matlab="NonNegative",
-        refused=_not("energy_drift", "solve_dae", "complex", "SciPy", sensitivity=BORDER),
+        refused=_not(
+            "energy_drift", "solve_dae", "complex", "SciPy", sensitivity=BORDER, adjoint=BORDER
+        ),
     ),
     Option(
         "max_steps", "int",
@@ -295,8 +300,8 @@ ALL_OPTIONS = (
         "`interpolate`).  If the callback returns True or raises StopIteration, the status is 1.",
         check=_callback,
         refused=_not(
-            "Stepper", "prepare", "solve_ensemble", "energy_drift", "sensitivity", "again",
-            "second pass", "repetition",
+            "Stepper", "prepare", "solve_ensemble", "energy_drift", "sensitivity", "adjoint",
+            "again", "second pass", "repetition",
         ),
     ),
     Option(
@@ -306,7 +311,7 @@ ALL_OPTIONS = (
         "OSError.",
         check=_as_it_is,
         refused=_not(
-            "Stepper", "prepare", "solve_ensemble", "SciPy", "sensitivity", "again",
+            "Stepper", "prepare", "solve_ensemble", "SciPy", "sensitivity", "adjoint", "again",
             "second pass", "repetition",
             solve_dae="solve in parts, each from the end of the last one",
         ),
@@ -320,6 +325,20 @@ ALL_OPTIONS = (
         refused=_not(
             "Stepper", "solve_ensemble", "energy_drift", "second pass",
             "solve_second_order", "solve_separable",
+            solve_phases="it is of one solve_ivp",
+            solve_dae="differences of two solves tell how a solution depends on a number",
+        ),
+    ),
+    Option(
+        "adjoint", "str or sequence of str",
+        "Keep the steps, so that ``result.vjp(g)`` goes back over them: it returns the exact "
+        "derivatives of any number that depends on the solution, from its derivatives g by `y`, "
+        "with respect to the variables named as in `sensitivity`, at a cost that does not grow "
+        "with their number.  For embedded explicit pairs.",
+        none,
+        refused=_not(
+            "Stepper", "prepare", "solve_ensemble", "energy_drift", "second pass",
+            "solve_second_order", "solve_separable", "discrete",
             solve_phases="it is of one solve_ivp",
             solve_dae="differences of two solves tell how a solution depends on a number",
         ),

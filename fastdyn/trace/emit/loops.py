@@ -40,16 +40,23 @@ class Loops(Memory):
         self._wide = Emitter(builder, graph, VECTOR, source, vector_function)
         self._at: dict = {}  # the addresses of arrays, by their names
 
-    def store(self, out):
-        """Emit code that stores the results at `out`; return whether the function raises."""
+    def store(self, out, adds=False):
+        """Emit code that stores the results at `out`; return whether the function raises.
+
+        With `adds`, the results are added to the numbers at `out`.
+        """
         plan, b = self.plan, self.builder
         self._at["out"], heap = out, self._reserve()
+        if adds:
+            for loop in plan.loops:
+                for box in (*loop.alone, *(box for boxes in loop.alike for box in boxes)):
+                    box.add_results()
         for loop in plan.loops:
             look()
             if loop.row is not None:
                 getattr(self, f"_{loop.row.op}")(loop.row)
             for store in {s.target: s for box in loop.alone for s in box.stores}.values():
-                if store.reduction:
+                if store.reduction and store.target != "out":
                     self._fill(store)
             for box in loop.alone:
                 self._box(box)
@@ -60,6 +67,8 @@ class Loops(Memory):
             [*[node(i) for _, i in plan.single], plan.program.raising]
         )
         for (place, _), value in zip(plan.single, values, strict=True):
+            if adds:
+                value = b.fadd(b.load(b.gep(out, [WORD(place)])), self.number(value))
             self.put(value, out, WORD(place))
         if self.sides is not None:
             for i, condition in enumerate(plan.single_decisions, len(plan.decisions)):
@@ -320,7 +329,11 @@ class Loops(Memory):
                 elif v.kind == "op":
                     values[i] = self._value(v, values, None, ())
             for store, place in zip(first.stores, places, strict=True):
-                self.put(values[store.value], self._array(store.target), place)
+                value, array = values[store.value], self._array(store.target)
+                if store.reduction:
+                    before = self.builder.load(self.builder.gep(array, [place]))
+                    value = self._combined(store.reduction, before, self.number(value))
+                self.put(value, array, place)
 
 
 def _all(kind, value):

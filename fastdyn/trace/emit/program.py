@@ -182,6 +182,7 @@ class _Settled:
         self.program, self.nodes = program, program.nodes
         self._by_key = {node.key: node for node in self.nodes}
         self._array_of, self._arrays, self._moved = array_of, {}, {}
+        self._n_inputs = 1 + max([node.data for node in self.nodes if node.op == "y"], default=-1)
         self._label()
         self._choose(sorted(side.key for side in sides))
         for k in sorted(range(len(self.groups)), key=lambda k: self.depth[k]):
@@ -216,6 +217,8 @@ class _Settled:
         row = self.program.row_at(node.data if node.op == "item" else node.key)
         if row is not None:
             return ("row", row.first), node.data if node.op == "item" else node.key
+        if node.op == "y":  # behind the state of the function that was traced
+            return ("y", self._n_inputs), node.data
         return self._array_of(node.data) if node.op == "par" else None
 
     def _choose(self, sides):
@@ -269,7 +272,7 @@ class _Settled:
         if kind == "row":
             return 0
         if (kind, data) not in self._arrays:
-            size = data if kind == "block" else len(data)
+            size = data if kind in ("block", "y") else len(data)
             op = "par" if kind == "array" else kind
             self._arrays[kind, data] = self.program.new(op, (), data, size)
         return self._arrays[kind, data].first

@@ -110,6 +110,10 @@ class Box:
                 Store(root.target, root.place, self._along(root.steps), value, root.reduction)
             )
 
+    def add_results(self):
+        """Let the stores of results add to what is there."""
+        self.stores = [s._replace(reduction="sum") if s.target == "out" else s for s in self.stores]
+
     def _along(self, strides):
         return tuple([s if n > 1 else 0 for s, n in zip(strides, self.shape, strict=True)])
 

@@ -86,6 +86,54 @@ def partials(graph, outputs, inputs):
     return _Sweep(graph, outputs, known, slots).found(outputs)
 
 
+def factors(g, node, depends):
+    """Yield the terms (factor, operand) of the differential of a node, without zeros.
+
+    ``depends(operand)`` tells whether an operand varies.  Both directions use these terms.
+    """
+    for factor, source in _of_product(g, node, depends):
+        if not is_zero(factor):
+            yield factor, source
+
+
+def inside_tables(g, node, slots):
+    """Yield (slot, derivative) of the parameters among `slots` in the tables that a node reads."""
+    inside = OPERATIONS[node.op].inside
+    if inside and slots:
+        for slot, d in inside(*[Value(g, a) for a in (node, *node.args)], slots):
+            yield slot, d.of
+
+
+def is_point(condition):
+    """Whether a condition may hold at a single point; ``x == x`` asks for NaN."""
+    return condition.op == "eq" and condition.args[0] is not condition.args[1]
+
+
+def _of_product(g, node, depends):
+    if node.op != "mul":
+        return _by_rules(g, node, depends)
+    a, b = node.args
+    if a is b:
+        return [(g.mul(g.const(2.0), a), a)]
+    for root, other in ((a, b), (b, a)):
+        rest = _without(g, other, root) if root.op == "sqrt" else None
+        if rest is not None:  # at u = 0, u sqrt(u) has a derivative, sqrt(u) none
+            u = root.args[0]
+            if other is u:
+                return [(g.mul(g.const(1.5), root), u)]
+            return [(root, other), (g.mul(g.const(0.5), rest), u)]
+    return _by_rules(g, node, depends)
+
+
+def _by_rules(g, node, depends):
+    rules = OPERATIONS[node.op].factors
+    if rules is None:
+        raise Untraceable(f"the derivative of {node.op} is not known", final=True)
+    for rule, source in zip(rules, node.args, strict=True):
+        if depends(source):
+            yield by_rule(g, rule, node, *node.args), source
+
+
 class _Sweep:
     def __init__(self, graph, outputs, known, slots=None):
         self.graph, self.nodes = graph, live(outputs)
@@ -107,40 +155,15 @@ class _Sweep:
         if any(self.known[a.key] for a in node.args):
             if operation.root:
                 return self._of_root(node)
-            for factor, source in self._factors(node):
+            for factor, source in factors(self.graph, node, self._depends):
                 for i, d in self.known[source.key].items():
                     terms.setdefault(i, []).append(g.mul(factor, d))
-        if operation.inside and self.slots:
-            for slot, d in operation.inside(*[Value(g, a) for a in (node, *node.args)], self.slots):
-                terms.setdefault(self.slots[slot], []).append(d.of)
+        for slot, d in inside_tables(g, node, self.slots):
+            terms.setdefault(self.slots[slot], []).append(d)
         return self._added(terms)
 
-    def _factors(self, node):
-        """Yield the terms (factor, operand) of a differential whose operands depend on an input."""
-        for factor, source in self._of_product(node) if node.op == "mul" else self._by_rules(node):
-            if not is_zero(factor):
-                yield factor, source
-
-    def _by_rules(self, node):
-        rules = OPERATIONS[node.op].factors
-        if rules is None:
-            raise Untraceable(f"the derivative of {node.op} is not known", final=True)
-        for rule, source in zip(rules, node.args, strict=True):
-            if self.known[source.key]:
-                yield by_rule(self.graph, rule, node, *node.args), source
-
-    def _of_product(self, node):
-        g, (a, b) = self.graph, node.args
-        if a is b:
-            return [(g.mul(g.const(2.0), a), a)]
-        for root, other in ((a, b), (b, a)):
-            rest = _without(g, other, root) if root.op == "sqrt" else None
-            if rest is not None:  # at u = 0, u sqrt(u) has a derivative, sqrt(u) none
-                u = root.args[0]
-                if other is u:
-                    return [(g.mul(g.const(1.5), root), u)]
-                return [(root, other), (g.mul(g.const(0.5), rest), u)]
-        return self._by_rules(node)
+    def _depends(self, node):
+        return bool(self.known[node.key])
 
     def _added(self, terms):
         sums = {i: self.graph.sum(each) for i, each in terms.items()}
@@ -165,7 +188,7 @@ class _Sweep:
         yes, no = (self.known[side.key] for side in sides)
         zero, largest = g.const(0.0), g.const(LARGEST)
         at_a_point = set()
-        if condition.op == "eq":
+        if is_point(condition):
             at_a_point.update(*(self.known[a.key] for a in condition.args))
         for i in dict.fromkeys((*yes, *no)):
             one, other, chosen = yes.get(i, zero), no.get(i, zero), condition
@@ -178,7 +201,7 @@ class _Sweep:
     def _of_root(self, node):
         """The derivatives of a root; 0 where the radicand has derivative 0, as ``|v|`` at v = 0."""
         g, result = self.graph, {}
-        ((factor, source),) = self._factors(node)
+        ((factor, source),) = factors(g, node, self._depends)
         for i, d in self.known[source.key].items():
             still = g.compare(d, g.const(0.0), "eq")
             result[i] = g.select(still, g.const(0.0), g.mul(factor, d))

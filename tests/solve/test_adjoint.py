@@ -1,0 +1,324 @@
+"""Derivatives by a sweep back over the steps: `adjoint=`, and the function `vjp` of its result."""
+
+import copy
+import pickle
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from fastdyn import solve_ivp
+from fastdyn.kernels.methods import METHODS
+from fastdyn.solve.adjoint.keeping import Keeping
+from fastdyn.trace.graph.reverse import pullback
+from support.discrete_solution import gradient
+
+EPS = np.finfo(float).eps
+PAIRS = [name for name, method in METHODS.items() if method.is_pair]
+TOLERANCES = {"rtol": 1e-8, "atol": 1e-8}
+
+
+def pendulum(t, y, stiffness, damping):
+    return [y[1], -stiffness * np.sin(y[0]) - damping * y[1]]
+
+
+def satellite(t, y, gm):
+    r = np.sqrt(y[0] ** 2 + y[1] ** 2)
+    return [y[2], y[3], -gm * y[0] / r**3, -gm * y[1] / r**3]
+
+
+def lotka_volterra(t, y, a, b, c, d):
+    return [a * y[0] - b * y[0] * y[1], -c * y[1] + d * y[0] * y[1]]
+
+
+def lorenz(t, y, s, r, b):
+    return [s * (y[1] - y[0]), y[0] * (r - y[2]) - y[1], y[0] * y[1] - b * y[2]]
+
+
+def chain(t, y, stiffness):
+    n = len(y) // 2
+    x, v = y[:n], y[n:]
+    between = np.concatenate((x[:1], x[1:] - x[:-1], -x[-1:]))
+    force = stiffness * (between + 0.1 * between**3)
+    return np.concatenate((v, force[1:] - force[:-1]))
+
+
+def network(t, y, first, bias, second):
+    return second @ np.tanh(first @ y + bias)
+
+
+def stick(t, y, drive, wear):
+    """A drag that changes its law, a wave cut to one side, a spring that begins to act."""
+    drag = wear * y[1] if abs(y[1]) < 0.5 else wear * y[1] * abs(y[1]) + 0.25 * wear * np.sign(y[1])
+    push = np.where(np.sin(t) > 0, np.sqrt(np.abs(np.sin(t))), 0.0)
+    return [y[1], -y[0] - drag + drive * push - max(y[0] - 1.0, 0.0)]
+
+
+def complex_stick(t, y, drive, wear):
+    size = y[1] if y[1].real >= 0 else -y[1]
+    drag = wear * y[1] * size + 0.25 * wear * np.sign(y[1].real)
+    drag = wear * y[1] if size.real < 0.5 else drag
+    push = np.sqrt(np.abs(np.sin(t))) if np.sin(t) > 0 else 0.0
+    return [y[1], -y[0] - drag + drive * push - (y[0] - 1.0 if y[0].real > 1 else 0.0)]
+
+
+def heat(t, u, diffusivity):
+    flow = diffusivity * (u[1:] - u[:-1])
+    return np.concatenate((flow[:1], flow[1:] - flow[:-1], -flow[-1:]))
+
+
+RNG = np.random.default_rng(3)
+WEIGHTS = RNG.normal(size=(12, 4)) / 2, RNG.normal(size=12) / 3, RNG.normal(size=(4, 12)) / 3
+CHAIN = np.concatenate((RNG.normal(size=30), np.zeros(30))), (RNG.uniform(0.5, 2.0, 31),)
+SYSTEMS = {
+    "pendulum": (pendulum, (0, 10), [1.0, 0.3], (9.81, 0.2)),
+    "satellite": (satellite, (0, 20), [1.0, 0.0, 0.1, 1.1], (1.0,)),
+    "backwards": (satellite, (3, -2), [1.0, 0.0, 0.1, 1.1], (1.0,)),
+    "Lotka-Volterra": (lotka_volterra, (0, 12), [10.0, 5.0], (1.1, 0.4, 0.4, 0.1)),
+    "Lorenz": (lorenz, (0, 2), [1.0, 1.0, 20.0], (10.0, 28.0, 8 / 3)),
+    "stick": (stick, (0, 10), [0.4, 1.2], (1.3, 0.6)),
+    "network": (network, (0, 5), [0.3, -0.5, 1.0, 0.2], WEIGHTS),
+    "chain": (chain, (0, 10), *CHAIN),
+}
+CASES = [(name, "RK45") for name in SYSTEMS] + [("pendulum", name) for name in PAIRS]
+
+
+def outputs(t_span, k=17):
+    """Times inside steps, and both ends."""
+    return np.linspace(*t_span, k)
+
+
+def flat(found):
+    return np.concatenate([np.ravel(v) for v in found.values()])
+
+
+@pytest.mark.few(11)
+@pytest.mark.parametrize(("name", "method"), CASES)
+def test_the_derivatives_are_exact_for_the_discrete_solution(name, method):
+    """Complex steps of the same steps in NumPy: rounding alone is left, which steps amplify."""
+    fun, t_span, y0, args = SYSTEMS[name]
+    t_eval, how = outputs(t_span), {"args": args, **TOLERANCES}
+    r = solve_ivp(fun, t_span, y0, method, t_eval, adjoint=("y0", "args"), **how)
+    plain = solve_ivp(fun, t_span, y0, method, t_eval, **how)
+    assert np.array_equal(r.y, plain.y) and np.array_equal(r.t, plain.t)
+    g = np.random.default_rng(0).normal(size=r.y.shape)
+    found = [np.ravel(v) for v in r.vjp(g).values()]
+    rng = np.random.default_rng(1)
+    which = [(j, i) for j, v in enumerate(found) for i in rng.permutation(v.size)[:3]]
+    steps = solve_ivp(fun, t_span, y0, method, **how).t
+    fun = complex_stick if name == "stick" else fun
+    exact = gradient(fun, steps, y0, args, method, t_eval, g, which)
+    size = np.abs(np.concatenate(found)).max()
+    mine = np.array([found[j][i] for j, i in which])
+    assert np.abs(mine - exact).max() <= 4 * EPS * len(steps) * size
+
+
+def test_every_step_as_output():
+    fun, t_span, y0, args = SYSTEMS["Lorenz"]
+    r = solve_ivp(fun, t_span, y0, args=args, **TOLERANCES, adjoint=("y0", "args"))
+    g = np.random.default_rng(0).normal(size=r.y.shape)
+    which = [(0, 2), (1, 0), (3, 0)]
+    exact = gradient(fun, r.t, y0, args, "RK45", r.t, g, which)
+    found = r.vjp(g)
+    mine = [found["y0"][2], found["s"], found["b"]]
+    assert np.abs(mine - exact).max() <= 4 * EPS * len(r.t) * np.abs(flat(found)).max()
+
+
+@pytest.mark.parametrize("name", ["stick", "pendulum"])
+def test_beside_forward_sensitivities(name):
+    """Another discrete solution, of the same problem: Tsit5's steps end where the wave is cut."""
+    fun, t_span, y0, args = SYSTEMS[name]
+    given = (fun, t_span, y0, "Tsit5", outputs(t_span))
+    a = solve_ivp(*given, args=args, rtol=1e-10, atol=1e-10, adjoint=("y0", "args"))
+    b = solve_ivp(*given, args=args, rtol=1e-11, atol=1e-11, sensitivity=("y0", "args"))
+    g = np.random.default_rng(0).normal(size=a.y.shape)
+    exact = {k: np.einsum("i...k,ik->...", s, g) for k, s in b.sensitivity.items()}
+    limit = 1e-3 if name == "stick" else 1e-6  # a step that contains a kink is less exact
+    assert np.abs(flat(a.vjp(g)) - flat(exact)).max() <= limit * np.abs(flat(exact)).max()
+
+
+def test_shapes_and_names():
+    def fun(t, y, a, table, b):
+        return [-a * y[0] + table[1, 0] * y[1], -b * y[1] + table[0, 2]]
+
+    args = (1.0, np.arange(6.0).reshape(2, 3) / 10, 2)
+    r = solve_ivp(fun, (0, 1), [1.0, 0.5], args=args, adjoint=("b", "table", "y0"))
+    found = r.vjp(np.ones_like(r.y))
+    assert [*found] == ["b", "table", "y0"]
+    assert isinstance(found["b"], float) and found["y0"].shape == (2,)
+    assert found["table"].shape == (2, 3)
+    assert np.array_equal(found["table"] != 0, [[False, False, True], [True, False, False]])
+    assert [*solve_ivp(fun, (0, 1), [1.0, 0.5], args=args, adjoint="args[0]").vjp(r.y)] == ["a"]
+
+
+@pytest.mark.parametrize("name", ["stick", "chain"])
+def test_states_that_are_computed_again_have_the_same_bits(name, monkeypatch):
+    fun, t_span, y0, args = SYSTEMS[name]
+    given = (fun, t_span, y0, "Tsit5", outputs(t_span))
+    r = solve_ivp(*given, args=args, **TOLERANCES, adjoint=("y0", "args"))
+    g = np.random.default_rng(0).normal(size=r.y.shape)
+    whole = r.vjp(g)
+    monkeypatch.setattr(Keeping, "room", 12 * len(y0))
+    monkeypatch.setattr(Keeping, "_piece", 5)
+    again = solve_ivp(*given, args=args, **TOLERANCES, adjoint=("y0", "args"))
+    assert again.vjp._kept.apart >= 8
+    parts = again.vjp(g)
+    assert all(np.array_equal(whole[k], parts[k]) for k in whole)
+    assert np.array_equal(r.y, again.y)
+
+
+def test_steps_beyond_the_limit_of_stability_are_taken_again():
+    """The exact derivatives of 64 steps are 5e8 instead of -0.2: their fast modes are unstable."""
+    n, t_eval = 200, np.linspace(0, 40, 10)
+    x = np.linspace(0, 1, n)
+    args, y0 = (1.0 + 0.5 * np.sin(7 * x[1:]),), np.exp(-40 * (x - 0.4) ** 2)
+
+    def solved(**how):
+        r = solve_ivp(heat, (0, 40), y0, "Tsit5", t_eval, args=args, adjoint=("y0", "args"), **how)
+        return r, r.vjp(r.y)
+
+    r, found = solved(rtol=1e-6, atol=1e-6)
+    _, exact = solved(rtol=1e-9, atol=1e-9, max_step=0.2)
+    assert np.abs(flat(found) - flat(exact)).max() < 1e-4 * np.abs(flat(exact)).max()
+    first, _ = r.vjp._swept(_first_steps(r, y0, args, t_eval), np.ascontiguousarray(r.y.T))
+    assert np.abs(first).max() > 1e3 * np.abs(flat(exact)).max()  # as without the guard
+
+
+def _first_steps(r, y0, args, t_eval):
+    given = (heat, (0, 40), y0, "Tsit5", t_eval)
+    return solve_ivp(*given, args=args, rtol=1e-6, atol=1e-6, adjoint="y0").vjp._kept
+
+
+def test_later_changes_of_outside_values_change_nothing():
+    stiffness, mass = np.array([2.0, 1.0]), {"m": np.array([1.0, 3.0])}
+
+    def fun(t, y, k):
+        return [y[1], -k[0] * np.sin(y[0]) / mass["m"][1] - k[1] * y[1]]
+
+    r = solve_ivp(fun, (0, 5), [1.0, 0.0], args=(stiffness,), adjoint=("y0", "args"))
+    g = np.ones_like(r.y)
+    before = r.vjp(g)
+    stiffness[:] = 7.0
+    mass["m"][:] = 9.0
+    r.y[:] = r.t[:] = 0.0
+    g2 = np.ones_like(r.y)
+    after = r.vjp(g2)
+    assert all(np.array_equal(before[k], after[k]) for k in before)
+    other = solve_ivp(fun, (0, 5), [1.0, 0.0], args=(stiffness,), adjoint="k")
+    assert not np.allclose(other.vjp(np.ones_like(other.y))["k"], before["k"])
+
+
+def test_many_calls_in_many_threads_give_the_same_bits():
+    fun, t_span, y0, args = SYSTEMS["chain"]
+    r = solve_ivp(fun, t_span, y0, t_eval=outputs(t_span), args=args, adjoint=("y0", "args"))
+    g = np.random.default_rng(0).normal(size=(20, *r.y.shape))
+    first, found = [flat(r.vjp(each)) for each in g], [None] * len(g)
+
+    def run(i):
+        found[i] = flat(r.vjp(g[i]))
+
+    threads = [threading.Thread(target=run, args=(i,)) for i in range(len(g))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(a, b) for a, b in zip(first, found, strict=True))
+    both = flat(r.vjp(g[0] + g[1]))
+    assert np.allclose(both, first[0] + first[1], rtol=1e-12, atol=1e-12 * np.abs(both).max())
+
+
+@pytest.mark.parametrize(
+    ("g", "error", "words"),
+    [
+        (np.ones((2, 3)), ValueError, r"so its shape, \(2, 5\); got \(2, 3\)"),
+        (np.ones((5, 2)), ValueError, "shape"),
+        (1.0, ValueError, "shape"),
+        (np.full((2, 5), np.nan), ValueError, "nan or inf"),
+        (np.ones((2, 5)) * 1j, TypeError, "real numbers"),
+        ([["a"] * 5] * 2, TypeError, "real numbers"),
+        (None, TypeError, "real numbers"),
+    ],
+)
+def test_what_is_no_derivative_by_the_outputs(g, error, words):
+    given = (pendulum, (0, 1), [1.0, 0.3])
+    r = solve_ivp(*given, t_eval=np.linspace(0, 1, 5), args=(9.81, 0.2), adjoint="args")
+    with pytest.raises(error, match=words):
+        r.vjp(g)
+    assert r.vjp(np.ones((2, 5), int).tolist())["damping"] > 0
+
+
+def friction(t, y, mu):
+    return [y[1], -y[0] - mu * np.sign(y[1])]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"method": "Radau"}, "embedded explicit pair .*Radau is none"),
+        ({"method": "Taylor"}, "Taylor is none"),
+        ({"method": "RK4", "step": 0.1}, "RK4 is none"),
+        ({"method": "VelocityVerlet", "step": 0.1}, "VelocityVerlet is none"),
+        ({"y0": [1j, 0]}, "real states"),
+        ({"y0": []}, "a state, and a span"),
+        ({"t_span": (1, 1)}, "a span that is finite and not empty"),
+        ({"t_eval": []}, "`t_eval` is empty"),
+        ({"dense_output": True}, "`dense_output` do not go together: .*`t_eval`"),
+        ({"vectorized": True}, "`vectorized` do not go together"),
+        ({"events": lambda t, y: y[0]}, "`events` do not go together"),
+        ({"sensitivity": "y0"}, "`sensitivity` do not go together"),
+        ({"error_estimate": True}, "`error_estimate` do not go together"),
+        ({"callback": print}, "`callback` do not go together"),
+        ({"project": lambda t, y: y}, "`project` do not go together"),
+        ({"nonnegative": True}, "`nonnegative` do not go together"),
+        ({"checkpoint": "there"}, "`checkpoint` do not go together"),
+        ({"fun": lambda t, y: [time.time(), 1.0]}, "it uses time"),
+        ({"fun": lambda t, y: [__import__("math").gamma(y[0]), 1.0]}, "tgamma"),
+        ({"fun": friction, "args": (0.1,), "t_span": (0, 10)}, r"jumps at t = 0\.\d+.*derivatives"),
+        ({"adjoint": "zz"}, "`adjoint='zz'` is unknown"),
+        ({"adjoint": []}, "`adjoint` names nothing"),
+        ({"max_steps": 3}, "of a solve that failed: `max_steps"),
+    ],
+)
+def test_what_has_no_adjoint_is_told(options, words):
+    given = {
+        "fun": lambda t, y: [y[1], -y[0]], "t_span": (0, 5), "y0": [1.0, 0.3], "adjoint": "y0",
+    }  # fmt: skip
+    with pytest.raises(ValueError, match=words):
+        r = solve_ivp(**given | options)
+        r.vjp(np.ones_like(r.y))
+
+
+def test_a_wrong_product_is_found_by_differences(monkeypatch):
+    def wrong(graph, outputs, cotangents, inputs):
+        *found, last = pullback(graph, outputs, cotangents, inputs)
+        return [*found, graph.mul(graph.const(1.5), last)]
+
+    monkeypatch.setattr("fastdyn.compile.derivatives.vjp.pullback", wrong)
+    fun = lambda t, y, a, b: [-a * y[0] * y[1] + 0.3, -b * y[1] * np.cos(y[0])]  # noqa: E731
+    with pytest.raises(ValueError, match=r"along a vector is .*, and differences give"):
+        solve_ivp(fun, (0, 3), [1.0, 2.0], args=(1.5, 0.7), adjoint=("y0", "args"))
+
+
+def test_infinite_derivatives_are_told():
+    r = solve_ivp(lambda t, y: [1.0 + 0 * y[0], np.sqrt(y[0])], (0, 1), [0.0, 0.0], adjoint="y0")
+    with pytest.raises(ValueError, match="nan or inf: `fun` has an infinite derivative"):
+        r.vjp(np.ones_like(r.y))
+
+
+def test_auto_takes_a_pair():
+    fun, t_span, y0, args = SYSTEMS["pendulum"]
+    for rtol, name in ((1e-4, "Tsit5"), (1e-7, "Vern7"), (1e-10, "Vern9")):
+        r = solve_ivp(fun, t_span, y0, "auto", args=args, rtol=rtol, adjoint="args")
+        assert r.method == name and r.vjp(r.y)["damping"] < 0
+
+
+def test_a_result_is_copied_and_not_pickled():
+    fun, t_span, y0, args = SYSTEMS["pendulum"]
+    r = solve_ivp(fun, t_span, y0, args=args, adjoint="args")
+    assert "vjp of" in repr(r)
+    assert flat(copy.deepcopy(r).vjp(r.y)).tolist() == flat(r.vjp(r.y)).tolist()
+    with pytest.raises(TypeError, match="`vjp` lives in this process"):
+        pickle.dumps(r)
+    del r["vjp"]
+    pickle.dumps(r)
