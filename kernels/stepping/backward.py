@@ -20,7 +20,7 @@ The table is data, so that one kernel serves all methods.
 import numpy as np
 
 from ..calls.user_function import by_pointer
-from ..jit_options import INTERNAL, njit
+from ..jit.options import INTERNAL, njit
 from ..state.layout import Form
 from ..state.record import RUNNING
 from ..state.reduce import add, reduce_components
