@@ -198,6 +198,8 @@ def _advance(flow, y0, interval):
         args=args, options=options,
     )  # fmt: skip
     check_method(asked, method)
+    if method.second_order:
+        raise ValueError(f"{method.name} is for q'' = a(t, q); `lyapunov` takes RK4 or Gauss8.")
     problem = validate.problem(asked, method, mode_for(asked, method))
     longer = with_sensitivities(problem, directions_of("y0", fun, y0, args))
     run = run_of(longer)

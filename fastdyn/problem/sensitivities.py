@@ -38,7 +38,8 @@ class Direction(NamedTuple):
 class Variational(NamedTuple):
     """``fun``, followed by the variational equations.
 
-    `directions` are positions, as in Direction, in the order of the columns.
+    `directions` are positions, as in Direction, in the order of the columns.  For q'' = a(t, q),
+    the equations are those of q and its n rows of S, and `n_start` is the length of [q, v].
     """
 
     fun: Any
@@ -46,6 +47,7 @@ class Variational(NamedTuple):
     n: int
     directions: tuple
     n_directions: int
+    n_start: int
 
     def positions(self):
         """The positions of the arguments among the directions."""
@@ -70,6 +72,10 @@ class Saltation(NamedTuple):
     n: int
     directions: tuple
     n_directions: int
+
+    @property
+    def n_start(self):
+        return self.n
 
     def n_together(self):
         """The number of results of `together`."""
@@ -165,10 +171,11 @@ def check_method(asked, method):
             f"`sensitivity` is for fastdyn's own methods, not for {asked.method!r}; take DOP853 "
             "or Vern9."
         )
-    if method.second_order:
+    acts = [asked.options.get(name) is not None for name in ("on_event", "at", "every")]
+    if method.second_order and any(acts):
         raise ValueError(
-            f"{method.name} integrates accelerations alone and has no `sensitivity`; RK4, Gauss8 "
-            "and the adaptive methods do."
+            f"{method.name} has no `sensitivity` with events that act; RK4, Gauss8 and the "
+            "adaptive methods do."
         )
     if asked.y0.dtype.kind == "c":
         raise ValueError("`sensitivity` is for real states: split a complex one into its parts.")
@@ -219,20 +226,24 @@ def with_sensitivities(problem, directions):
     The absolute tolerance of a column of S is that of y per unit of the direction, or per value of
     the direction if the value is above 1.
     """
-    p, n = problem, len(problem.y0)
-    m = sum([d.size for d in directions])
-    equations = Variational(p.fun, p.mode, n, tuple([d.position for d in directions]), m)
-    starts = [np.eye(n) if d.position == 0 else np.zeros((n, d.size)) for d in directions]
-    y0 = np.concatenate([p.y0, np.hstack(starts).ravel()])
+    p, n_start = problem, len(problem.y0)
+    parts = 2 if p.method.second_order else 1
+    n, m = n_start // parts, sum([d.size for d in directions])
+    positions = tuple([d.position for d in directions])
+    equations = Variational(p.fun, p.mode, n, positions, m, n_start)
+    starts = [np.eye(n_start) if j == 0 else np.zeros((n_start, d.size))
+              for j, d in zip(positions, directions, strict=True)]  # fmt: skip
+    y0 = joined(p.y0, np.hstack(starts), parts)
     rtol, atol = p.rtol, p.atol
     if p.method.error_order:
         rtol, atol = longer_tolerances(
             p, np.concatenate([abs(d.value).ravel() for d in directions])
         )
-    events = p.events and [(of_own(event, n), *how) for event, *how in p.events]
+    own = of_own if parts == 1 else _of_halves
+    events = p.events and [(own(event, n), *how) for event, *how in p.events]
 
     def longer(event, jump):
-        return jump and Saltation(p.fun, event, jump, n, equations.directions, m)
+        return jump and Saltation(p.fun, event, jump, n, positions, m)
 
     jumps = [longer(e[0], jump) for e, jump in zip(p.events or (), p.on_event, strict=False)]
     schedules = [each._replace(jump=longer(None, each.jump)) for each in p.schedules]
@@ -240,3 +251,33 @@ def with_sensitivities(problem, directions):
         fun=equations, mode=SENSITIVITIES, y0=y0, rtol=rtol, atol=atol, events=events, jac=None,
         on_event=tuple(jumps), schedules=tuple(schedules),
     )  # fmt: skip
+
+
+def joined(y, columns, parts):
+    """The extended state of y and S, shape (len(y), m): each part of y, followed by its rows of S.
+
+    There is one part, or, for q'' = a(t, q), two: q and v.
+    """
+    halves = zip(np.split(y, parts), np.split(columns, parts), strict=True)
+    return np.concatenate([part for own, rows in halves for part in (own, rows.ravel())])
+
+
+def separated(numbers, n, parts):
+    """y, shape (..., parts n), and S, shape (..., parts n, m), of extended states (..., N)."""
+    before = numbers.shape[:-1]
+    each = numbers.reshape(*before, parts, numbers.shape[-1] // parts)
+    m = each.shape[-1] // n - 1
+    y, columns = each[..., :n], each[..., n:].reshape(*before, parts, n, m)
+    return y.reshape(*before, parts * n), columns.reshape(*before, parts * n, m)
+
+
+def _of_halves(event, n):
+    """An event function of [q, v] as one of the extended state, whose halves begin with q and v."""
+
+    def watched(t, z, *args):
+        half = len(z) // 2
+        return event(t, np.concatenate((z[:n], z[half : half + n])), *args)
+
+    watched.__name__ = getattr(event, "__name__", "event")
+    watched.__qualname__ = getattr(event, "__qualname__", "event")
+    return watched

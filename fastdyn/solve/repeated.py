@@ -164,7 +164,7 @@ class WithSensitivities(Repeated):
 
     def ready(self, problem):
         p = problem
-        if p.events or p.method.series:
+        if p.events or p.method.series or p.method.second_order:
             return []
         found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
         self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]

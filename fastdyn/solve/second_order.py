@@ -8,7 +8,10 @@ from fastdyn.compile.mode import DERIVATIVE
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.options.docstrings import filled
+from fastdyn.problem.sensitivities import check_method
 from fastdyn.run.solve_problem import solve_problem
+
+from .sensitivities import solve_with_sensitivities
 
 if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
@@ -62,9 +65,13 @@ def solve_second_order(
         known = ", ".join(name for name, m in validate.METHODS.items() if m.second_order)
         raise ValueError(f"`method={method!r}` does not solve q'' = a(t, q); these do: {known}.")
     t0, tf = validate.time_span(t_span)
+    sensitivity = options.pop("sensitivity", None)
     asked = Arguments(
         fun=accel, t0=t0, tf=tf, y0=validate.joined_state(q0, v0, "v0"), t_eval=t_eval,
         dense_output=dense_output, events=events, args=validate.extra_arguments(args),
         options={"step": step, **options},
     )  # fmt: skip
-    return solve_problem(validate.problem(asked, ours, DERIVATIVE))
+    if sensitivity is None:
+        return solve_problem(validate.problem(asked, ours, DERIVATIVE))
+    check_method(asked, ours)
+    return solve_with_sensitivities(validate.problem(asked, ours, DERIVATIVE), sensitivity)

@@ -9,7 +9,7 @@ from fastdyn.compile.derivatives.event_times import time_derivatives
 from fastdyn.compile.derivatives.sensitivities import decides, jump_of
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.compile.traced.make import Near
-from fastdyn.problem.sensitivities import directions_of, with_sensitivities
+from fastdyn.problem.sensitivities import directions_of, separated, with_sensitivities
 from fastdyn.run.actions import NOT_FINITE
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import result_of
@@ -34,12 +34,12 @@ def solve_with_sensitivities(problem, sensitivity):
     directions, longer, run = extended(problem, sensitivity)
     try:
         if decides(run.bounds[0]):
-            whole = _watched(longer, len(problem.y0))
+            whole = _watched(longer, longer.fun.n)
         else:
             whole = result_of(longer, run.solve(longer.y0), run)
     except (Uncompilable, GaveUp) as reason:
         raise ValueError(NEEDS.format(reason)) from None
-    result = parted(whole, len(problem.y0), directions)
+    result = parted(whole, longer.fun.n, directions, _parts(problem))
     if whole["t_events"]:
         result["event_sensitivity"] = _at_events(problem, whole, directions, run.bounds[0])
     return result
@@ -60,21 +60,27 @@ class EventSensitivity(NamedTuple):
     y: dict
 
 
+def _parts(problem):
+    """The number of parts of a state: [q, v], or a whole."""
+    return 2 if problem.method.second_order else 1
+
+
 def _at_events(problem, whole, directions, bound):
     """An EventSensitivity for each event and schedule; None for an event without derivatives."""
-    p, n, found = problem, len(problem.y0), []
+    p, n, parts, found = problem, len(problem.y0), _parts(problem), []
     near, positions = Near(p.t0, p.tf, p.y0), tuple([d.position for d in directions])
     functions = [event for event, *_ in p.events or ()]
     functions += [None] * (len(whole["t_events"]) - len(functions))
     m = sum([d.size for d in directions])
     for event, t, z in zip(functions, whole["t_events"], whole["y_events"], strict=True):
         z = z.reshape(len(t), n * (1 + m))
-        y, s = z[:, :n].T, np.moveaxis(z[:, n:].reshape(len(t), n, m), 0, -1)
+        y, s = separated(z, n // parts, parts)
+        y, s = y.T, np.moveaxis(s, 0, -1)
         rate, moved = np.full((n, len(t)), np.nan), np.zeros(s.shape[1:])  # schedules do not move
         for k in range(len(t)):
-            value = machine_value(bound, t[k], z[k])
-            if value is not None:
-                rate[:, k] = value[:n]
+            value = machine_value(bound, t[k], z[k, : bound.n])
+            if value is not None:  # f, or the accelerations, behind the velocities
+                rate[:, k] = np.concatenate([y[n // parts :, k], value])[:n]
         if event is not None and len(t):
             moved = time_derivatives(event, p.args, near, positions, (t, y, rate, s))
         if moved is None:
@@ -135,24 +141,29 @@ def _watched(problem, n):
     return whole
 
 
-def parted(whole, n, directions):
-    """The result of the extended state, divided into state and sensitivities by name."""
+def parted(whole, n, directions, parts=1):
+    """The result of the extended state, divided into state and sensitivities by name.
+
+    The state has `parts` of n components: see `problem.sensitivities.joined`.
+    """
     result, states, k = OdeResult(whole), whole["y"], len(whole["t"])
     if k:
-        result["y"], columns = states[:n], states[n:].reshape(n, -1, k)
+        own, columns = separated(states.T, n, parts)
+        result["y"], columns = own.T, np.moveaxis(columns, 0, -1)
     else:  # SciPy's empty output is a list
-        columns = np.empty((n, sum([d.size for d in directions]), 0))
+        columns = np.empty((parts * n, sum([d.size for d in directions]), 0))
     result["sensitivity"] = _by_name(columns, directions)
     sol, at_events = whole["sol"], whole["y_events"]
     if sol is not None:
-        result.sol = PiecewisePolynomial(sol.ts, sol.polynomials[..., :n], sol.spans)
+        result.sol = PiecewisePolynomial(sol.ts, separated(sol.polynomials, n, parts)[0], sol.spans)
     if at_events is not None:
-        result.y_events = [y[:, :n] if y.size else y for y in at_events]
+        result.y_events = [separated(y, n, parts)[0] if y.size else y for y in at_events]
     if whole["status"] == -1:
         if NOT_FINITE in result.message and "`on_event`" in result.message:
             result.message = GRAZES.format(result.t[-1] if k else float("nan"))
         else:
-            result.message += (
-                f" The components are the {n} of the state, then those of the sensitivities."
-            )
+            order = "those of the state"
+            if parts > 1:
+                order = "the positions and their sensitivities, then the velocities"
+            result.message += f" The components are {order}, then those of the sensitivities."
     return result

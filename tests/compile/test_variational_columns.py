@@ -36,7 +36,7 @@ def by_complex_steps(args, directions, t, z):
 
 def bound_to(args, directions):
     m = sum(N if j == 0 else args[j - 1].size for j in directions)
-    equations = Variational(mixed, DERIVATIVE, N, directions, m)
+    equations = Variational(mixed, DERIVATIVE, N, directions, m, N)
     return bind_variational(equations, args, Near(0.0, 1.0, np.linspace(0.5, 1, N))), m
 
 

@@ -68,7 +68,6 @@ def test_what_is_no_direction(sensitivity, error, words):
     ("options", "words"),
     [
         ({"method": OdeSolver}, "not for .*OdeSolver"),
-        ({"method": "VelocityVerlet", "step": 0.1}, "accelerations alone"),
         ({"y0": [1j, 0]}, "real states"),
         ({"callback": print}, "`callback` do not go together"),
         ({"project": lambda t, y: y}, "`project` do not go together"),

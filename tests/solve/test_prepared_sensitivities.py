@@ -111,7 +111,6 @@ def test_threads_have_their_own_runs():
         (lambda t, y, k, w: [math.gamma(y[0]), 1.0], {}, ValueError, "tgamma"),
         (swing, {"sensitivity": "g"}, ValueError, "choose from 'y0', 'args', 'k', 'weights'"),
         (swing, {"callback": print}, TypeError, "takes no `callback`"),
-        (swing, {"method": "VelocityVerlet", "step": 0.1}, ValueError, "accelerations alone"),
     ],
 )
 def test_what_has_no_sensitivities_is_told_at_once(fun, options, error, words):

@@ -188,7 +188,7 @@ def test_taylor_series_and_the_jacobian_of_the_variational_equations():
     other = solve_ivp(*args, args=(1.0,), t_eval=r.t, sensitivity="args", **TIGHT)
     assert np.allclose(r.sensitivity["mu"], other.sensitivity["mu"], rtol=1e-9, atol=1e-9)
     bound = sensitivities.bind_variational(
-        Variational(oscillator, DERIVATIVE, 2, (1,), 1), (4.0, 0.1), Near(0.0, 1.0, np.ones(2))
+        Variational(oscillator, DERIVATIVE, 2, (1,), 1, 2), (4.0, 0.1), Near(0.0, 1.0, np.ones(2))
     )
     found = jacobian(bound.function)  # of [v, -k x - c v, s_v, -k s_x - c s_v - x]
     assert set(zip(found.rows, found.columns, strict=True)) == {

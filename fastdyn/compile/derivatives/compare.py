@@ -53,8 +53,9 @@ def compare_sensitivities(bound, equations, args, times, states):
     equations : problem.sensitivities.Variational
     args : tuple
     times, states : sequences
-        The states include the sensitivities.
+        The states include the sensitivities; of q'' = a(t, q), their first halves are compared.
     """
+    states = [each[: bound.n] for each in states]
     _compare(bound, times, states, lambda *at: _of_solution(bound, equations, args, *at))
 
 
@@ -118,13 +119,17 @@ def _of_solution(bound, equations, args, t, z, sizes, span, rng):
         raise Different(bound, t, z[:n], real[:n], rates[:n])
     columns, slopes = z[n:].reshape(n, m), rates[n:].reshape(n, m)
     most = np.where(columns == 0.0, np.inf, sizes[:n, None] / np.abs(columns)).min(axis=0)
-    w = np.minimum(most, _sizes(equations.directions, n, args)) * rng.uniform(0.1, 1.0, m)
+    w = np.minimum(most, _sizes(equations.directions, equations.n_start, args)) * rng.uniform(
+        0.1, 1.0, m
+    )
     w[~np.isfinite(w)] = 0.0
 
     def at(h):
         moved = np.concatenate([z[:n] + h * (columns @ w), z[n:]])
         try:
-            return equations(t, moved, *_moved(equations.directions, n, args, h * w))[:n]
+            return equations(
+                t, moved, *_moved(equations.directions, equations.n_start, args, h * w)
+            )[:n]
         except Exception:
             return None
 

@@ -94,10 +94,12 @@ def _bound(fun, args, mode, near, extended, as_mode, located, said):
 
     @refused_as(lambda reason: Untraceable(f"{said[1]}: {reason}", final=True))
     def made():
-        return _extended(base, groups, extended.n, as_mode, located)
+        reads = base.traced.trace.reads
+        columns = [slot for group in groups for slot in slots_of(reads, group, extended.n_start)]
+        return _extended(base, columns, extended.n, as_mode, located)
 
     try:
-        function = base.derived((as_mode, groups, located), made)
+        function = base.derived((as_mode, groups, extended.n_start, located), made)
     except Untraceable as reason:
         raise Uncompilable(str(reason)) from None
     keepalive = [fun, args]
@@ -125,10 +127,9 @@ def jump_of(bound, times, solution):
     return first_jump(trace.graph, trace.outputs, nodes, times, solution, values)
 
 
-def _extended(base, groups, n, mode, located):
-    """The Function that extends the Function `base`."""
+def _extended(base, columns, n, mode, located):
+    """The Function that extends the Function `base` by columns, each a parameter's slot or None."""
     traced = base.traced
-    columns = [slot for group in groups for slot in slots_of(traced.trace.reads, group, n)]
     size, slots = n * (1 + len(columns)), {slot for slot in columns if slot is not None}
     graph = traced.trace.graph
     if mode is SALTATION or size <= MOST_STRAIGHT:

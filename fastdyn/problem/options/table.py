@@ -323,8 +323,7 @@ ALL_OPTIONS = (
         'arguments ("args").  See Notes.',
         none,
         refused=_not(
-            "Stepper", "solve_ensemble", "energy_drift", "second pass",
-            "solve_second_order", "solve_separable",
+            "Stepper", "solve_ensemble", "energy_drift", "second pass", "solve_separable",
             solve_phases="it is of one solve_ivp",
             solve_dae="differences of two solves tell how a solution depends on a number",
         ),
