@@ -84,16 +84,16 @@ def test_a_negative_mean_of_counts_is_finite_and_goes_up():
 
 
 def test_one_free_in_two_places_adds_up():
-    def turning(t, y, a, b):
-        return [a * y[1], -b * y[0]]
+    def turning(t, y, both, c):
+        return [both[0] * y[1], -both[1] * y[0] - 0.1 * c * y[1]]
 
     same = Free(1.5)
-    given = Record(T, np.zeros((2, 6)), [1.0, same], (same, same), 1.0, t0=0.0)
+    given = Record(T, np.zeros((2, 6)), [1.0, same], ([same, same], same), 1.0, t0=0.0)
     model = model_of(turning, given, options_of({"rtol": 1e-10}), False)
     assert model.parameters.names == ["y0[1]"]
 
     def states(w):
-        return tight(turning, np.r_[0.0, T], [1.0, w], (w, w))[:, 1:]
+        return tight(turning, np.r_[0.0, T], [1.0, w], ([w, w], w))[:, 1:]
 
     h = 1e-4  # error of the fourth-order formula: h^4; of the solves: 1e-11 / h
     found = 8 * (states(1.5 + h) - states(1.5 - h)) - (states(1.5 + 2 * h) - states(1.5 - 2 * h))

@@ -80,6 +80,10 @@ def test_intervals_end_at_bounds():
 def test_an_error_of_the_solver_is_told():
     t = np.linspace(0, 20, 30)
     values = np.exp(-0.3 * t)
+    given = {"method": "RK23", "rtol": 1e-4, "atol": 1e-6}
+    found = fit(decay, Record(t, values, [1.0], (Free(0.2),), 1e-4), **given)
+    true = np.abs(found.residuals[0][0] - (np.exp(-found.x[0] * t) - values) / 1e-4).max()
+    assert 0.5 * true < found.solver_error < 2 * true
     found = fit(
         decay, Record(t, values, [1.0], (Free(0.2),), 1e-5), method="RK23", rtol=1e-3, atol=1e-5
     )

@@ -179,6 +179,7 @@ def test_what_was_given_is_not_changed_and_changes_nothing():
     given = Record(times, values, np.array([1.0]), (free,), 0.1)
     times[:], values[:] = 7.0, 7.0
     found = fit(decay, given)
+    assert np.array_equal(given.t, T) and np.array_equal(given.values, [V])
     assert np.isclose(found.x[0], 1.0, rtol=1e-6) and free.start == 0.5
     again = fit(decay, given)
     assert np.array_equal(again.x, found.x) and str(again) == str(found)
