@@ -95,11 +95,17 @@ class Template:
         The numbers; 0 where a parameter stands.
     index : ndarray of int
         The parameter of each number, or FIXED.
+    whole : slice or None
+        The parameters, if they are all numbers, in order.
     """
 
     def __init__(self, fixed, index):
         self.fixed, self.index = fixed, index
         self.free = index != FIXED
+        first = int(index.flat[0]) if index.size else FIXED
+        ahead = np.arange(first, first + index.size).reshape(index.shape)
+        in_order = first != FIXED and np.array_equal(index, ahead)
+        self.whole = slice(first, first + index.size) if in_order else None
 
     def at(self, x):
         """The array at the parameters x; a float if it has no dimensions."""
@@ -109,16 +115,14 @@ class Template:
         found[self.free] = x[self.index[self.free]]
         return found
 
-    def columns(self, by_value, n_parameters):
-        """Derivatives by the parameters, of shape (n, n_parameters, n_times).
-
-        `by_value` are the derivatives by each number, of shape (n, *fixed.shape, n_times).
-        """
+    def add(self, by_value, slopes):
+        """Add derivatives by each number, (n, *shape, n_times), to those by the parameters."""
+        if self.whole is not None:
+            slopes[:, self.whole] += by_value.reshape(len(by_value), -1, by_value.shape[-1])
+            return
         flat, index = by_value.reshape(len(by_value), -1, by_value.shape[-1]), self.index.ravel()
-        found = np.zeros((len(by_value), n_parameters, by_value.shape[-1]))
         for j in np.flatnonzero(index != FIXED):  # a parameter may stand in two places
-            found[:, index[j]] += flat[:, j]
-        return found
+            slopes[:, index[j]] += flat[:, j]
 
 
 class Places(NamedTuple):

@@ -149,7 +149,7 @@ class Model:
         """The Residuals at x, computed in any case."""
         parts = []
         for record, motion in zip(self.records, self.motions, strict=True):
-            parts += self._of_record(record, motion, x)
+            parts.append(self._of_record(record, motion, x))
         if len(self.priors):
             p, rows = self.parameters, np.zeros((len(self.priors), len(x)))
             rows[np.arange(len(rows)), self.priors] = 1.0 / p.deviation[self.priors]
@@ -170,13 +170,10 @@ class Model:
             model, by_x = record.observation.slopes(record.times, y, slopes, motion.places, args)
         except ArithmeticError as error:
             raise Failed(f"{type(error).__name__}: {error}") from error
-        parts = []
-        for i, (noise, there) in enumerate(zip(record.noise, record.there, strict=True)):
-            at = record.order[there]
-            r, slope, information = noise.residuals(model[i, at], record.data[i], there)
-            own = by_x[i][:, at].T
-            parts.append((r, own * slope[:, None], own * information[:, None]))
-        return parts
+        r, slope, information = record.residuals(model)
+        rows, columns = record.places
+        own = by_x[rows, :, columns]
+        return r, own * slope[:, None], own * information[:, None]
 
     def chi2(self, x):
         """The sum of squares at x, without derivatives; inf if a motion fails."""
@@ -197,12 +194,8 @@ class Model:
 
     def _chi2_of(self, record, y, args):
         """The sum of squares of one record with states y."""
-        model = record.observation.values(record.times, y, args)
-        found = 0.0
-        for i, (noise, there) in enumerate(zip(record.noise, record.there, strict=True)):
-            r = noise.residuals(model[i, record.order[there]], record.data[i], there)[0]
-            found += float(r @ r)
-        return found
+        r = record.residuals(record.observation.values(record.times, y, args))[0]
+        return float(r @ r)
 
     def of_priors(self, x):
         """The sum of squares of the priors."""

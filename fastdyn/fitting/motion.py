@@ -82,12 +82,10 @@ class Motion:
             y = self.states(x, times)
             return y, np.zeros((len(y), len(x), len(times)))
         result = self._solved(x, times, sensitivity=self._names)
+        slopes = np.zeros((len(result.y), len(x), len(times)))
         by_value = result.sensitivity.values()
-        parts = [
-            template.columns(found, len(x))
-            for template, found in zip(self._asked.values(), by_value, strict=True)
-        ]
-        slopes = sum(parts[1:], parts[0])
+        for template, found in zip(self._asked.values(), by_value, strict=True):
+            template.add(found, slopes)
         if not np.isfinite(slopes).all():
             raise Failed("its derivatives by the parameters are not finite")
         return result.y, slopes

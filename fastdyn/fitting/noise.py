@@ -12,15 +12,14 @@ NEAR = 1e-6  # relative distance of model and count, below which the root's slop
 
 
 class Normal:
-    """Normal noise of known standard deviations, a number or one for each value."""
+    """Normal noise of known standard deviations, one for each value that is there."""
 
     def __init__(self, deviation):
-        self.deviation = deviation
+        self._scale = 1.0 / deviation
 
-    def residuals(self, model, data, there):
+    def residuals(self, model, data):
         """(residuals, their slopes by the model, roots of Fisher's information) of the values."""
-        scale = 1.0 / np.broadcast_to(self.deviation, there.shape)[there]
-        return (model - data) * scale, scale, scale
+        return (model - data) * self._scale, self._scale, self._scale
 
 
 class Unknown:
@@ -32,16 +31,16 @@ class Unknown:
     def __init__(self, group):
         self.group, self.deviation = group, 1.0
 
-    def residuals(self, model, data, there):
-        """As of `Normal`."""
-        scale = np.full(data.shape, 1.0 / self.deviation)
+    def residuals(self, model, data):
+        """As of `Normal`; the slopes are one number."""
+        scale = 1.0 / self.deviation
         return (model - data) * scale, scale, scale
 
 
 class Poisson:
     """Counts, each with the model as its mean: residuals are signed roots of the deviance."""
 
-    def residuals(self, model, data, there):
+    def residuals(self, model, data):
         """As of `Normal`."""
         mean = np.maximum(model, LEAST_MEAN)
         d = mean - data
@@ -106,4 +105,4 @@ def _of_series(noise, values, group, i):
         ) from None
     if not (np.isfinite(deviation[there]).all() and (deviation[there] > 0).all()):
         raise ValueError(f"`noise` of series {i} must be finite standard deviations above 0.")
-    return Normal(np.array(deviation))
+    return Normal(deviation[there])

@@ -52,10 +52,12 @@ class Linear:
 
     def values(self, t, y, args):
         """The observed quantities, of shape (n_series, n_times)."""
-        return self.matrix @ y
+        return self.matrix @ y if self.index is None else y[self.index]
 
     def slopes(self, t, y, slopes, places, args):
         """(values, derivatives by the parameters) from those of the state."""
+        if self.index is not None:
+            return y[self.index], slopes[self.index]
         return self.matrix @ y, np.tensordot(self.matrix, slopes, 1)
 
 

@@ -57,16 +57,31 @@ class Record:
         if not self.there.any():
             raise ValueError("A Record needs values: all of `values` are nan.")
         self.data = [row[there] for row, there in zip(self.values, self.there, strict=True)]
+        ends = np.cumsum([0, *map(len, self.data)])
+        self.series = list(map(slice, ends[:-1], ends[1:]))
         self.y0, self.args = _state(y0), args if isinstance(args, tuple) else _tuple(args)
         self.t0 = self.t.min() if t0 is None else _time(t0)
         if self.t0 > self.t.min():
             raise ValueError(f"`t0` = {self.t0:g} is after the first time, {self.t.min():g}.")
         if self.t0 == self.t.max():
             raise ValueError("A Record needs a time after `t0`: the state at `t0` is `y0`.")
-        self.times, self.order = np.unique(self.t, return_inverse=True)
+        self.times, order = np.unique(self.t, return_inverse=True)
+        rows, columns = np.nonzero(self.there)
+        self.places = rows, order[columns]
         self.observation = self._observation(observed)
         groups = self.observation.groups(len(self.values))
         self.noise = noise_of(noise, self.values, groups)
+
+    def residuals(self, model):
+        """(residuals, slopes by the model, roots of Fisher's information) of the values there.
+
+        `model` has what is observed at the increasing `times`, shape (n_series, n_times).
+        """
+        here, found = model[self.places], np.empty((3, len(self.places[0])))
+        for noise, data, series in zip(self.noise, self.data, self.series, strict=True):
+            own = noise.residuals(here[series], data)
+            found[0, series], found[1, series], found[2, series] = own
+        return found
 
     def _observation(self, observed):
         n = len(self.y0.start if isinstance(self.y0, Free) else self.y0)

@@ -6,9 +6,7 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2 as chi2_of
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import gammaincc, ndtri, stdtrit  # SciPy's `stats` takes a second to import
 
 from . import profile
 from .model import name_of, scaled
@@ -19,6 +17,7 @@ CURVED = 1.5  # ratio of the true rise of the sum of squares to the linearised, 
 TIGHTER = 100.0  # by which tolerances are divided to find the error of the solves
 LEAST_RTOL = 3e-14
 CHANGED = 1e-3  # relative change of the sum of squares that no rounding makes
+UNLIKELY = 1e-4  # p-value below which the values do not look like the model with its noise
 ROUGH = 0.1  # standard deviations: an error of the solver above is reported
 
 
@@ -93,7 +92,7 @@ class Fit:
     def quantile(self):
         """Of the normal distribution, or of Student's where the noise is estimated."""
         p = 0.5 + self.level / 2
-        return float(student.ppf(p, self.dof) if self._model.groups else norm.ppf(p))
+        return float(stdtrit(self.dof, p) if self._model.groups else ndtri(p))
 
     @property
     def values(self):
@@ -111,7 +110,7 @@ class Fit:
         """How often noise alone gives a larger sum of squares; None where noise is estimated."""
         if self._model.groups or self.dof < 1:
             return None
-        return float(chi2_of.sf(self.chi2, self.dof))
+        return float(gammaincc(self.dof / 2, self.chi2 / 2))
 
     @functools.cached_property
     def departure(self):
@@ -150,11 +149,8 @@ class Fit:
             except Failed:
                 return np.inf
             values = record.observation.values(record.times, y, self.args(k))
-            for i, (noise, there) in enumerate(zip(record.noise, record.there, strict=True)):
-                at = record.order[there]
-                r = noise.residuals(values[i, at], record.data[i], there)[0]
-                change = np.abs(r - residuals[k][i][there])
-                found = max(found, float(change.max(initial=0.0)))
+            change = np.abs(record.residuals(values)[0] - residuals[k][record.there])
+            found = max(found, float(change.max(initial=0.0)))
         return found
 
     def _unchanged(self):
@@ -274,10 +270,9 @@ class Fit:
         found, begin = [], 0
         for record in self._model.records:
             own = np.full(record.values.shape, np.nan)
-            for row, there in zip(own, record.there, strict=True):
-                end = begin + int(there.sum())
-                row[there] = self._residuals.r[begin:end]
-                begin = end
+            end = begin + int(record.there.sum())
+            own[record.there] = self._residuals.r[begin:end]
+            begin = end
             found.append(own)
         return found
 
@@ -341,6 +336,11 @@ def _remarks(fit):
         found.append(
             f"Solves are in error by {fit.solver_error:.2g} standard deviations of a value: give "
             "smaller `rtol` and `atol`."
+        )
+    if fit.success and fit.p_value is not None and fit.p_value < UNLIKELY:
+        found.append(
+            "Noise alone hardly ever makes so large a sum of squares: there may be a better optimum "
+            "(`starts`), more noise, or other equations."
         )
     if not fit.success:
         found.append(f"{fit.message} Errors and intervals are for an optimum.")
