@@ -339,8 +339,8 @@ def _remarks(fit):
         )
     if fit.success and fit.p_value is not None and fit.p_value < UNLIKELY:
         found.append(
-            "Noise alone hardly ever makes so large a sum of squares: there may be a better optimum "
-            "(`starts`), more noise, or other equations."
+            "Noise alone hardly ever makes so large a sum of squares: a better optimum (`starts`), "
+            "more noise, or other equations would be likelier."
         )
     if not fit.success:
         found.append(f"{fit.message} Errors and intervals are for an optimum.")
