@@ -148,8 +148,9 @@ def parted(whole, n, directions, parts=1):
     """
     result, states, k = OdeResult(whole), whole["y"], len(whole["t"])
     if k:
-        own, columns = separated(states.T, n, parts)
-        result["y"], columns = own.T, np.moveaxis(columns, 0, -1)
+        each = states.reshape(parts, -1, k)
+        result["y"] = each[:, :n].reshape(parts * n, k)
+        columns = each[:, n:].reshape(parts * n, -1, k)
     else:  # SciPy's empty output is a list
         columns = np.empty((parts * n, sum([d.size for d in directions]), 0))
     result["sensitivity"] = _by_name(columns, directions)
