@@ -12,13 +12,14 @@ from fastdyn.compile.callables import is_jitted
 from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods.taylor.accuracy import order_for
+from fastdyn.problem.events import AS_GIVEN, of_own
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.problem.sensitivities import directions_of, longer_tolerances, with_sensitivities
 from fastdyn.run.ready import ReadyRun, Solver
 from fastdyn.run.solve_problem import WORDS, in_time, run_of
 from fastdyn.run.stiffness import notice, watch
 
-from .sensitivities import parted
+from .sensitivities import at_events, parted
 
 LARGEST, SMALLEST = 2.0**60, 2.0**-60  # sizes of a state
 _recent = memory.Table()  # by the kind of a call
@@ -129,12 +130,15 @@ class Repeated(Solver):
         return [ReadyRun(run, common, *given)]
 
     def present(self, ready, fun, args, others):
-        p = self.problem
-        if others:
-            events = [(f, *how) for f, (_, *how) in zip(others, p.events, strict=True)]
-            p = p._replace(events=events)
+        p = self._with_events(others) if others else self.problem
         y0 = ready.room[: len(p.y0)].copy()
         return p._replace(fun=fun, args=args, y0=y0, **ready.taken())
+
+    def _with_events(self, others):
+        """The problem with the event functions of one call."""
+        p = self.problem
+        events = [(f, *how) for f, (_, *how) in zip(others, p.events, strict=True)]
+        return p._replace(events=events)
 
     def goes_on(self, problem, run):
         watch(problem, run)
@@ -158,13 +162,26 @@ class WithSensitivities(Repeated):
         super().__init__(problem, options)
         self._sensitivity = sensitivity
 
-    def solve(self, *given, **named):
-        whole = super().solve(*given, **named)
-        return whole and parted(whole, len(self.problem.y0), self._directions)
+    def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
+        own = ()
+        if others:
+            if not self.idle or not self._alike(None, y0, args, others):
+                return None
+            own = [of_own(event, len(self.problem.y0)) for event in others]
+        whole = super().solve(fun, y0, args, own, t_span, t_eval)
+        if whole is None:
+            return None
+        result = parted(whole, len(self.problem.y0), self._directions)
+        if others:
+            p = self._with_events(others)
+            t0, tf = t_span or (p.t0, p.tf)
+            p = p._replace(fun=fun, t0=t0, tf=tf, y0=np.array(y0, float), args=args)
+            result["event_sensitivity"] = at_events(p, whole, self._directions)
+        return result
 
     def ready(self, problem):
         p = problem
-        if p.events or p.method.series or p.method.second_order:
+        if p.method.series or p.method.second_order:
             return []
         found = directions_of(self._sensitivity, p.fun, p.y0, p.args)
         self._directions = [d._replace(value=np.zeros(d.value.shape)) for d in found]
@@ -173,7 +190,8 @@ class WithSensitivities(Repeated):
         return self._ready(longer, run_of, stripped(longer), check)
 
     def present(self, ready, fun, args, others):
-        p = super().present(ready, fun, args, others)
+        given = [getattr(event, AS_GIVEN) for event in others]
+        p = super().present(ready, fun, args, given)
         return with_sensitivities(p, directions_of(self._sensitivity, fun, p.y0, args))
 
     def goes_on(self, problem, run):

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastdyn.compile.compare import machine_value
 from fastdyn.compile.derivatives.event_times import time_derivatives
 from fastdyn.compile.derivatives.sensitivities import decides, jump_of
+from fastdyn.compile.python_callback import evaluate
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.compile.traced.make import Near
 from fastdyn.problem.sensitivities import directions_of, separated, with_sensitivities
@@ -41,7 +41,7 @@ def solve_with_sensitivities(problem, sensitivity):
         raise ValueError(NEEDS.format(reason)) from None
     result = parted(whole, longer.fun.n, directions, _parts(problem))
     if whole["t_events"]:
-        result["event_sensitivity"] = _at_events(problem, whole, directions, run.bounds[0])
+        result["event_sensitivity"] = at_events(problem, whole, directions)
     return result
 
 
@@ -65,7 +65,7 @@ def _parts(problem):
     return 2 if problem.method.second_order else 1
 
 
-def _at_events(problem, whole, directions, bound):
+def at_events(problem, whole, directions):
     """An EventSensitivity for each event and schedule; None for an event without derivatives."""
     p, n, parts, found = problem, len(problem.y0), _parts(problem), []
     near, positions = Near(p.t0, p.tf, p.y0), tuple([d.position for d in directions])
@@ -76,12 +76,9 @@ def _at_events(problem, whole, directions, bound):
         z = z.reshape(len(t), n * (1 + m))
         y, s = separated(z, n // parts, parts)
         y, s = y.T, np.moveaxis(s, 0, -1)
-        rate, moved = np.full((n, len(t)), np.nan), np.zeros(s.shape[1:])  # schedules do not move
-        for k in range(len(t)):
-            value = machine_value(bound, t[k], z[k, : bound.n])
-            if value is not None:  # f, or the accelerations, behind the velocities
-                rate[:, k] = np.concatenate([y[n // parts :, k], value])[:n]
+        moved, rate = np.zeros(s.shape[1:]), np.zeros(y.shape)  # schedules do not move
         if event is not None and len(t):
+            rate[:] = np.transpose([_rate(p, *each) for each in zip(t, y.T, strict=True)])
             moved = time_derivatives(event, p.args, near, positions, (t, y, rate, s))
         if moved is None:
             found.append(None)
@@ -92,6 +89,17 @@ def _at_events(problem, whole, directions, bound):
                 states = s + rate[:, None] * moved
         found.append(EventSensitivity(_by_name(moved, directions), _by_name(states, directions)))
     return found
+
+
+def _rate(problem, t, y):
+    """The function at a time and a state; NaN where it raises."""
+    p, n = problem, len(y) // _parts(problem)
+    try:
+        with np.errstate(all="ignore"):
+            value = evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, t, y[:n].copy())
+    except Exception:
+        return np.full(len(y), np.nan)
+    return np.concatenate([y[n:], value])  # of q'' = a(t, q), v and a
 
 
 def _by_name(columns, directions):

@@ -7,6 +7,7 @@ import pytest
 from scipy.special import ellipk
 
 from fastdyn import solve_ivp
+from fastdyn.solve import by_method
 from tests.support.impacts import marked
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-13}
@@ -177,3 +178,48 @@ def test_a_function_in_python_leaves_the_sensitivities_right():
     state["next"] = "none"
     with pytest.raises((ValueError, TypeError), match="reads what another function"):
         solve_ivp(pushed, span, y0, events=changed, **given)
+
+
+def test_repeated_calls_have_the_results_of_first_ones(monkeypatch):
+    """With other values, spans, closures, and marks of the events."""
+
+    def level(height):
+        def crosses(t, y, k):
+            return y[0] - height
+
+        return crosses
+
+    def turns(t, y, k):
+        return k * y[1]
+
+    def solve(k=4.0, height=0.3, a=1.0, end=2.0, **marks):
+        events = [marked(level(height), **marks), turns]
+        r = solve_ivp(
+            swing, (0.0, end), [a, 0.0], args=(k,), events=events, sensitivity=("k", "y0"),
+            rtol=1e-9, atol=1e-9,
+        )  # fmt: skip
+        found = [r.y, r.sensitivity["k"], r.sensitivity["y0"], *r.t_events, *r.y_events]
+        for each in r.event_sensitivity:
+            found += [None] if each is None else [*each.t.values(), *each.y.values()]
+        return found
+
+    asked = [
+        {}, {"k": 3.0}, {"height": -0.2}, {"a": 40.0}, {"end": 1.5}, {"height": 5.0},
+        {"terminal": True}, {"direction": 1.0}, {},
+    ]  # fmt: skip
+    first = [solve(**each) for each in asked]
+    for _ in range(2):
+        for each, known in zip(asked, first, strict=True):
+            for one, other in zip(solve(**each), known, strict=True):
+                assert (one is None and other is None) or np.array_equal(one, other)
+
+    def never(*given):
+        raise AssertionError("the long way")
+
+    assert first[6][0].shape[1] < first[0][0].shape[1]  # terminal
+    assert not first[7][3].size and first[0][3].size  # the angle falls through the level
+    for _ in range(9):
+        solve()
+    assert solve(terminal=True)[0].shape == first[6][0].shape
+    monkeypatch.setattr(by_method, "solve_with_sensitivities", never)
+    assert len(solve(k=2.5)[3]) == 1
