@@ -57,6 +57,8 @@ class ReadyRun:
         The least and the largest size of a state for which the order of a series is unchanged.
     options : dict, optional
         The options `step` and `max_step` of the solve, for other spans.
+    make : callable, optional
+        In place of `outcome.results`.
 
     Attributes
     ----------
@@ -71,7 +73,11 @@ class ReadyRun:
 
     go: Any
 
-    def __init__(self, run, problem, functions, args, finish, check=None, sizes=None, options=None):
+    def __init__(
+        self, run, problem, functions, args, finish, check=None, sizes=None, options=None,
+        make=None,
+    ):  # fmt: skip
+        self._make = make
         self.run, self.problem, self._finish = run, problem, finish
         self._check, self._sizes = check, sizes
         self._readers = [
@@ -112,7 +118,7 @@ class ReadyRun:
         own = new_memory(size) if shares else None
         if own is not None:
             launch[MEMORY] = address_of(own)
-        result, check, until_look = results(problem, plan, own), self._check, 1
+        result, check, until_look = (self._make or results)(problem, plan, own), self._check, 1
 
         def go(fun, y0, args, events=(), t_span=None, t_eval=None):
             nonlocal is_open, n_left, until_look
@@ -239,6 +245,11 @@ class ReadyRun:
                 return False
             own[:], self._times = t_eval, times
         return True
+
+    def given(self, fun, args):
+        """The values of the parameters of the equations, read again; None as of a reader."""
+        read, block = self._readers[0]
+        return read(fun, args, block)
 
     def take_tolerances(self, problem):
         """Take the tolerances of a problem."""

@@ -24,11 +24,11 @@ def solved(asked, name):
     kind: Any = name
     if asked.method == "auto":  # steps end at switching times, and large functions have no series
         kind = "auto", name
-    if asked.adjoint is None and not (asked.looked_up and name is asked.method):
+    if not (asked.looked_up and name is asked.method):
         found = repeated.solved(
             asked.fun, (asked.t0, asked.tf), asked.y0, kind, asked.t_eval, asked.dense_output,
             asked.events, asked.vectorized, asked.args,
-            {**asked.options, "sensitivity": asked.sensitivity},
+            {**asked.options, "sensitivity": asked.sensitivity, "adjoint": asked.adjoint},
         )  # fmt: skip
         if found is not None:
             return found
@@ -45,8 +45,8 @@ def solved(asked, name):
         if asked.adjoint is not None:
             from .adjoint.solve import solve_with_adjoint  # imports Numba
 
-            return solve_with_adjoint(problem, asked.adjoint)
-        if asked.sensitivity is None:
+            result = solve_with_adjoint(problem, asked.adjoint)
+        elif asked.sensitivity is None:
             result = solve_problem(problem)
         else:
             result = solve_with_sensitivities(problem, asked.sensitivity)
@@ -55,7 +55,8 @@ def solved(asked, name):
             raise
         begun_again(problem, reason)
         return by_scipy(asked, name)
-    repeated.note(asked, kind, problem)
+    if asked.adjoint is None or asked.t_eval is not None:  # else the result has all steps
+        repeated.note(asked, kind, problem)
     return result
 
 

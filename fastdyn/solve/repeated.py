@@ -4,6 +4,7 @@ State, span, times of output, arguments, closure and outside values may change f
 """
 
 import types as python
+from typing import Any
 
 import numpy as np
 
@@ -27,13 +28,13 @@ _recent = memory.Table()  # by the kind of a call
 
 def solved(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options):
     """The result of a call of `solve_ivp` like an earlier one; None for the long way."""
-    args, sensitivity = () if args is None else args, None
-    if "sensitivity" in options:
+    args, wanted = () if args is None else args, (None, None)
+    if "sensitivity" in options or "adjoint" in options:
         options = dict(options)
-        sensitivity = options.pop("sensitivity")
+        wanted = options.pop("sensitivity", None), options.pop("adjoint", None)
     try:
         others = _listed(events)
-        kind = fun, y0, method, t_eval, dense_output, others, vectorized, args, options, sensitivity
+        kind = fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted
         found = _recent.get(_kind(*kind))
     except (AttributeError, TypeError):  # no function of Python's, or values without a hash
         return None
@@ -50,14 +51,18 @@ def note(asked, method, problem):
     try:
         kind = _kind(
             a.fun, a.y0, method, a.t_eval, a.dense_output, _listed(a.events), a.vectorized, a.args,
-            a.options, a.sensitivity,
+            a.options, (a.sensitivity, a.adjoint),
         )  # fmt: skip
         found = _recent.get(kind)
     except (AttributeError, TypeError):
         return
     if found is None:
         kept = problem, a.options
-        new = Repeated(*kept) if a.sensitivity is None else WithSensitivities(*kept, a.sensitivity)
+        new = Repeated(*kept)
+        if a.sensitivity is not None:
+            new = WithSensitivities(*kept, a.sensitivity)
+        elif a.adjoint is not None:
+            new = WithAdjoint(*kept, a.adjoint)
         found = _recent.put(kind, new, 1 + len(problem.y0) // WORDS)
     found.count(problem)
 
@@ -73,13 +78,13 @@ def _listed(events):
     raise TypeError
 
 
-def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, sensitivity):
+def _kind(fun, y0, method, t_eval, dense_output, others, vectorized, args, options, wanted):
     """The key of a call: its functions' code, lengths, and options."""
     return (
         fun.__class__, id(fun.__code__), len(y0), method,
         None if t_eval is None else len(t_eval), dense_output,
         None if others is None else tuple([id(event.__code__) for event in others]),
-        vectorized, len(args), sensitivity, *options.items(),
+        vectorized, len(args), wanted, *options.items(),
     )  # fmt: skip
 
 
@@ -102,6 +107,8 @@ def _may_come_again(problem, options):
 
 class Repeated(Solver):
     """Calls of one kind; `codes` are kept alive, because their ids are in the key."""
+
+    make: Any = None  # in place of `outcome.results`
 
     def __init__(self, problem, options):
         super().__init__()
@@ -127,7 +134,7 @@ class Repeated(Solver):
             return []
         sizes = _sizes(problem) if problem.method.series else None
         given = functions, problem.args, self.finish, check, sizes, self._options
-        return [ReadyRun(run, common, *given)]
+        return [ReadyRun(run, common, *given, self.make)]
 
     def present(self, ready, fun, args, others):
         p = self._with_events(others) if others else self.problem
@@ -153,6 +160,47 @@ class Repeated(Solver):
             if (terminal or 0) != limit or getattr(event, "direction", 0) != direction:
                 return False
         return True
+
+
+class WithAdjoint(Repeated):
+    """Calls of one kind with the option `adjoint`."""
+
+    def __init__(self, problem, options, names):
+        super().__init__(problem, options)
+        from .adjoint.solve import Again  # imports Numba
+
+        self._adjoint = Again(names)
+        self.make = self._adjoint.results
+
+    def ready(self, problem):
+        p = self.problem = stripped(problem)
+        return self._ready(problem, self._adjoint.run_of, p, self._suits)
+
+    def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
+        try:
+            ready = self.idle.pop()
+        except IndexError:
+            return None
+        try:
+            result = ready.go(fun, y0, args, others, t_span, t_eval)
+            if result is not None:
+                p = self.present(ready, None, (), ())
+                result = self._adjoint.finished(result, p, ready, fun, args)
+        except GaveUp:
+            return None
+        self.idle.append(ready)
+        if self._misses and result is not None:
+            self._misses = 0
+        return result
+
+    def goes_on(self, problem, run):
+        pass
+
+    def ended(self, problem, run):
+        self._adjoint.keep(run)
+
+    def _suits(self, ready, y0, args, events):
+        return self._adjoint.suits(args)
 
 
 class WithSensitivities(Repeated):

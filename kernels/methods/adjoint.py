@@ -58,14 +58,15 @@ class Steps(NamedTuple):
 class Seeds(NamedTuple):
     """The derivatives `g`, (n_points, n), of a number by the outputs.
 
-    Step j has the outputs from begins[j] to begins[j + 1], at the places x in (0, 1] of the step,
-    and 0 for the start.  `beta` has room for S weights.
+    The outputs have the times `t`; `ends` are the start and the ends of all steps as the output
+    has them.  The first left[0] outputs have not been taken yet; `beta` has room for S weights.
     """
 
-    x: Any
-    begins: Any
+    t: Any
+    ends: Any
     g: Any
     beta: Any
+    left: Any
 
 
 class Memory(NamedTuple):

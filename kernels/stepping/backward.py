@@ -21,13 +21,10 @@ import numpy as np
 
 from ..calls.user_function import by_pointer
 from ..jit.options import INTERNAL, njit
-from ..state.layout import Form
 from ..state.record import RUNNING
 from ..state.reduce import add, reduce_components
-from ..state.rows import copy_row, keep_vector, numbers_of, slot, vector_at
+from ..state.rows import copy_row, slot
 
-WIDTH = 16  # components of a row that are added together, each rounded as if alone
-VECTOR = Form(1, WIDTH, exact=True)
 TINY = 1e-250  # squared size of a cotangent below which it has no direction
 LARGEST, RATE, COSINE = range(3)  # in `gauge`
 
@@ -37,30 +34,43 @@ LAM, MU, ZERO, SUM, SCALE, SINGLE = range(6)
 
 
 @njit(**INTERNAL)
+def _add_four(work, target, i, a, j, b, k, c, m, d):
+    """Row `target` += a times row i, then b times row j, and so on."""
+    for x in range(work.shape[1]):
+        total = work[target, x] + a * work[i, x]
+        total += b * work[j, x]
+        total += c * work[k, x]
+        work[target, x] = total + d * work[m, x]
+
+
+@njit(**INTERNAL)
 def _weighted(work, target, base, h, terms, i, first):
     """Row `target` = row `base` + h sum of the terms of row i, whose values begin at row `first`.
 
-    The roundings are those of `state.elementwise.combine`.
+    The roundings are those of `state.elementwise.combine`.  Four terms at a time, in a loop over
+    the components, take half the time of all terms in a loop for each component.
     """
-    begin, end, n = terms.begin[i], terms.begin[i + 1], work.shape[1]
-    if begin == end:
+    index, value, k, end = terms.index, terms.value, terms.begin[i], terms.begin[i + 1]
+    if k == end:
         copy_row(slot(None, work, base), slot(None, work, target))
         return
-    numbers, out = numbers_of(work), slot(None, work, target)
-    whole = n - n % WIDTH
-    for j in range(0, whole, WIDTH):
-        total = terms.value[begin] * vector_at(
-            VECTOR, numbers, (first + terms.index[begin]) * n + j
-        )
-        for k in range(begin + 1, end):
-            x = vector_at(VECTOR, numbers, (first + terms.index[k]) * n + j)
-            total = total + terms.value[k] * x
-        keep_vector(VECTOR, out, j, vector_at(VECTOR, numbers, base * n + j) + h * total)
-    for j in range(whole, n):
-        total = terms.value[begin] * work[first + terms.index[begin], j]
-        for k in range(begin + 1, end):
-            total += terms.value[k] * work[first + terms.index[k], j]
-        out[j] = work[base, j] + h * total
+    row, a = first + index[k], value[k]
+    for x in range(work.shape[1]):
+        work[target, x] = a * work[row, x]
+    k += 1
+    while k + 4 <= end:
+        _add_four(
+            work, target, first + index[k], value[k], first + index[k + 1], value[k + 1],
+            first + index[k + 2], value[k + 2], first + index[k + 3], value[k + 3],
+        )  # fmt: skip
+        k += 4
+    while k < end:
+        row, a = first + index[k], value[k]
+        for x in range(work.shape[1]):
+            work[target, x] += a * work[row, x]
+        k += 1
+    for x in range(work.shape[1]):
+        work[target, x] = work[base, x] + h * work[target, x]
 
 
 @njit(**INTERNAL)
@@ -139,12 +149,17 @@ def _weights(x, dense, beta):
 
 
 @njit(**INTERNAL)
-def _take_seeds(table, seeds, work, j, h):
-    """Add the derivatives by the outputs of step j to lam and to seeds; True if some are inside."""
+def _take_seeds(table, seeds, work, j, t, h):
+    """Add the derivatives by the outputs of step j to lam and to seeds; True if some are inside.
+
+    The step takes h from t on.  Outputs at its begin belong to the step before, if there is one.
+    """
     n_stages, n, inside = len(table.c), work.shape[1], False
-    seed, single = 3 * n_stages, 4 * n_stages
-    for m in range(seeds.begins[j], seeds.begins[j + 1]):
-        if seeds.x[m] == 1.0:
+    seed, single, left = 3 * n_stages, 4 * n_stages, seeds.left
+    while left[0] > 0 and (j == 0 or (seeds.t[left[0] - 1] - seeds.ends[j]) * h > 0.0):
+        left[0] -= 1
+        m = left[0]
+        if seeds.t[m] == seeds.ends[j + 1]:
             for c in range(n):
                 work[single + LAM, c] += seeds.g[m, c]
             continue
@@ -152,7 +167,7 @@ def _take_seeds(table, seeds, work, j, h):
             inside = True
             _clear(work, seed, seed + n_stages)
             _clear(work, single + SUM, single + SUM + 1)
-        _weights(seeds.x[m], table.dense, seeds.beta)
+        _weights(min(max((seeds.t[m] - t) / h, 0.0), 1.0), table.dense, seeds.beta)
         for r in range(n_stages):
             if seeds.beta[r] != 0.0:
                 for c in range(n):
@@ -220,7 +235,7 @@ def sweep(table, steps, first, states, seeds, block, own, memory):
     for i in range(len(states) - 2, -1, -1):
         j = first + i
         t, h = steps.t[j], steps.end[j] - steps.t[j]
-        inside = _take_seeds(table, seeds, work, j, h)
+        inside = _take_seeds(table, seeds, work, j, t, h)
         copy_row(slot(None, states, i), slot(None, work, 0))
         copy_row(slot(None, states, i + 1), slot(None, work, 2 * table.n_stages))
         _adjoint_step(table, memory, block, own, t, h, inside)

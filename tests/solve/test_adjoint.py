@@ -228,6 +228,60 @@ def test_many_calls_in_many_threads_give_the_same_bits():
     assert np.allclose(both, first[0] + first[1], rtol=1e-12, atol=1e-12 * np.abs(both).max())
 
 
+@pytest.mark.parametrize("k", [3, 400])
+def test_repeated_calls_give_the_same_bits(k):
+    """A list in place of the tuple of arguments takes the way of a first call."""
+    fun, t_span, y0, args = SYSTEMS["chain"]
+    results = []
+    for i in range(10):
+        stiffness, state, t_eval = args[0] * (1 + i / 20), y0 + i / 10, outputs(t_span, k) / (1 + i)
+        given = (fun, t_span, state, "Tsit5", t_eval)
+        r = solve_ivp(*given, args=(stiffness,), adjoint=("y0", "args"))
+        g = np.cos(r.y)
+        again = solve_ivp(*given, args=[stiffness.copy()], adjoint=("y0", "args"))
+        found, expected = r.vjp(g), again.vjp(g)
+        assert all(np.array_equal(found[name], expected[name]) for name in expected)
+        results.append((r, g, found))
+        stiffness[:] = np.nan
+    for r, g, found in results:
+        assert all(np.array_equal(found[name], v) for name, v in r.vjp(g).items())
+    other = solve_ivp(fun, t_span, y0, "Tsit5", outputs(t_span, k), args=args, adjoint="args")
+    assert [*other.vjp(np.ones_like(other.y))] == ["stiffness"]
+    with pytest.raises(ValueError):
+        solve_ivp(fun, t_span, y0, "Tsit5", outputs(t_span, k), args=(np.ones(7),), adjoint="args")
+
+
+def test_repeated_calls_in_threads_and_a_function_that_changes():
+    scale, found = [1.0], {}
+
+    def fun(t, y, a):
+        return [y[1], -a * scale[0] * np.sin(y[0])]
+
+    def one(i):
+        r = solve_ivp(fun, (0, 3), [1.0, 0.1 * i], t_eval=[1.0, 3.0], args=(1.0 + i,), adjoint="a")
+        found[i] = r.vjp(np.ones((2, 2)))["a"]
+
+    for i in range(12):
+        one(i)
+    alone = dict(found)
+    threads = [threading.Thread(target=one, args=(i,)) for i in range(12)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert alone == found
+    scale[0] = 2.0
+    one(3)
+    other = solve_ivp(
+        lambda t, y, a: [y[1], -a * 2.0 * np.sin(y[0])], (0, 3), [1.0, 0.1 * 3], t_eval=[1.0, 3.0],
+        args=(4.0,), adjoint="a",
+    )  # fmt: skip
+    assert np.isclose(found[3], other.vjp(np.ones((2, 2)))["a"], rtol=1e-12)
+    scale[0] = "two"
+    with pytest.raises(ValueError, match="cannot be traced"):
+        one(3)
+
+
 @pytest.mark.parametrize(
     ("g", "error", "words"),
     [

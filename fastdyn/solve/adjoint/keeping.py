@@ -21,25 +21,21 @@ class StepsAndOutput(Output):
     If the states take more than `room` numbers, only the state after each `apart`-th step is kept.
     """
 
-    def __init__(self, plan, memory, n_eval, room):
+    def __init__(self, plan, memory, y0, n_eval, room):
         super().__init__(plan, memory)
-        self._n_eval, self._room = n_eval, room
+        self._begin, self._room = n_eval + 1, room
+        self.y[n_eval] = y0
         self._times, self._states, self.n_steps, self.apart = [], [], 0, 1
 
     def make_room(self):
         """Put the steps aside; the arrays remain."""
-        self._put_aside(copied=True)
-
-    def _put_aside(self, copied):
         o = self.record[0]
-        new = slice(self._n_eval, int(o["n_out"]))
-        k = new.stop - new.start
+        new = slice(self._begin, int(o["n_out"]))
         first = new.start + (-(self.n_steps + 1)) % self.apart
-        states = self.y[first : new.stop : self.apart]
         self._times.append(self.t[new].copy())
-        self._states.append(states.copy() if copied or self.apart > 1 else states)
-        self.n_steps += k
-        o["n_out"] = self._n_eval
+        self._states.append(self.y[first : new.stop : self.apart].copy())
+        self.n_steps += new.stop - new.start
+        o["n_out"] = self._begin
         while self.n_steps // self.apart * self._n > self._room:
             before = 0
             for i, piece in enumerate(self._states):  # those at odd places are dropped
@@ -53,9 +49,15 @@ class StepsAndOutput(Output):
         return self.t[:n].copy(), self.y[:n].copy()
 
     def steps(self):
-        """The times at the ends of all steps, and the states after each `apart`-th of them."""
-        self._put_aside(copied=False)
-        return np.concatenate(self._times), np.concatenate(self._states)
+        """The times at the ends of all steps; the initial state, and each `apart`-th state."""
+        n, begin = int(self.record["n_out"][0]), self._begin
+        if not self._times and (n - begin) * self._n <= self._room:
+            self.n_steps = n - begin
+            return self.t[begin:n], self.y[begin - 1 : n]
+        self.make_room()
+        return np.concatenate(self._times), np.concatenate(
+            [self.y[begin - 1 : begin], *self._states]
+        )
 
 
 class Keeping(Run):
@@ -65,14 +67,16 @@ class Keeping(Run):
     ----------
     room : int
         The most numbers in the states that it keeps.
+    kept : Kept or None
+        The steps of the last solve, if they are wanted later.
     """
 
-    room, _piece = ROOM, FIRST
+    room, _piece, kept = ROOM, FIRST, None
 
     def _plan(self, problem, n_points=None):
         shape = [*shape_of(problem, bool(self._own.pair))]
         room = max(min(self._piece, PIECE_NUMBERS // max(len(problem.y0), 1)), 4)
-        shape[5] = len(problem.t_eval) + room
+        shape[5] = len(problem.t_eval) + 1 + room
         return plan(*shape, self._matrices.rows)
 
     def take(self, problem):
@@ -80,7 +84,7 @@ class Keeping(Run):
         super().take(problem)
         begin = STATE.itemsize // 8
         record = self._image[begin : begin + OUTPUT.itemsize // 8].view(OUTPUT)
-        record["every_step"], record["n_out"] = 1, len(problem.t_eval)
+        record["every_step"], record["n_out"] = 1, len(problem.t_eval) + 1
 
     def make_room(self):
         """Prepare for the next solve, which may take as many steps as the last one."""
@@ -97,8 +101,8 @@ class Keeping(Run):
     def output(self):
         """The output of the last solve."""
         if self.grown is None:
-            n_eval = len(self.problem.t_eval)
-            self.grown = StepsAndOutput(self.plan, self.memory, n_eval, self.room)
+            y0, n_eval = self.problem.y0, len(self.problem.t_eval)
+            self.grown = StepsAndOutput(self.plan, self.memory, y0, n_eval, self.room)
         return self.grown
 
     def again(self):
@@ -125,7 +129,7 @@ class Kept:
 
     def __init__(self, problem, times, states, apart):
         self.t, self.apart = np.concatenate([[problem.t0], times]), apart
-        self.states = np.concatenate([problem.y0[None], states])
+        self.states = states
         begin, end = self.t[:-1].copy(), times.copy()
         fresh = np.zeros(len(times), np.int64)
         fresh[:1] = 1
@@ -139,21 +143,17 @@ class Kept:
                     begin[j + 1], fresh[j + 1] = problem.segments[i + 1, 0], 1
         self.steps = Steps(begin, end, fresh)
 
-    def place(self, t):
-        """For each time of output, its step and its place in the step, 1 at the end.
-
-        Returns the places, and for each step the number of its first output.
-        """
-        sign = 1.0 if self.t[-1] >= self.t[0] else -1.0
-        at = np.searchsorted(sign * self.t, sign * t, "left") - 1
-        at = np.clip(at, 0, len(self.t) - 2)
-        begin, end = self.steps.t[at], self.steps.end[at]
-        x = np.clip((t - begin) / (end - begin), 0.0, 1.0)
-        x[t == self.t[at + 1]] = 1.0
-        return x, np.searchsorted(at, np.arange(len(self.t)))
-
 
 def kept_of(run):
     """The Kept of a Keeping run that has reached the end."""
     times, states = run.output.steps()
     return Kept(run.problem, times, states, run.output.apart)
+
+
+def kept_in(problem, plan, memory, shared):
+    """The Kept of a solve whose steps all lie in its memory, which later solves may share."""
+    n_eval, n = len(problem.t_eval), int(plan.view(memory, "output.record")["n_out"][0])
+    t, y = [plan.view(memory, name) for name in ("output.t", "output.y")]
+    y[n_eval] = problem.y0
+    states = y[n_eval:n]
+    return Kept(problem, t[n_eval + 1 : n], states.copy() if shared else states, 1)

@@ -33,6 +33,7 @@ UNSTABLE = (
 INSIDE = 0.9  # longest step of a second solve, as a share of the limit of stability
 GROWING = 0.2  # cosine above which the motion itself grows, so that no limit holds
 ALWAYS_STABLE = 0.5  # h |J| below which all pairs are stable
+FEW = 8  # states that tell the sizes of components
 TRIALS, MOST_TIMES = 4, 20.0  # most solves; most steps of a second solve, over those of the first
 
 
@@ -50,14 +51,14 @@ class Vjp:
         The equations, with copies of their outside values.
     product : compile.derivatives.vjp.Product
     directions : list of problem.sensitivities.Direction
+        Without values.
     kept : keeping.Kept
     """
 
     def __init__(self, problem, bound, product, directions, kept):
         self._problem, self._bound, self._product = problem, bound, product
-        self._directions = [d._replace(value=np.empty(d.value.shape)) for d in directions]
-        self._kept, self._table = kept, table_of(problem.method.name)
-        self._scale = problem.atol + problem.rtol * np.abs(kept.states).max(axis=0)
+        self._directions, self._kept = directions, kept
+        self._table = table_of(problem.method.name)
 
     def __repr__(self):
         names = ", ".join(repr(d.name) for d in self._directions)
@@ -132,12 +133,12 @@ class Vjp:
     def _swept(self, kept, g):
         """The derivatives by the initial state and by the arguments, and the gauge of a sweep."""
         n, table = self._product.n, self._table
-        x, begins = kept.place(self._problem.t_eval)
         work, out, gauge = np.zeros((table.n_rows, n)), np.zeros(n + self._product.m), np.zeros(3)
         single = 4 * len(table.c)
-        work[single + SCALE] = self._scale
+        sizes = np.abs(kept.states[:: 1 + len(kept.states) // FEW]).max(axis=0)
+        work[single + SCALE] = self._problem.atol + self._problem.rtol * sizes
         memory = Memory(work, work[: 2 * len(table.c)].reshape(-1, 2 * n), out, gauge)
-        seeds = Seeds(x, begins, g, np.zeros(len(table.c)))
+        seeds = Seeds(self._problem.t_eval, kept.t, g, np.zeros(len(table.c)), np.array([len(g)]))
         blocks = self._bound.block.copy(), self._product.bound.block.copy()
         for first, states in self._segments(kept, work, blocks[0]):
             Call(
