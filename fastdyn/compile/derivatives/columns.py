@@ -116,15 +116,23 @@ class Columns(Traced):
         return dict(sorted(found.items(), key=lambda each: each[0][1]))
 
     def _add_by_parameters(self, memory, factors, out):
-        if not self._by_parameter:
-            return
+        """Emit the addition of df/dp: of WIDTH neighbours in a row at a time, then of the rest."""
         b, (n, m), first = memory.builder, self._shape, self._shape[0] + len(self._by_state)
-        places = [(n + i * m + j, first + e) for e, (i, j) in enumerate(self._by_parameter)]
-        table = memory.table(np.array(places, np.int32), INDEX)
-        with memory.each(WORD(len(places)), 1) as r:
-            target, place = memory.row(table, r, 2)
-            before, more = b.load(b.gep(out, [target])), b.load(b.gep(factors, [place]))
-            memory.put(b.fadd(before, more), out, target)
+        found, e = {WIDTH: [], 1: []}, 0
+        while e < len(self._by_parameter):
+            i, j = self._by_parameter[e]
+            beside = [(i, j + k) for k in range(WIDTH)]
+            width = WIDTH if self._by_parameter[e : e + WIDTH] == beside else 1
+            found[width].append((n + i * m + j, first + e))
+            e += width
+        for width, places in found.items():
+            if not places:
+                continue
+            table = memory.table(np.array(places, np.int32), INDEX)
+            with memory.each(WORD(len(places)), 1) as r:
+                target, place = memory.row(table, r, 2)
+                more = _load(b, factors, place, width)
+                memory.put(b.fadd(_load(b, out, target, width), more), out, target)
 
 
 def _parts(memory, m):
