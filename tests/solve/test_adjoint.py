@@ -138,6 +138,30 @@ def test_beside_forward_sensitivities(name):
     assert np.abs(flat(a.vjp(g)) - flat(exact)).max() <= limit * np.abs(flat(exact)).max()
 
 
+@pytest.mark.parametrize("method", ["RK45", "Vern7"])
+@pytest.mark.parametrize("t_span", [(0, 3), (3, 0)])
+def test_jumps_at_known_times(method, t_span, monkeypatch):
+    """A force that begins, ends and turns: the solution is a sum of parabolas and exponentials."""
+
+    def fun(t, y, a, b):
+        force = a if t < 1 else b if t < 2 else -a
+        return [-y[0] + force]
+
+    given = (fun, t_span, [0.5], method, np.array([t_span[1]], float))
+    how = {"args": (2.0, 3.0), "rtol": 1e-9, "atol": 1e-9, "breakpoints": [1.0, 2.0]}
+    e = np.exp(-np.arange(4.0)) if t_span[1] else np.exp(np.arange(4.0))
+    first, middle, last = (1 - e[1]) * e[2], (1 - e[1]) * e[1], 1 - e[1]
+    if not t_span[1]:  # the force of (2, 3) comes first
+        first, last = last, first
+    expected = {"y0": [e[3]], "a": first - last, "b": middle}
+    whole = solve_ivp(*given, **how, adjoint=("y0", "args")).vjp([[1.0]])
+    monkeypatch.setattr(Keeping, "room", 4)
+    parts = solve_ivp(*given, **how, adjoint=("y0", "args")).vjp([[1.0]])
+    for name, value in expected.items():
+        assert np.allclose(whole[name], value, rtol=1e-7, atol=1e-7 * e.max())
+        assert np.array_equal(whole[name], parts[name])
+
+
 def test_shapes_and_names():
     def fun(t, y, a, table, b):
         return [-a * y[0] + table[1, 0] * y[1], -b * y[1] + table[0, 2]]
