@@ -14,6 +14,7 @@ from .events import of_own
 from .options.table import refused_among
 
 START, ARGUMENTS = "y0", "args"
+ACTIONS = "on_event", "at", "every"  # options
 
 NOT_WITH_ADJOINT = {  # fields of Arguments
     "sensitivity": "it and `vjp` are two ways to the same derivatives",
@@ -201,8 +202,8 @@ def check_adjoint(asked, method):
     if asked.t_eval is not None and not len(asked.t_eval):
         raise ValueError("`adjoint` differentiates outputs, and `t_eval` is empty.")
     others = [(name, reason) for name, reason in NOT_WITH_ADJOINT.items() if getattr(asked, name)]
-    if asked.events is not None:
-        others.append(("events", "derivatives through events are those of `sensitivity`"))
+    acts = "derivatives through what acts on the state are those of `sensitivity`"
+    others += [(name, acts) for name in ACTIONS if asked.options.get(name) is not None]
     for name, reason in [*others, *refused_among(asked.options, "adjoint")]:
         raise ValueError(
             f"`adjoint` and `{name}` do not go together{f': {reason}' if reason else ''}."

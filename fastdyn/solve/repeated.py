@@ -174,7 +174,7 @@ class WithAdjoint(Repeated):
 
     def ready(self, problem):
         p = self.problem = stripped(problem)
-        return self._ready(problem, self._adjoint.run_of, p, self._suits)
+        return [] if p.events else self._ready(problem, self._adjoint.run_of, p, self._suits)
 
     def solve(self, fun, y0, args, others=(), t_span=None, t_eval=None):
         try:

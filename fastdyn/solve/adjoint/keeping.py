@@ -4,7 +4,7 @@ import numpy as np
 
 from fastdyn.kernels.methods.adjoint import Steps
 from fastdyn.kernels.output.arguments import OUTPUT
-from fastdyn.kernels.state.record import STATE
+from fastdyn.kernels.state.record import STATE, Y
 from fastdyn.run.begin import shape_of
 from fastdyn.run.loop import GOES_ON, Run
 from fastdyn.run.memory import plan
@@ -36,6 +36,7 @@ class StepsAndOutput(Output):
         self._states.append(self.y[first : new.stop : self.apart].copy())
         self.n_steps += new.stop - new.start
         o["n_out"] = self._begin
+        super().make_room()  # for occurrences of events
         while self.n_steps // self.apart * self._n > self._room:
             before = 0
             for i, piece in enumerate(self._states):  # those at odd places are dropped
@@ -142,6 +143,13 @@ class Kept:
                 if j + 1 < len(times):
                     begin[j + 1], fresh[j + 1] = problem.segments[i + 1, 0], 1
         self.steps = Steps(begin, end, fresh)
+
+    def end_with_step(self, run):
+        """Let the last step of a run that an event ended have its whole length."""
+        end = float(run.view("solve.state")["t"][0])
+        self.t[-1] = self.steps.end[-1] = end
+        if self.apart == 1:
+            self.states[-1] = run.view("solve.work")[Y]
 
 
 def kept_of(run):

@@ -24,6 +24,10 @@ from .keeping import ROOM, Keeping, Kept, kept_in, kept_of
 from .vjp import Vjp
 
 NEEDS = "`adjoint` needs a function that can be traced and differentiated: {}."
+EVENTS = (
+    "`adjoint` takes events that act on nothing, in compiled code.  Take `sensitivity` for "
+    "schedules; events that run in Python may change what `fun` uses."
+)
 
 
 def solve_with_adjoint(problem, names):
@@ -37,8 +41,10 @@ def solve_with_adjoint(problem, names):
         bound = run.bounds[0]
         if bound.function is None or bound.function.traced is None:
             raise Uncompilable("it runs in Python")
+        if p.schedules or any(each.function is None for each in run.bounds):
+            raise ValueError(EVENTS)
         result = OdeResult(result_of(p, run.solve(p.y0), run))
-        if not result.success:
+        if not result.success or not result.n_accepted:
             result["vjp"] = Failed(result.message)
             return result
         kept = _kept(run, result)
@@ -48,7 +54,11 @@ def solve_with_adjoint(problem, names):
     if decides(product.bound):
         _refuse_jumps(product.bound, kept)
     directions = [d._replace(value=np.empty(d.value.shape)) for d in directions]
-    return with_vjp(result, run.problem, bound, bound.given, product, directions, kept)
+    p = run.problem
+    if result.status == 1:
+        p = p._replace(tf=float(kept.t[-1]))
+        kept.end_with_step(run)
+    return with_vjp(result, p, bound, bound.given, product, directions, kept)
 
 
 def with_vjp(result, problem, bound, given, product, directions, kept):
@@ -58,7 +68,9 @@ def with_vjp(result, problem, bound, given, product, directions, kept):
     """
     values = zip([kind for kind, _ in bound.values], given, strict=True)
     own = frozen(bound.function, None, values, bound.mode, product.n, bound.at)
-    problem = problem._replace(fun=None, args=(), t_eval=np.array(result.t, float))
+    problem = problem._replace(
+        fun=None, args=(), events=None, on_event=(), t_eval=np.array(result.t, float)
+    )
     result["vjp"] = Vjp(problem, own, product, directions, kept)
     return result
 
