@@ -165,9 +165,8 @@ class Model:
 
     def _of_record(self, record, motion, x):
         y, slopes = motion.slopes(x, record.times)
-        args = motion.places.at(x)[1]
         try:
-            model, by_x = record.observation.slopes(record.times, y, slopes, motion.places, args)
+            model, by_x = record.observation.slopes(record.times, y, slopes, motion.places, x)
         except ArithmeticError as error:
             raise Failed(f"{type(error).__name__}: {error}") from error
         r, slope, information = record.residuals(model)

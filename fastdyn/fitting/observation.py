@@ -54,7 +54,7 @@ class Linear:
         """The observed quantities, of shape (n_series, n_times)."""
         return self.matrix @ y if self.index is None else y[self.index]
 
-    def slopes(self, t, y, slopes, places, args):
+    def slopes(self, t, y, slopes, places, x):
         """(values, derivatives by the parameters) from those of the state."""
         if self.index is not None:
             return y[self.index], slopes[self.index]
@@ -94,8 +94,9 @@ class Function:
             found[:, i] = one
         return found
 
-    def slopes(self, t, y, slopes, places, args):
+    def slopes(self, t, y, slopes, places, x):
         """(values, derivatives by the parameters) from those of the state."""
+        args = places.at(x)[1]
         traced = self._traced(t, y, places, args)
         if traced is None:
             return self._differences(t, y, slopes, places, args)

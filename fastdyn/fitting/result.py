@@ -17,6 +17,7 @@ CURVED = 1.5  # ratio of the true rise of the sum of squares to the linearised, 
 TIGHTER = 100.0  # by which tolerances are divided to find the error of the solves
 LEAST_RTOL = 3e-14
 CHANGED = 1e-3  # relative change of the sum of squares that no rounding makes
+BETTER = 0.1  # a fall of the sum of squares that is another optimum, not rounding
 UNLIKELY = 1e-4  # p-value below which the values do not look like the model with its noise
 ROUGH = 0.1  # standard deviations: an error of the solver above is reported
 
@@ -257,7 +258,7 @@ class Fit:
             raise ValueError(f"The motion cannot be predicted: {reason}") from reason
         if observed:
             own = self._model.records[record].observation
-            y, slopes = own.slopes(t, y, slopes, motion.places, self.args(record))
+            y, slopes = own.slopes(t, y, slopes, motion.places, self.x)
         along = np.einsum("kp,ipt->kit", self._steps, slopes)
         band = self.quantile * np.sqrt((along**2).sum(axis=0))
         size = np.abs(slopes).max(axis=1) * motion.accuracy
@@ -341,6 +342,12 @@ def _remarks(fit):
         found.append(
             "Noise alone hardly ever makes so large a sum of squares: a better optimum (`starts`), "
             "more noise, or other equations would be likelier."
+        )
+    best = fit._model.best
+    if best.chi2 < fit.chi2 - BETTER:
+        at = ", ".join(f"{n} = {v:.6g}" for n, v in zip(fit.names, best.x, strict=True))
+        found.append(
+            f"A profile met a smaller sum of squares, {best.chi2:.4g} at {at}: start there."
         )
     if not fit.success:
         found.append(f"{fit.message} Errors and intervals are for an optimum.")

@@ -139,6 +139,9 @@ def test_progress_is_shown_on_stderr_if_asked(capsys):
 def test_the_search_ends_after_max_nfev():
     found = KNOWN["pendulum"]().fitted(0, max_nfev=2)
     assert not found.success and found.n_trials == 2 and "maximum number" in str(found)
+    assert "smaller sum" not in str(found)
+    found.profile("damping")  # fits the others, beyond where the search has ended
+    assert "A profile met a smaller sum of squares" in str(found)
 
 
 def test_values_from_outside_that_change_are_noticed():
