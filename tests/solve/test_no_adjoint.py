@@ -66,6 +66,7 @@ def friction(t, y, mu):
         ({"fun": friction, "args": (0.1,), "t_span": (0, 10)}, r"jumps at t = 0\.\d+.*derivatives"),
         ({"adjoint": "zz"}, "`adjoint='zz'` is unknown"),
         ({"adjoint": []}, "`adjoint` names nothing"),
+        ({"y0": np.ones(70_000), "fun": lambda t, y: -y}, "at most 60000 operations"),
         ({"max_steps": 3}, "of a solve that failed: `max_steps"),
     ],
 )

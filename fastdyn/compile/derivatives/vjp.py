@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.trace.graph.expressions import MAX_NODES
 from fastdyn.trace.graph.jumps import decisions
 from fastdyn.trace.graph.refusal import Untraceable
 from fastdyn.trace.graph.reverse import pullback
@@ -17,10 +18,14 @@ from ..callables import Uncompilable
 from ..functions import with_code
 from ..mode import DERIVATIVE, VJP
 from ..traced.known import why
-from ..traced.make import traced_function
+from ..traced.make import LONG, traced_function
 from .sensitivities import DECISIONS, slots_of
 
 NOT_TRACED = "it cannot be traced"
+TOO_LONG = (
+    f"it cannot be traced number by number, in at most {MAX_NODES} operations, as derivatives of "
+    "long arrays must be"
+)
 
 
 class Product(NamedTuple):
@@ -49,7 +54,9 @@ def bind_vjp(fun, args, near, positions):
     n, varying = len(near.y0), tuple(sorted(positions))
     found = traced_function(fun, args, DERIVATIVE, n, near, varying)
     if found is None:
-        raise Uncompilable(why(fun, args, DERIVATIVE, n, varying) or NOT_TRACED)
+        raise Uncompilable(
+            why(fun, args, DERIVATIVE, n, varying) or (NOT_TRACED if n < LONG else TOO_LONG)
+        )
     base, values, at = found
     groups = tuple([at[j - 1] for j in positions])
     try:
