@@ -4,7 +4,6 @@ Each function is a `type` of argparse, or makes one.
 """
 
 import argparse
-import difflib
 import importlib.util
 import math
 import os
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.plot.needed import needed
+from fastdyn.problem.options.near import did_you_mean
 from fastdyn.systems.base.units import in_unit
 
 FIGURES, MOVING, TABLES = (".png", ".pdf", ".svg"), (".gif", ".html", ".mp4"), (".csv", ".txt")
@@ -120,14 +120,18 @@ def moving_picture(text):
 def method(text):
     """The name of a method."""
     from fastdyn.kernels.methods import METHODS
+    from fastdyn.problem.validate import OTHER_METHODS
 
-    known = list(METHODS)
+    return chosen("method", text, METHODS, OTHER_METHODS)
+
+
+def chosen(what, text, known, others=None):
+    """A word that is known; for another one, the sentence names those that are near, or all."""
     if text in known:
         return text
-    lower = {name.lower(): name for name in known}
-    near = difflib.get_close_matches(text.lower(), lower, n=1, cutoff=0.5)
-    advice = f"did you mean {lower[near[0]]}?" if near else f"choose from {', '.join(known)}."
-    raise argparse.ArgumentTypeError(f"there is no method {text!r}; {advice}")
+    advice = did_you_mean(text, known, others, form="{}", alike=0.5)
+    advice = advice or f"choose from {', '.join(known)}."
+    raise argparse.ArgumentTypeError(f"there is no {what} {text!r}; {advice}")
 
 
 def state(system):

@@ -59,6 +59,7 @@ def planned(fun, t_span, y0, args, method, t_eval, events, reduce, simd, options
         if name in options:
             raise TypeError(f"an ensemble takes no `{name}`.")
     refuse_unknown("an ensemble", options, OPTIONS.keys() | OWN)
+    validate.function(fun)
     t0, tf = validate.time_span(t_span)
     if t0 == tf:
         raise ValueError("`t_span` must not be empty.")

@@ -3,12 +3,12 @@
 Names and meanings: MathWorks, reference page of odeset.
 """
 
-import difflib
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from fastdyn.problem.options.near import did_you_mean
 from fastdyn.problem.options.table import OPTIONS
 
 OTHERS = (  # that are no options of fastdyn's solvers
@@ -98,8 +98,8 @@ def full_name(name):
         return begin[0]
     if begin:
         raise ValueError(f"the option '{name}' is ambiguous: {', '.join(begin)} begin so.")
-    near = difflib.get_close_matches(lower, known, n=1, cutoff=0.5)
-    advice = f"did you mean {known[near[0]]}?" if near else f"choose from {', '.join(NAMES)}."
+    advice = did_you_mean(name, NAMES, form="{}", alike=0.5)
+    advice = advice or f"choose from {', '.join(NAMES)}."
     raise ValueError(f"there is no option '{name}'; {advice}")
 
 

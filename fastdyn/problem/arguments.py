@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from . import mass, validate
-from .options.table import OPTIONS, refused_by
+from .options import kinds
+from .options.table import OPTIONS, check_kinds, refused_by
 
 NAMES = {"prepare": "a prepared solver", "Stepper": "a Stepper"}  # in messages
 
@@ -46,9 +47,13 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
     ------
     ValueError, TypeError
     """
-    if not (isinstance(method, str) and method == "auto"):
-        validate.method_named(method)
+    automatic = isinstance(method, str) and method == "auto"
+    ours = None if automatic else validate.method_named(method, automatic=True)
     state = validate.initial_state(y0)
+    kinds.flag("dense_output", dense_output)
+    kinds.flag("vectorized", vectorized)
+    if automatic or ours is not None:
+        check_kinds(options)
     if "callback" in options:
         OPTIONS["callback"].check(options["callback"])
     t0, tf = validate.time_span(t_span)

@@ -2,12 +2,23 @@
 
 import functools
 import math
+import warnings
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from fastdyn.compile.mode import COMPLEX_EVENT, DERIVATIVE, EVENT, JUMP, MATRIX, SALTATION
+from fastdyn.compile.sentences import levels_inside
 
+from .options.kinds import noted, shown
+from .options.near import near_names, plain
+
+ATTRIBUTES = ("terminal", "direction")  # of an event, as in SciPy
+OTHER_ATTRIBUTES = {  # words of MATLAB and others
+    "isterminal": "terminal", "terminate": "terminal", "terminates": "terminal", "stop": "terminal",
+    "final": "terminal", "dir": "direction", "sign": "direction",
+}  # fmt: skip
 AS_GIVEN = "__fastdyn_event__"  # marks an event function of the first components of a longer state
 
 
@@ -17,19 +28,66 @@ def event_list(events):
         return None
     checked = []
     for event in (events,) if callable(events) else events:
-        terminal = getattr(event, "terminal", None)
-        limit = 0
-        if terminal is not None and terminal != 0:
-            if not (int(terminal) == terminal and terminal > 0):
-                raise ValueError(
-                    "The `terminal` attribute of each event must be a boolean or positive integer."
-                )
-            limit = int(terminal)
-        direction = getattr(event, "direction", 0)
-        if direction is None or direction != direction:
-            raise ValueError("The `direction` attribute of each event must be a number.")
-        checked.append((event, limit, float(direction)))
+        _warn_of_attributes(event)
+        checked.append((event, _limit(event), _direction(event)))
     return checked
+
+
+def _limit(event):
+    """The number of occurrences of an event that end the run; 0 for one that does not."""
+    terminal = getattr(event, "terminal", None)
+    if terminal is None:
+        return 0
+    wanted = "The `terminal` attribute of each event must be a boolean or positive integer"
+    note = f"{wanted}; that of `{_name(event)}` is {shown(terminal)}."
+    try:
+        limit = int(terminal)
+    except (TypeError, ValueError, OverflowError) as error:  # SciPy's
+        raise noted(error, note) from None
+    if limit != terminal or limit < 0:
+        raise noted(ValueError(f"{wanted}."), note)
+    return limit
+
+
+def _direction(event):
+    """The sign of the crossings of zero that count; 0 for both."""
+    direction = getattr(event, "direction", 0)
+    wanted = "The `direction` attribute of each event must be a number"
+    note = (
+        f"{wanted}, 1 for rising, -1 for falling and 0 for both; that of `{_name(event)}` is "
+        f"{shown(direction)}."
+    )
+    try:
+        number = float(direction) if direction is not None else math.nan
+    except (TypeError, ValueError) as error:  # SciPy's
+        raise noted(error, note) from None
+    if number != number:
+        raise noted(ValueError(f"{wanted}."), note)
+    return number
+
+
+def _name(event):
+    return getattr(event, "__name__", type(event).__name__)
+
+
+def _warn_of_attributes(event):
+    """Warn of attributes with names near to `terminal` and `direction`, which have no effect."""
+    given = getattr(event, "__dict__", None)
+    if not given or given.keys() <= {*ATTRIBUTES}:
+        return
+    for name in given:
+        if name in ATTRIBUTES or name.startswith("_"):
+            continue
+        if hasattr(event, "__code__"):
+            near = near_names(name, ATTRIBUTES, OTHER_ATTRIBUTES)
+        else:  # an object with fields of its own
+            near = [one for one in ATTRIBUTES if plain(one) == plain(name)]
+        if near and near[0] not in given:
+            warnings.warn(
+                f"the attribute `{name}` of the event `{_name(event)}` has no effect; did you mean "
+                f"`{near[0]}`?",
+                stacklevel=levels_inside(),
+            )
 
 
 def acting(on_event, events) -> tuple[Any, tuple]:
@@ -39,9 +97,11 @@ def acting(on_event, events) -> tuple[Any, tuple]:
     """
     if on_event is None:
         return events, ()
-    try:
-        jumps = (on_event,) if callable(on_event) else tuple(on_event)
-    except TypeError:
+    if callable(on_event):
+        jumps = (on_event,)
+    elif isinstance(on_event, Iterable) and not isinstance(on_event, str):
+        jumps = tuple(on_event)
+    else:
         jumps = (on_event,) * len(events or ())  # refused below
     if len(jumps) != len(events or ()):
         raise ValueError(

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import events as functions
+from .options.kinds import shown
 from .step_options import NO_SEGMENTS, segments_of_span
 
 SHORTHANDS = ("at", "every")
@@ -188,14 +189,31 @@ def listed(events, options):
     times, periods = [options.get(name) for name in SHORTHANDS]
     if isinstance(events, Schedule) or callable(events):
         events = [events]
+    found = _sequence(events)
     if times is None and periods is None:
-        return events if events is None else list(events)
-    found = list(events or ())
+        return None if events is None else found
     if times is not None:
         several = isinstance(times, list | tuple) and len(times) and np.ndim(times[0]) > 0
         found += [at(each) for each in times] if several else [at(times)]
     if periods is not None:
         found += [every(each) for each in ([periods] if np.ndim(periods) == 0 else periods)]
+    return found
+
+
+def _sequence(events):
+    """The events of a sequence of functions and schedules as a list; TypeError for another kind."""
+    try:
+        found = list(events or ())
+    except TypeError:
+        found = [events]
+    if isinstance(events, str):
+        found = [events]
+    for event in found:
+        if not (callable(event) or isinstance(event, Schedule)):
+            raise TypeError(
+                "`events` must be a function of (t, y), or a sequence of functions; got "
+                f"{shown(event)}."
+            )
     return found
 
 

@@ -7,6 +7,8 @@ import numpy as np
 
 from fastdyn.compile.sentences import levels_inside
 
+from .options.kinds import noted
+
 EPS = float(np.finfo(float).eps)
 LATEST = 2.0**1022  # of times: the distance of two is finite
 LANDING = 1e-9  # relative distance at which a span counts as a whole number of steps
@@ -17,7 +19,10 @@ def _tolerance(value, name, n):
     if value.__class__ is not float:
         value = np.asarray(value, dtype=float)
         if value.ndim and value.shape != (n,):
-            raise ValueError(f"`{name}` has wrong shape.")
+            raise noted(
+                ValueError(f"`{name}` has wrong shape."),
+                f"It has shape {value.shape}, and `y0` has {n} components.",
+            )
         if np.isnan(value).any():
             raise ValueError(f"`{name}` must not be NaN.")
     elif value != value:
@@ -60,7 +65,10 @@ def step_limits(options, span):
     if not first > 0:
         raise ValueError("`first_step` must be positive.")
     if first > span:
-        raise ValueError("`first_step` exceeds bounds.")
+        raise noted(
+            ValueError("`first_step` exceeds bounds."),
+            f"`first_step={first}` is longer than `t_span`, {span:g}.",
+        )
     return h_max, float(first)
 
 

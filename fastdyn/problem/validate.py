@@ -1,6 +1,7 @@
 """From arguments to a Problem: validation, and its messages.
 
-Where SciPy raises, this file raises SciPy's exception, with the start of SciPy's message.
+Where SciPy raises, this file raises SciPy's exception, with the start of SciPy's message; what
+SciPy's message leaves open is a note of the exception.
 A NaN in a tolerance, a time or t_eval, with which SciPy never ends, raises ValueError.
 """
 
@@ -16,11 +17,25 @@ from fastdyn.kernels.methods.method import ON_PAIRS
 
 from . import jacobian, lsoda, mass, schedules, step_options
 from .domains import options as domains
+from .options.kinds import noted, shown, times
 from .options.names import warn_unused
-from .options.table import CHECKED, UNSET, checked_by_themselves, value_of
+from .options.near import did_you_mean
+from .options.table import CHECKED, UNSET, check_kinds, checked_by_themselves, value_of
 
 IMPLICIT = ("Radau", "BDF", "LSODA")
 SHARED_METHODS = ("RK23", "RK45", "DOP853", *IMPLICIT)  # SciPy has these methods, too
+OTHER_METHODS = {  # names in other packages, and those of families
+    "adams": "LSODA", "cash": "RK45", "dop5": "RK45", "dopri5": "RK45", "dopri8": "DOP853",
+    "dp5": "RK45", "feagin": "Vern9", "ieuler": "Radau", "leapfrog": "VelocityVerlet",
+    "ode113": "LSODA", "ode15s": "BDF", "ode23s": "Rodas5P", "ode23t": "Radau", "ode78": "DOP853",
+    "ode89": "Vern9", "odeint": "LSODA", "rk": "RK4", "rk54": "RK45", "rkf45": "RK45",
+    "rosenbrock": "Rodas5P",
+    "rungekutta": "RK4", "rungekutta4": "RK4", "stiff": "Radau", "stoermerverlet": "VelocityVerlet",
+    "stormerverlet": "VelocityVerlet", "vode": "BDF", "cvode": "BDF", "ida": "BDF",
+}  # fmt: skip
+
+
+CALLED = (int, float, list, tuple, np.ndarray, np.number)  # what a function returned
 
 
 class Problem(NamedTuple):
@@ -66,10 +81,13 @@ def time_span(t_span):
     """The two ends of `t_span`; the second end may be infinite."""
     try:
         t0, tf = map(float, t_span)
-    except TypeError as error:
-        if np.ndim(t_span) == 0:  # the exception is SciPy's
-            error.add_note(f"`t_span` must be start and end; got {t_span}: (0, {t_span})?")
+    except (TypeError, ValueError) as error:  # the exception is SciPy's
+        error.add_note(_wanted_span(t_span))
         raise
+    if (t_span.__class__ is not tuple and isinstance(t_span, str | set | dict)) or (
+        isinstance(t_span, tuple | list) and str in map(type, t_span)
+    ):
+        raise TypeError(_wanted_span(t_span))
     if not math.isfinite(t0) or math.isnan(tf):
         raise ValueError(f"`t_span` must be two times that are not NaN; got ({t0}, {tf}).")
     if abs(t0) > step_options.LATEST or step_options.LATEST < abs(tf) < math.inf:
@@ -80,28 +98,63 @@ def time_span(t_span):
     return t0, tf
 
 
+def _wanted_span(t_span):
+    """What `t_span` should be, for one that is no pair of numbers."""
+    said = f"`t_span` must be start and end; got {shown(t_span)}"
+    if isinstance(t_span, int | float | np.number):
+        return f"{said}: (0, {t_span})?"
+    if isinstance(t_span, tuple | list | np.ndarray) and len(t_span) > 2:
+        return f"{said}: times of output are `t_eval`."
+    return f"{said}."
+
+
+def function(fun, name="fun"):
+    """Raise SciPy's TypeError for what is no function."""
+    if callable(fun):
+        return
+    called = " (the function itself, not what it returns)" if isinstance(fun, CALLED) else ""
+    raise noted(
+        TypeError(f"{type(fun).__name__!r} object is not callable"),
+        f"`{name}` must be a function of (t, y){called}; got {shown(fun)}.",
+    )
+
+
 def initial_state(y0, name="y0"):
     """The initial state as a new 1-D array of float64 or complex128, finite."""
     given = y0
-    y0 = np.asarray(given)
+    try:
+        y0 = np.asarray(given)
+    except ValueError as error:  # NumPy's, as in SciPy
+        error.add_note(f"`{name}` must be numbers in a row; got {shown(given)}.")
+        raise
     if y0.dtype.kind in "fi" and y0.ndim == 1:
         if y0 is given or y0.dtype != float:
             y0 = np.array(y0, dtype=float)
         if math.isfinite(sum(y0.tolist()) if y0.size < 32 else np.add.reduce(y0)):
             return y0  # a sum that overflows is examined below
-    if y0.dtype.kind in "US":
-        raise TypeError(f"`{name}` must be numbers; got an array of strings.")
+    if y0.dtype.kind in "US" or given is None:
+        raise TypeError(f"`{name}` must be numbers; got {shown(given)}.")
     if y0.dtype.kind not in "fiubc":
         try:
             y0 = y0.astype(float)
         except (TypeError, ValueError):
-            raise TypeError(f"`{name}` must be numbers; got an array of {y0.dtype}.") from None
+            raise TypeError(f"`{name}` must be numbers; got {shown(given)}.") from None
     y0 = y0.astype(complex if y0.dtype.kind == "c" else float)
     if y0.ndim != 1:
-        raise ValueError(f"`{name}` must be 1-dimensional.")
+        raise noted(ValueError(f"`{name}` must be 1-dimensional."), _wanted_state(y0, name))
     if not np.isfinite(y0).all():
         raise ValueError(f"All components of the initial state `{name}` must be finite.")
     return y0
+
+
+def _wanted_state(y0, name):
+    """What to write for a state of another shape than (n,)."""
+    if y0.ndim == 0:
+        return f"One number is a state of one component: {name}=[{y0}]."
+    said = f"It has shape {y0.shape}"
+    if max(y0.shape) == y0.size:
+        return f"{said}: a row or a column becomes a state by np.ravel({name})."
+    return f"{said}: one solve has one state; fastdyn.solve_ensemble takes a state in each row."
 
 
 def joined_state(q0, other, name):
@@ -115,8 +168,11 @@ def joined_state(q0, other, name):
     return np.concatenate([q0, other])
 
 
-def method_named(method):
-    """The Facts of a method, by its name or by SciPy's class; None for another class of SciPy's."""
+def method_named(method, automatic=False):
+    """The Facts of a method, by its name or by SciPy's class; None for another class of SciPy's.
+
+    `automatic` tells whether the caller takes "auto", for the ValueError.
+    """
     if isinstance(method, str):
         if method in METHODS:
             return METHODS[method]
@@ -128,16 +184,23 @@ def method_named(method):
             return METHODS[method.__name__]
         if issubclass(method, OdeSolver):
             return None
-    raise ValueError(
-        f"`method={method!r}` is unknown: `method` must be one of {', '.join(METHODS)} or "
-        "OdeSolver class."
-    )
+    known = ["auto", *METHODS] if automatic else [*METHODS]
+    if method == "auto":
+        raise ValueError(
+            '`method="auto"` is for solve_ivp and for `solve` of a system; name a method here: '
+            f"one of {', '.join(known)}."
+        )
+    said = did_you_mean(method, known, OTHER_METHODS, form='"{}"')
+    said = said or f"`method` must be one of {', '.join(known)} or OdeSolver class."
+    raise ValueError(f"`method={method!r}` is unknown: {said}")
 
 
 def extra_arguments(args):
     """`args` as a tuple."""
     if args is None:
         return ()
+    if isinstance(args, str | dict | set):
+        raise TypeError(f"`args` must be a tuple, args=({args!r},); got {shown(args)}.")
     try:
         return tuple(args)
     except TypeError as error:
@@ -151,9 +214,19 @@ def output_times(t_eval, t0, tf):
     """`t_eval` as a 1-D array, inside the span and strictly monotonic."""
     if t_eval is None:
         return None
-    t_eval = np.asarray(t_eval)
+    given, t_eval = t_eval, np.asarray(t_eval)
+    if t_eval.dtype.kind not in "fiub":
+        times("t_eval", given)
+        t_eval = t_eval.astype(float)
     if t_eval.ndim != 1:
-        raise ValueError("`t_eval` must be 1-dimensional.")
+        raise noted(
+            ValueError("`t_eval` must be 1-dimensional."),
+            f"For {given} times: t_eval=np.linspace({t0:g}, {tf:g}, {given})."
+            if isinstance(given, int)
+            else f"One time is t_eval=[{t_eval}]."
+            if t_eval.ndim == 0
+            else f"It has shape {t_eval.shape}; times in a row are np.ravel(t_eval).",
+        )
     if t_eval.size:
         rising = t_eval if tf >= t0 else t_eval[::-1]
         low, high = (t0, tf) if tf >= t0 else (tf, t0)
@@ -161,8 +234,15 @@ def output_times(t_eval, t0, tf):
             if np.isnan(t_eval).any():
                 raise ValueError("`t_eval` must not contain NaN.")
             if t_eval.min() < low or t_eval.max() > high:
-                raise ValueError("Values in `t_eval` are not within `t_span`.")
-            raise ValueError("Values in `t_eval` are not properly sorted.")
+                raise noted(
+                    ValueError("Values in `t_eval` are not within `t_span`."),
+                    f"`t_eval` goes from {t_eval.min():g} to {t_eval.max():g}, `t_span` from "
+                    f"{t0:g} to {tf:g}.",
+                )
+            raise noted(
+                ValueError("Values in `t_eval` are not properly sorted."),
+                f"They must {'rise' if tf >= t0 else 'fall'}, each once, from {t0:g} to {tf:g}.",
+            )
     return t_eval
 
 
@@ -177,6 +257,7 @@ def problem(asked, method, mode):
     """The Problem of Arguments, with a real `y0`, for a compiled method and a mode of `fun`."""
     options, t0, tf, y0 = asked.options, asked.t0, asked.tf, asked.y0
     span = abs(tf - t0)
+    check_kinds(options)
     by_themselves = {} if CHECKED.isdisjoint(options) else checked_by_themselves(options)
     events, on_event, scheduled = schedules.checked(asked.events, options, t0, tf)
     warn_unused(options, method)

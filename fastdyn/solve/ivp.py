@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fastdyn.problem import validate
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.discrete import longer as with_discrete_states
 from fastdyn.problem.options.docstrings import documented, filled
@@ -126,6 +127,7 @@ def solve_ivp(
     asked = checked(
         fun, t_span, y0, method, t_eval, dense_output, events, vectorized, args, options
     )
+    validate.function(fun)
     if asked.discrete is None:
         return automatic.solved(asked)
     longer, n = with_discrete_states(asked)

@@ -81,6 +81,7 @@ def prepare(
     refuse_unknown("a prepared solver", options, OPTIONS)
     options = {"compile": "inlined", **options}
     asked = checked(fun, t_span, y0, method, t_eval, dense_output, events, False, args, options)
+    validate.function(fun)
     if asked.discrete is None:
         return _prepared(asked, given)
     longer, n = with_discrete_states(asked)

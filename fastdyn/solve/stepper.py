@@ -88,6 +88,7 @@ class Stepper(OdeSolver):
         asked = checked(
             fun, (t0, t_bound), y0, method, NO_OUTPUT, False, None, vectorized, args, options
         )
+        validate.function(fun)
         ours = compiled_method("Stepper", asked)
         problem = validate.problem(asked, ours, mode_for(asked, ours))
         self.vectorized, self.fun = vectorized, fun

@@ -1,13 +1,12 @@
 """Unknown names of options: refused, or warned of, with the name that may be meant."""
 
-import difflib
 import warnings
 
 from fastdyn.compile.sentences import levels_inside
 
+from .near import did_you_mean
 from .table import ALL_OPTIONS, OPTIONS
 
-ALIKE = 0.6  # least similarity of a name that may be meant
 OTHER_WORDS = {  # names in other packages
     "solver": "method", "tspan": "t_span", "x0": "y0", "teval": "t_eval",
     **{word: o.name for o in ALL_OPTIONS for word in (*o.words.split(), o.matlab.lower()) if word},
@@ -16,12 +15,7 @@ OTHER_WORDS = {  # names in other packages
 
 def advice(name, known):
     """A question, "did you mean `rtol`?", or nothing."""
-    plain = {_plain(each): each for each in known}
-    other = OTHER_WORDS.get(_plain(name))
-    if other in known:
-        return f"did you mean `{other}`?"
-    near = difflib.get_close_matches(_plain(name), plain, n=1, cutoff=ALIKE)
-    return f"did you mean `{plain[near[0]]}`?" if near else ""
+    return did_you_mean(name, known, OTHER_WORDS)
 
 
 def _advice_on(names):
@@ -38,10 +32,6 @@ def warn_unused(options, method):
         said = ", ".join(f"`{name}`" for name in unused)
         said = f"The following arguments have no effect for a chosen solver: {said}."
         warnings.warn(said + _advice_on(unused), stacklevel=levels_inside())
-
-
-def _plain(name):
-    return name.lower().replace("_", "")
 
 
 def refuse_unknown(who, given, known):

@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from ..lsoda import NAME as LSODA
+from . import kinds
+from .near import did_you_mean
 
 # Who may refuse an option beside the public functions, which have their names:
 SITUATIONS = {
@@ -79,6 +81,9 @@ class Option(NamedTuple):
     methods : callable
         Of the Facts of a method: whether the method uses the option.
     default : object
+    kind : callable, optional
+        Of `kinds`, or like them: raises TypeError for a value of another kind.  The value None is
+        of each kind if it is the default.
     check : callable, optional
         The value that a Problem has in its field of this name, from the value of the user; raises
         for a wrong one.  Options that are checked together have none: see `validate.problem`.
@@ -101,6 +106,7 @@ class Option(NamedTuple):
     text: str
     methods: Callable[[Any], bool] = every
     default: Any = None
+    kind: Any = None
     check: Any = None
     refused: Mapping[str, str] = {}
     scipys: bool = False
@@ -126,7 +132,8 @@ def _limit(value):
 def _one_of(name, allowed):
     def check(value):
         if value not in allowed:
-            raise ValueError(f"`{name}={value!r}` is unknown; choose from {', '.join(allowed)}.")
+            said = did_you_mean(value, allowed, form='"{}"') or f"choose from {', '.join(allowed)}."
+            raise ValueError(f"`{name}={value!r}` is unknown; {said}")
         return value
 
     return check
@@ -157,28 +164,29 @@ ALL_OPTIONS = (
         f"{exact(ATOL)}: the estimated local error of each step is kept below ``atol + rtol |y|`` "
         "in the method's norm.  The global error may be larger.  `rtol` is raised to at least "
         '2.2e-14, or 2.2e-16 for "Taylor".',
-        adaptive, default=RTOL, of_systems=SYSTEMS_RTOL, scipys=True, matlab="RelTol", words="tol",
-        in_key=True,
+        adaptive, default=RTOL, kind=kinds.numbers, of_systems=SYSTEMS_RTOL, scipys=True,
+        matlab="RelTol", words="tol", in_key=True,
     ),
     Option(
         "atol", "", "",
-        adaptive, default=ATOL, of_systems=SYSTEMS_ATOL, scipys=True, matlab="AbsTol", in_key=True,
+        adaptive, default=ATOL, kind=kinds.numbers, of_systems=SYSTEMS_ATOL, scipys=True,
+        matlab="AbsTol", in_key=True,
     ),
     Option(
         "max_step", "float", "Longest step and first step of adaptive methods.",
-        adaptive, scipys=True, matlab="MaxStep", words="hmax", in_key=True,
+        adaptive, kind=kinds.number, scipys=True, matlab="MaxStep", words="hmax", in_key=True,
     ),
     Option(
         "first_step", "", "",
-        adaptive, refused=_not("second pass"), scipys=True, matlab="InitialStep", words="h0",
-        in_key=True,
+        adaptive, kind=kinds.number, refused=_not("second pass"), scipys=True, matlab="InitialStep",
+        words="h0", in_key=True,
     ),
     Option(
         "jac", 'callable or array_like or sparse matrix, shape (n, n), or "2-point"',
         "The Jacobian of `fun`, for implicit methods: ``jac(t, y, *args)``, or a matrix.  By "
         "default the Jacobian is exact for a traced `fun`; for another `fun` it is by differences, "
         'as with "2-point".  Functions that return sparse matrices run in Python.',
-        with_jacobian, scipys=True, matlab="Jacobian", words="dfun",
+        with_jacobian, kind=kinds.jacobian, scipys=True, matlab="Jacobian", words="dfun",
         refused=_not(
             solve_dae="Jacobians are exact where F can be traced, and by differences elsewhere"
         ),
@@ -187,25 +195,29 @@ ALL_OPTIONS = (
         "jac_sparsity", "array_like or sparse matrix, shape (n, n)",
         "The places of elements of the Jacobian, for differences with fewer evaluations and for "
         "sparse elimination.  Not needed for an exact Jacobian.",
-        with_matrices, refused=_not("solve_dae"), scipys=True, matlab="JPattern",
+        with_matrices, kind=kinds.matrix, refused=_not("solve_dae"), scipys=True, matlab="JPattern",
     ),
     Option(
         "lband", "int or None",
         'For "LSODA", as in SciPy: the numbers of diagonals of the Jacobian below and above the '
         "main diagonal.  A function `jac` then returns the diagonals.",
-        lsoda, refused=_not("solve_dae", "discrete"), scipys=True,
+        lsoda, kind=kinds.whole, refused=_not("solve_dae", "discrete"), scipys=True,
     ),
-    Option("uband", "", "", lsoda, refused=_not("solve_dae", "discrete"), scipys=True),
+    Option(
+        "uband", "", "",
+        lsoda, kind=kinds.whole, refused=_not("solve_dae", "discrete"), scipys=True,
+    ),
     Option(
         "min_step", "float", 'For "LSODA", as in SciPy: the shortest step.',
-        lsoda, default=0.0, refused=_not("solve_dae"), scipys=True, matlab="MinStep",
+        lsoda, default=0.0, kind=kinds.number, refused=_not("solve_dae"), scipys=True,
+        matlab="MinStep",
     ),
     Option(
         "mass", "array_like, shape (n, n), or callable",
         'For "Rodas5P", "Radau", "BDF": M of M y\' = fun(t, y), a regular ``mass(t, y, *args)``, '
         "or a constant M.  With a singular M (a DAE of index 1), `y0` satisfies the algebraic "
         "equations.",
-        with_mass, matlab="Mass",
+        with_mass, kind=kinds.matrix_or_function, matlab="Mass",
         refused=_not(
             "energy_drift", "solve_dae", "SciPy", solve_phases="it is of one solve_ivp",
             sensitivity="solve for y' in `fun` where the matrix is regular",
@@ -215,7 +227,7 @@ ALL_OPTIONS = (
         "step", "float",
         "Size of constant steps.  Steps are never shortened: if the span is not a whole number of "
         "steps, the last step overshoots and the end is interpolated.",
-        constant, refused=_not("residual"), words="dt h", in_key=True,
+        constant, kind=kinds.number, refused=_not("residual"), words="dt h", in_key=True,
     ),
     Option(
         "on_event", "callable or sequence of callable or None",
@@ -255,7 +267,7 @@ ALL_OPTIONS = (
     Option(
         "breakpoints", "array_like of float",
         "Times at which `fun` has a kink or a jump: adaptive methods end a step there.",
-        adaptive, refused=_not("Stepper", "energy_drift", "SciPy"),
+        adaptive, kind=kinds.times, refused=_not("Stepper", "energy_drift", "SciPy"),
     ),
     Option(
         "project", "callable",
@@ -281,11 +293,13 @@ ALL_OPTIONS = (
     Option(
         "max_steps", "int",
         "Largest number of accepted steps; then the run ends with status -1.",
-        check=_limit, refused=_not("Stepper", "second pass", "repetition"), in_key=True,
+        kind=kinds.number, check=_limit, refused=_not("Stepper", "second pass", "repetition"),
+        in_key=True,
     ),
     Option(
         "progress", "bool", "Show a progress bar.",
-        default=False, check=bool, refused=_not("Stepper", "prepare", "second pass", "repetition"),
+        default=False, kind=kinds.flag, check=bool,
+        refused=_not("Stepper", "prepare", "second pass", "repetition"),
     ),
     Option(
         "on_interrupt", '{"raise", "return"}',
@@ -309,7 +323,7 @@ ALL_OPTIONS = (
         "A file, written every few seconds, whole or not at all.  After a crash or Ctrl-C, the "
         "same call continues from the file, bit for bit.  A folder that cannot be written raises "
         "OSError.",
-        check=_as_it_is,
+        kind=kinds.path, check=_as_it_is,
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "SciPy", "sensitivity", "adjoint", "again",
             "second pass", "repetition",
@@ -346,7 +360,7 @@ ALL_OPTIONS = (
         "error_estimate", "bool",
         "Estimate the global error of `y` by a second pass, at a tolerance 100 times tighter or "
         "half the step, which takes 1.4 to 2.5 times the evaluations of the first pass.",
-        none,
+        none, kind=kinds.flag,
         refused=_not(
             "Stepper", "prepare", "solve_ensemble", "solve_dae", "second pass",
             "solve_second_order", "solve_separable", solve_phases="it is of one solve_ivp",
@@ -370,6 +384,15 @@ TOLERANCES = {name: OPTIONS[name].default for name in ("rtol", "atol")}
 def value_of(options, name):
     """The value of an option, or its default."""
     return options.get(name, OPTIONS[name].default)
+
+
+def check_kinds(options):
+    """Raise TypeError for the first value of another kind than its option has."""
+    for name, value in options.items():
+        option = OPTIONS.get(name)
+        if option is not None and option.kind is not None:
+            if value is not None or option.default is not None:
+                option.kind(name, value)
 
 
 def checked_by_themselves(options):
