@@ -143,7 +143,7 @@ def compare_around(bound, near, trace=None):
 def compare_along(bound, times, states, time: Any = np.float64):
     """Raise Different if a Bound's machine code and its function differ at states of a solution.
 
-    `time` is the type of the times that SciPy's solver passes to functions.
+    `time` makes a number of the type that SciPy's solver passes to functions.
     """
     found = []
     for t, y in zip(times, states, strict=True):

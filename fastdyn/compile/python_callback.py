@@ -54,7 +54,7 @@ class Callback:
     def __init__(self, fun, mode, n, announce=None, n_out=None):
         self.exception, self.inside, self.pending, self.writes = None, False, None, True
         self.after: Any = None
-        self.later = np.float64
+        self.later: Any = np.float64
         self._fun, self._mode, self._arrays = fun, mode, {}
         self._announcement = announce
         self._n_out = n_out or mode.n_results(n)

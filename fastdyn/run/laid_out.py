@@ -15,7 +15,6 @@ from fastdyn.kernels.output.arguments import FRESH, Kernels, Launch
 from fastdyn.kernels.state.record import RAISED
 from fastdyn.kernels.state.snapshot_table import STATE, STRIDE
 from fastdyn.problem.domains.options import keeps
-from fastdyn.problem.lsoda import NAME as LSODA
 from fastdyn.specialise.rare import raise_failure
 from fastdyn.specialise.scalar import interpolant_kernel, watch_kernel
 from fastdyn.specialise.shared_or_inlined import Tier
@@ -30,7 +29,7 @@ from .begin import (
     shape_of,
     watch_of,
 )
-from .functions.bound import raise_kept
+from .functions.bound import raise_kept, type_of_time
 from .functions.python_between import PythonBetween
 from .functions.switching import switching_of
 from .matrices.layouts import matrices_of
@@ -95,9 +94,6 @@ class LaidOut(PythonBetween):
         self._callbacks = [c for c in called if c is not None]
         self._follow(problem, bound, others)
         self.switching = switching_of(problem, bound)
-        if problem.method.name == LSODA:  # in SciPy, all times of LSODA are Python floats
-            for callback in self._callbacks:
-                callback.later = float
         self._late = [c.account for c in self._callbacks if getattr(c, "account", None)]
         self.evaluations = problem.method.cost or problem.method.n_stages + 1
         seconds = (math.inf if b.function is None else b.function.seconds for b in self.bounds)
@@ -125,6 +121,8 @@ class LaidOut(PythonBetween):
             problem = self.switching.taken(problem, self._own.given)
         self.problem: Any = problem
         p = problem
+        for callback in self._callbacks:
+            callback.later = type_of_time(p)
         if self._asked != p.compile or self.tier.open or p.method.series:
             self._asked, self.tier = p.compile, Tier(p, self._own, self._followed is None)
         self._t_eval = None if p.t_eval is None else p.t_eval.astype(float)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import scipy.integrate
 
 import fastdyn
 from fastdyn.run.functions import compared
@@ -77,3 +78,16 @@ def test_actions_are_compared_where_they_act(monkeypatch):
     (at,) = [each[1:] for each in seen if each[0].acts_at_events]
     assert np.array_equal(at[0], found.t_events[0])
     assert np.array_equal(at[1], found.y_events[0])
+
+
+@pytest.mark.filterwarnings("ignore::fastdyn.CompileWarning", "ignore:overflow:RuntimeWarning")
+@pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA"])
+def test_the_end_of_the_span_is_a_float_where_it_is_one_in_scipy(method):
+    """Floats overflow with an exception, NumPy's numbers do not."""
+
+    def fun(t, y):
+        return [-(1.9 + min(10.0 ** (200 * t), 1.0)) * y[0]]
+
+    for solve in (scipy.integrate.solve_ivp, fastdyn.solve_ivp):
+        with pytest.raises(OverflowError):
+            solve(fun, (0.0, 2.0), [1.0], method)

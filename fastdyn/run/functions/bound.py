@@ -1,5 +1,7 @@
 """Binds the functions of a problem: the equations, and the functions called between steps."""
 
+from typing import Any
+
 import numpy as np
 
 from fastdyn.compile.bind import bind, bind_matrix
@@ -65,6 +67,18 @@ def _bind(problem, fun, mode, near):
     return bound
 
 
+def type_of_time(problem) -> Any:
+    """A function from a time to the number that SciPy's solver passes as this time.
+
+    LSODA passes Python's floats, whose division by 0 and overflow raise.  So do Radau and BDF at
+    the end of the span, which they take as it was given.
+    """
+    name, end = problem.method.name, problem.tf
+    if name in ("Radau", "BDF"):
+        return lambda t: float(t) if t == end else np.float64(t)
+    return float if name == LSODA else np.float64
+
+
 def raise_kept(bounds, problem):
     """Raise the exception of a user's function: the kept exception, or that of a new call.
 
@@ -78,6 +92,6 @@ def raise_kept(bounds, problem):
             t = float(bound.block[TIME : TIME + 1].view(float)[0])
             y = bound.block[bound.block[FAULT] :].view(float)
             first = t == problem.t0 and not bound.mode.acts_at_events
-            time = float if first or problem.method.name == LSODA else np.float64
+            time = float if first else type_of_time(problem)
             evaluate(bound.python, bound.mode, time(t), y.copy())
             raise GaveUp(bound, t)

@@ -12,9 +12,9 @@ from fastdyn.compile.derivatives.compare import compare_jacobian, compare_sensit
 from fastdyn.kernels.calls.block import SIDES
 from fastdyn.kernels.state.record import RUNNING, Y_OLD, Y
 from fastdyn.kernels.state.snapshot_table import PLACE, SIZE, STATE, TIME
-from fastdyn.problem.lsoda import NAME as LSODA
 
 from ..output import occurrences_in, points_in
+from .bound import type_of_time
 
 MOST_NUMBERS = 2**18  # numbers in all states of a comparison, and in all snapshots of a solve
 PLACES = 32  # most places for snapshots
@@ -118,7 +118,7 @@ def compare(run, count, fresh) -> dict[int, int]:
         return hidden
     solution, derivatives = states_of(run, count), count == AT_FIRST
     run.take_snapshots(0)  # long states fill much memory
-    time = float if p.method.name == LSODA else np.float64
+    time = type_of_time(p)
     for bound in bounds:
         if bound.mode.sensitivities and derivatives:
             compare_sensitivities(bound, p.fun, p.args, *solution)

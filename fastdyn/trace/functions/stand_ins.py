@@ -234,8 +234,10 @@ def stand_in_of(value):
 
 def _in_source(value):
     """The stand-in that NumPy's rebuilt source gets for a value; None if there is none."""
-    if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] not in PURE:
-        return Forbidden(value.__name__)
+    if isinstance(value, types.ModuleType):
+        name = getattr(value.__spec__, "name", value.__name__)  # NumPy 2.2 calls one by another's
+        if name.partition(".")[0] not in PURE:
+            return Forbidden(name)
     return stand_in_of(value)
 
 
