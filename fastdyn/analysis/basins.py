@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.ensemble.solve import solve_ensemble
+from fastdyn.plot.displayed import Displayed
 
 from .attractors import APART, UNDECIDED, attraction, clusters, described, drifting, fitted, grown
 from .equations import Equations, box_of, count, equations_of, positive, shared
@@ -17,8 +18,8 @@ FEWEST = 5e-4  # least share of the grid for an attractor
 WINDOW = 0.1  # length of a window, as a share of t_end
 
 
-@dataclasses.dataclass(frozen=True)
-class Basin:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Basin(Displayed):
     """
     Basins of attraction on a grid of starts.
 

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.plot.displayed import Displayed
+
 from .equations import NotConvergedError, count, positive
 from .orbit import PeriodicOrbit, orbit_at
 from .period import check_period
@@ -213,8 +215,8 @@ def _tangent(matrix, before):
     return vector if vector @ before >= 0.0 else -vector
 
 
-@dataclasses.dataclass(frozen=True)
-class Branch:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Branch(Displayed):
     """
     Periodic orbits along a branch.
 

@@ -10,6 +10,7 @@ from fastdyn.compile.derivatives.sensitivities import decides
 from fastdyn.compile.sentences import GaveUp, Uncompilable
 from fastdyn.kernels.methods import METHODS
 from fastdyn.kernels.state.record import FINISHED, Y
+from fastdyn.plot.displayed import Displayed
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
 from fastdyn.problem.second_order_and_pairs import mode_for
@@ -30,8 +31,8 @@ PARTED = 5.0  # logarithm of a growth of distances that regular motion does not 
 SHOWN = 1000  # points of the running estimates
 
 
-@dataclasses.dataclass(frozen=True)
-class Exponents:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Exponents(Displayed):
     """
     The Lyapunov exponents of a solution.
 

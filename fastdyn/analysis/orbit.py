@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.plot.displayed import Displayed
+
 from .equations import Equations, NotConvergedError, equations_of, positive, state_of
 from .flow import METHOD, Flow, options_of
 from .period import check_period
@@ -17,8 +19,8 @@ PARTS = (2, 3, 5, 7)  # of a period, which may be periods themselves
 POINTS = 401  # of the curve of an orbit
 
 
-@dataclasses.dataclass(frozen=True)
-class PeriodicOrbit:
+@dataclasses.dataclass(frozen=True, repr=False)
+class PeriodicOrbit(Displayed):
     """
     A periodic orbit.
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.plot.displayed import Displayed
+
 from .equations import Equations, NotConvergedError, box_of, count, equations_of
 from .orbit import PeriodicOrbit, periodic_orbit
 from .rest.equilibria import Equilibria, equilibria
@@ -18,8 +20,8 @@ BESIDE = 0.03  # sizes of the box from an equilibrium, or from a cycle
 FAR, LOOKS = 20.0, 5  # distance to a limit cycle, in sizes of the box; starts on each side
 
 
-@dataclasses.dataclass(frozen=True)
-class Portrait:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Portrait(Displayed):
     """
     A phase portrait.
 

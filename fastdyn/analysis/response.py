@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.plot.displayed import Displayed
+
 from .equations import Equations, NotConvergedError, count, equations_of, state_of
 from .flow import METHOD, Flow, options_of
 from .orbit import POINTS, found_orbit, half_ranges
@@ -46,8 +48,8 @@ class Sweep(NamedTuple):
         return np.angle(self.harmonic)
 
 
-@dataclasses.dataclass(frozen=True)
-class Response:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Response(Displayed):
     """
     A frequency response.
 

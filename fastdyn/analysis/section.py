@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.plot.displayed import Displayed
 from fastdyn.solve.ivp import solve_ivp
 
 from .equations import Equations, count, equations_of, positive, state_of
@@ -27,8 +28,8 @@ class Crossing:
         return self.section(t, y, *args)
 
 
-@dataclasses.dataclass(frozen=True)
-class Section:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Section(Displayed):
     """
     Points of a section.
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from fastdyn.kernels.methods import METHODS
+from fastdyn.plot.displayed import display
 
 from .energy import energy_drift
 
@@ -25,6 +26,12 @@ class Comparison(dict):
         from .study import table
 
         return table(self)
+
+    def __repr__(self):
+        return f"<Comparison: {', '.join(self)}>"
+
+    def _repr_html_(self):
+        return display(self)
 
     def plot(self, **options):
         """Draw all studies in one figure: see `plot.studies.plot_studies`."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.plot.displayed import display
 from fastdyn.run.loop import counters
 from fastdyn.run.result import Counted, counted
 
@@ -103,6 +104,13 @@ class Study:
 
     def __str__(self):
         return table({self.method: self})
+
+    def __repr__(self):
+        largest = ", ".join(f"{d.name} {d.largest:.1e}" for d in self.drifts.values())
+        return f"<Study: {self.method}, {self.n_steps} steps, largest drift of {largest}>"
+
+    def _repr_html_(self):
+        return display(self)
 
     def plot(self, **options) -> Any:
         """Draw the drift of each invariant over time: see `plot_studies`.

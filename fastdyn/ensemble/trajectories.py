@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fastdyn.kernels.methods.method import ON_PAIRS
+from fastdyn.plot.displayed import display
 from fastdyn.problem.schedules import in_order
 from fastdyn.run.result import FIELDS, Counted, OdeResult, counted
 
@@ -243,6 +244,9 @@ class Trajectories:
             status=int(self.status[i]), message=self.message(i), success=bool(self.success[i]),
             **counted(self._problem.method, counts),
         )  # fmt: skip
+
+    def _repr_html_(self):
+        return display(self)
 
     def __repr__(self):
         failed = int((~self.success).sum())

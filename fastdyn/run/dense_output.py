@@ -33,6 +33,10 @@ class OdeSolution:
         self.interpolants: Any = interpolants
         self._lay_out(ts, alt_segment)
 
+    def __repr__(self):
+        span = f"t = {self.ts[0]:g} to {self.ts[-1]:g}"
+        return f"<OdeSolution: {span}, {self.n_segments} segments>"
+
     def _lay_out(self, ts, alt_segment):
         self.ts, self.n_segments = ts, len(ts) - 1
         self.ascending = bool(ts[-1] >= ts[0])

@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastdyn.plot.displayed import display
+from fastdyn.plot.needed import needed
+
 
 class Counted(NamedTuple):
     """The counts of a solve, as numbers; or those of many solves, as arrays.
@@ -163,12 +166,33 @@ class OdeResult(dict):
         return {*super().__dir__(), *self}
 
     def __repr__(self):
-        width = max(map(len, self), default=0)
-        lines = []
-        for name, value in self.items():
-            text = repr(value).replace("\n", "\n" + " " * (width + 2))
-            lines.append(f"{name:>{width}}: {text}")
-        return "\n".join(lines)
+        from scipy.optimize import OptimizeResult  # 0.1 s, for those who print
+
+        like_scipy: Any = OptimizeResult.__repr__
+        return like_scipy(self)
+
+    def to_pandas(self):
+        """The states as a pandas.DataFrame: a row for each time, a column for each component.
+
+        The columns have the names of the system's components, else ``y[0]``, ``y[1]``, ...; the
+        units of a system are in ``attrs["units"]``.
+        """
+        return _frame(self, self._components())
+
+    def to_xarray(self):
+        """The states as an xarray.Dataset: ``y`` by component and time, and the counts.
+
+        Needs xarray, which ``fastdyn[cluster]`` installs.
+        """
+        counts = [field.name for field in COUNTS if field.name in self]
+        return _dataset(self, self._components(), counts)
+
+    def _components(self):
+        """(name, unit, meaning) of each component."""
+        return [(f"y[{i}]", "", "") for i in range(len(self.y))]
+
+    def _repr_html_(self):
+        return display(self)
 
     def plot(self, **options) -> Any:
         """Draw the components over time; the result of a system draws the figure of the system.
@@ -185,6 +209,39 @@ class OdeResult(dict):
         from fastdyn.plot.solution import plot
 
         return plot(self, **options)
+
+
+def _frame(result, components):
+    """The DataFrame of `OdeResult.to_pandas`; `components` are (name, unit, meaning) of each."""
+    pandas = needed("pandas", "`to_pandas` needs")
+    names = [name for name, *_ in components]
+    times = pandas.Index(np.asarray(result.t, float), name="t")
+    found = pandas.DataFrame(_states(result, components).T, times, names)
+    units = {name: unit for name, unit, *_ in components if unit}
+    if units:
+        found.attrs["units"] = units
+    return found
+
+
+def _dataset(result, components, counts):
+    """The Dataset of `OdeResult.to_xarray`.
+
+    `components` are (name, unit, meaning) of each, `counts` the names of fields that count.
+    """
+    xarray = needed("xarray", "`to_xarray` needs")
+    names, units, meanings = (list(each) for each in zip(*components, strict=True))
+    coordinates = {"component": names, "time": np.asarray(result.t, float)}
+    if any(units):
+        coordinates |= {"unit": ("component", units), "meaning": ("component", meanings)}
+    facts = {name: result[name] for name in ("status", "message", *counts)}
+    facts = {name: value for name, value in facts.items() if value is not None}
+    values = {"y": (("component", "time"), _states(result, components))}
+    return xarray.Dataset(values, coordinates, facts)
+
+
+def _states(result, components):
+    """The states, shape (n, n_points); SciPy's empty output is a list."""
+    return np.reshape(result.y, (len(components), len(result.t)))
 
 
 for name in FIELDS:  # a seventh of the time of `__getattr__`, which is called after a failed search

@@ -118,6 +118,11 @@ class Prepared:
             self._solver = WithSensitivities(problem, {}, sensitivity)
         self._solver.prepare(problem)
 
+    def __repr__(self):
+        p = self._problem
+        size = f"{len(p.y0)} component{'s' * (len(p.y0) != 1)}"
+        return f"<Prepared: {p.method.name}, t = {p.t0:g} to {p.tf:g}, {size}>"
+
     def __reduce__(self):
         """Pickle the arguments of `prepare`: a copy is prepared anew."""
         return _again, (self._given,)

@@ -94,6 +94,10 @@ class Stepper(OdeSolver):
         self.vectorized, self.fun = vectorized, fun
         self._follow(or_in_python(lambda: _begun(problem)), asked.t0, asked.y0)
 
+    def __repr__(self):
+        method = self._run.problem.method.name
+        return f"<Stepper: {method}, t = {self.t:g} on the way to {self.t_bound:g}, {self.status}>"
+
     def __reduce__(self):
         """Pickle arguments and state: a copy goes on bit for bit, in another process, too."""
         if self._given is None:

@@ -7,6 +7,8 @@ import numpy as np
 from scipy.optimize import root
 from scipy.stats import qmc
 
+from fastdyn.plot.displayed import Displayed
+
 from ..equations import Equations, box_of, count, equations_of, state_of
 from .linear import Linearisation, at_rest, linearised
 
@@ -18,8 +20,8 @@ SINGULAR = 1e-9  # singular values of a singular Jacobian, relative to the large
 ROUNDING = 1e-13  # of f, relative to its terms
 
 
-@dataclasses.dataclass(frozen=True)
-class Equilibria:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Equilibria(Displayed):
     """
     The equilibria that were found; a sequence of `Linearisation`.
 

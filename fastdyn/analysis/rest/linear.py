@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from fastdyn.plot.displayed import Displayed
+
 from ..equations import Derivatives, Equations, equations_of, state_of
 from .kinds import kind_of, not_differentiable, vanishing
 
@@ -67,8 +69,8 @@ class Mode:
         )
 
 
-@dataclasses.dataclass(frozen=True)
-class Linearisation:
+@dataclasses.dataclass(frozen=True, repr=False)
+class Linearisation(Displayed):
     """
     Equations linearised at a state: d(y - y0)/dt = rates + matrix (y - y0).
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import html
 import inspect
 import math
 import numbers
@@ -203,6 +204,14 @@ class Declared:
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         parts = [f"{name}={_short(value)}" for name, value in values.items()]
         return f"{self.name}({', '.join(part for part in parts if part[-1] != '=')})"
+
+    def _repr_html_(self):
+        rows = []
+        for field in dataclasses.fields(self):
+            known = (field.metadata.get(key, "") for key in ("unit", "meaning"))
+            cells = (field.name, _short(getattr(self, field.name)), *known)
+            rows.append("".join(f"<td>{html.escape(str(cell))}</td>" for cell in cells))
+        return f"<b>{self.name}</b><table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
 
     @property
     def args(self) -> tuple:

@@ -43,6 +43,25 @@ class SystemResult(OdeResult):
         object.__setattr__(self, "system", system)  # beside SciPy's fields, not among them
         object.__setattr__(self, "_asked", asked)
 
+    def __missing__(self, name):
+        """The component, or the quantity or invariant, of this name along the run, (n_points,).
+
+        SciPy's fields come first: of a system with a coordinate ``y``, ``run["y"]`` has all states.
+        """
+        system: Any = self.__dict__.get("system")  # a copy is asked for names before it has one
+        if system is None:
+            return super().__missing__(name)
+        names = [state.name for state in system.states]
+        if name in names:
+            return system.columns(self.y)[names.index(name)]
+        functions = system.quantities | system.invariants
+        if name in functions:
+            return self._along({name: functions[name]})[name]
+        return super().__missing__(name)
+
+    def _components(self):
+        return list(map(tuple, self.system.states))
+
     def continuous(self):
         """
         The solution as a function of time, shape (n,) or (n, k): for curves between the steps.
