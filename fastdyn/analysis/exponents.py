@@ -182,7 +182,7 @@ def lyapunov(
             with np.errstate(divide="ignore"):
                 logs[i] = np.log(np.abs(np.diagonal(triangle)))
     except (Uncompilable, GaveUp) as reason:
-        raise ValueError(NEEDS.replace("`sensitivity`", "`lyapunov`").format(reason)) from None
+        raise ValueError(NEEDS.format("lyapunov", reason)) from None
     if not np.isfinite(logs).all():
         raise NotConvergedError("A direction vanishes within an interval: give a shorter one.")
     return _result(equations, logs, interval, y)

@@ -16,7 +16,7 @@ from fastdyn.run.outcome import result_of
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import run_of
 
-NEEDS = "`sensitivity` needs a function that can be traced and differentiated: {}."
+NEEDS = "`{}` needs a function that can be traced and differentiated: {}."
 GRAZES = (
     "The new state or its sensitivities are nan or inf at t = {:.10g}: `on_event` returned nan or "
     "inf, or the event function touches zero there without crossing it, and the time of the event "
@@ -38,7 +38,7 @@ def solve_with_sensitivities(problem, sensitivity):
         else:
             whole = result_of(longer, run.solve(longer.y0), run)
     except (Uncompilable, GaveUp) as reason:
-        raise ValueError(NEEDS.format(reason)) from None
+        raise not_differentiable("sensitivity", problem, reason) from None
     result = parted(whole, longer.fun.n, directions, _parts(problem))
     if whole["t_events"]:
         result["event_sensitivity"] = at_events(problem, whole, directions)
@@ -125,7 +125,17 @@ def extended(problem, sensitivity):
     try:
         return directions, longer, run_of(longer)
     except (Uncompilable, GaveUp) as reason:
-        raise ValueError(NEEDS.format(reason)) from None
+        raise not_differentiable("sensitivity", problem, reason) from None
+
+
+def not_differentiable(option, problem, reason):
+    """The exception of a problem without derivatives: the function's own at the start, if any."""
+    p = problem
+    try:
+        evaluate(lambda t, y: p.fun(t, y, *p.args), p.mode, p.t0, p.y0.copy())
+    except Exception as error:
+        return error
+    return ValueError(NEEDS.format(option, reason))
 
 
 def _watched(problem, n):

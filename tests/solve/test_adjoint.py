@@ -324,7 +324,7 @@ def test_repeated_calls_in_threads_and_a_function_that_changes():
     )  # fmt: skip
     assert np.isclose(found[3], other.vjp(np.ones((2, 2)))["a"], rtol=1e-12)
     scale[0] = "two"
-    with pytest.raises(ValueError, match="cannot be traced"):
+    with pytest.raises(TypeError, match="sequence"):
         one(3)
 
 
@@ -344,3 +344,12 @@ def test_a_result_is_copied_and_not_pickled():
         pickle.dumps(r)
     del r["vjp"]
     pickle.dumps(r)
+
+
+@pytest.mark.parametrize("option", ["sensitivity", "adjoint"])
+def test_an_error_of_the_function_is_its_own(option):
+    def fun(t, y, k):
+        return [-k * y[0] / undefined]  # noqa: F821  # pyright: ignore[reportUndefinedVariable]
+
+    with pytest.raises(NameError, match="undefined"):
+        solve_ivp(fun, (0.0, 1.0), [1.0], "Tsit5", args=(1.0,), **{option: "args"})

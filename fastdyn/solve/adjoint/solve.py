@@ -19,11 +19,10 @@ from fastdyn.run.outcome import result_of, results
 from fastdyn.run.result import OdeResult
 from fastdyn.run.solve_problem import run_of
 
-from ..sensitivities import JUMPS
+from ..sensitivities import JUMPS, not_differentiable
 from .keeping import ROOM, Keeping, Kept, kept_in, kept_of
 from .vjp import Vjp
 
-NEEDS = "`adjoint` needs a function that can be traced and differentiated: {}."
 EVENTS = (
     "`adjoint` takes events that act on nothing, in compiled code.  Take `sensitivity` for "
     "schedules; events that run in Python may change what `fun` uses."
@@ -50,7 +49,7 @@ def solve_with_adjoint(problem, names):
         kept = _kept(run, result)
         _compare(run, p, product, kept)
     except (Uncompilable, GaveUp) as reason:
-        raise ValueError(NEEDS.format(reason)) from None
+        raise not_differentiable("adjoint", problem, reason) from None
     if decides(product.bound):
         _refuse_jumps(product.bound, kept)
     directions = [d._replace(value=np.empty(d.value.shape)) for d in directions]
