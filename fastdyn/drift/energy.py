@@ -17,6 +17,8 @@ from fastdyn.compile.traced.make import Near
 from fastdyn.kernels.state.record import FINISHED, RAISED
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
+from fastdyn.problem.options import kinds
+from fastdyn.problem.options.calls import shown_when_wrong
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS, refused_by
 from fastdyn.problem.second_order_and_pairs import (
@@ -40,6 +42,10 @@ if TYPE_CHECKING:
     from fastdyn.problem import argument_types as types
 
 
+@shown_when_wrong(
+    "The state of a function is `y0=`, the end `t_end=` and what is followed `invariants=`: "
+    "energy_drift(fun, method, y0=y0, t_end=100.0, step=0.1, invariants={'energy': energy})."
+)
 def energy_drift(
     system: Any,
     method: str = "Gauss16",
@@ -116,11 +122,21 @@ def energy_drift(
     for name in refused_by("energy_drift"):
         if options.get(name) is not None:
             raise TypeError(f"`energy_drift` takes no `{name}`: solve_ivp does.")
+    lengths = {
+        "step": step, "n_steps": n_steps, "t_end": t_end, "periods": periods, "period": period,
+        "steps_per_period": steps_per_period,
+    }  # fmt: skip
+    for name, value in lengths.items():
+        if value is not None:
+            kinds.number(name, value)
+    kinds.whole("every", every)
+    kinds.whole("samples", samples)
+    kinds.flag("progress", progress)
     run = _Run(system, method, y0, invariants, args, period)
     length = run.length(step, n_steps, t_end, periods, steps_per_period)
     if length[0] is not None:
         options["step"] = length[0]
-    if int(every) != every or every < 1 or int(samples) != samples or samples < 1:
+    if every < 1 or samples < 1:
         raise ValueError("`every` and `samples` must be whole numbers of at least 1.")
     given = (length[1], options, int(samples), int(every), checkpoint, progress)
     return or_in_python(lambda: run.follow(*given))
@@ -136,6 +152,8 @@ class _Run:
         self.method: Any
         self.fun: Any
         self.y0: Any
+        if invariants is not None and not isinstance(invariants, Mapping):
+            kinds.refuse("invariants", "a dict of names and functions", invariants)
         if isinstance(system, type):
             raise TypeError(
                 f"give a system, {getattr(system, 'name', system.__name__)}(), not its class."
@@ -147,6 +165,8 @@ class _Run:
             self.moved = y0 is not None
             self.invariants = dict(system.invariants if invariants is None else invariants)
         else:
+            for one in system if isinstance(system, tuple) else (system,):
+                validate.function(one, "system")
             self.fun = pair_of(system) if isinstance(system, tuple) else system
             self.args = validate.extra_arguments(args)
             self.y0, self.invariants, self.moved = y0, dict(invariants or {}), True

@@ -5,6 +5,8 @@ import contextlib
 import numpy as np
 
 from fastdyn.kernels.methods import METHODS
+from fastdyn.problem.options.table import check_kinds
+from fastdyn.problem.validate import method_named
 from fastdyn.solve.ivp import solve_ivp
 
 MOST_STEPS = 100_000  # a trial far from the data may need steps without end
@@ -24,7 +26,9 @@ def options_of(options):
     for name in OWN:
         if name in options:
             raise TypeError(f"`{name}` is no option here: the fit sets it.")
+    check_kinds(options)
     given = {"method": "DOP853", "max_steps": MOST_STEPS, **options}
+    method_named(given["method"])
     return given if has_constant_steps(given["method"]) else {**TOLERANCES, **given}
 
 

@@ -11,6 +11,7 @@ from fastdyn.compile.sentences import levels_inside
 from fastdyn.kernels.methods import METHODS
 from fastdyn.problem import validate
 from fastdyn.problem.arguments import Arguments
+from fastdyn.problem.options import kinds
 from fastdyn.problem.options.table import OPTIONS
 from fastdyn.run.solve_problem import solve_problem
 from fastdyn.solve.stepper import observed
@@ -144,6 +145,7 @@ def _run(solver, fun, t_span, y0, functions, observer, options, mass) -> Any:
 
 def _times(tspan):
     """`tspan` as an array of two or more finite times in order."""
+    kinds.times("tspan", tspan)
     times = np.asarray(tspan, float)
     if times.ndim != 1 or len(times) < 2 or not np.isfinite(times).all():
         raise ValueError(f"`tspan` must be two or more finite times; got {tspan!r}.")

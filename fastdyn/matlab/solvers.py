@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from fastdyn.problem.options.calls import shown_when_wrong
 from fastdyn.problem.options.docstrings import filled
 
 from .options import odeset
 from .solution import Solution
 from .solve import Solver, solve
 
+PARAMETERS = "Parameters go in by a closure: lambda t, y: odefun(t, y, p1)."
 SOLVERS = {
     one.name: one
     for one in (
@@ -24,6 +26,7 @@ SOLVERS = {
 }
 
 
+@shown_when_wrong(PARAMETERS)
 @filled()
 def ode45(odefun, tspan, y0, options=None) -> Solution:
     """
@@ -77,6 +80,7 @@ def ode45(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode45"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode23(odefun, tspan, y0, options=None) -> Solution:
     """
     Solve as `ode45` does, by the Bogacki-Shampine pair of order 3(2); Refine is 1 by default.
@@ -87,6 +91,7 @@ def ode23(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode23"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode78(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode45`, at order 8, for tight tolerances; Refine is 8 unless set.
@@ -97,6 +102,7 @@ def ode78(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode78"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode89(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode45`, at order 9, for the tightest tolerances; Refine is 8 unless set.
@@ -107,6 +113,7 @@ def ode89(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode89"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode113(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode45`, by a method of several steps and variable order; Refine is 1 unless set.
@@ -117,6 +124,7 @@ def ode113(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode113"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode15s(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode45`, for stiff problems; Refine is 1 unless set.
@@ -131,6 +139,7 @@ def ode15s(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode15s"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode23s(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode15s`, by a Rosenbrock method.
@@ -141,6 +150,7 @@ def ode23s(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode23s"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode23t(odefun, tspan, y0, options=None) -> Solution:
     """
     As `ode15s`, for problems that are stiff in part.
@@ -152,6 +162,7 @@ def ode23t(odefun, tspan, y0, options=None) -> Solution:
     return solve(SOLVERS["ode23t"], odefun, tspan, y0, options)
 
 
+@shown_when_wrong(PARAMETERS)
 def ode23tb(odefun, tspan, y0, options=None) -> Solution:
     """As `ode15s`; solved by "Radau", where MATLAB has TR-BDF2: both damp stiff components."""
     return solve(SOLVERS["ode23tb"], odefun, tspan, y0, options)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from . import mass, validate
 from .options import kinds
 from .options.table import OPTIONS, check_kinds, refused_by
+from .step_options import warn_of_breakpoints
 
 NAMES = {"prepare": "a prepared solver", "Stepper": "a Stepper"}  # in messages
 
@@ -57,6 +58,8 @@ def checked(fun, t_span, y0, method, t_eval, dense_output, events, vectorized, a
     if "callback" in options:
         OPTIONS["callback"].check(options["callback"])
     t0, tf = validate.time_span(t_span)
+    if automatic or ours is not None:
+        warn_of_breakpoints(options.get("breakpoints"), t0, tf)
     pop = options.pop
     return Arguments(
         fun=fun, t0=t0, tf=tf, y0=state, method=method, t_eval=t_eval, dense_output=dense_output,

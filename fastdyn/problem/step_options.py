@@ -105,6 +105,26 @@ def fixed_step(options, t0, tf, name):
     return span / n if n and abs(n * step - span) <= LANDING * step else step
 
 
+def within(breakpoints, t0, tf):
+    """The breakpoints in a span, ends included; None if there are none."""
+    if breakpoints is None:
+        return None
+    times = np.asarray(breakpoints, dtype=float)
+    inside = times[(times >= min(t0, tf)) & (times <= max(t0, tf))]
+    return inside if inside.size else None
+
+
+def warn_of_breakpoints(breakpoints, t0, tf):
+    """Warn if there are breakpoints, and each is outside of the span."""
+    if breakpoints is None or within(breakpoints, t0, tf) is not None:
+        return
+    if np.size(breakpoints) and not np.isnan(np.asarray(breakpoints, float)).any():
+        warnings.warn(
+            f"`breakpoints` have no effect: none is within `t_span`, from {t0:g} to {tf:g}.",
+            stacklevel=levels_inside(),
+        )
+
+
 def segments_of_span(breakpoints, t0, tf):
     """Start, end, and output time of the end, of each segment; no rows if `breakpoints` is None."""
     if breakpoints is None:

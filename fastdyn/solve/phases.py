@@ -10,9 +10,11 @@ import numpy as np
 
 from fastdyn.problem.arguments import checked
 from fastdyn.problem.options.docstrings import filled
+from fastdyn.problem.options.kinds import number, shown
 from fastdyn.problem.options.table import refused_among
 from fastdyn.problem.schedules import refuse_schedules
-from fastdyn.problem.validate import method_named, output_times
+from fastdyn.problem.step_options import within
+from fastdyn.problem.validate import function, method_named, output_times
 from fastdyn.run.dense_output import PiecewisePolynomial
 from fastdyn.run.outcome import SUCCESS
 from fastdyn.run.result import COUNTS, FIELDS, OdeResult
@@ -114,6 +116,8 @@ def _solved(phases, first, asked, max_phases):
             ahead = direction * (t_eval - t)
             wanted = t_eval[ahead > 0.0 if segments else ahead >= 0.0]
         given = {**options, **phase.options}
+        if "breakpoints" in given:
+            given["breakpoints"] = within(given["breakpoints"], t, tf)
         if steps_left is not None:
             given["max_steps"] = steps_left
         watched = [phase.event, *map(_counted, events, seen)]
@@ -157,9 +161,15 @@ def _check(phases, method, events, max_phases, options):
     for name, reason in refused_among(options, "solve_phases"):
         raise ValueError(f"phases take no `{name}`: {reason}.")
     refuse_schedules(events, "a schedule belongs to one span, and each phase has its own")
+    number("max_phases", max_phases)
     if not max_phases >= 1:
         raise ValueError(f"`max_phases` must be at least 1; got {max_phases}.")
+    if not isinstance(phases, Mapping):
+        raise TypeError(f"`phases` must be a dict of names and Phases; got {shown(phases)}.")
     for name, phase in phases.items():
+        if not isinstance(phase, Phase):
+            raise TypeError(f"phase '{name}' must be a Phase; got {shown(phase)}.")
+        function(phase.fun, f"fun of phase '{name}'")
         if not getattr(phase.event, "terminal", False):
             raise ValueError(f"the event of phase '{name}' must be terminal: it ends the phase.")
 

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import fastdyn
+from fastdyn import Free, Phase, Record, analysis, matlab
 
 
 class Reached(Exception):
     """Raised by a function that no slip should reach."""
 
 
-def fun(t, y):
+def fun(t, y, *args):
     raise Reached
 
 
@@ -183,6 +184,7 @@ OPTIONS = [
     ({"breakpoints": "x"}, "`breakpoints` must be a sequence of times; got the text 'x'"),
     ({"breakpoints": ["a"]}, "`breakpoints` must be a sequence of times; got ['a']"),
     ({"breakpoints": [0.5, None]}, "`breakpoints` must be a sequence of times; got [0.5, None]"),
+    ({"breakpoints": [50.0]}, "`breakpoints` have no effect: none is within `t_span`, from 0 to 1"),
     ({"breakpoints": 0.5}, "`breakpoints` must be a 1-D array of times"),
     ({"breakpoints": [[0.5]]}, "`breakpoints` must be a 1-D array of times"),
     ({"project": True}, "`project` must be a function of (t, y) that returns a state; got True"),
@@ -210,9 +212,162 @@ OPTIONS = [
     ({"maxstep": 0.1}, "`maxstep`: did you mean `max_step`?"),
     ({"dt": 0.1}, "`dt`: did you mean `step`?"),
 ]
+STEPS = [row for row in OPTIONS if {*row[0]} <= {"rtol", "atol", "max_step", "first_step"}]
+STATES = [row for row in ARGUMENTS if {*row[0]} == {"y0"}]
+SPANS = [row for row in ARGUMENTS if {*row[0]} == {"t_span"}]
+FUNCTIONS = [row for row in ARGUMENTS if {*row[0]} == {"fun"}]
+OF_STEPPER = {"fun": fun, "t0": 0.0, "y0": [1.0, 0.0], "t_bound": 1.0}
+ENSEMBLE = [
+    *FUNCTIONS,
+    *SPANS,
+    ({"method": "rk45"}, 'did you mean "RK45"?'),
+    ({"method": "auto"}, '`method="auto"` is for solve_ivp and for `solve` of a system'),
+    ({"y0": np.ones((2, 2, 2))}, "`y0` must have shape (n,) or (M, n); got (2, 2, 2)"),
+    ({"y0": [["a", "b"]]}, "`y0` must be numbers"),
+    ({"args": ([1.0, 2.0],), "y0": np.ones((3, 2))}, "`args[0]` has 2, `y0` has 3"),
+    ({"reduce": "finals"}, "`reduce='finals'` is unknown"),
+    ({"simd": "yes"}, "`simd='yes'` is unknown"),
+    ({"rtoll": 1e-6}, "did you mean `rtol`?"),
+    ({"dense_output": True}, "an ensemble takes no `dense_output`"),
+    ({"rtol": "1e-3"}, f"`rtol` {NUMBERS}the text '1e-3'"),
+    ({"t_eval": "abc"}, "`t_eval` must be a sequence of times; got the text 'abc'"),
+]
+PHASES = {"up": Phase(fun, hit(terminal=True), fun)}
+OF_PHASES = {"phases": PHASES, "first": "up", "t_span": (0, 1), "y0": [1.0, 0.0]}
+OF_DAE = {
+    "F": lambda t, y, yp: [yp[0] + y[0], yp[1]], "t_span": (0, 1), "y0": [0.0, 1.0],
+    "yp0": [0.0, 0.0],
+}  # fmt: skip
+RECORD = Record([0.0, 1.0], [1.0, 0.5], [1.0], (Free(1.0),), noise=0.1)
+OF_FIT = {"fun": fun, "records": RECORD}
+OF_RECORD = {"t": [0.0, 1.0], "values": [1.0, 0.5], "y0": [1.0]}
+DRIFT = {"system": fun, "y0": [1.0, 0.0], "t_end": 1.0, "invariants": {"energy": fun}, "step": 0.1}
+ODE45 = {"odefun": fun, "tspan": [0.0, 1.0], "y0": [1.0, 0.0]}
+
+
+def drift_like_ivp(method):
+    return fastdyn.energy_drift(fun, (0, 1), [1.0, 0.0], method=method)
+
+
+def ode45_with_parameters(*parameters):
+    return matlab.ode45(fun, [0.0, 1.0], [1.0, 0.0], None, *parameters)
+
+
+ANALYSED = [
+    ({"fun": None}, "`fun` must be a function of (t, y, *args), or a system; got None"),
+    ({"fun": "f"}, "`fun` must be a function of (t, y, *args), or a system; got 'f'"),
+]
+NO_ARGUMENTS = {"METHODS", "__version__", "analysis", "systems", "OdeResult", "OdeSolution", "Fit"}
+ELSEWHERE = {"constrained", "Phase"}  # runs inside `fun`; among the slips of `solve_phases`
 TABLE = {
     "solve_ivp": (fastdyn.solve_ivp, OF_IVP, [*METHOD, *ARGUMENTS, *OF_EVENTS, *OPTIONS]),
-}
+    "prepare": (fastdyn.prepare, OF_IVP, [
+        *FUNCTIONS, *SPANS, *STATES, *STEPS,
+        ({"method": "auto"}, '`method="auto"` is for solve_ivp'),
+        ({"rtoll": 1e-6}, "did you mean `rtol`?"),
+        ({"progress": True}, "a prepared solver takes no `progress`"),
+    ]),
+    "Stepper": (fastdyn.Stepper, OF_STEPPER, [
+        *FUNCTIONS, *STATES, *STEPS,
+        ({"t0": "0"}, "`t_span` must be start and end; got ('0', 1.0)"),
+        ({"method": "verlet"}, 'did you mean "VelocityVerlet"?'),
+        ({"vectorized": 0.1}, "in the fifth place"),
+    ]),
+    "solve_ensemble": (fastdyn.solve_ensemble, OF_IVP, ENSEMBLE),
+    "solve_phases": (fastdyn.solve_phases, OF_PHASES, [
+        *SPANS, *STATES, *STEPS,
+        ({"phases": [PHASES["up"]]}, "`phases` must be a dict of names and Phases; got [Phase("),
+        ({"phases": {"up": fun}}, "phase 'up' must be a Phase; got <function"),
+        ({"phases": {"up": Phase("f", hit(terminal=True), fun)}}, "`fun of phase 'up'` must be"),
+        ({"phases": {"up": Phase(fun, hit(), fun)}}, "the event of phase 'up' must be terminal"),
+        ({"first": "down"}, "there is no phase 'down'; there are 'up'"),
+        ({"max_phases": "many"}, f"`max_phases` {NUMBER}the text 'many'"),
+        ({"max_phases": 0}, "`max_phases` must be at least 1; got 0"),
+    ]),
+    "solve_dae": (fastdyn.solve_dae, OF_DAE, [
+        *SPANS,
+        ({"F": None}, "`F` must be a function of (t, y, yp); got None"),
+        ({"y0": "1"}, "`y0` must be numbers"),
+        ({"y0": [1.0]}, "`yp0` must have one number for each of `y0`: it has 2, and `y0` 1"),
+        ({"yp0": [[0.0, 0.0]]}, "`yp0` must be 1-dimensional"),
+        ({"method": "Euler"}, "`method='Euler'` is unknown"),
+        ({"given": "z"}, "`given"),
+        ({"rtol": "1e-3"}, f"`rtol` {NUMBERS}the text '1e-3'"),
+    ]),
+    "energy_drift": (fastdyn.energy_drift, DRIFT, [
+        ({"system": None}, "`system` must be a function of (t, y); got None"),
+        ({"method": "gauss16"}, 'did you mean "Gauss16"?'),
+        ({"method": "auto"}, '`method="auto"` is for solve_ivp'),
+        ({"step": "x"}, f"`step` {NUMBER}the text 'x'"),
+        ({"t_end": "x"}, f"`t_end` {NUMBER}the text 'x'"),
+        ({"samples": "x"}, f"`samples` {NUMBER}the text 'x'"),
+        ({"n_steps": 10}, "give one of `n_steps`, `t_end` and `periods`"),
+        ({"invariants": None}, "there are no `invariants` to follow"),
+        ({"invariants": fun}, "`invariants` must be a dict of names and functions"),
+    ]),
+    "energy_drift as solve_ivp": (drift_like_ivp, {}, [
+        ({"method": "RK45"}, "The state of a function is `y0=`, the end `t_end=`"),
+    ]),
+    "ode45": (matlab.ode45, ODE45, [
+        ({"odefun": "f"}, "`odefun` must be a function of (t, y); got 'f'"),
+        ({"tspan": 10}, "`tspan` must be two or more finite times; got 10"),
+        ({"tspan": "x"}, "`tspan` must be a sequence of times; got the text 'x'"),
+        ({"y0": "x"}, "`y0` must be numbers"),
+        ({"options": {"RelTlo": 1e-3}}, "did you mean RelTol?"),
+        ({"options": {"RelTol": "x"}}, "RelTol"),
+        ({"option": {}}, "did you mean `options`?"),
+    ]),
+    "at": (fastdyn.at, {}, [
+        ({"times": 3}, "`at` must be"), ({"times": [0.2, 0.1]}, "0.2 comes before 0.1"),
+        ({"times": ["a"]}, "`at` must be times"), ({"times": [np.nan]}, "must be finite"),
+    ]),
+    "every": (fastdyn.every, {"period": 0.1}, [
+        ({"period": "x"}, "`every` must be a number"), ({"period": -1}, "a time above zero"),
+        ({"start": "x"}, "`start` must be a number"), ({"period": [0.1]}, "must be a number"),
+    ]),
+    "fit": (fastdyn.fit, OF_FIT, [
+        ({"records": 3}, "Record"), ({"records": []}, "ecord"), ({"max_nfev": "x"}, "`max_nfev`"),
+        ({"level": 95}, "`level` must be between 0 and 1"), ({"level": "x"}, "`level` must be"),
+        ({"fun": None}, "`fun` must be a function of (t, y, *args); got None"),
+        ({"method": "rk45"}, 'did you mean "RK45"?'),
+        ({"rtol": "x"}, f"`rtol` {NUMBERS}the text 'x'"), ({"starts": "x"}, "`starts`"),
+    ]),
+    "Record": (Record, OF_RECORD, [
+        ({"t": "x"}, "`t`"), ({"values": "x"}, "`values`"), ({"values": [1.0]}, "values"),
+        ({"y0": "x"}, "`y0`"), ({"noise": "x"}, "`noise='x'` is unknown"),
+    ]),
+    "Free": (Free, {"start": 1.0}, [
+        ({"start": "x"}, "`start`"), ({"high": "x"}, "`high`"),
+        ({"low": 2.0}, "is outside of its bounds 2.0"),
+    ]),
+    **{name: (getattr(analysis, name), {"fun": fun} | given, [*ANALYSED, *rows])
+       for name, given, rows in (
+        ("linearise", {"y": [1.0, 0.0]}, [
+            ({"y": "x"}, "`y` must be numbers; got the text 'x'"),
+            ({"y": [[1.0]]}, "It has shape (1, 1)"), ({"y": None}, "`y` is missing: only a system"),
+            ({"rtol": 1e-6}, "The call is linearise(fun, y, args, t)."),
+        ]),
+        ("periodic_orbit", {"y0": [1.0, 0.0]}, [
+            ({"y0": "x"}, "`y0` must be numbers"), ({"y0": None}, "`y0` is missing"),
+        ]),
+        ("lyapunov", {"y0": [1.0, 0.0]}, [
+            ({"y0": "x"}, "`y0` must be numbers"), ({"y0": [[1.0]]}, "It has shape (1, 1)"),
+        ]),
+        ("poincare", {"y0": [1.0, 0.0]}, [
+            ({}, "Give a `section`, a function that is zero on it, or a `period`."),
+        ]),
+        ("equilibria", {"box": [(-1, 1)]}, [
+            ({"box": "x"}, "`box` must have a pair (low, high) for each component; got 'x'"),
+            ({"boxes": [(-1, 1)]}, "did you mean `box`?"),
+        ]),
+        ("phase_portrait", {"box": [(-1, 1)] * 2}, [
+            ({"box": (-1, 1)}, "`box` must have a pair (low, high) for each of the 2 components"),
+        ]),
+        ("basin", {"box": [(-1, 1)] * 2}, [
+            ({"box": None}, "`box` must have a pair (low, high) for each of the 2 components"),
+        ]),
+    )},
+}  # fmt: skip
 
 
 def said_to(call, given):
@@ -238,3 +393,19 @@ ROWS = [
 @pytest.mark.parametrize(("call", "given", "words"), ROWS)
 def test_a_slip_is_answered(call, given, words):
     assert words in said_to(call, given)
+
+
+def test_parameters_behind_the_options_of_ode45():
+    for parameters in ((1.0,), (1.0, 2.0)):
+        with pytest.raises(TypeError) as found:
+            ode45_with_parameters(*parameters)
+        assert "Parameters go in by a closure: lambda t, y: odefun" in found.value.__notes__[0]
+
+
+def test_each_public_function_is_in_the_table():
+    public = {
+        name
+        for name in {*fastdyn.__all__} - NO_ARGUMENTS - ELSEWHERE
+        if not (isinstance(one := getattr(fastdyn, name), type) and issubclass(one, Exception))
+    }
+    assert public <= TABLE.keys() and "solve_ivp" in public

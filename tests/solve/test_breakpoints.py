@@ -110,6 +110,7 @@ def test_landing_keeps_the_order_of_a_sampled_earthquake():
 @pytest.mark.parametrize(
     "breaks", [[], [-3.0, 20.0], [0.0, 1.0], [0.5, 0.5, 0.5], [0.9, 0.1], [math.inf, 0.3]]
 )
+@pytest.mark.filterwarnings("ignore:`breakpoints` have no effect")
 def test_any_set_of_breakpoints_gives_the_same_answer(breaks):
     given = {"rtol": 1e-8, "atol": 1e-10, "breakpoints": breaks}
     run = solve_ivp(lambda t, y: -y, (0, 1), [1.0], **given)

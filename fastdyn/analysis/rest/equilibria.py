@@ -8,6 +8,7 @@ from scipy.optimize import root
 from scipy.stats import qmc
 
 from fastdyn.plot.displayed import Displayed
+from fastdyn.problem.options.calls import shown_when_wrong
 
 from ..equations import Equations, box_of, count, equations_of, state_of
 from .linear import Linearisation, at_rest, linearised
@@ -71,6 +72,7 @@ class Equilibria(Displayed):
         return eigenvalues(self, **options)
 
 
+@shown_when_wrong()
 def equilibria(fun, box=None, guesses=None, args=(), t=0.0, n_starts=200):
     """Search for states at which f(t, y) = 0.
 

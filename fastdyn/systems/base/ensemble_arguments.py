@@ -64,7 +64,7 @@ def ensemble(system, t_span, y0, method, given):
         names = ", ".join(f"`{name}`" for name in starts)
         raise ValueError(f"{names} of the {system.name} and `y0` both set the start; give one.")
     known = OPTIONS.keys() | {*inspect.signature(solve_ensemble).parameters} | {*fields_of(system)}
-    options = completed(system, method, options, known)
+    options = completed(system, method, options, of_ensemble=known)
     if "project" in options:
         options["project"] = projection(system, options["project"])
     args = tuple(columns.get(f.name, _shared(system, f)) for f in system.parameter_fields())

@@ -8,16 +8,18 @@ import numpy as np
 
 from fastdyn.problem.options.names import refuse_unknown
 from fastdyn.problem.options.table import OPTIONS
+from fastdyn.problem.step_options import within
 from fastdyn.problem.validate import method_named, time_span
 
 OF_SOLVE = {"t_span", "y0", "method", "t_eval", "dense_output", "events", "vectorized", "project"}
 DEFAULTS = {o.name: o.of_systems for o in OPTIONS.values() if o.of_systems is not None}
 
 
-def completed(system, method, options, of_ensemble=None) -> dict[str, Any]:
+def completed(system, method, options, t_span=None, of_ensemble=None) -> dict[str, Any]:
     """Options of a solver with the system's events and breakpoints, and default tolerances.
 
-    `of_ensemble` has the names that `ensemble` takes, if the options are for an ensemble.
+    Breakpoints are those within `t_span`, if it is given.  `of_ensemble` has the names that
+    `ensemble` takes, if the options are for an ensemble.
     """
     if "args" in options:
         raise TypeError(f"`args` of the {system.name} are its parameters; set them by name.")
@@ -37,7 +39,9 @@ def completed(system, method, options, of_ensemble=None) -> dict[str, Any]:
         if ours is None or not ours.like_matlab:
             options = DEFAULTS | options
         if system.breakpoints is not None and (ours is not None or automatic):
-            options.setdefault("breakpoints", system.breakpoints)
+            times = system.breakpoints if t_span is None else within(system.breakpoints, *t_span)
+            if times is not None:
+                options.setdefault("breakpoints", times)
     return options
 
 

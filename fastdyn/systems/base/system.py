@@ -157,10 +157,10 @@ class System(Declared, Pictures):
         -------
         SystemResult
         """
-        options = completed(self, method, options)
+        t_span = span(self, t_span)
+        options = completed(self, method, options, t_span)
         if project_with := projection(self, project):
             options["project"] = project_with
-        t_span = span(self, t_span)
         begin = start(self, t_span[0], y0, project)
         result = solve_ivp(self.rhs, t_span, begin, method=method, args=self.args, **options)
         own = self.as_started(t_span[0], y0, options.get("on_event"))
