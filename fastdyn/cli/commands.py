@@ -35,11 +35,14 @@ def worksheet(options):
 
 def _known(names):
     """Names of systems, refused if there is none of a name."""
+    from fastdyn.problem.options.near import did_you_mean
     from fastdyn.systems import SYSTEMS
 
     unknown = [name for name in names if name not in SYSTEMS]
     if unknown:
-        raise ValueError(f"No system is called {unknown[0]}; choose from {', '.join(SYSTEMS)}.")
+        advice = did_you_mean(unknown[0], SYSTEMS, form="{}")
+        advice = advice or f"choose from {', '.join(SYSTEMS)}."
+        raise ValueError(f"No system is called {unknown[0]}; {advice}")
     return names
 
 

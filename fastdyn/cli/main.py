@@ -3,10 +3,13 @@
 import argparse
 import contextlib
 import os
+import re
 import sys
 import warnings
+from typing import NoReturn
 
 from fastdyn import __version__
+from fastdyn.problem.options.near import did_you_mean
 
 from . import check, checks, commands, explore, find, run, sweep, why
 
@@ -74,48 +77,64 @@ def _in_a_sentence(message, category, filename, lineno, file=None, line=None):
     print(f"fastdyn: {message}", file=sys.stderr)
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors name the word that may be meant."""
+
+    def error(self, message) -> NoReturn:
+        """Print a sentence and leave, as argparse does."""
+        wrong = re.search(r"(.*invalid choice: '(.*)') \(choose from (.*)\)", message)
+        if wrong:
+            known = re.findall(r"[^\s',]+", wrong[3])
+            said = did_you_mean(wrong[2], known, form="{}")
+            message = f"{wrong[1]}; {said}" if said else message
+        super().error(message)
+
+
+def _word(words, name, text):
+    """The parser of a command, whose help begins with what the command does."""
+    return words.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
+
+
 def _parser(systems):
-    parser = argparse.ArgumentParser(
-        prog="fastdyn", description="Equations of motion, solved, checked and drawn."
-    )
+    parser = Parser(prog="fastdyn", description="Equations of motion, solved, checked and drawn.")
     parser.add_argument("--version", action="version", version=f"fastdyn {__version__}")
     words = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    tour = words.add_parser("tour", help="replay the course, with a table and figures")
+    tour = _word(words, "tour", "replay the course, with a table and figures")
     tour.add_argument("systems", nargs="*", metavar="SYSTEM", help="only these (default: all)")
     tour.add_argument("--out", default="fastdyn-tour", metavar="DIR", help="folder for figures")
     tour.set_defaults(command=commands.tour)
 
-    gallery = words.add_parser("gallery", help="the figures of the tour, as a page")
+    gallery = _word(words, "gallery", "the figures of the tour, as a page")
     gallery.add_argument("--out", default="docs/gallery", metavar="DIR", help="folder of the page")
     gallery.set_defaults(command=commands.gallery)
 
-    sheet = words.add_parser("worksheet", help="what to try on each system")
+    sheet = _word(words, "worksheet", "what to try on each system")
     sheet.add_argument("systems", nargs="*", metavar="SYSTEM", help="only these (default: all)")
     sheet.add_argument("--answers", action="store_true", help="compute the answers")
     sheet.set_defaults(command=commands.worksheet)
 
-    handed_in = words.add_parser("check", help="a worksheet that was handed in")
+    handed_in = _word(words, "check", "a worksheet that was handed in")
     check.add_options(handed_in)
     handed_in.set_defaults(command=check.run)
 
-    page = words.add_parser("explore", help="a page with sliders, in the browser")
+    page = _word(words, "explore", "a page with sliders, in the browser")
     explore.add_options(page)
     page.set_defaults(command=explore.run)
 
-    listing = words.add_parser("list", help="systems and their parameters")
+    listing = _word(words, "list", "systems and their parameters")
     listing.set_defaults(command=commands.list_systems)
 
-    way = words.add_parser("why", help="how a function is compiled, and what prevents it")
+    way = _word(words, "why", "how a function is compiled, and what prevents it")
     why.add_options(way)
     way.set_defaults(command=why.run)
 
-    drift = words.add_parser("drift", help="follow the invariants of a system for long")
+    drift = _word(words, "drift", "follow the invariants of a system for long")
     known = {name: system for name, system in systems.items() if system.invariants}
     _add_systems(drift, commands.drift, _add_drift_options, known)
-    many = words.add_parser("sweep", help="solve one system for many parameters")
+    many = _word(words, "sweep", "solve one system for many parameters")
     _add_systems(many, sweep.run, sweep.add_options, systems)
-    one = words.add_parser("run", help="solve one system")
+    one = _word(words, "run", "solve one system")
     _add_systems(one, run.run, run.add_options, systems)
     return parser
 
@@ -124,7 +143,8 @@ def _add_systems(parser, command, add_options, systems):
     """Teach the parser of a command the systems, each with options of its own."""
     words = parser.add_subparsers(required=True, metavar="SYSTEM")
     for name, system in systems.items():
-        one = words.add_parser(name, help=system.title, allow_abbrev=False)
+        title = system.title
+        one = words.add_parser(name, help=title, description=title, allow_abbrev=False)
         add_options(one, system)
         one.set_defaults(command=command, system=system)
 

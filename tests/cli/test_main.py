@@ -51,6 +51,7 @@ def test_run_that_fails_has_status_one_and_says_why(capsys):
     [
         ("run satellite --GM -1", "must be greater than zero, but -1 was given"),
         ("tour moon", "No system is called moon; choose from"),
+        ("tour pendlum", "No system is called pendlum; did you mean pendulum?"),
         ("run satellite --method RK4", "RK4 takes constant steps: give their size"),
         ("run satellite --step 0.1", "RK45 adapts its steps: give `--rtol` and `--atol`"),
         ("run satellite --method RK4 --step 1 --rtol 1e-3", "give `--step`, not `--rtol`"),
@@ -72,6 +73,10 @@ def test_wrong_input_has_status_two_and_a_sentence(words, sentence, capsys):
         ("", "required: COMMAND"),
         ("run", "required: SYSTEM"),
         ("run moon", "invalid choice: 'moon'"),
+        ("runn", "argument COMMAND: invalid choice: 'runn'; did you mean run?"),
+        ("run pendlum", "argument SYSTEM: invalid choice: 'pendlum'; did you mean pendulum?"),
+        ("run pendulum --method verlet", "'verlet'; did you mean VelocityVerlet?"),
+        ("drift pendulum --methods gauss16", "'gauss16'; did you mean Gauss16?"),
         ("run pendulum --V 1", "unrecognized arguments: --V 1"),
         ("run pendulum --V0 x", "'x' is not a number"),
         ("run pendulum --V0 inf", "must be a finite number; got inf"),
