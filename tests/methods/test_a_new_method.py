@@ -91,7 +91,7 @@ def test_other_solvers():
 
 def test_messages_and_tables_name_the_method():
     with pytest.raises(ValueError, match=NAME):
-        solve_ivp(turning, (0, 1), [0.0, 1.0], "RK54")
+        solve_ivp(turning, (0, 1), [0.0, 1.0], "a method")
     with pytest.raises(ValueError, match=f"RK4 does not take `nonnegative`.*{NAME}"):
         solve_ivp(turning, (0, 1), [0.0, 1.0], "RK4", step=0.1, nonnegative=True)
     assert checks.method(NAME) == NAME
