@@ -384,9 +384,9 @@ def said_to(call, given):
 
 
 ROWS = [
-    pytest.param(call, base | given, words, id=f"{name} {given!r}"[:70])
+    pytest.param(call, base | given, words, id=f"{name} {' '.join(given)} {i}")
     for name, (call, base, rows) in TABLE.items()
-    for given, words in rows
+    for i, (given, words) in enumerate(rows)
 ]
 
 
