@@ -5,9 +5,11 @@ import enum
 import functools
 import logging
 import types
+import warnings
 
 import numpy as np
 import pytest
+import scipy.integrate
 
 import fastdyn
 from fastdyn.compile.mode import DERIVATIVE
@@ -203,3 +205,23 @@ def test_no_file_is_written_while_a_function_is_traced(write, n, tmp_path):
     with pytest.raises(Untraceable):
         by_tracing._traced(fun, (), DERIVATIVE, n, near, (), "all", n == 100)
     assert not list(tmp_path.iterdir())
+
+
+def test_an_event_that_changes_a_partial_acts_in_the_solve_only():
+    """A comparison would call the event before the solve."""
+
+    def end(solve):
+        part = functools.partial(lambda g, t: g + 0.1 * t, 1.68)
+
+        def fun(t, y):
+            return [0.2 * part(t) - 0.8 * float(np.ma.array([y[0]])[0])]
+
+        def changes(t, y):
+            part.__setstate__((part.func, (1.0,), {}, {}))
+            return t - 0.96
+
+        return solve(fun, (0.0, 3.0), [0.9], events=changes).y[0, -1]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert end(fastdyn.solve_ivp) == pytest.approx(end(scipy.integrate.solve_ivp), rel=1e-12)

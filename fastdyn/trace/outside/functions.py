@@ -164,10 +164,19 @@ class Functions:
             function, args, keywords = [
                 outside.part(value, row, "attribute", name) for name in ("func", "args", "keywords")
             ]
-            new = outside.keep(value, functools.partial(function, *args, **keywords), row)
+            new = outside.keep(value, Partial(function, *args, **keywords), row)
             outside.watch("a keyword", new.keywords)
             return new
         return None
+
+
+class Partial(functools.partial):
+    """The copy of a partial, which refuses other contents."""
+
+    __slots__ = ()
+
+    def __setstate__(self, state):
+        refuse("it changes a partial", effect=True)
 
 
 def _plain(value):
