@@ -6,6 +6,7 @@ import functools
 import logging
 import types
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -211,7 +212,7 @@ def test_an_event_that_changes_a_partial_acts_in_the_solve_only():
     """A comparison would call the event before the solve."""
 
     def end(solve):
-        part = functools.partial(lambda g, t: g + 0.1 * t, 1.68)
+        part: Any = functools.partial(lambda g, t: g + 0.1 * t, 1.68)
 
         def fun(t, y):
             return [0.2 * part(t) - 0.8 * float(np.ma.array([y[0]])[0])]
